@@ -1,0 +1,2 @@
+//! The `ilon` command.
+fn main() {}

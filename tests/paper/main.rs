@@ -1,0 +1,1 @@
+//! The paper, equation by equation: tests that cross crates.
