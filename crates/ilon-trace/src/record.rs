@@ -1,0 +1,156 @@
+//! What is recorded at one control step.
+//!
+//! All quantities of a record belong to one instant `t_s`, the start of a control period, after the controller has
+//! decided and before the bodies move. Body frame here means the body frame turned level: x forward, y left, in the
+//! ground plane. Contact quantities are those of the last physics step before the instant.
+
+use ilon_robot::{Pose, Twist};
+
+/// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
+/// eqs. (38)-(41).
+pub const MAX_TASKS: usize = 4;
+
+/// The signals of one control step, apart from those of each wheel (see [`WheelSample`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Record {
+    /// Time since the start of the run, in seconds.
+    pub t_s: f64,
+    /// Where the robot is and how it moves.
+    pub truth: Truth,
+    /// The twist in the body frame that Indiveri 2009, eq. (7), gives for the real wheel rates.
+    pub twist_ideal: Twist,
+    /// The twist in the body frame that the contact kinematics gives for the real wheel rates: eq. (5) with the
+    /// rolling direction and the place of the roller that touches.
+    pub twist_contact: Twist,
+    /// The pose that the robot sees, noise and delay included.
+    pub seen_pose: Pose,
+    /// Dead reckoning by `twist_ideal`, from the true pose at the start.
+    pub odometry_ideal: Pose,
+    /// Dead reckoning by `twist_contact`, from the true pose at the start.
+    pub odometry_contact: Pose,
+    /// What the reference wants; `None` in an open-loop run.
+    pub desired: Option<Desired>,
+    /// The twist in the body frame asked for, before any saturation.
+    pub command_twist_in_body: Twist,
+    /// The twist in the body frame that is left of it after saturation, by the kinematic model with which the
+    /// command made the wheel targets.
+    pub granted_twist_in_body: Twist,
+    /// The twist in the body frame that eq. (7) gives for the wheel targets. The same as granted, unless the command
+    /// uses another kinematic model than (7).
+    pub twist_target_ideal: Twist,
+    /// The guidance law's tasks, highest priority first; as many as [`crate::Header::task_names`] has are in use,
+    /// the rest is zero.
+    pub tasks: [TaskShare; MAX_TASKS],
+    /// Energy lost to sliding in all contacts since the start, in J.
+    pub slip_energy_j: f64,
+    /// Work done by all motors since the start, in J.
+    pub motor_energy_j: f64,
+    /// Energy lost in the bearings of wheels and rollers since the start, in J.
+    pub bearing_energy_j: f64,
+    /// Kinetic energy of all bodies now, in J.
+    pub kinetic_energy_j: f64,
+    /// Potential energy of all bodies now, against the start, in J.
+    pub potential_energy_j: f64,
+}
+
+/// The robot's true state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Pose of the body frame in the world frame.
+    pub pose: Pose,
+    /// Height of the body frame's origin in the world frame, in metres.
+    pub height_m: f64,
+    /// Roll in radians.
+    pub roll_rad: f64,
+    /// Pitch in radians.
+    pub pitch_rad: f64,
+    /// Velocity of the body frame's origin, and yaw rate, in the body frame.
+    pub twist_in_body: Twist,
+}
+
+/// What the reference wants.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Desired {
+    /// Desired pose in the world frame: **r**_d and phi_d of Indiveri 2009, eqs. (13), (17).
+    pub pose: Pose,
+    /// Its rate, in the world frame.
+    pub velocity_in_world: Twist,
+}
+
+/// One task of the prioritised saturation, Indiveri 2009, eqs. (32)-(34).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TaskShare {
+    /// What the task asks for: the infinity norm of its wheel rates, in rad/s.
+    pub asked_rad_s: f64,
+    /// Its capacity c_h, in rad/s.
+    pub capacity_rad_s: f64,
+    /// Its weight sigma(asked, capacity), in [0, 1]: below 1 the task gives way.
+    pub weight: f64,
+    /// The twist in the body frame that the task asks for, before its weight.
+    pub asked_twist_in_body: Twist,
+}
+
+/// The signals of one wheel at one control step.
+///
+/// Where several rollers of the wheel touch, forces are sums, and slip and contact place are weighted by the normal
+/// forces. Where none touches, `touching` is false and all contact quantities are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelSample {
+    /// The commanded wheel rate, in rad/s.
+    pub target_rad_s: f64,
+    /// The real wheel rate, in rad/s.
+    pub rate_rad_s: f64,
+    /// The wheel's angle since the start, unwrapped, in radians.
+    pub angle_rad: f64,
+    /// The torque applied at the wheel, in N m.
+    pub torque_n_m: f64,
+    /// Height of the wheel's centre in the world frame, in metres.
+    pub hub_height_m: f64,
+    /// The roller that carries most of the load (or, where none touches, that points down): its index.
+    pub roller: u32,
+    /// Whether any roller touches.
+    pub touching: bool,
+    /// The part of the wheel's normal force that `roller` carries, in [0, 1]; below 1 a neighbour carries the rest.
+    pub load_share: f64,
+    /// Place of the contact in the body frame, x, in metres.
+    pub contact_x_m: f64,
+    /// Place of the contact in the body frame, y, in metres.
+    pub contact_y_m: f64,
+    /// Normal force on the wheel, in N.
+    pub normal_force_n: f64,
+    /// Tangential force of the ground on the wheel, x in the body frame, in N.
+    pub force_x_n: f64,
+    /// Tangential force of the ground on the wheel, y in the body frame, in N.
+    pub force_y_n: f64,
+    /// Friction coefficient of the contact.
+    pub friction: f64,
+    /// Velocity of the roller's material point over the ground at the contact, x in the body frame, in m/s.
+    pub slip_x_m_s: f64,
+    /// Velocity of the roller's material point over the ground at the contact, y in the body frame, in m/s.
+    pub slip_y_m_s: f64,
+    /// Energy lost to sliding in this wheel's contacts since the start, in J.
+    pub slip_energy_j: f64,
+    /// Spin of `roller` about its axis, in rad/s.
+    pub roller_spin_rad_s: f64,
+    /// The spin with which `roller` would not slide across its axis, in rad/s.
+    pub roller_spin_ideal_rad_s: f64,
+}
+
+impl WheelSample {
+    /// Sliding speed at the contact, in m/s.
+    pub fn slip_speed_m_s(&self) -> f64 {
+        self.slip_x_m_s.hypot(self.slip_y_m_s)
+    }
+
+    /// Tangential force of the ground, in N.
+    pub fn tangential_force_n(&self) -> f64 {
+        self.force_x_n.hypot(self.force_y_n)
+    }
+
+    /// Tangential force over the friction limit mu N: 1 on the edge of the friction cone. `None` where nothing
+    /// presses or the contact has no friction.
+    pub fn friction_used(&self) -> Option<f64> {
+        let limit_n = self.friction * self.normal_force_n;
+        (self.touching && limit_n > 0.0).then(|| self.tangential_force_n() / limit_n)
+    }
+}

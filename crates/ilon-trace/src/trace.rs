@@ -1,0 +1,345 @@
+//! The whole run: what it was, and what happened at each control step.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::{CollisionShape, Robot, Wheel};
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::record::{Record, WheelSample};
+
+/// A recorded run.
+///
+/// The samples of the wheels lie flat, step by step, so that recording allocates nothing once room is reserved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// What the run was.
+    pub header: Header,
+    records: Vec<Record>,
+    wheels: Vec<WheelSample>,
+}
+
+/// What a run was: everything a report needs beside the records.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// The scenario's name.
+    pub scenario_name: String,
+    /// The scenario with all its defaults written out, as TOML.
+    pub scenario_toml: String,
+    /// The robot's name.
+    pub robot_name: String,
+    /// The driven wheels, in the robot's order.
+    pub wheels: Vec<WheelHeader>,
+    /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
+    #[serde(default)]
+    pub chassis_outlines_m: Vec<Vec<[f64; 2]>>,
+    /// Names of the guidance law's tasks, highest priority first; at most [`crate::MAX_TASKS`], empty where there is
+    /// no guidance.
+    #[serde(default)]
+    pub task_names: Vec<String>,
+    /// The physics step, in seconds.
+    pub physics_dt_s: f64,
+    /// The control period, in seconds: the time between records.
+    pub control_dt_s: f64,
+    /// Start of the window over which means are taken, in seconds: of an open-loop run it leaves rest and ramp out.
+    pub measure_from_s: f64,
+    /// End of that window, in seconds.
+    pub measure_to_s: f64,
+    /// The wheel rate that saturation holds the commands to, in rad/s: q'_max of Indiveri 2009, eq. (29).
+    pub wheel_rate_limit_rad_s: Option<f64>,
+    /// Whether the run is open loop: a commanded twist, no reference.
+    pub open_loop: bool,
+    /// Versions of what made the run, by name.
+    pub versions: BTreeMap<String, String>,
+}
+
+/// A driven wheel, as far as records refer to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WheelHeader {
+    /// The name of the wheel's joint.
+    pub name: String,
+    /// The wheel's centre in the body frame, x and y: **b** of Indiveri 2009, in metres.
+    pub position_m: [f64; 2],
+    /// The wheel's radius rho, in metres.
+    pub radius_m: f64,
+    /// The angle gamma from the hub axis to the rolling direction of the lowest roller, in radians.
+    pub gamma_rad: f64,
+    /// The hub axis **n** in the body frame, x and y, of length 1.
+    pub axis: [f64; 2],
+    /// The wheel's extent along its axis, in metres.
+    pub width_m: f64,
+    /// How many rollers it carries.
+    pub roller_count: usize,
+    /// The wheel's own rate limit, in rad/s.
+    pub rate_limit_rad_s: Option<f64>,
+    /// The wheel's torque limit, in N m.
+    pub torque_limit_n_m: Option<f64>,
+}
+
+impl Trace {
+    /// An empty trace with room for `steps` records.
+    pub fn with_capacity(header: Header, steps: usize) -> Self {
+        let wheel_count = header.wheels.len();
+        Self {
+            header,
+            records: Vec::with_capacity(steps),
+            wheels: Vec::with_capacity(steps * wheel_count),
+        }
+    }
+
+    /// Adds the record of one control step. `wheels` are its samples in the order of the header's wheels; missing
+    /// ones are recorded as zero, and surplus ones dropped.
+    pub fn push(&mut self, record: Record, wheels: &[WheelSample]) {
+        let wheel_count = self.header.wheels.len();
+        debug_assert_eq!(wheels.len(), wheel_count);
+        self.records.push(record);
+        self.wheels.extend(wheels.iter().take(wheel_count));
+        self.wheels
+            .resize(self.records.len() * wheel_count, WheelSample::default());
+    }
+
+    /// The records, one a control step.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// The samples of all wheels at one step, in the header's order; empty beyond the end.
+    pub fn wheels_at(&self, step: usize) -> &[WheelSample] {
+        let n = self.header.wheels.len();
+        self.wheels.get(step * n..(step + 1) * n).unwrap_or(&[])
+    }
+
+    /// The samples of one wheel over the run.
+    pub fn wheel(&self, index: usize) -> impl ExactSizeIterator<Item = &WheelSample> {
+        let n = self.header.wheels.len();
+        let own = if index < n {
+            &self.wheels[index..]
+        } else {
+            &[]
+        };
+        own.iter().step_by(n.max(1))
+    }
+
+    /// Records with the samples of their wheels.
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = (&Record, &[WheelSample])> {
+        self.records
+            .iter()
+            .enumerate()
+            .map(|(step, record)| (record, self.wheels_at(step)))
+    }
+
+    /// How many wheels each record has.
+    pub fn wheel_count(&self) -> usize {
+        self.header.wheels.len()
+    }
+
+    /// The simulated time, in seconds: a record stands for the control period that it starts.
+    pub fn duration_s(&self) -> f64 {
+        self.records.len() as f64 * self.header.control_dt_s
+    }
+
+    /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
+    /// times that should lie on its edge.
+    pub fn is_measured(&self, t_s: f64) -> bool {
+        let slack_s = 0.5 * self.header.control_dt_s;
+        t_s > self.header.measure_from_s - slack_s && t_s < self.header.measure_to_s - slack_s
+    }
+}
+
+impl Header {
+    /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.
+    pub fn of_robot(robot: &Robot) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        Self {
+            robot_name: robot.name.clone(),
+            wheels: robot.wheels.iter().map(WheelHeader::of_wheel).collect(),
+            chassis_outlines_m: robot
+                .chassis
+                .collisions
+                .iter()
+                .map(|c| outline_from_above_m(&c.body_from_shape, &c.shape))
+                .filter(|polygon| polygon.len() >= 3)
+                .collect(),
+            wheel_rate_limit_rad_s: finite(robot.wheel_rate_limit_rad_s()),
+            ..Self::default()
+        }
+    }
+}
+
+impl WheelHeader {
+    /// What records need of a wheel.
+    pub fn of_wheel(wheel: &Wheel) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let b = wheel.position_m();
+        let n = wheel.axis();
+        // Each roller spans its own axis, seen along the hub axis, and its thickness at the ends is small against it.
+        let half_width_m = wheel
+            .rollers
+            .iter()
+            .map(|r| r.row_offset_m().abs() + 0.5 * r.length_m * r.axis_in_hub.z.abs())
+            .fold(0.0, f64::max);
+        let thickest_m = wheel.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+        Self {
+            name: wheel.name.clone(),
+            position_m: [b.x, b.y],
+            radius_m: wheel.radius_m,
+            gamma_rad: wheel.gamma_rad,
+            axis: [n.x, n.y],
+            width_m: 2.0 * half_width_m.max(thickest_m),
+            roller_count: wheel.rollers.len(),
+            rate_limit_rad_s: finite(wheel.motor.velocity_rad_s),
+            torque_limit_n_m: finite(wheel.motor.effort_n_m),
+        }
+    }
+
+    /// The row of M that belongs to this wheel, Indiveri 2009, eq. (8): -(n_gamma_x, n_gamma_y, **b** . **u**_gamma).
+    pub fn m_row(&self) -> [f64; 3] {
+        let (s, c) = self.gamma_rad.sin_cos();
+        let [n_x, n_y] = self.axis;
+        let [b_x, b_y] = self.position_m;
+        // u_gamma is n turned by gamma, n_gamma = k x u_gamma.
+        let (u_x, u_y) = (c * n_x - s * n_y, s * n_x + c * n_y);
+        let (n_gamma_x, n_gamma_y) = (-u_y, u_x);
+        [-n_gamma_x, -n_gamma_y, -(b_x * u_x + b_y * u_y)]
+    }
+}
+
+/// The convex outline of a collision shape seen from above, in the body frame, in metres, counter-clockwise.
+fn outline_from_above_m(
+    body_from_shape: &nalgebra::Isometry3<f64>,
+    shape: &CollisionShape,
+) -> Vec<[f64; 2]> {
+    let points = silhouette_points_m(shape);
+    let seen = points
+        .iter()
+        .map(|p| (body_from_shape * nalgebra::Point3::from(*p)).xy().coords)
+        .collect();
+    convex_hull(seen).iter().map(|p| [p.x, p.y]).collect()
+}
+
+/// Points whose convex hull is the shape, or close to it: round shapes are sampled every 15 deg.
+fn silhouette_points_m(shape: &CollisionShape) -> Vec<Vector3<f64>> {
+    const SIDES: usize = 24;
+    let ring = |radius_m: f64, z_m: f64| {
+        (0..SIDES).map(move |k| {
+            let (s, c) = (std::f64::consts::TAU * k as f64 / SIDES as f64).sin_cos();
+            Vector3::new(radius_m * c, radius_m * s, z_m)
+        })
+    };
+    let ball = |radius_m: f64, z_m: f64| {
+        (-6..=6).flat_map(move |k| {
+            let (s, c) = (f64::from(k) * std::f64::consts::PI / 12.0).sin_cos();
+            ring(radius_m * c, z_m + radius_m * s)
+        })
+    };
+    match *shape {
+        CollisionShape::Box { half_extents_m: h } => [-1.0, 1.0]
+            .iter()
+            .flat_map(|&x| [-1.0, 1.0].iter().map(move |&y| (x, y)))
+            .flat_map(|(x, y)| [-1.0, 1.0].map(|z| Vector3::new(x * h.x, y * h.y, z * h.z)))
+            .collect(),
+        CollisionShape::Cylinder { radius_m, length_m } => ring(radius_m, -0.5 * length_m)
+            .chain(ring(radius_m, 0.5 * length_m))
+            .collect(),
+        CollisionShape::Capsule { radius_m, length_m } => ball(radius_m, -0.5 * length_m)
+            .chain(ball(radius_m, 0.5 * length_m))
+            .collect(),
+        CollisionShape::Sphere { radius_m } => ball(radius_m, 0.0).collect(),
+    }
+}
+
+/// Andrew's monotone chain: the convex hull of points in the plane, counter-clockwise.
+fn convex_hull(mut points: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let half = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
+        let mut chain: Vec<Vector2<f64>> = Vec::new();
+        for &p in points {
+            while let [.., a, b] = chain[..] {
+                if (b - a).perp(&(p - b)) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut points.iter());
+    hull.extend(half(&mut points.iter().rev()));
+    hull
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_outline_of_a_box_turned_by_a_quarter_turn_has_its_sides_exchanged() {
+        let body_from_shape =
+            nalgebra::Isometry3::rotation(Vector3::z() * std::f64::consts::FRAC_PI_2);
+        let shape = CollisionShape::Box {
+            half_extents_m: Vector3::new(0.2, 0.1, 0.05),
+        };
+        let outline = outline_from_above_m(&body_from_shape, &shape);
+        assert_eq!(outline.len(), 4);
+        for [x, y] in &outline {
+            // One rotation of numbers below 1: rounding stays below 1e-15.
+            assert!((x.abs() - 0.1).abs() < 1e-15 && (y.abs() - 0.2).abs() < 1e-15);
+        }
+        // The shoelace sum is twice the signed area: positive is counter-clockwise; 0.4 x 0.2.
+        let area: f64 = (0..4)
+            .map(|k| {
+                let ([ax, ay], [bx, by]) = (outline[k], outline[(k + 1) % 4]);
+                0.5 * (ax * by - ay * bx)
+            })
+            .sum();
+        assert!((area - 0.08).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_m_row_of_a_mecanum_wheel_is_the_one_known_in_closed_form() {
+        // Hub at (0.15, 0.16), axis +y, gamma +45 deg: u_gamma = (-1, 1)/sqrt 2, n_gamma = (-1, -1)/sqrt 2, and
+        // b . u_gamma = 0.01/sqrt 2.
+        let wheel = WheelHeader {
+            position_m: [0.15, 0.16],
+            axis: [0.0, 1.0],
+            gamma_rad: std::f64::consts::FRAC_PI_4,
+            ..WheelHeader::default()
+        };
+        let r = 0.5_f64.sqrt();
+        let expected = [r, r, -0.01 * r];
+        for (got, want) in wheel.m_row().iter().zip(expected) {
+            // A handful of roundings of numbers below 1.
+            assert!((got - want).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn wheels_lie_flat_and_are_found_again_by_step_and_by_wheel() {
+        let header = Header {
+            wheels: vec![WheelHeader::default(); 3],
+            control_dt_s: 0.01,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 5);
+        for step in 0..5 {
+            let wheels: Vec<_> = (0..3)
+                .map(|j| WheelSample {
+                    rate_rad_s: f64::from(10 * step + j),
+                    ..WheelSample::default()
+                })
+                .collect();
+            trace.push(Record::default(), &wheels);
+        }
+        assert_eq!(trace.wheels_at(2)[1].rate_rad_s, 21.0);
+        let rates: Vec<_> = trace.wheel(2).map(|w| w.rate_rad_s).collect();
+        assert_eq!(rates, [2.0, 12.0, 22.0, 32.0, 42.0]);
+        assert!(trace.wheels_at(5).is_empty());
+        assert_eq!(trace.wheel(3).len(), 0);
+    }
+}
