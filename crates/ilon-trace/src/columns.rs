@@ -1,0 +1,216 @@
+//! The table of all recorded signals: the one place that knows their names, order and types in files and hashes.
+
+use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
+use crate::trace::{Header, Trace};
+
+/// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A real number.
+    Real,
+    /// A whole number >= 0.
+    Count,
+    /// True or false.
+    Flag,
+}
+
+/// One signal of a `T`, by name.
+pub(crate) struct Column<T: 'static> {
+    name: &'static str,
+    kind: Kind,
+    get: fn(&T) -> f64,
+    set: fn(&mut T, f64),
+}
+
+macro_rules! reals {
+    ($t:ty; $($name:literal => $($path:ident).+,)*) => {
+        [$(Column::<$t> {
+            name: $name,
+            kind: Kind::Real,
+            get: |source| source.$($path).+,
+            set: |target, value| target.$($path).+ = value,
+        }),*]
+    };
+}
+
+static RECORD: [Column<Record>; 39] = reals! { Record;
+    "t_s" => t_s,
+    "truth_x_m" => truth.pose.x_m,
+    "truth_y_m" => truth.pose.y_m,
+    "truth_heading_rad" => truth.pose.heading_rad,
+    "truth_height_m" => truth.height_m,
+    "truth_roll_rad" => truth.roll_rad,
+    "truth_pitch_rad" => truth.pitch_rad,
+    "truth_vx_m_s" => truth.twist_in_body.vx_m_s,
+    "truth_vy_m_s" => truth.twist_in_body.vy_m_s,
+    "truth_omega_rad_s" => truth.twist_in_body.omega_rad_s,
+    "ideal_vx_m_s" => twist_ideal.vx_m_s,
+    "ideal_vy_m_s" => twist_ideal.vy_m_s,
+    "ideal_omega_rad_s" => twist_ideal.omega_rad_s,
+    "contact_vx_m_s" => twist_contact.vx_m_s,
+    "contact_vy_m_s" => twist_contact.vy_m_s,
+    "contact_omega_rad_s" => twist_contact.omega_rad_s,
+    "seen_x_m" => seen_pose.x_m,
+    "seen_y_m" => seen_pose.y_m,
+    "seen_heading_rad" => seen_pose.heading_rad,
+    "odometry_ideal_x_m" => odometry_ideal.x_m,
+    "odometry_ideal_y_m" => odometry_ideal.y_m,
+    "odometry_ideal_heading_rad" => odometry_ideal.heading_rad,
+    "odometry_contact_x_m" => odometry_contact.x_m,
+    "odometry_contact_y_m" => odometry_contact.y_m,
+    "odometry_contact_heading_rad" => odometry_contact.heading_rad,
+    "command_vx_m_s" => command_twist_in_body.vx_m_s,
+    "command_vy_m_s" => command_twist_in_body.vy_m_s,
+    "command_omega_rad_s" => command_twist_in_body.omega_rad_s,
+    "granted_vx_m_s" => granted_twist_in_body.vx_m_s,
+    "granted_vy_m_s" => granted_twist_in_body.vy_m_s,
+    "granted_omega_rad_s" => granted_twist_in_body.omega_rad_s,
+    "target_ideal_vx_m_s" => twist_target_ideal.vx_m_s,
+    "target_ideal_vy_m_s" => twist_target_ideal.vy_m_s,
+    "target_ideal_omega_rad_s" => twist_target_ideal.omega_rad_s,
+    "slip_energy_j" => slip_energy_j,
+    "motor_energy_j" => motor_energy_j,
+    "bearing_energy_j" => bearing_energy_j,
+    "kinetic_energy_j" => kinetic_energy_j,
+    "potential_energy_j" => potential_energy_j,
+};
+
+static DESIRED: [Column<Desired>; 6] = reals! { Desired;
+    "desired_x_m" => pose.x_m,
+    "desired_y_m" => pose.y_m,
+    "desired_heading_rad" => pose.heading_rad,
+    "desired_vx_in_world_m_s" => velocity_in_world.vx_m_s,
+    "desired_vy_in_world_m_s" => velocity_in_world.vy_m_s,
+    "desired_omega_rad_s" => velocity_in_world.omega_rad_s,
+};
+
+static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
+    "asked_rad_s" => asked_rad_s,
+    "capacity_rad_s" => capacity_rad_s,
+    "weight" => weight,
+    "asked_vx_m_s" => asked_twist_in_body.vx_m_s,
+    "asked_vy_m_s" => asked_twist_in_body.vy_m_s,
+    "asked_omega_rad_s" => asked_twist_in_body.omega_rad_s,
+};
+
+static WHEEL_REALS: [Column<WheelSample>; 17] = reals! { WheelSample;
+    "target_rad_s" => target_rad_s,
+    "rate_rad_s" => rate_rad_s,
+    "angle_rad" => angle_rad,
+    "torque_n_m" => torque_n_m,
+    "hub_height_m" => hub_height_m,
+    "load_share" => load_share,
+    "contact_x_m" => contact_x_m,
+    "contact_y_m" => contact_y_m,
+    "normal_force_n" => normal_force_n,
+    "force_x_n" => force_x_n,
+    "force_y_n" => force_y_n,
+    "friction" => friction,
+    "slip_x_m_s" => slip_x_m_s,
+    "slip_y_m_s" => slip_y_m_s,
+    "slip_energy_j" => slip_energy_j,
+    "roller_spin_rad_s" => roller_spin_rad_s,
+    "roller_spin_ideal_rad_s" => roller_spin_ideal_rad_s,
+};
+
+static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
+    Column {
+        name: "roller",
+        kind: Kind::Count,
+        get: |wheel| f64::from(wheel.roller),
+        set: |wheel, value| wheel.roller = value as u32,
+    },
+    Column {
+        name: "touching",
+        kind: Kind::Flag,
+        get: |wheel| f64::from(u8::from(wheel.touching)),
+        set: |wheel, value| wheel.touching = value != 0.0,
+    },
+];
+
+/// Where in a trace a signal is kept.
+enum Source {
+    Record(&'static Column<Record>),
+    Desired(&'static Column<Desired>),
+    Task(usize, &'static Column<TaskShare>),
+    Wheel(usize, &'static Column<WheelSample>),
+}
+
+/// One recorded signal of a particular trace.
+pub(crate) struct Signal {
+    /// Its name with the unit: `truth_x_m`, `wheel0_rate_rad_s`.
+    pub name: String,
+    /// How it is stored.
+    pub kind: Kind,
+    /// Whether it can be absent.
+    pub nullable: bool,
+    source: Source,
+}
+
+impl Signal {
+    /// The signal at one step; `None` where it is absent.
+    pub fn get(&self, trace: &Trace, step: usize) -> Option<f64> {
+        let record = trace.records().get(step)?;
+        match &self.source {
+            Source::Record(column) => Some((column.get)(record)),
+            Source::Desired(column) => record.desired.as_ref().map(column.get),
+            Source::Task(task, column) => record.tasks.get(*task).map(column.get),
+            Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
+        }
+    }
+
+    /// Puts a value read from a file into a record and the samples of its wheels.
+    pub fn set(&self, record: &mut Record, wheels: &mut [WheelSample], value: Option<f64>) {
+        let Some(value) = value else { return };
+        match &self.source {
+            Source::Record(column) => (column.set)(record, value),
+            Source::Desired(column) => {
+                (column.set)(record.desired.get_or_insert_default(), value);
+            }
+            Source::Task(task, column) => {
+                if let Some(share) = record.tasks.get_mut(*task) {
+                    (column.set)(share, value);
+                }
+            }
+            Source::Wheel(wheel, column) => {
+                if let Some(sample) = wheels.get_mut(*wheel) {
+                    (column.set)(sample, value);
+                }
+            }
+        }
+    }
+}
+
+/// All signals of a trace with this header, in the order of the file's columns.
+pub(crate) fn signals(header: &Header) -> Vec<Signal> {
+    let record = RECORD.iter().map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: false,
+        source: Source::Record(column),
+    });
+    let desired = DESIRED.iter().map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Desired(column),
+    });
+    let task = (0..header.task_names.len().min(MAX_TASKS)).flat_map(|index| {
+        TASK.iter().map(move |column| Signal {
+            name: format!("task{index}_{}", column.name),
+            kind: column.kind,
+            nullable: false,
+            source: Source::Task(index, column),
+        })
+    });
+    let wheel = (0..header.wheels.len()).flat_map(|index| {
+        let columns = WHEEL_REALS.iter().chain(&WHEEL_OTHERS);
+        columns.map(move |column| Signal {
+            name: format!("wheel{index}_{}", column.name),
+            kind: column.kind,
+            nullable: false,
+            source: Source::Wheel(index, column),
+        })
+    });
+    record.chain(desired).chain(task).chain(wheel).collect()
+}

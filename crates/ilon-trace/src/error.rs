@@ -1,0 +1,75 @@
+//! What can go wrong with traces and their files.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why a trace or a file of it could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// The operating system refused.
+    #[error("cannot {doing} `{}`: {source}", path.display())]
+    Io {
+        /// What was tried, such as `create`.
+        doing: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file is not Parquet, or broken.
+    #[error(
+        "`{}` cannot be read as Parquet ({source}); was it cut short, or is it another kind of file?",
+        path.display()
+    )]
+    NotParquet {
+        /// The file.
+        path: PathBuf,
+        /// What the Parquet reader said.
+        source: parquet::errors::ParquetError,
+    },
+    /// The file is Parquet, but no trace.
+    #[error(
+        "`{}` is a Parquet file but not a trace: it has no `{}` among its key-value metadata; traces are written by `ilon run`",
+        path.display(),
+        crate::file::HEADER_KEY
+    )]
+    NotATrace {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The header in the file's metadata cannot be understood.
+    #[error("the header of the trace `{}` cannot be understood ({source}); it was written by another version: run the scenario again", path.display())]
+    Header {
+        /// The file.
+        path: PathBuf,
+        /// What the JSON reader said.
+        source: serde_json::Error,
+    },
+    /// A column is not there, or is of another type.
+    #[error("the trace `{}` has no column `{column}` of type {expected}; it was written by another version: run the scenario again", path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// The column's name.
+        column: String,
+        /// The physical type it should have.
+        expected: &'static str,
+    },
+    /// The header names more tasks than a record holds.
+    #[error(
+        "the trace names {found} tasks, but a record holds at most {}",
+        crate::MAX_TASKS
+    )]
+    TooManyTasks {
+        /// How many it names.
+        found: usize,
+    },
+    /// The trace could not be turned into Parquet.
+    #[error("the trace could not be written to `{}`: {source}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What the Parquet writer said.
+        source: parquet::errors::ParquetError,
+    },
+}

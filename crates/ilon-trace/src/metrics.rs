@@ -1,0 +1,323 @@
+//! The figures of a run: what `summary.json` holds.
+
+use ilon_robot::{Twist, wrap_angle};
+use serde::{Deserialize, Serialize};
+
+use crate::hash::trace_hash;
+use crate::ledger::Ledger;
+use crate::odometry::{self, Drift};
+use crate::record::Record;
+use crate::slip::{self, WheelSlip};
+use crate::trace::Trace;
+
+/// Thresholds of the metrics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The position has converged where its error stays below this, in metres.
+    pub position_threshold_m: f64,
+    /// The heading has converged where its error stays below this, in radians.
+    pub heading_threshold_rad: f64,
+    /// A component of the twist counts as driven, so that a ratio of it makes sense, where its ideal mean is at least
+    /// this part of the rms speed; the yaw rate counts at the outermost wheel.
+    pub driven_share: f64,
+}
+
+impl Default for Settings {
+    /// 5 cm, 3 deg, 1 %.
+    fn default() -> Self {
+        Self {
+            position_threshold_m: 0.05,
+            heading_threshold_rad: 3.0_f64.to_radians(),
+            driven_share: 0.01,
+        }
+    }
+}
+
+/// The figures of a run. A quantity that does not apply is `None`, null in JSON.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Simulated time, in seconds.
+    pub duration_s: f64,
+    /// Number of physics steps.
+    pub steps: u64,
+    /// The physics step, in seconds.
+    pub physics_dt_s: f64,
+    /// The control period, in seconds.
+    pub control_dt_s: f64,
+    /// Simulated seconds per second of one core; not in the trace, so that a run which measured it fills it in.
+    pub sim_seconds_per_cpu_second: Option<f64>,
+    /// The fingerprint of all recorded signals, see [`trace_hash`].
+    pub trace_hash: String,
+
+    /// Rms distance from the desired position over the run, in metres.
+    pub position_error_rms_m: Option<f64>,
+    /// Distance from the desired position at the end, in metres.
+    pub position_error_final_m: Option<f64>,
+    /// Rms heading error over the run, in radians.
+    pub heading_error_rms_rad: Option<f64>,
+    /// Heading error at the end, its magnitude, in radians.
+    pub heading_error_final_rad: Option<f64>,
+    /// The time from which on the position error stays below its threshold, in seconds.
+    pub position_converged_s: Option<f64>,
+    /// The time from which on the heading error stays below its threshold, in seconds.
+    pub heading_converged_s: Option<f64>,
+
+    /// The largest commanded wheel rate of any wheel, its magnitude, in rad/s.
+    pub wheel_rate_command_max_rad_s: Option<f64>,
+    /// The largest wheel torque of any wheel, its magnitude, in N m.
+    pub wheel_torque_max_n_m: Option<f64>,
+    /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
+    pub saturated_share: Option<f64>,
+
+    /// Mean real twist in the body frame within the window of the means.
+    pub twist_mean: Option<Twist>,
+    /// Mean of the twist that Indiveri 2009, eq. (7), gives for the real wheel rates.
+    pub twist_ideal_mean: Option<Twist>,
+    /// Mean of the twist that the contact kinematics gives for the real wheel rates.
+    pub twist_contact_mean: Option<Twist>,
+    /// Real over ideal, component by component.
+    pub twist_ratio_ideal: TwistRatio,
+    /// Real over contact kinematics, component by component.
+    pub twist_ratio_contact: TwistRatio,
+
+    /// Rms sliding speed of all touching contacts over the run, in m/s.
+    pub slip_speed_rms_m_s: Option<f64>,
+    /// The largest sliding speed, in m/s.
+    pub slip_speed_max_m_s: Option<f64>,
+    /// Energy lost to sliding, in J.
+    pub slip_energy_j: Option<f64>,
+    /// Distance of dead reckoning by eq. (7) from the truth at the end, per metre travelled.
+    pub odometry_drift_m_per_m: Option<f64>,
+    /// Heading error of dead reckoning by eq. (7) at the end, per metre travelled, in rad/m, signed.
+    pub odometry_drift_rad_per_m: Option<f64>,
+    /// The largest peak-to-peak change of any hub's height within the window of the means, in metres.
+    pub hub_ripple_m: Option<f64>,
+
+    /// Length of the way travelled, in metres.
+    pub travelled_m: f64,
+    /// How much the robot turned, back and forth both counted, in radians.
+    pub turned_rad: f64,
+    /// Dead reckoning by eq. (7) against the truth.
+    pub odometry_ideal: Drift,
+    /// Dead reckoning by the contact kinematics against the truth.
+    pub odometry_contact: Drift,
+    /// Where the difference between asked and real motion went.
+    pub ledger: Ledger,
+    /// Where the motors' work went.
+    pub energy: Energy,
+    /// The contacts of each wheel.
+    pub wheels: Vec<WheelSlip>,
+}
+
+/// Real over modelled twist; `None` for a component that is not driven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistRatio {
+    /// Of the velocity along x.
+    pub vx: Option<f64>,
+    /// Of the velocity along y.
+    pub vy: Option<f64>,
+    /// Of the yaw rate.
+    pub omega: Option<f64>,
+}
+
+/// Where the motors' work went, in J: motor = stored + slip + bearing + unexplained.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Work of all motors.
+    pub motor_j: Option<f64>,
+    /// Gain of kinetic and potential energy.
+    pub stored_j: Option<f64>,
+    /// Lost to sliding.
+    pub slip_j: Option<f64>,
+    /// Lost in bearings.
+    pub bearing_j: Option<f64>,
+    /// What is left: contacts pressed in and out, and the solver's own loss or gain.
+    pub unexplained_j: Option<f64>,
+}
+
+impl Summary {
+    /// The figures of a trace.
+    pub fn of(trace: &Trace, settings: &Settings) -> Self {
+        let header = &trace.header;
+        let duration_s = trace.duration_s();
+        let (position, heading) = errors(trace);
+        let twist_mean = mean_twist(trace, |r| r.truth.twist_in_body);
+        let twist_ideal_mean = mean_twist(trace, |r| r.twist_ideal);
+        let twist_contact_mean = mean_twist(trace, |r| r.twist_contact);
+        let driven = driven(trace, twist_ideal_mean, settings.driven_share);
+        let (slip_speed_rms_m_s, slip_speed_max_m_s) = slip::speeds_m_s(trace);
+        let odometry_ideal = odometry::ideal_drift(trace);
+        let samples = || (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
+        let last = trace.records().last();
+        Self {
+            scenario: header.scenario_name.clone(),
+            robot: header.robot_name.clone(),
+            duration_s,
+            steps: physics_steps(duration_s, header.physics_dt_s),
+            physics_dt_s: header.physics_dt_s,
+            control_dt_s: header.control_dt_s,
+            sim_seconds_per_cpu_second: None,
+            trace_hash: trace_hash(trace),
+            position_error_rms_m: slip::rms(position.iter().copied()),
+            position_error_final_m: position.last().copied(),
+            heading_error_rms_rad: slip::rms(heading.iter().copied()),
+            heading_error_final_rad: heading.last().copied(),
+            position_converged_s: converged_s(trace, &position, settings.position_threshold_m),
+            heading_converged_s: converged_s(trace, &heading, settings.heading_threshold_rad),
+            wheel_rate_command_max_rad_s: samples().map(|s| s.target_rad_s.abs()).reduce(f64::max),
+            wheel_torque_max_n_m: samples().map(|s| s.torque_n_m.abs()).reduce(f64::max),
+            saturated_share: saturated_share(trace),
+            twist_mean,
+            twist_ideal_mean,
+            twist_contact_mean,
+            twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
+            twist_ratio_contact: ratio(twist_mean, twist_contact_mean, driven),
+            slip_speed_rms_m_s,
+            slip_speed_max_m_s,
+            slip_energy_j: last.and_then(|r| finite(r.slip_energy_j)),
+            odometry_drift_m_per_m: odometry_ideal.m_per_m,
+            odometry_drift_rad_per_m: odometry_ideal.rad_per_m,
+            hub_ripple_m: (0..trace.wheel_count())
+                .filter_map(|index| slip::hub_ripple_m(trace, index))
+                .reduce(f64::max),
+            travelled_m: odometry::travelled_m(trace),
+            turned_rad: odometry::turned_rad(trace),
+            odometry_ideal,
+            odometry_contact: odometry::contact_drift(trace),
+            ledger: Ledger::of(trace),
+            energy: energy(trace),
+            wheels: slip::per_wheel(trace),
+        }
+    }
+}
+
+/// Distance from the desired position in metres and magnitude of the heading error in radians, Indiveri 2009,
+/// eqs. (16)-(17), at every step that has a reference.
+pub fn errors(trace: &Trace) -> (Vec<f64>, Vec<f64>) {
+    trace
+        .records()
+        .iter()
+        .filter_map(|record| {
+            let desired = record.desired?.pose;
+            let truth = record.truth.pose;
+            let e_r = desired.position_m() - truth.position_m();
+            let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
+            Some((e_r.norm(), e_phi.abs()))
+        })
+        .unzip()
+}
+
+/// The first time after which the error stays below the threshold; `None` where it never does, or has no reference
+/// at some step.
+fn converged_s(trace: &Trace, errors: &[f64], threshold: f64) -> Option<f64> {
+    let records = trace.records();
+    if errors.len() != records.len() {
+        return None;
+    }
+    let stays = errors.iter().rev().take_while(|&&e| e < threshold).count();
+    records.get(records.len() - stays).map(|r| r.t_s)
+}
+
+/// Number of physics steps in the run; 0 where the step is unknown.
+fn physics_steps(duration_s: f64, physics_dt_s: f64) -> u64 {
+    if physics_dt_s > 0.0 {
+        (duration_s / physics_dt_s).round() as u64
+    } else {
+        0
+    }
+}
+
+/// Mean of a twist within the window of the means.
+fn mean_twist(trace: &Trace, twist: impl Fn(&Record) -> Twist) -> Option<Twist> {
+    let measured = || trace.records().iter().filter(|r| trace.is_measured(r.t_s));
+    let count = measured().count();
+    (count > 0).then(|| {
+        let sum = measured().fold(Twist::default(), |sum, r| sum + twist(r));
+        sum.scaled(1.0 / count as f64)
+    })
+}
+
+/// Which components of the twist are driven.
+fn driven(trace: &Trace, ideal_mean: Option<Twist>, share: f64) -> [bool; 3] {
+    // A micrometre per second: nothing drives a robot that stands.
+    const STANDING_M_S: f64 = 1e-6;
+    let arm_m = trace
+        .header
+        .wheels
+        .iter()
+        .map(|w| w.position_m[0].hypot(w.position_m[1]))
+        .fold(0.0, f64::max);
+    let speeds = trace
+        .records()
+        .iter()
+        .filter(|r| trace.is_measured(r.t_s))
+        .map(|r| r.twist_ideal)
+        .map(|v| v.vx_m_s.hypot(v.vy_m_s).hypot(arm_m * v.omega_rad_s));
+    let (Some(mean), Some(speed_rms)) = (ideal_mean, slip::rms(speeds)) else {
+        return [false; 3];
+    };
+    [mean.vx_m_s, mean.vy_m_s, arm_m * mean.omega_rad_s]
+        .map(|component| component.abs() > (share * speed_rms).max(STANDING_M_S))
+}
+
+/// Real over modelled, for the driven components.
+fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> TwistRatio {
+    let (Some(real), Some(modelled)) = (real, modelled) else {
+        return TwistRatio::default();
+    };
+    let of = |driven: bool, real: f64, modelled: f64| {
+        (driven && modelled != 0.0).then(|| real / modelled)
+    };
+    TwistRatio {
+        vx: of(driven[0], real.vx_m_s, modelled.vx_m_s),
+        vy: of(driven[1], real.vy_m_s, modelled.vy_m_s),
+        omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
+    }
+}
+
+/// The part of the run in which some task that asked for something had a weight below 1.
+fn saturated_share(trace: &Trace) -> Option<f64> {
+    let tasks = trace.header.task_names.len();
+    if tasks == 0 {
+        return None;
+    }
+    let gives_way = |record: &Record| {
+        let in_use = record.tasks.iter().take(tasks);
+        in_use
+            .clone()
+            .any(|t| t.asked_rad_s > 0.0 && t.weight < 1.0)
+    };
+    slip::mean(
+        trace
+            .records()
+            .iter()
+            .map(|r| f64::from(u8::from(gives_way(r)))),
+    )
+}
+
+/// The energy balance between the first and the last record.
+fn energy(trace: &Trace) -> Energy {
+    let (Some(first), Some(last)) = (trace.records().first(), trace.records().last()) else {
+        return Energy::default();
+    };
+    let gain = |f: fn(&Record) -> f64| f(last) - f(first);
+    let motor_j = gain(|r| r.motor_energy_j);
+    let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
+    let slip_j = gain(|r| r.slip_energy_j);
+    let bearing_j = gain(|r| r.bearing_energy_j);
+    Energy {
+        motor_j: finite(motor_j),
+        stored_j: finite(stored_j),
+        slip_j: finite(slip_j),
+        bearing_j: finite(bearing_j),
+        unexplained_j: finite(motor_j - stored_j - slip_j - bearing_j),
+    }
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

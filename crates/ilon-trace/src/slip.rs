@@ -1,0 +1,203 @@
+//! How the contacts slid: per wheel and over all wheels.
+
+use ilon_robot::Twist;
+use serde::{Deserialize, Serialize};
+
+use crate::record::WheelSample;
+use crate::trace::{Trace, WheelHeader};
+
+/// What the contacts of one wheel did over the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WheelSlip {
+    /// The wheel's name.
+    pub name: String,
+    /// Root mean square of the sliding speed while the wheel touches, in m/s.
+    pub speed_rms_m_s: Option<f64>,
+    /// The largest sliding speed, in m/s.
+    pub speed_max_m_s: Option<f64>,
+    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
+    pub ratio: Option<f64>,
+    /// Energy lost to sliding in this wheel's contacts, in J.
+    pub energy_j: f64,
+    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
+    pub constraint_residual_rms_m_s: Option<f64>,
+    /// Mean normal force, in N.
+    pub normal_force_mean_n: Option<f64>,
+    /// The largest share of the friction cone in use; 1 is sliding.
+    pub friction_used_max: Option<f64>,
+    /// The part of the time in which no roller touched, in [0, 1].
+    pub lost_contact: Option<f64>,
+    /// The part of the time in which two rollers shared the load, in [0, 1].
+    pub shared_contact: Option<f64>,
+    /// Peak-to-peak change of the hub's height within the window of the means, in metres.
+    pub hub_ripple_m: Option<f64>,
+}
+
+/// Residual of Indiveri 2009, eq. (5), of one wheel: -m . (v, omega) + rho q' cos gamma, with m the wheel's row of M,
+/// eq. (8); in m/s. Zero where the lowest roller, level and in the middle of the wheel, rolls without sliding.
+pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_rad_s: f64) -> f64 {
+    let [m_x, m_y, m_a] = wheel.m_row();
+    let v = twist_in_body;
+    let rolled = wheel.radius_m * rate_rad_s * wheel.gamma_rad.cos();
+    rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
+}
+
+/// What the contacts of each wheel did over the run.
+pub fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
+    (0..trace.wheel_count())
+        .map(|index| of_wheel(trace, index))
+        .collect()
+}
+
+/// Root mean square and largest sliding speed over all wheels that touch and all steps, in m/s.
+pub fn speeds_m_s(trace: &Trace) -> (Option<f64>, Option<f64>) {
+    let speeds = || {
+        let samples = (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
+        samples
+            .filter(|s| s.touching)
+            .map(WheelSample::slip_speed_m_s)
+    };
+    (rms(speeds()), speeds().reduce(f64::max))
+}
+
+/// Root mean square; `None` of nothing.
+pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+    mean(values.map(|x| x * x)).map(f64::sqrt)
+}
+
+/// Mean; `None` of nothing.
+pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0u64), |(sum, n), x| (sum + x, n + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// Largest minus smallest; `None` of nothing.
+pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let range = values.fold(None, |range: Option<(f64, f64)>, x| {
+        Some(range.map_or((x, x), |(low, high)| (low.min(x), high.max(x))))
+    });
+    range.map(|(low, high)| high - low)
+}
+
+fn of_wheel(trace: &Trace, index: usize) -> WheelSlip {
+    let header = &trace.header.wheels[index];
+    let all = || trace.wheel(index);
+    let touching = || all().filter(|s| s.touching);
+    let share = |test: fn(&WheelSample) -> bool| mean(all().map(|s| f64::from(u8::from(test(s)))));
+    let speed_rms_m_s = rms(touching().map(WheelSample::slip_speed_m_s));
+    let rim_rms_m_s = rms(touching().map(|s| header.radius_m * s.rate_rad_s));
+    let residuals = trace.steps().map(|(record, wheels)| {
+        constraint_residual_m_s(header, record.truth.twist_in_body, wheels[index].rate_rad_s)
+    });
+    WheelSlip {
+        name: header.name.clone(),
+        speed_rms_m_s,
+        speed_max_m_s: touching().map(WheelSample::slip_speed_m_s).reduce(f64::max),
+        // Below a millimetre per second the wheel stands, and the ratio is noise over noise.
+        ratio: speed_rms_m_s
+            .zip(rim_rms_m_s.filter(|&rim| rim > 1e-3))
+            .map(|(slip, rim)| slip / rim),
+        energy_j: all().last().map_or(0.0, |s| s.slip_energy_j),
+        constraint_residual_rms_m_s: rms(residuals),
+        normal_force_mean_n: mean(all().map(|s| s.normal_force_n)),
+        friction_used_max: touching()
+            .filter_map(WheelSample::friction_used)
+            .reduce(f64::max),
+        lost_contact: share(|s| !s.touching),
+        shared_contact: share(|s| s.touching && s.load_share < 1.0),
+        hub_ripple_m: hub_ripple_m(trace, index),
+    }
+}
+
+/// Peak-to-peak change of a hub's height within the window of the means, in metres.
+pub fn hub_ripple_m(trace: &Trace, wheel: usize) -> Option<f64> {
+    let measured = trace
+        .steps()
+        .filter(|(record, _)| trace.is_measured(record.t_s));
+    peak_to_peak(measured.filter_map(|(_, wheels)| wheels.get(wheel).map(|s| s.hub_height_m)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Record;
+    use crate::trace::Header;
+
+    fn one_wheel(samples: &[WheelSample]) -> Trace {
+        let header = Header {
+            wheels: vec![WheelHeader {
+                radius_m: 0.05,
+                axis: [0.0, 1.0],
+                gamma_rad: std::f64::consts::FRAC_PI_4,
+                ..WheelHeader::default()
+            }],
+            control_dt_s: 0.01,
+            measure_to_s: 1.0,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, samples.len());
+        for sample in samples {
+            trace.push(Record::default(), &[*sample]);
+        }
+        trace
+    }
+
+    #[test]
+    fn slip_is_measured_only_where_the_wheel_touches() {
+        let slides = |slip_x_m_s, touching| WheelSample {
+            slip_x_m_s,
+            slip_y_m_s: 4.0 / 3.0 * slip_x_m_s,
+            touching,
+            load_share: 1.0,
+            rate_rad_s: 20.0,
+            ..WheelSample::default()
+        };
+        let trace = one_wheel(&[slides(0.03, true), slides(9.0, false), slides(0.0, true)]);
+        let slip = &per_wheel(&trace)[0];
+        // A 3-4-5 triangle: 0.05 m/s once, 0 once.
+        assert!((slip.speed_max_m_s.unwrap() - 0.05).abs() < 1e-16);
+        let rms = (0.05_f64.powi(2) / 2.0).sqrt();
+        assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-16);
+        // The rim runs at 1 m/s.
+        assert!((slip.ratio.unwrap() - rms).abs() < 1e-15);
+        assert!((slip.lost_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
+        assert_eq!(slip.shared_contact, Some(0.0));
+    }
+
+    #[test]
+    fn the_edge_of_the_friction_cone_is_one() {
+        let sample = WheelSample {
+            touching: true,
+            friction: 0.5,
+            normal_force_n: 20.0,
+            force_x_n: 6.0,
+            force_y_n: -8.0,
+            ..WheelSample::default()
+        };
+        assert_eq!(sample.friction_used(), Some(1.0));
+        let lifted = WheelSample {
+            normal_force_n: 0.0,
+            ..sample
+        };
+        assert_eq!(lifted.friction_used(), None);
+    }
+
+    #[test]
+    fn a_forward_drive_at_rim_speed_leaves_no_residual_whatever_the_handedness() {
+        // Axis +y: u = n x k = +x, so that a wheel at 10 rad/s and rho = 5 cm drives forward at 0.5 m/s.
+        for gamma_rad in [-0.25, 0.25].map(|x| x * std::f64::consts::PI) {
+            let wheel = WheelHeader {
+                position_m: [0.3, -0.2],
+                radius_m: 0.05,
+                gamma_rad,
+                axis: [0.0, 1.0],
+                ..WheelHeader::default()
+            };
+            let forward = Twist::new(0.5, 0.0, 0.0);
+            assert!(constraint_residual_m_s(&wheel, forward, 10.0).abs() < 1e-15);
+            // Standing wheel, dragged forward: it slides across its roller's axis at v cos gamma.
+            let dragged = constraint_residual_m_s(&wheel, forward, 0.0);
+            assert!((dragged + 0.5 * gamma_rad.cos()).abs() < 1e-15);
+        }
+    }
+}
