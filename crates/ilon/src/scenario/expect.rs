@@ -1,0 +1,125 @@
+//! `[expect]`: bounds on what a run must come to.
+
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::judge::QUANTITIES;
+
+/// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
+/// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Table", into = "Table")]
+pub struct Expect {
+    /// The bounds, by the quantity's dotted name.
+    pub bounds: BTreeMap<String, Bound>,
+}
+
+/// What one quantity must keep to. Each part that stands must hold; a quantity that does not apply to the run fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bound {
+    /// At least this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// At most this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// This, up to `within`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equal: Option<f64>,
+    /// How far from `equal` it may be.
+    #[schemars(range(min = 0.0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
+}
+
+impl Expect {
+    /// Whether nothing is expected.
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty()
+    }
+}
+
+impl TryFrom<Table> for Expect {
+    type Error = toml::de::Error;
+
+    fn try_from(table: Table) -> Result<Self, Self::Error> {
+        let mut bounds = BTreeMap::new();
+        collect(table, "", &mut bounds)?;
+        Ok(Self { bounds })
+    }
+}
+
+/// Gathers the bounds of a table and of the tables in it under their dotted names.
+fn collect(
+    table: Table,
+    prefix: &str,
+    bounds: &mut BTreeMap<String, Bound>,
+) -> Result<(), toml::de::Error> {
+    for (key, value) in table {
+        let name = format!("{prefix}{key}");
+        match value {
+            Value::Table(inner) if !QUANTITIES.contains(&name.as_str()) => {
+                collect(inner, &format!("{name}."), bounds)?;
+            }
+            value => {
+                bounds.insert(name, value.try_into()?);
+            }
+        }
+    }
+    Ok(())
+}
+
+impl From<Expect> for Table {
+    fn from(expect: Expect) -> Self {
+        let mut root = Table::new();
+        for (name, bound) in expect.bounds {
+            let (path, leaf) = name.rsplit_once('.').unwrap_or(("", &name));
+            let mut table = &mut root;
+            for part in path.split('.').filter(|part| !part.is_empty()) {
+                let inner = table
+                    .entry(part)
+                    .or_insert_with(|| Value::Table(Table::new()));
+                match inner.as_table_mut() {
+                    Some(inner) => table = inner,
+                    None => return root,
+                }
+            }
+            if let Ok(value) = Value::try_from(bound) {
+                table.insert(leaf.to_owned(), value);
+            }
+        }
+        root
+    }
+}
+
+impl JsonSchema for Expect {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "ExpectSection".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let bound = generator.subschema_for::<Bound>().to_value();
+        let mut root = serde_json::json!({
+            "description": "Bounds on quantities of summary.json, by name.",
+            "type": "object", "properties": {}, "additionalProperties": false,
+        });
+        for name in QUANTITIES {
+            let mut node = &mut root;
+            for part in name.split('.') {
+                let object = &mut node["properties"][part];
+                if object.is_null() {
+                    *object = serde_json::json!({
+                        "type": "object", "properties": {}, "additionalProperties": false,
+                    });
+                }
+                node = object;
+            }
+            *node = bound.clone();
+        }
+        Schema::try_from(root).unwrap_or_default()
+    }
+}

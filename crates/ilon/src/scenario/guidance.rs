@@ -1,0 +1,73 @@
+//! `[guidance]`: how the robot tracks its reference.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The guidance law of Indiveri 2009, section III.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "GuidanceSection")]
+pub struct Guidance {
+    /// Which task keeps its wheel rates when there are not enough for both.
+    pub priority: Priority,
+    /// What happens to wheel rates above the limit.
+    pub saturation: Saturation,
+    /// Gain on the position error, K_r of equation (26), in 1/s.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub position_gain_per_s: f64,
+    /// Gain on the heading error, K_phi of equation (26), in 1/s.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub heading_gain_per_s: f64,
+    /// The largest wheel rate that may be commanded, in rad/s; without it, the lowest velocity limit in the URDF.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_rate_limit_rad_s: Option<f64>,
+    /// Which kinematics turns a twist into wheel rates.
+    pub kinematics: Kinematics,
+}
+
+/// Which task is served first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Priority {
+    /// Position before heading, equations (38)-(41).
+    #[default]
+    Position,
+    /// Heading before position, equations (47)-(50).
+    Heading,
+}
+
+/// What happens to wheel rates above the limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Saturation {
+    /// The lower task gives way, equations (33)-(34).
+    #[default]
+    Prioritised,
+    /// Each wheel is held to its limit by itself, which bends the motion.
+    Clip,
+    /// All wheel rates are scaled down together, which slows both tasks.
+    Scale,
+}
+
+/// Which kinematics turns a twist into wheel rates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Kinematics {
+    /// Equation (7): every wheel as if its touching roller pointed straight down.
+    #[default]
+    Ideal,
+}
+
+impl Default for Guidance {
+    fn default() -> Self {
+        Self {
+            priority: Priority::default(),
+            saturation: Saturation::default(),
+            position_gain_per_s: 1.0,
+            heading_gain_per_s: 1.0,
+            wheel_rate_limit_rad_s: None,
+            kinematics: Kinematics::default(),
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! Checks a scenario's keys and values against its JSON Schema, so that a fault is told with its place and its mend.
+//!
+//! The schema is the only source of what a key is called, of which type and within which bounds its value is; serde
+//! reads the same types afterwards.
+
+use std::ops::Range;
+
+use serde_json::Value as Json;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A key or value that a scenario may not hold.
+#[derive(Debug)]
+pub(super) struct Fault {
+    /// The dotted key, split at its dots.
+    pub path: Vec<String>,
+    /// The bytes of the text that are at fault.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// How to mend it.
+    pub help: String,
+}
+
+/// Finds the first fault of a document, in the order of the keys.
+pub(super) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), Fault> {
+    let mut checker = Checker {
+        root: schema,
+        path: Vec::new(),
+    };
+    checker.table(
+        document.get_ref(),
+        document.span(),
+        &checker.alternatives(schema),
+    )
+}
+
+/// The nearest of some names to one that is not among them, if it is near enough to be meant.
+pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Jaro-Winkler over 0.75 takes in swapped, missing and doubled letters in names of this length, and little else.
+    known
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(unknown, name), name))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+struct Checker<'s> {
+    root: &'s Json,
+    path: Vec<String>,
+}
+
+impl<'s> Checker<'s> {
+    /// The schemas that a value may meet: references followed, choices laid side by side.
+    fn alternatives(&self, schema: &'s Json) -> Vec<&'s Json> {
+        if let Some(target) = schema.get("$ref").and_then(Json::as_str) {
+            let pointer = target.trim_start_matches('#');
+            return match self.root.pointer(pointer) {
+                Some(schema) => self.alternatives(schema),
+                None => Vec::new(),
+            };
+        }
+        for choice in ["anyOf", "oneOf"] {
+            if let Some(choices) = schema.get(choice).and_then(Json::as_array) {
+                return choices
+                    .iter()
+                    .flat_map(|schema| self.alternatives(schema))
+                    .collect();
+            }
+        }
+        vec![schema]
+    }
+
+    fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'s Json) -> Result<(), Fault> {
+        let alternatives = self.alternatives(schema);
+        let span = value.span();
+        match value.get_ref() {
+            DeValue::Table(table) if accepts(&alternatives, "object") => {
+                self.table(table, span, &alternatives)
+            }
+            DeValue::Array(items) if accepts(&alternatives, "array") => {
+                let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
+                for (index, item) in items.iter().enumerate() {
+                    self.path.push(index.to_string());
+                    if let Some(item_schema) = item_schema {
+                        self.value(item, item_schema)?;
+                    }
+                    self.path.pop();
+                }
+                Ok(())
+            }
+            DeValue::String(word) if accepts(&alternatives, "string") => {
+                self.word(word, span, &alternatives)
+            }
+            DeValue::Boolean(_) if accepts(&alternatives, "boolean") => Ok(()),
+            DeValue::Integer(number)
+                if accepts(&alternatives, "integer") || accepts(&alternatives, "number") =>
+            {
+                let radix = number.radix();
+                let parsed = i64::from_str_radix(number.as_str(), radix).map(|n| n as f64);
+                self.number(parsed.unwrap_or(f64::NAN), span, &alternatives)
+            }
+            DeValue::Float(number) if accepts(&alternatives, "number") => {
+                let parsed = number.as_str().parse().unwrap_or(f64::NAN);
+                self.number(parsed, span, &alternatives)
+            }
+            other => Err(self.fault(
+                span,
+                format!(
+                    "`{}` is {}, but must be {}",
+                    self.key(),
+                    found(other),
+                    wanted(&alternatives)
+                ),
+                match wanted_words(&alternatives).as_slice() {
+                    [] => format!("write {} here", wanted(&alternatives)),
+                    words => format!("write one of {}", quoted(words)),
+                },
+            )),
+        }
+    }
+
+    fn table(
+        &mut self,
+        table: &DeTable<'_>,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), Fault> {
+        let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);
+        let known: Vec<(&'s str, &'s Json)> = alternatives
+            .iter()
+            .filter_map(properties)
+            .flatten()
+            .map(|(name, schema)| (name.as_str(), schema))
+            .collect();
+        // In the order of the text, so that the first fault told is the first that a reader meets.
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
+            self.path.push(key.get_ref().to_string());
+            let schema = known.iter().find(|(name, _)| *name == key.get_ref());
+            match schema {
+                Some((_, schema)) => self.value(value, schema)?,
+                None => return Err(self.unknown_key(key, &known)),
+            }
+            self.path.pop();
+        }
+        let mut is_choice_of_one = false;
+        if alternatives.len() > 1 {
+            is_choice_of_one = true;
+        }
+        let required = alternatives
+            .iter()
+            .filter(|_| !is_choice_of_one)
+            .filter_map(|schema| schema.get("required").and_then(Json::as_array))
+            .flatten()
+            .filter_map(Json::as_str);
+        for name in required {
+            if !table.keys().any(|key| key.get_ref() == name) {
+                self.path.push(name.to_owned());
+                let doc = known
+                    .iter()
+                    .find(|(known, _)| *known == name)
+                    .and_then(|(_, schema)| self.description(schema))
+                    .unwrap_or_default();
+                return Err(self.fault(
+                    span,
+                    format!("the key `{}` is missing", self.key()),
+                    format!("add `{}`: {}", self.key(), doc),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn unknown_key(
+        &mut self,
+        key: &Spanned<std::borrow::Cow<'_, str>>,
+        known: &[(&'s str, &'s Json)],
+    ) -> Fault {
+        let name = key.get_ref();
+        let message = format!("unknown key `{}`", self.key());
+        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        let help = match nearest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "nothing can stand here".to_owned(),
+            None => format!("the keys here are {}", quoted(&names)),
+        };
+        self.fault(key.span(), message, help)
+    }
+
+    fn word(
+        &self,
+        word: &str,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), Fault> {
+        let words = wanted_words(alternatives);
+        if words.is_empty() || words.contains(&word) {
+            return Ok(());
+        }
+        let help = match nearest(word, words.iter().copied()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => format!("write one of {}", quoted(&words)),
+        };
+        Err(self.fault(
+            span,
+            format!("`{}` cannot be \"{word}\"", self.key()),
+            help,
+        ))
+    }
+
+    fn number(
+        &self,
+        number: f64,
+        span: Range<usize>,
+        alternatives: &[&'s Json],
+    ) -> Result<(), Fault> {
+        if !number.is_finite() {
+            return Err(self.fault(
+                span,
+                format!("`{}` is not a finite number", self.key()),
+                "write a finite number".to_owned(),
+            ));
+        }
+        let bound = |name| {
+            alternatives
+                .iter()
+                .find_map(|schema| schema.get(name).and_then(Json::as_f64))
+        };
+        let broken = match (bound("minimum"), bound("exclusiveMinimum"), bound("maximum")) {
+            (Some(least), _, _) if number < least => Some(format!("{least} or more")),
+            (_, Some(least), _) if number <= least => Some(format!("greater than {least}")),
+            (_, _, Some(most)) if number > most => Some(format!("{most} or less")),
+            _ => None,
+        };
+        match broken {
+            Some(rule) => Err(self.fault(
+                span,
+                format!("`{}` is {number}, but must be {rule}", self.key()),
+                format!("write a number that is {rule}"),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// The first sentence of what a key is for.
+    fn description(&self, schema: &'s Json) -> Option<String> {
+        let own = schema.get("description").and_then(Json::as_str);
+        let text = own.or_else(|| {
+            let alternatives = self.alternatives(schema);
+            let first = alternatives.first()?;
+            first.get("description").and_then(Json::as_str)
+        })?;
+        Some(text.lines().collect::<Vec<_>>().join(" "))
+    }
+
+    fn key(&self) -> String {
+        self.path.join(".")
+    }
+
+    fn fault(&self, span: Range<usize>, message: String, help: String) -> Fault {
+        Fault {
+            path: self.path.clone(),
+            span,
+            message,
+            help,
+        }
+    }
+}
+
+fn accepts(alternatives: &[&Json], kind: &str) -> bool {
+    alternatives.iter().any(|schema| match schema.get("type") {
+        Some(Json::String(one)) => one == kind,
+        Some(Json::Array(several)) => several.iter().any(|one| one == kind),
+        _ => kind == "string" && (schema.get("const").is_some() || schema.get("enum").is_some()),
+    })
+}
+
+/// The words that a value may be, where it may only be some.
+fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
+    let constant = |schema: &&'s Json| schema.get("const").and_then(Json::as_str);
+    let listed = |schema: &&'s Json| schema.get("enum").and_then(Json::as_array);
+    let constants = alternatives.iter().filter_map(constant);
+    let lists = alternatives.iter().filter_map(listed).flatten();
+    constants.chain(lists.filter_map(Json::as_str)).collect()
+}
+
+fn wanted(alternatives: &[&Json]) -> String {
+    let kinds = [
+        ("number", "a number"),
+        ("integer", "a whole number"),
+        ("string", "a text in quotes"),
+        ("boolean", "true or false"),
+        ("array", "an array"),
+        ("object", "a table"),
+    ];
+    let wanted: Vec<&str> = kinds
+        .iter()
+        .filter(|(kind, _)| accepts(alternatives, kind))
+        .map(|(_, words)| *words)
+        .collect();
+    wanted.join(" or ")
+}
+
+fn found(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+fn quoted(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}

@@ -1,0 +1,179 @@
+//! `[reference]` and `[twist]`: the motion asked of the robot.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The motion asked for.
+#[derive(Clone, Copy, Debug)]
+pub enum Motion<'a> {
+    /// Closed loop: the guidance tracks a reference.
+    Tracked(&'a Reference),
+    /// Open loop: a twist becomes wheel rates.
+    OpenLoop(&'a Twist),
+}
+
+/// A position and a heading in time, for the guidance to track.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+#[schemars(rename = "ReferenceSection")]
+pub enum Reference {
+    /// A straight line at constant speed.
+    Line {
+        /// x of its start in the world, in metres.
+        #[serde(default)]
+        start_x_m: f64,
+        /// y of its start in the world, in metres.
+        #[serde(default)]
+        start_y_m: f64,
+        /// The direction of travel, from the world's x axis, in degrees, counter-clockwise.
+        #[serde(default)]
+        direction_deg: f64,
+        /// Speed along it, in m/s.
+        speed_m_s: f64,
+        /// Where the robot looks meanwhile.
+        #[serde(default)]
+        heading: Heading,
+    },
+    /// A circle at constant speed.
+    Circle {
+        /// x of its centre in the world, in metres.
+        #[serde(default)]
+        center_x_m: f64,
+        /// y of its centre in the world, in metres.
+        #[serde(default)]
+        center_y_m: f64,
+        /// Radius in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        radius_m: f64,
+        /// Speed along it, in m/s; counter-clockwise where positive.
+        speed_m_s: f64,
+        /// Where on the circle it starts: the angle from the world's x axis, in degrees.
+        #[serde(default)]
+        start_deg: f64,
+        /// Where the robot looks meanwhile.
+        #[serde(default)]
+        heading: Heading,
+    },
+    /// A lying figure eight.
+    FigureEight {
+        /// x of its crossing in the world, in metres.
+        #[serde(default)]
+        center_x_m: f64,
+        /// y of its crossing in the world, in metres.
+        #[serde(default)]
+        center_y_m: f64,
+        /// Half of its extent along x, in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        half_length_m: f64,
+        /// Half of its extent along y, in metres.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        half_width_m: f64,
+        /// Time for the whole eight, in seconds.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        period_s: f64,
+        /// Where the robot looks meanwhile.
+        #[serde(default)]
+        heading: Heading,
+    },
+    /// Points in time from a CSV file with a header: `t_s,x_m,y_m` and, if wanted, `heading_deg`.
+    Waypoints {
+        /// The CSV file, relative to the scenario file.
+        file: PathBuf,
+        /// Where the robot looks meanwhile; the file's `heading_deg` column, where it has one, stands above it.
+        #[serde(default)]
+        heading: Heading,
+    },
+    /// A pose to reach and hold.
+    HoldPose {
+        /// x in the world, in metres.
+        x_m: f64,
+        /// y in the world, in metres.
+        y_m: f64,
+        /// Heading in degrees.
+        heading_deg: f64,
+    },
+}
+
+/// Where the robot looks while it follows a path: a Swedish robot may look anywhere.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+#[schemars(rename = "HeadingSection")]
+pub enum Heading {
+    /// Always the same way, in degrees from the world's x axis.
+    ConstantDeg(f64),
+    /// Along the path.
+    AlongPath,
+    /// Turning at a constant rate.
+    Turning {
+        /// The heading at the start, in degrees.
+        #[serde(default)]
+        from_deg: f64,
+        /// Its rate in degrees per second, counter-clockwise.
+        rate_deg_s: f64,
+    },
+}
+
+impl Default for Heading {
+    fn default() -> Self {
+        Self::ConstantDeg(0.0)
+    }
+}
+
+/// A twist in the body frame, held after a ramp, or a schedule of several.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "TwistSection")]
+pub struct Twist {
+    /// Forward speed in m/s.
+    pub vx_m_s: f64,
+    /// Speed to the left in m/s.
+    pub vy_m_s: f64,
+    /// Yaw rate in rad/s, counter-clockwise.
+    pub omega_rad_s: f64,
+    /// How long the robot stands before it moves, in seconds.
+    #[schemars(range(min = 0.0))]
+    pub rest_s: f64,
+    /// How long each change of the twist takes, in seconds; the change is linear in time.
+    #[schemars(range(min = 0.0))]
+    pub ramp_s: f64,
+    /// How long after a ramp the means of the summary wait for transients to die out, in seconds.
+    #[schemars(range(min = 0.0))]
+    pub settle_s: f64,
+    /// Further twists, each from its own time on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub schedule: Vec<Scheduled>,
+}
+
+/// A twist of a schedule.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scheduled {
+    /// When the change towards it begins, in seconds from the start of the run.
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// Forward speed in m/s.
+    #[serde(default)]
+    pub vx_m_s: f64,
+    /// Speed to the left in m/s.
+    #[serde(default)]
+    pub vy_m_s: f64,
+    /// Yaw rate in rad/s, counter-clockwise.
+    #[serde(default)]
+    pub omega_rad_s: f64,
+}
+
+impl Default for Twist {
+    fn default() -> Self {
+        Self {
+            vx_m_s: 0.0,
+            vy_m_s: 0.0,
+            omega_rad_s: 0.0,
+            rest_s: 1.0,
+            ramp_s: 0.5,
+            settle_s: 1.0,
+            schedule: Vec::new(),
+        }
+    }
+}

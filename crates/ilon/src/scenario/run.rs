@@ -1,0 +1,49 @@
+//! `[run]`: duration and time steps.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Duration and time steps.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "RunSection")]
+pub struct Run {
+    /// Simulated time in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub duration_s: f64,
+    /// The step of physics and wheel loop in seconds, or `"auto"`: the longest that serves this robot and its loop.
+    #[serde(default)]
+    pub physics_dt_s: Step,
+    /// The period of the guidance in seconds, a whole number of physics steps; also that of the trace's rows.
+    #[serde(default = "default_control_dt_s")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub control_dt_s: f64,
+}
+
+/// A time step, given or chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Step {
+    /// Chosen by the program.
+    Auto(Auto),
+    /// In seconds.
+    Seconds(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+}
+
+/// The word that leaves a choice to the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Auto {
+    /// The program chooses.
+    Auto,
+}
+
+impl Default for Step {
+    fn default() -> Self {
+        Self::Auto(Auto::Auto)
+    }
+}
+
+fn default_control_dt_s() -> f64 {
+    0.01
+}
