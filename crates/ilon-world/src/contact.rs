@@ -1,0 +1,151 @@
+//! What the rollers of a wheel do to the ground.
+
+use ilon_robot::Wheel;
+use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
+use rapier3d::prelude::*;
+
+use crate::convert;
+use crate::wheel_body::WheelBody;
+use crate::world::State;
+
+/// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelContact {
+    /// Whether any roller pressed on the ground.
+    pub touching: bool,
+    /// The roller that pressed hardest, as an index into the wheel's rollers.
+    pub roller: usize,
+    /// Normal force of the ground on the wheel, in N.
+    pub normal_force_n: f64,
+    /// Tangential force of the ground on the wheel, in the body frame's x and y, in N.
+    pub force_in_body_n: Vector2<f64>,
+    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s: the mean over
+    /// the touching rollers weighted by their normal force.
+    pub sliding_in_body_m_s: Vector2<f64>,
+    /// Power that sliding turns into heat, in W.
+    pub slip_power_w: f64,
+    /// Height of the wheel's centre above the world's origin, in metres.
+    pub hub_height_m: f64,
+    /// Spin of that roller about its axis against the hub, in rad/s.
+    pub roller_spin_rad_s: f64,
+    /// The spin at which that roller would roll without sliding across its axis, in rad/s.
+    pub roller_spin_ideal_rad_s: f64,
+}
+
+/// A wheel and the few numbers of its state that a read-out needs.
+pub(crate) struct Hub<'a> {
+    pub wheel: &'a Wheel,
+    pub body: &'a WheelBody,
+    pub chassis_from_body: Isometry3<f64>,
+    pub angle_before_rad: f64,
+    pub rate_rad_s: f64,
+}
+
+impl Hub<'_> {
+    /// Reads the wheel's contacts out of rapier's narrow phase.
+    ///
+    /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so that a
+    /// contact which the solver held still reads as still. `rate_of` gives the rate of a degree of freedom, in rad/s.
+    pub fn read_contact(
+        &self,
+        rapier: &PhysicsWorld,
+        before: &State,
+        after: &State,
+        dt_s: f64,
+        rate_of: impl Fn(usize) -> f64,
+    ) -> WheelContact {
+        let Self {
+            wheel,
+            body,
+            chassis_from_body,
+            ..
+        } = self;
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.angle_before_rad);
+        let world_from_hub = before.world_from_chassis
+            * chassis_from_body
+            * wheel.body_from_hub
+            * Isometry3::from_parts(Default::default(), turned);
+        let hub = world_from_hub.translation.vector;
+        let hub_axis = world_from_hub.rotation * Vector3::z();
+        let hub_angular = after.angular_rad_s + hub_axis * self.rate_rad_s;
+        let center = before.world_from_chassis.translation.vector;
+        let hub_velocity = after.velocity_m_s + after.angular_rad_s.cross(&(hub - center));
+
+        let mut contact = WheelContact {
+            hub_height_m: (after.world_from_chassis * chassis_from_body * wheel.body_from_hub)
+                .translation
+                .vector
+                .z,
+            ..WheelContact::default()
+        };
+        let mut hardest_n = 0.0;
+        let mut force = Vector3::zeros();
+        let mut sliding = Vector3::zeros();
+        for slot in &body.slots {
+            let roller = &body.rollers[slot.roller];
+            let spin_rad_s = rate_of(slot.dof);
+            let roller_axis = world_from_hub.rotation * roller.axis_in_hub();
+            let roller_center =
+                world_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
+            for pair in rapier.narrow_phase.contact_pairs_with(slot.collider) {
+                let slot_is_first = pair.collider1 == slot.collider;
+                let ground = if slot_is_first {
+                    pair.collider2
+                } else {
+                    pair.collider1
+                };
+                let world_from_ground = *rapier.colliders[ground].position();
+                for manifold in pair.manifolds() {
+                    for point in &manifold.points {
+                        let normal_n = f64::from(point.data.impulse) / dt_s;
+                        if normal_n <= 0.0 {
+                            continue;
+                        }
+                        // Impulses are given on the first collider of the pair; ours is wanted.
+                        let sign = if slot_is_first { 1.0 } else { -1.0 };
+                        let up = -sign * convert::to_f64(manifold.data.normal);
+                        let tangential_n =
+                            sign / dt_s * convert::to_f64(point.data.warmstart_tangent_world);
+                        let on_ground = if slot_is_first {
+                            point.local_p2
+                        } else {
+                            point.local_p1
+                        };
+                        let at = convert::to_f64(world_from_ground * on_ground);
+
+                        let carried = hub_velocity + hub_angular.cross(&(at - hub));
+                        let lever = at - roller_center.coords;
+                        let surface = roller_axis.cross(&lever);
+                        let velocity = carried + spin_rad_s * surface;
+                        let slip = velocity - up * velocity.dot(&up);
+
+                        contact.touching = true;
+                        contact.normal_force_n += normal_n;
+                        force += tangential_n;
+                        sliding += normal_n * slip;
+                        contact.slip_power_w -= tangential_n.dot(&slip);
+                        if normal_n > hardest_n {
+                            hardest_n = normal_n;
+                            contact.roller = slot.roller;
+                            contact.roller_spin_rad_s = spin_rad_s;
+                            // No sliding along the surface's own direction: (carried + spin surface) . surface = 0.
+                            let tangent = surface - up * surface.dot(&up);
+                            let reach = tangent.norm_squared();
+                            contact.roller_spin_ideal_rad_s = if reach > 0.0 {
+                                -carried.dot(&tangent) / reach
+                            } else {
+                                0.0
+                            };
+                        }
+                    }
+                }
+            }
+        }
+        if contact.touching {
+            let body_from_world = before.world_from_chassis.rotation.inverse();
+            contact.force_in_body_n = (body_from_world * force).xy();
+            contact.sliding_in_body_m_s = (body_from_world * sliding / contact.normal_force_n).xy();
+        }
+        contact
+    }
+}

@@ -1,0 +1,34 @@
+//! Between the project's f64 and nalgebra and rapier's f32 and glam.
+
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use rapier3d::math::{Matrix, Pose, Real, Rotation, Vector};
+
+pub(crate) fn vector(v: &Vector3<f64>) -> Vector {
+    Vector::new(v.x as Real, v.y as Real, v.z as Real)
+}
+
+pub(crate) fn rotation(q: &UnitQuaternion<f64>) -> Rotation {
+    Rotation::from_xyzw(q.i as Real, q.j as Real, q.k as Real, q.w as Real).normalize()
+}
+
+pub(crate) fn pose(iso: &Isometry3<f64>) -> Pose {
+    Pose::from_parts(vector(&iso.translation.vector), rotation(&iso.rotation))
+}
+
+pub(crate) fn matrix(m: &Matrix3<f64>) -> Matrix {
+    let column = |i: usize| vector(&m.column(i).into_owned());
+    Matrix::from_cols(column(0), column(1), column(2))
+}
+
+pub(crate) fn to_f64(v: Vector) -> Vector3<f64> {
+    Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+pub(crate) fn rotation_to_f64(q: Rotation) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+        f64::from(q.w),
+        f64::from(q.x),
+        f64::from(q.y),
+        f64::from(q.z),
+    ))
+}

@@ -1,0 +1,27 @@
+//! What can be wrong with a world before it starts.
+
+/// Why a world could not be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// A setting lies outside its range.
+    #[error("{name} is {value}, but must be {range}")]
+    Setting {
+        /// The setting's name.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// The range that is valid.
+        range: &'static str,
+    },
+    /// A roller's barrel has no end: its profile reaches the axis before the roller does.
+    #[error(
+        "wheel `{wheel}`: its rollers are so long for their radius that their profile vanishes {missing_mm:.2} mm \
+         before the end; use more or thicker rollers"
+    )]
+    RollerEndsVanish {
+        /// The wheel's name.
+        wheel: String,
+        /// By how much the end sphere's radius is negative, in millimetres.
+        missing_mm: f64,
+    },
+}
