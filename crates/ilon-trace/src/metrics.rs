@@ -321,3 +321,184 @@ fn energy(trace: &Trace) -> Energy {
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{Desired, TaskShare, WheelSample};
+    use crate::trace::{Header, WheelHeader};
+    use ilon_robot::Pose;
+
+    const DT_S: f64 = 0.01;
+
+    /// 10 s of records made from their time; one wheel at (0.3, 0.4), so that the arm is 0.5 m.
+    fn run(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Trace {
+        let header = Header {
+            wheels: vec![WheelHeader {
+                position_m: [0.3, 0.4],
+                ..WheelHeader::default()
+            }],
+            task_names: vec!["position".to_owned()],
+            physics_dt_s: 0.002,
+            control_dt_s: DT_S,
+            measure_from_s: 2.0,
+            measure_to_s: 8.0,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 1000);
+        for step in 0..1000 {
+            let t_s = f64::from(step) * DT_S;
+            let (record, wheel) = of_time(t_s);
+            trace.push(Record { t_s, ..record }, &[wheel]);
+        }
+        trace
+    }
+
+    fn summary(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Summary {
+        Summary::of(&run(of_time), &Settings::default())
+    }
+
+    /// A reference at the origin and the robot at a pose.
+    fn tracking(x_m: f64, heading_rad: f64) -> Record {
+        let mut record = Record {
+            desired: Some(Desired::default()),
+            ..Record::default()
+        };
+        record.truth.pose = Pose {
+            x_m,
+            y_m: 0.0,
+            heading_rad,
+        };
+        record
+    }
+
+    #[test]
+    fn the_error_has_converged_from_the_last_time_on_that_it_enters_its_threshold() {
+        // exp(-t) m falls below 5 cm at ln 20 = 2.996 s; the heading dips below 3 deg at once, but leaves again until
+        // 7 s; the wrap at pi is crossed on the way.
+        let heading_rad = |t: f64| if (3.0..7.0).contains(&t) { 6.0 } else { 0.01 };
+        let s = summary(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
+        let entered = s.position_converged_s.unwrap();
+        assert!(
+            (20.0_f64.ln()..20.0_f64.ln() + DT_S).contains(&entered),
+            "{entered}"
+        );
+        // The times are sums of no more than rounding: within a nanosecond of 7 s.
+        assert!((s.heading_converged_s.unwrap() - 7.0).abs() < 1e-9);
+        assert!((s.position_error_final_m.unwrap() - (-9.99_f64).exp()).abs() < 1e-12);
+        assert!((s.heading_error_final_rad.unwrap() - 0.01).abs() < 1e-15);
+        // The mean of exp(-2t) over 1000 steps is a geometric series.
+        let q = (-2.0 * DT_S).exp();
+        let rms = ((1.0 - q.powi(1000)) / (1.0 - q) / 1000.0).sqrt();
+        assert!((s.position_error_rms_m.unwrap() - rms).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_error_above_its_threshold_at_the_end_has_not_converged() {
+        let s = summary(|t| {
+            (
+                tracking(if t > 9.9 { 1.0 } else { 0.0 }, 0.0),
+                WheelSample::default(),
+            )
+        });
+        assert_eq!(s.position_converged_s, None);
+        assert_eq!(s.heading_converged_s, Some(0.0));
+    }
+
+    #[test]
+    fn without_a_reference_the_errors_are_null_in_json() {
+        let s = summary(|_| (Record::default(), WheelSample::default()));
+        let json = serde_json::to_value(&s).unwrap();
+        for key in [
+            "position_error_rms_m",
+            "position_error_final_m",
+            "heading_error_rms_rad",
+            "heading_error_final_rad",
+            "position_converged_s",
+            "heading_converged_s",
+            "odometry_drift_m_per_m",
+            "odometry_drift_rad_per_m",
+            "slip_speed_rms_m_s",
+            "sim_seconds_per_cpu_second",
+        ] {
+            assert_eq!(json.get(key), Some(&serde_json::Value::Null), "{key}");
+        }
+        let nothing = serde_json::json!({"vx": null, "vy": null, "omega": null});
+        assert_eq!(json["twist_ratio_ideal"], nothing);
+        assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), s);
+    }
+
+    #[test]
+    fn means_leave_out_what_is_outside_their_window() {
+        let s = summary(|t| {
+            let inside = (1.995..7.995).contains(&t);
+            let v = Twist::new(0.0, if inside { 0.3 } else { 77.0 }, 0.002);
+            let mut record = Record {
+                twist_ideal: v,
+                twist_contact: Twist::new(0.0, 0.98 * v.vy_m_s, 0.002),
+                ..Record::default()
+            };
+            record.truth.twist_in_body = Twist::new(1e-4, 0.97 * v.vy_m_s, 0.001);
+            (record, WheelSample::default())
+        });
+        // 600 additions of 0.3: below 1e-13.
+        assert!((s.twist_ideal_mean.unwrap().vy_m_s - 0.3).abs() < 1e-13);
+        assert!((s.twist_ratio_ideal.vy.unwrap() - 0.97).abs() < 1e-13);
+        assert!((s.twist_ratio_contact.vy.unwrap() - 0.97 / 0.98).abs() < 1e-13);
+        // vx is not driven; the yaw rate reaches 0.001 m/s at the wheel, 0.3 % of the speed, below 1 %.
+        assert_eq!(
+            (s.twist_ratio_ideal.vx, s.twist_ratio_ideal.omega),
+            (None, None)
+        );
+    }
+
+    #[test]
+    fn duration_steps_and_extremes_are_those_of_the_run() {
+        let s = summary(|t| {
+            let wheel = WheelSample {
+                target_rad_s: -8.7 * t / 9.99,
+                torque_n_m: if t == 0.5 { -3.0 } else { 1.0 },
+                hub_height_m: 0.05
+                    + if t > 8.5 {
+                        1.0
+                    } else {
+                        1e-4 * (10.0 * t).sin()
+                    },
+                ..WheelSample::default()
+            };
+            let mut record = Record::default();
+            record.tasks[0] = TaskShare {
+                asked_rad_s: 1.0,
+                weight: if t < 2.495 { 0.5 } else { 1.0 },
+                ..TaskShare::default()
+            };
+            (record, wheel)
+        });
+        assert!((s.duration_s - 10.0).abs() < 1e-12);
+        assert_eq!(s.steps, 5000);
+        assert!((s.wheel_rate_command_max_rad_s.unwrap() - 8.7).abs() < 1e-12);
+        assert_eq!(s.wheel_torque_max_n_m, Some(3.0));
+        // A sine of amplitude 0.1 mm; the sampling at 0.1 rad misses its peaks by at most (0.05^2)/2 each.
+        assert!((s.hub_ripple_m.unwrap() - 2e-4).abs() < 2e-4 * 0.00125);
+        assert_eq!(s.saturated_share, Some(0.25));
+    }
+
+    #[test]
+    fn the_energy_balance_starts_at_the_first_record() {
+        let s = summary(|t| {
+            let record = Record {
+                motor_energy_j: 10.0 * t,
+                slip_energy_j: 2.0 * t,
+                bearing_energy_j: 1.0 * t,
+                kinetic_energy_j: 3.0 + 4.0 * t,
+                potential_energy_j: 2.0 * t,
+                ..Record::default()
+            };
+            (record, WheelSample::default())
+        });
+        // At 9.99 s, 1 J/s is not accounted for.
+        assert!((s.energy.stored_j.unwrap() - 59.94).abs() < 1e-12);
+        assert!((s.energy.unexplained_j.unwrap() - 9.99).abs() < 1e-12);
+        assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
+    }
+}
