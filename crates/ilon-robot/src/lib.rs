@@ -11,12 +11,18 @@
 //! A positive wheel rate drives the hub along **u** = **n** x **k** (Indiveri 2009, section II).
 
 pub mod barrel;
+mod error;
+mod generate;
 mod model;
 mod planar;
+mod spec;
 
 pub use barrel::Barrel;
+pub use error::{Fault, Place, RobotError};
+pub use generate::generate;
 pub use model::{
     Chassis, Collision, CollisionShape, Joint, MassProperties, MotorLimits, Remark, Robot, Roller,
     Wheel,
 };
 pub use planar::{Pose, Twist, wrap_angle};
+pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
