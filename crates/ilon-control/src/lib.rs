@@ -1,1 +1,54 @@
-//! ilon-control
+//! What an omnidirectional robot **decides**: kinematics, references, guidance, wheel loops and motors of robots with
+//! N >= 3 Swedish wheels, after G. Indiveri, "Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and
+//! Control", IEEE Transactions on Robotics 25(1), 2009, cited in this crate as "Indiveri 2009".
+//!
+//! There is no I/O, no clock and no physics engine in here: time, poses and wheel rates come in as arguments, wheel
+//! rates and torques go out. After construction nothing in the update paths allocates. So the crate can be taken as
+//! it is onto a real robot.
+//!
+//! From the outside in, one control step reads:
+//!
+//! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
+//! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
+//! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel (section III-A).
+//! 4. [`Motor::limit`] says what of a torque the motor can give.
+//!
+//! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
+//! [`ContactKinematics`], the same constraint taken at the roller that really touches.
+//!
+//! # Symbols
+//!
+//! | paper | here | meaning |
+//! |---|---|---|
+//! | n, u | `n`, `u` | hub axis; u = n x k, where a positive wheel rate drives the hub |
+//! | n_gamma, u_gamma | `n_g`, `u_g` | roller axis; its rolling direction, u_gamma = n_gamma x k |
+//! | b | `b` | the wheel's centre in the body frame, from the reference point |
+//! | rho, gamma | `rho`, `gamma` | wheel radius; angle from hub axis to rolling direction |
+//! | M, M_l, M_a | `m` | eq. (8), its first two columns, its last |
+//! | v_c, omega | [`Twist`](ilon_robot::Twist) | velocity of the reference point in the body frame; yaw rate |
+//! | q' | `rates` | wheel rates in rad/s |
+//! | e_r, e_phi | `e_r`, `e_phi` | position and heading error, eqs. (16), (17) |
+//! | sigma, c | `sigma`, `c` | weight and capacity of a task, eqs. (30), (34) |
+
+mod contact;
+mod error;
+#[cfg(test)]
+mod fixtures;
+mod guidance;
+mod kinematics;
+mod motor;
+mod priority;
+mod reference;
+mod singularity;
+mod waypoints;
+mod wheel_loop;
+
+pub use contact::{ContactKinematics, RollerContact};
+pub use error::ControlError;
+pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation};
+pub use kinematics::Kinematics;
+pub use motor::{Motor, MotorCurve, TorqueRange};
+pub use priority::{Task, TaskShare, share_capacity, sigma};
+pub use reference::{Desired, Heading, Reference};
+pub use singularity::{Singularity, SingularityKind};
+pub use wheel_loop::{WheelGains, WheelLoop, WheelLoopSettings};

@@ -1,0 +1,547 @@
+//! The kinematics at the rollers that really touch the ground.
+//!
+//! Eq. (5) takes the roller in contact to lie flat, straight below the hub. A real wheel has few rollers. As it turns,
+//! the touching roller stands at an angle phi from straight down. Its axis is then tilted out of the ground plane, and
+//! its contact wanders along the hub axis. Both change the constraint that the wheel puts on the robot.
+//!
+//! **The constraint.** Take the point p of the touching roller that meets the ground. As a point of the wheel with the
+//! roller held fast it moves with v + omega k x p + q' n x (p - p_hub). The roller's spin adds a velocity across its
+//! axis d: p is the support point t* d - s(t*) k from the roller's middle, so the spin adds spin d x (-s k), which is
+//! horizontal and perpendicular to d's projection on the ground, d_g. Rolling without slip hence asks along d_g
+//!
+//!   d_g . (v + omega k x p + q' n x (p - p_hub)) = 0,
+//!
+//! and across d_g it only sets the roller's spin. With d_g = n_gamma and p straight below the hub this is eq. (5).
+//! d_g has length one here, so that the misfit of the least squares over the wheels is a sliding velocity in m/s.
+//!
+//! **What follows** for n rollers that hand over at pi/n. A roller axis at angle delta from the hub axis, turned by
+//! phi, has components cos(delta) along n and sin(delta) cos(phi) along the ground across n:
+//! tan(delta_eff) = tan(delta) cos(phi). Driving sideways at gamma = 45 deg the wheel rate buys cos(phi) of what (9)
+//! says: sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight ahead, and for gamma = 0, it changes nothing.
+
+use ilon_robot::{Barrel, Robot, Twist};
+use nalgebra::{Isometry3, Matrix3, MatrixXx3, Unit, UnitQuaternion, Vector2, Vector3};
+
+use crate::error::finite;
+use crate::kinematics::multiply;
+use crate::{ControlError, Kinematics};
+
+/// Where a wheel touches the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollerContact {
+    /// Index of the touching roller in its wheel's list.
+    pub roller: usize,
+    /// Angle phi at which it stands from straight down, about the hub axis, in radians.
+    pub angle_rad: f64,
+    /// The contact point in the body frame, in metres.
+    pub point_in_body_m: Vector3<f64>,
+    /// The roller's axis in the body frame, in the sense of its joint.
+    pub axis_in_body: Unit<Vector3<f64>>,
+    /// Distance from the roller's axis to the contact point, straight up, in metres: s(t*) of the barrel.
+    pub radius_m: f64,
+}
+
+/// The map between wheel rates and the twist of the body frame's origin, at given wheel angles, on flat ground.
+///
+/// Takes wheel angles and rates and gives the twist without slip, which makes it odometry; or takes a twist and gives
+/// wheel rates, which makes it a feedforward that cancels the rollers' ripple.
+#[derive(Clone, Debug)]
+pub struct ContactKinematics {
+    wheels: Vec<WheelContacts>,
+    /// Reference point in the body frame, in metres.
+    reference_point_m: Vector2<f64>,
+    /// Distance by which the yaw column is scaled in the least squares, in metres.
+    length_m: f64,
+    contacts: Vec<RollerContact>,
+    /// Row h is d_g . (v + omega k x p) as a function of (v, omega), its sign such that the lever is positive.
+    rows: MatrixXx3<f64>,
+    /// -d_g . (n x (p - p_hub)): what the row equals per rad/s of wheel rate, in metres.
+    lever_m: Vec<f64>,
+    /// Row over lever: rad/s per twist.
+    rate_matrix: MatrixXx3<f64>,
+}
+
+/// What of a wheel decides where it touches.
+#[derive(Clone, Debug)]
+struct WheelContacts {
+    body_from_hub: Isometry3<f64>,
+    /// Straight down in the hub frame at wheel angle zero.
+    down_in_hub: Vector3<f64>,
+    radius_m: f64,
+    rollers: Vec<RollerGeometry>,
+}
+
+/// A roller in its hub's frame.
+#[derive(Clone, Debug)]
+struct RollerGeometry {
+    center_in_hub_m: Vector3<f64>,
+    axis_in_hub: Unit<Vector3<f64>>,
+    barrel: Barrel,
+}
+
+impl ContactKinematics {
+    /// The contact kinematics of a robot, about its body frame's origin, at wheel angles zero.
+    ///
+    /// # Errors
+    /// The conditions of Lemma 1 as in [`Kinematics::new`]; [`ControlError::NoRollers`].
+    pub fn new(robot: &Robot) -> Result<Self, ControlError> {
+        let count = Kinematics::new(robot)?.wheel_count();
+        let mut wheels = Vec::with_capacity(count);
+        for w in &robot.wheels {
+            if w.rollers.is_empty() {
+                return Err(ControlError::NoRollers {
+                    wheel: w.name.clone(),
+                });
+            }
+            let geometry = |r: &ilon_robot::Roller| RollerGeometry {
+                center_in_hub_m: r.center_in_hub_m,
+                axis_in_hub: r.axis_in_hub,
+                barrel: w.barrel(r),
+            };
+            wheels.push(WheelContacts {
+                body_from_hub: w.body_from_hub,
+                down_in_hub: w.body_from_hub.rotation.inverse() * -Vector3::z(),
+                radius_m: w.radius_m,
+                rollers: w.rollers.iter().map(geometry).collect(),
+            });
+        }
+        let far = |w: &WheelContacts| w.body_from_hub.translation.vector.xy().norm();
+        let length_m = wheels.iter().map(far).fold(0.0, f64::max);
+        let contacts = wheels.iter().map(|w| w.touching(0.0)).collect();
+        let mut kinematics = Self {
+            wheels,
+            reference_point_m: Vector2::zeros(),
+            length_m,
+            contacts,
+            rows: MatrixXx3::zeros(count),
+            lever_m: vec![0.0; count],
+            rate_matrix: MatrixXx3::zeros(count),
+        };
+        kinematics.refresh_rows();
+        Ok(kinematics)
+    }
+
+    /// The same with another reference point, given in the body frame in metres: twists then hold the velocity of
+    /// that point (as [`Kinematics::about`]).
+    ///
+    /// # Errors
+    /// [`ControlError::NotFinite`] for a point that is not finite.
+    pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
+        let mut kinematics = self.clone();
+        kinematics.reference_point_m = Vector2::new(
+            finite("x of the reference point", point_m.x)?,
+            finite("y of the reference point", point_m.y)?,
+        );
+        kinematics.refresh_rows();
+        Ok(kinematics)
+    }
+
+    /// Finds the touching rollers at wheel angles in radians, one a wheel.
+    pub fn update(&mut self, wheel_angles_rad: &[f64]) {
+        for ((contact, wheel), angle_rad) in self
+            .contacts
+            .iter_mut()
+            .zip(&self.wheels)
+            .zip(wheel_angles_rad)
+        {
+            *contact = wheel.touching(*angle_rad);
+        }
+        self.refresh_rows();
+    }
+
+    /// The twist without slip, in the body frame, for wheel angles in radians and rates in rad/s: least squares of
+    /// the wheels' constraints. On a robot this is its odometry.
+    pub fn twist(&mut self, wheel_angles_rad: &[f64], rates_rad_s: &[f64]) -> Twist {
+        self.update(wheel_angles_rad);
+        self.twist_here(rates_rad_s)
+    }
+
+    /// The wheel rates in rad/s that move the body with this twist at these wheel angles without slip: the twist's
+    /// feedforward, in which the rollers' ripple is cancelled.
+    pub fn wheel_rates(&mut self, wheel_angles_rad: &[f64], twist_in_body: Twist, out: &mut [f64]) {
+        self.update(wheel_angles_rad);
+        self.wheel_rates_here(twist_in_body, out);
+    }
+
+    /// [`Self::twist`] at the wheel angles of the last update.
+    pub fn twist_here(&self, rates_rad_s: &[f64]) -> Twist {
+        // Normal equations A^T A x = A^T y, the yaw column divided by a length typical of the robot.
+        let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
+        for ((row, lever_m), rate_rad_s) in self.rows.row_iter().zip(&self.lever_m).zip(rates_rad_s)
+        {
+            let a = Vector3::new(row[0], row[1], row[2] / self.length_m);
+            ata += a * a.transpose();
+            aty += a * (lever_m * rate_rad_s);
+        }
+        let x = match ata.cholesky() {
+            Some(factor) => factor.solve(&aty),
+            // The momentary contacts leave one motion open, although the robot as such has rank 3: the smallest
+            // motion that fits.
+            None => ata
+                .pseudo_inverse(1e-12 * ata.trace())
+                .map_or(Vector3::zeros(), |inverse| inverse * aty),
+        };
+        Twist::new(x.x, x.y, x.z / self.length_m)
+    }
+
+    /// [`Self::wheel_rates`] at the wheel angles of the last update.
+    pub fn wheel_rates_here(&self, twist_in_body: Twist, out: &mut [f64]) {
+        multiply(&self.rate_matrix, twist_in_body, out);
+    }
+
+    /// Where each wheel touches, at the wheel angles of the last update.
+    pub fn contacts(&self) -> &[RollerContact] {
+        &self.contacts
+    }
+
+    /// The reference point in the body frame, in metres.
+    pub fn reference_point_m(&self) -> Vector2<f64> {
+        self.reference_point_m
+    }
+
+    /// The velocity at which each contact slides along its roller's axis on the ground, in m/s, if the body moves
+    /// with `twist_in_body` and the wheels with these rates: zero is rolling without slip.
+    pub fn residuals_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
+        multiply(&self.rows, twist_in_body, out);
+        for ((out, lever_m), rate_rad_s) in out.iter_mut().zip(&self.lever_m).zip(rates_rad_s) {
+            *out -= lever_m * rate_rad_s;
+        }
+    }
+
+    /// The spin about their joint axes at which the touching rollers roll without slip, in rad/s, one a wheel, if the
+    /// body moves with `twist_in_body` and the wheels with these rates.
+    pub fn roller_spins_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
+        for (((contact, wheel), rate_rad_s), out) in self
+            .contacts
+            .iter()
+            .zip(&self.wheels)
+            .zip(rates_rad_s)
+            .zip(out)
+        {
+            let v = wheel.material_velocity_m_s(
+                contact,
+                self.reference_point_m,
+                twist_in_body,
+                *rate_rad_s,
+            );
+            // The spin adds spin (d x -s k) to v; with e = d x k, across the axis on the ground: v . e = spin s e . e.
+            let e = contact.axis_in_body.cross(&Vector3::z());
+            *out = v.dot(&e) / (contact.radius_m * e.norm_squared());
+        }
+    }
+
+    /// Rows, levers and rate matrix for the contacts at hand.
+    fn refresh_rows(&mut self) {
+        for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {
+            let hub_m = wheel.body_from_hub.translation.vector;
+            let n = wheel.body_from_hub.rotation * Vector3::z();
+            let p = contact.point_in_body_m.xy() - self.reference_point_m;
+            // A roller axis never stands upright: |gamma| < 90 deg keeps it off the hub's radius.
+            let d_g = contact.axis_in_body.xy().normalize();
+            let turn_m = n.cross(&(contact.point_in_body_m - hub_m));
+            let lever_m = -d_g.dot(&turn_m.xy());
+            let d_g = d_g * lever_m.signum();
+            let row = Vector3::new(d_g.x, d_g.y, p.x * d_g.y - p.y * d_g.x).transpose();
+            self.lever_m[h] = lever_m.abs();
+            self.rows.set_row(h, &row);
+            self.rate_matrix.set_row(h, &(row / lever_m.abs()));
+        }
+    }
+}
+
+impl WheelContacts {
+    /// The roller whose barrel reaches lowest at this wheel angle. Where several reach equally low (overlapping
+    /// barrels, or two rows at once) the one nearest to straight down.
+    fn touching(&self, wheel_angle_rad: f64) -> RollerContact {
+        // Below this share of the radius depths count as equal: far above rounding, far below what a contact feels.
+        let tie_m = 1e-9 * self.radius_m;
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wheel_angle_rad);
+        let w = self.down_in_hub;
+        let mut best: Option<(f64, f64, RollerContact)> = None;
+        for (index, roller) in self.rollers.iter().enumerate() {
+            let center = turn * roller.center_in_hub_m;
+            let nearness = center.dot(&w) / roller.barrel.ring_radius_m;
+            // A barrel beyond a quarter turn from down never touches flat ground.
+            if nearness <= 0.0 && best.is_some() {
+                continue;
+            }
+            let axis = turn * roller.axis_in_hub;
+            let t_m = roller.barrel.support_place_m(axis.dot(&w));
+            let radius_m = roller.barrel.sphere_radius_m(t_m);
+            let point = center + t_m * axis.into_inner() + radius_m * w;
+            let depth_m = point.dot(&w);
+            let better = best
+                .as_ref()
+                .is_none_or(|(best_depth_m, best_nearness, _)| {
+                    depth_m > best_depth_m + tie_m
+                        || (depth_m > best_depth_m - tie_m && nearness > *best_nearness)
+                });
+            if better {
+                // The angle about the hub axis z from straight down.
+                let phi = w.cross(&center).z.atan2(w.dot(&center));
+                let contact = RollerContact {
+                    roller: index,
+                    angle_rad: phi,
+                    point_in_body_m: (self.body_from_hub * nalgebra::Point3::from(point)).coords,
+                    axis_in_body: self.body_from_hub.rotation * axis,
+                    radius_m,
+                };
+                best = Some((depth_m, nearness, contact));
+            }
+        }
+        // The constructor refuses wheels without rollers; a wheel without any would touch below its hub.
+        best.map_or_else(
+            || RollerContact {
+                roller: 0,
+                angle_rad: 0.0,
+                point_in_body_m: self.body_from_hub.translation.vector
+                    - self.radius_m * Vector3::z(),
+                axis_in_body: self.body_from_hub.rotation * Vector3::y_axis(),
+                radius_m: self.radius_m,
+            },
+            |(_, _, contact)| contact,
+        )
+    }
+
+    /// Velocity of the contact point as a point of the wheel with its rollers held fast, in the body frame, in m/s.
+    fn material_velocity_m_s(
+        &self,
+        contact: &RollerContact,
+        reference_point_m: Vector2<f64>,
+        twist_in_body: Twist,
+        rate_rad_s: f64,
+    ) -> Vector3<f64> {
+        let p = contact.point_in_body_m;
+        let r = p.xy() - reference_point_m;
+        let hub_m = self.body_from_hub.translation.vector;
+        let n = self.body_from_hub.rotation * Vector3::z();
+        let v = twist_in_body.linear_m_s() + twist_in_body.omega_rad_s * Vector2::new(-r.y, r.x);
+        Vector3::new(v.x, v.y, 0.0) + rate_rad_s * n.cross(&(p - hub_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use std::f64::consts::{PI, TAU};
+
+    /// Mean twist while every wheel turns at its ideal rate for `ideal`, over a whole number of roller pitches of
+    /// each wheel where the rates are equal in amount: sampled at `count` equal steps of the first wheel's turn.
+    fn mean_twist(contact: &mut ContactKinematics, kinematics: &Kinematics, ideal: Twist) -> Twist {
+        let n = kinematics.wheel_count();
+        let mut rates = vec![0.0; n];
+        kinematics.wheel_rates(ideal, &mut rates);
+        let top = rates.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
+        let (count, mut sum) = (3600, Twist::default());
+        for k in 0..count {
+            // The middle of each step, so that no sample falls on a hand-over.
+            let time_s = TAU / top * (f64::from(k) + 0.5) / f64::from(count);
+            let angles: Vec<_> = rates.iter().map(|r| r * time_s).collect();
+            sum = sum + contact.twist(&angles, &rates);
+        }
+        sum.scaled(1.0 / f64::from(count))
+    }
+
+    #[test]
+    fn sideways_a_mecanum_robot_gets_sinc_of_what_the_ideal_says() {
+        for n in [6, 9, 12] {
+            let mut specs = mecanum4_specs(crate::fixtures::MECANUM_HANDEDNESS);
+            for spec in &mut specs {
+                spec.rollers = n;
+            }
+            let robot = robot(10.0, &specs);
+            let kinematics = Kinematics::new(&robot).unwrap();
+            let mut contact = ContactKinematics::new(&robot).unwrap();
+            let mean = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.3, 0.0));
+            // The mean of cos(phi) over phi in [-pi/n, pi/n]. The midpoint rule over 3600/n steps a pitch errs by
+            // less than (pi/n)^2 (n/3600)^2, below 1e-6.
+            let sinc = (PI / n as f64).sin() / (PI / n as f64);
+            assert!((mean.vy_m_s / 0.3 - sinc).abs() < 1e-6, "{n}: {mean:?}");
+            assert!(
+                mean.vx_m_s.abs() < 1e-4 && mean.omega_rad_s.abs() < 1e-3,
+                "{mean:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_mecanum_robot_of_nine_rollers_has_the_known_factors() {
+        let robot = mecanum4();
+        let kinematics = Kinematics::new(&robot).unwrap();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        // Figures of an independent implementation in another language, sampled alike, given to six digits.
+        let lateral = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.3, 0.0));
+        assert!(
+            (lateral.vy_m_s / 0.3 - 0.979816).abs() < 1e-6,
+            "{lateral:?}"
+        );
+        let yaw = mean_twist(&mut contact, &kinematics, Twist::new(0.0, 0.0, 1.0));
+        assert!((yaw.omega_rad_s - 0.989440).abs() < 1e-6, "{yaw:?}");
+    }
+
+    #[test]
+    fn straight_ahead_the_rollers_tilt_changes_nothing() {
+        let robot = mecanum4();
+        let kinematics = Kinematics::new(&robot).unwrap();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        let mut rates = [0.0; 4];
+        kinematics.wheel_rates(Twist::new(0.3, 0.0, 0.0), &mut rates);
+        for k in 0..500 {
+            let angles = [0.013 * f64::from(k); 4];
+            let off = contact.twist(&angles, &rates) - Twist::new(0.3, 0.0, 0.0);
+            assert!(off.linear_m_s().norm() < 1e-13 && off.omega_rad_s.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn with_gamma_zero_the_contact_changes_nothing() {
+        let robot = volksbot();
+        let kinematics = Kinematics::new(&robot).unwrap();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        let rates = [3.0, -2.0, 5.0];
+        let ideal = kinematics.twist(&rates);
+        for k in 0..500 {
+            let angles = [0.013, 0.29, -0.17].map(|step| step * f64::from(k));
+            let off = contact.twist(&angles, &rates) - ideal;
+            assert!(off.linear_m_s().norm() < 1e-13 && off.omega_rad_s.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn at_wheel_angle_zero_with_a_roller_straight_down_it_is_the_ideal_kinematics() {
+        let robot = six_wheels();
+        let kinematics = Kinematics::new(&robot).unwrap();
+        let contact = ContactKinematics::new(&robot).unwrap();
+        let twist = Twist::new(0.2, -0.3, 0.4);
+        let (mut ideal, mut real) = ([0.0; 6], [0.0; 6]);
+        kinematics.wheel_rates(twist, &mut ideal);
+        contact.wheel_rates_here(twist, &mut real);
+        for (ideal, real) in ideal.iter().zip(real) {
+            assert!((ideal - real).abs() < 1e-12);
+        }
+        for (contact, wheel) in contact.contacts().iter().zip(kinematics.wheels()) {
+            let below = wheel.position_m() - wheel.radius_m * Vector3::z();
+            assert!((contact.point_in_body_m - below).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_contact_lies_on_the_wheels_outline_and_wanders_along_the_hub_axis() {
+        let robot = mecanum4();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        let a = 0.038;
+        for k in 0..400 {
+            let angle = -1.0 + 0.005 * f64::from(k) + 1e-4;
+            contact.update(&[angle; 4]);
+            for (c, wheel) in contact.contacts().iter().zip(&robot.wheels) {
+                let from_hub = c.point_in_body_m - wheel.position_m();
+                assert!((from_hub.z + 0.05).abs() < 1e-12);
+                // Hub axis +y: a tan(phi) tan(gamma) along it, nothing across it.
+                let offset = a * c.angle_rad.tan() * wheel.gamma_rad.tan();
+                assert!(from_hub.x.abs() < 1e-12, "{from_hub:?}");
+                assert!((from_hub.y.abs() - offset.abs()).abs() < 1e-12);
+                assert!(c.angle_rad.abs() <= PI / 9.0 + 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn wheel_rates_and_twist_are_each_others_inverse() {
+        for robot in [mecanum4(), volksbot(), six_wheels()] {
+            let mut contact = ContactKinematics::new(&robot)
+                .unwrap()
+                .about(nalgebra::Vector2::new(0.1, -0.05))
+                .unwrap();
+            let n = robot.wheels.len();
+            let twist = Twist::new(0.25, -0.1, 0.6);
+            let mut rates = vec![0.0; n];
+            for k in 0..200 {
+                let angles: Vec<_> = (0..n).map(|h| 0.07 * (k * (h + 1)) as f64).collect();
+                contact.wheel_rates(&angles, twist, &mut rates);
+                let off = contact.twist(&angles, &rates) - twist;
+                assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-12);
+                let mut residuals = vec![1.0; n];
+                contact.residuals_here(twist, &rates, &mut residuals);
+                assert!(residuals.iter().all(|r| r.abs() < 1e-12));
+            }
+        }
+    }
+
+    /// The constraint checked without the derivation: move the body and the wheel by a small step, the contact point
+    /// riding on a roller that spins as told, and see whether its material stays where it was on the ground.
+    #[test]
+    fn with_the_ideal_spin_the_rollers_contact_point_does_not_move() {
+        let robot = mecanum4();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        let twist = Twist::new(0.2, 0.15, 0.4);
+        let mut rates = [0.0; 4];
+        let mut spins = [0.0; 4];
+        for k in 0..100 {
+            let angles = [0.11, -0.07, 0.05, 0.13].map(|s| s * f64::from(k));
+            contact.wheel_rates(&angles, twist, &mut rates);
+            contact.roller_spins_here(twist, &rates, &mut spins);
+            for (h, c) in contact.contacts().iter().enumerate() {
+                let wheel = &robot.wheels[h];
+                let roller = &wheel.rollers[c.roller];
+                let spin_of = |angle: f64, axis: Unit<Vector3<f64>>| {
+                    UnitQuaternion::from_axis_angle(&axis, angle)
+                };
+                // World position of the material point that touches at time zero, at time t.
+                let hub_spin = |t: f64| spin_of(angles[h] + rates[h] * t, Vector3::z_axis());
+                let in_hub = {
+                    let at_hub =
+                        wheel.body_from_hub.inverse() * nalgebra::Point3::from(c.point_in_body_m);
+                    hub_spin(0.0).inverse() * at_hub.coords
+                };
+                let place = |t: f64| {
+                    let rolled = spin_of(spins[h] * t, roller.axis_in_hub)
+                        * (in_hub - roller.center_in_hub_m)
+                        + roller.center_in_hub_m;
+                    let in_body =
+                        wheel.body_from_hub * nalgebra::Point3::from(hub_spin(t) * rolled);
+                    let turn = spin_of(twist.omega_rad_s * t, Vector3::z_axis());
+                    turn * in_body.coords + Vector3::new(twist.vx_m_s, twist.vy_m_s, 0.0) * t
+                };
+                // Central difference over 1 us: curvature enters with t^2, rounding with 1e-16 / 1e-6.
+                let velocity = (place(1e-6) - place(-1e-6)) / 2e-6;
+                assert!(velocity.xy().norm() < 1e-8, "wheel {h}: {velocity:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_rows_touch_by_turns() {
+        let specs: Vec<_> = (0..3)
+            .map(|i| {
+                let a = TAU * f64::from(i) / 3.0;
+                let mut spec = WheelSpec::new(0.25 * a.cos(), 0.25 * a.sin(), a, 0.0, 5);
+                spec.rows = 2;
+                spec
+            })
+            .collect();
+        let robot = robot(8.0, &specs);
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        let mut seen = [false; 10];
+        for k in 0..360 {
+            let angle = (f64::from(k) + 0.5).to_radians();
+            contact.update(&[angle; 3]);
+            let c = contact.contacts()[0];
+            seen[c.roller] = true;
+            let roller = &robot.wheels[0].rollers[c.roller];
+            let off_middle = (c.point_in_body_m - robot.wheels[0].position_m()).x;
+            assert!((off_middle - roller.row_offset_m()).abs() < 1e-12);
+            assert!(c.angle_rad.abs() <= PI / 10.0 + 1e-9);
+        }
+        assert!(seen.iter().all(|s| *s));
+    }
+
+    #[test]
+    fn a_wheel_without_rollers_is_refused() {
+        let mut robot = mecanum4();
+        robot.wheels[1].rollers.clear();
+        let error = ContactKinematics::new(&robot).unwrap_err();
+        let wheel = "wheel_1".to_owned();
+        assert_eq!(error, ControlError::NoRollers { wheel });
+    }
+}

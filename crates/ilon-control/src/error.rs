@@ -1,0 +1,158 @@
+//! The one error type of the crate.
+
+use crate::Singularity;
+
+/// Why a controller, a reference or a motor cannot be made from what was given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlError {
+    /// Fewer than three wheels cannot span the three freedoms of motion in the plane.
+    #[error(
+        "the robot has {count} driven wheel(s) with rollers; omnidirectional motion needs at least 3"
+    )]
+    TooFewWheels {
+        /// The number of wheels.
+        count: usize,
+    },
+    /// Condition c.1 of Lemma 1 fails: the rollers of these wheels roll the way the wheel does (gamma = 90 deg), so
+    /// that turning the wheel moves nothing.
+    #[error(
+        "loss of control authority: the rollers of {} roll the way the wheel drives (|gamma| = 90 deg), so the motor \
+         cannot push; turn the roller axes away from the hub axis (Lemma 1, condition c.1)",
+        quoted(.wheels)
+    )]
+    NoControlAuthority {
+        /// The wheels to blame.
+        wheels: Vec<String>,
+    },
+    /// A wheel carries no rollers.
+    #[error("wheel `{wheel}` carries no rollers; its contact with the ground cannot be told")]
+    NoRollers {
+        /// The wheel.
+        wheel: String,
+    },
+    /// Condition c.2 of Lemma 1 fails: M of eq. (8) has rank below 3.
+    #[error("loss of controllability: {singularity} (Lemma 1, condition c.2: rank M < 3)")]
+    Uncontrollable {
+        /// Which motion is free, the geometry behind it, and what would mend it.
+        singularity: Singularity,
+    },
+    /// A number that must be finite and positive is not.
+    #[error("{what} is {value}; it must be finite and above zero")]
+    NotPositive {
+        /// What the number is.
+        what: String,
+        /// What was given.
+        value: f64,
+    },
+    /// A number that must be finite and zero or more is not.
+    #[error("{what} is {value}; it must be finite and not below zero")]
+    Negative {
+        /// What the number is.
+        what: String,
+        /// What was given.
+        value: f64,
+    },
+    /// A number is NaN or infinite.
+    #[error("{what} is {value}; it must be a finite number")]
+    NotFinite {
+        /// What the number is.
+        what: String,
+        /// What was given.
+        value: f64,
+    },
+    /// The position gain K_r is not symmetric positive definite, which eq. (21) needs.
+    #[error(
+        "the position gain [[{xx}, {xy}], [{yx}, {yy}]] must be symmetric and positive definite"
+    )]
+    PositionGain {
+        /// Row x, column x, in 1/s.
+        xx: f64,
+        /// Row x, column y, in 1/s.
+        xy: f64,
+        /// Row y, column x, in 1/s.
+        yx: f64,
+        /// Row y, column y, in 1/s.
+        yy: f64,
+    },
+    /// A path by waypoints needs at least two of them.
+    #[error("a path by waypoints needs at least 2 points, got {count}")]
+    TooFewWaypoints {
+        /// The number of points given.
+        count: usize,
+    },
+    /// Two lists that belong together differ in length.
+    #[error("{left} ({left_count}) and {right} ({right_count}) must be equally many")]
+    LengthMismatch {
+        /// What the first list holds.
+        left: &'static str,
+        /// How many it holds.
+        left_count: usize,
+        /// What the second list holds.
+        right: &'static str,
+        /// How many it holds.
+        right_count: usize,
+    },
+    /// Waypoint times must start at zero or later and grow.
+    #[error("waypoint {index} is at {time_s} s, not later than the one before; times must grow")]
+    TimesNotGrowing {
+        /// Index of the offending waypoint, from 0.
+        index: usize,
+        /// Its time in seconds.
+        time_s: f64,
+    },
+    /// A heading along the path's tangent needs a path that moves.
+    #[error(
+        "heading along the tangent needs a path that moves: {reason}; give a constant heading or a rate instead"
+    )]
+    NoTangent {
+        /// Where the path has no tangent.
+        reason: String,
+    },
+    /// Headings at waypoints need a path by waypoints.
+    #[error(
+        "headings at waypoints need a path by waypoints; give a constant heading, a rate or the tangent instead"
+    )]
+    HeadingsWithoutWaypoints,
+}
+
+/// Names in backquotes, separated by commas.
+pub(crate) fn quoted(names: &[String]) -> String {
+    let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
+    names.join(", ")
+}
+
+/// `value` if it is finite and above zero.
+pub(crate) fn positive(what: &str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(ControlError::NotPositive {
+            what: what.to_owned(),
+            value,
+        })
+    }
+}
+
+/// `value` if it is finite and not below zero.
+pub(crate) fn not_negative(what: &str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(ControlError::Negative {
+            what: what.to_owned(),
+            value,
+        })
+    }
+}
+
+/// `value` if it is finite.
+pub(crate) fn finite(what: &str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ControlError::NotFinite {
+            what: what.to_owned(),
+            value,
+        })
+    }
+}

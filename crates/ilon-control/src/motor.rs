@@ -1,0 +1,212 @@
+//! What a wheel's motor can give: URDF effort and velocity limits, and the torque-speed line of a DC motor.
+
+use ilon_robot::MotorLimits;
+
+use crate::ControlError;
+use crate::error::positive;
+
+/// A torque that a motor can give at one moment, in N m: min <= 0 <= max.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueRange {
+    /// Most negative torque.
+    pub min_n_m: f64,
+    /// Most positive torque.
+    pub max_n_m: f64,
+}
+
+impl TorqueRange {
+    /// Any torque.
+    pub const UNLIMITED: Self = Self {
+        min_n_m: f64::NEG_INFINITY,
+        max_n_m: f64::INFINITY,
+    };
+
+    /// The torque in the range nearest to `torque_n_m`.
+    pub fn clamp(&self, torque_n_m: f64) -> f64 {
+        torque_n_m.min(self.max_n_m).max(self.min_n_m)
+    }
+}
+
+/// How a motor's torque depends on its rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum MotorCurve {
+    /// It does not, up to the velocity limit.
+    #[default]
+    Flat,
+    /// A DC motor on a fixed supply: the torque it can drive with falls in a line from the stall torque at rest to
+    /// nothing at the no-load rate. See [`MotorCurve::dc_line`].
+    DcLine {
+        /// Torque at rest, at the wheel, in N m.
+        stall_torque_n_m: f64,
+        /// Rate at which it drives no more, at the wheel, in rad/s.
+        no_load_rate_rad_s: f64,
+    },
+}
+
+impl MotorCurve {
+    /// The torque-speed line of a DC motor of torque constant K, winding resistance R and supply U behind a gear:
+    /// stall torque K U / R and no-load rate U / K, both at the wheel (after the gear, its losses left out).
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`].
+    pub fn dc_line(stall_torque_n_m: f64, no_load_rate_rad_s: f64) -> Result<Self, ControlError> {
+        Ok(Self::DcLine {
+            stall_torque_n_m: positive("the motor's stall torque in N m", stall_torque_n_m)?,
+            no_load_rate_rad_s: positive("the motor's no-load rate in rad/s", no_load_rate_rad_s)?,
+        })
+    }
+}
+
+/// A wheel's motor, all figures at the wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    effort_n_m: f64,
+    velocity_rad_s: f64,
+    curve: MotorCurve,
+}
+
+impl Motor {
+    /// A motor with limits as URDF gives them (infinite where there is none) and a torque-speed curve.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`] where a limit is NaN, zero or negative.
+    pub fn new(limits: &MotorLimits, curve: MotorCurve) -> Result<Self, ControlError> {
+        let limit = |what: &str, value: f64| match value {
+            f64::INFINITY => Ok(value),
+            _ => positive(what, value),
+        };
+        Ok(Self {
+            effort_n_m: limit("the motor's effort limit in N m", limits.effort_n_m)?,
+            velocity_rad_s: limit("the motor's velocity limit in rad/s", limits.velocity_rad_s)?,
+            curve,
+        })
+    }
+
+    /// The largest torque at any rate, in N m: the effort limit or, if lower, the stall torque.
+    pub fn peak_torque_n_m(&self) -> f64 {
+        match self.curve {
+            MotorCurve::Flat => self.effort_n_m,
+            MotorCurve::DcLine {
+                stall_torque_n_m, ..
+            } => self.effort_n_m.min(stall_torque_n_m),
+        }
+    }
+
+    /// The torques it can give at a wheel rate.
+    ///
+    /// Driving (torque along the rate): up to the effort limit and the DC line, and nothing at or beyond the velocity
+    /// limit. Braking (torque against the rate): up to the effort limit and the stall torque, at any rate. With the
+    /// supply reversed a DC motor's back-EMF would add to the supply and drive more than the stall current; the
+    /// drive's current limit, taken to be the stall current, is what holds it there. Beyond the no-load rate the
+    /// motor is let coast: its range never leaves zero out, so that no torque is forced upon the wheel.
+    pub fn range(&self, rate_rad_s: f64) -> TorqueRange {
+        let speed_rad_s = rate_rad_s.abs();
+        let brake_n_m = self.peak_torque_n_m();
+        let drive_n_m = if speed_rad_s >= self.velocity_rad_s {
+            0.0
+        } else {
+            match self.curve {
+                MotorCurve::Flat => self.effort_n_m,
+                MotorCurve::DcLine {
+                    stall_torque_n_m,
+                    no_load_rate_rad_s,
+                } => {
+                    let line_n_m = stall_torque_n_m * (1.0 - speed_rad_s / no_load_rate_rad_s);
+                    line_n_m.clamp(0.0, brake_n_m)
+                }
+            }
+        };
+        if rate_rad_s >= 0.0 {
+            TorqueRange {
+                min_n_m: -brake_n_m,
+                max_n_m: drive_n_m,
+            }
+        } else {
+            TorqueRange {
+                min_n_m: -drive_n_m,
+                max_n_m: brake_n_m,
+            }
+        }
+    }
+
+    /// What the motor gives of a torque asked for in N m at a wheel rate in rad/s. A torque that is not a number
+    /// gives none.
+    pub fn limit(&self, torque_n_m: f64, rate_rad_s: f64) -> f64 {
+        if torque_n_m.is_nan() {
+            return 0.0;
+        }
+        self.range(rate_rad_s).clamp(torque_n_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dc() -> Motor {
+        let limits = MotorLimits {
+            effort_n_m: 3.0,
+            velocity_rad_s: 18.0,
+        };
+        Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn driving_follows_the_lower_of_effort_and_dc_line() {
+        // The line crosses the effort limit where 4 (1 - w/20) = 3, at 5 rad/s.
+        assert_eq!(dc().limit(9.0, 0.0), 3.0);
+        assert_eq!(dc().limit(9.0, 4.0), 3.0);
+        assert!((dc().limit(9.0, 10.0) - 2.0).abs() < 1e-15);
+        assert!((dc().limit(-9.0, -10.0) + 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn nothing_drives_at_or_beyond_the_velocity_limit_but_braking_stays() {
+        for rate_rad_s in [18.0, 25.0] {
+            assert_eq!(dc().limit(1.0, rate_rad_s), 0.0);
+            assert_eq!(dc().limit(-9.0, rate_rad_s), -3.0);
+            assert_eq!(dc().limit(-1.0, -rate_rad_s), 0.0);
+            assert_eq!(dc().limit(9.0, -rate_rad_s), 3.0);
+        }
+    }
+
+    #[test]
+    fn braking_never_exceeds_the_stall_torque() {
+        let limits = MotorLimits {
+            effort_n_m: 10.0,
+            velocity_rad_s: f64::INFINITY,
+        };
+        let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
+        assert_eq!(motor.limit(-9.0, 15.0), -4.0);
+        assert_eq!(motor.limit(9.0, -30.0), 4.0);
+    }
+
+    #[test]
+    fn a_motor_without_limits_gives_what_is_asked() {
+        let motor = Motor::new(&MotorLimits::default(), MotorCurve::Flat).unwrap();
+        assert_eq!(motor.limit(1e9, 1e9), 1e9);
+        assert_eq!(motor.limit(f64::NAN, 0.0), 0.0);
+    }
+
+    #[test]
+    fn limits_that_are_not_positive_are_refused() {
+        let bad = |effort_n_m, velocity_rad_s| {
+            let limits = MotorLimits {
+                effort_n_m,
+                velocity_rad_s,
+            };
+            Motor::new(&limits, MotorCurve::Flat)
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(
+            bad(0.0, 1.0),
+            "the motor's effort limit in N m is 0; it must be finite and above zero"
+        );
+        assert_eq!(
+            bad(1.0, f64::NAN),
+            "the motor's velocity limit in rad/s is NaN; it must be finite and above zero"
+        );
+        assert!(MotorCurve::dc_line(1.0, 0.0).is_err());
+    }
+}

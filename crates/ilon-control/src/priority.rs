@@ -1,0 +1,128 @@
+//! Prioritised saturation: the capacity of one bound shared out among tasks in the order of their priority,
+//! eqs. (29)-(35).
+
+use ilon_robot::Twist;
+
+/// One task of the guidance: a motion that it asks for.
+///
+/// In the kinematic model every motion that the wheels can roll is a twist, q' = M twist / (rho cos gamma). Asking
+/// for twists therefore covers every task, whatever N: wheel rates outside the range of M would only make wheels
+/// slide against each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task {
+    /// Its name, by which [`TaskShare`] tells of it.
+    pub name: &'static str,
+    /// The motion it asks for, in the body frame.
+    pub twist_in_body: Twist,
+}
+
+/// How much of a task was let through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TaskShare {
+    /// The task's name.
+    pub name: &'static str,
+    /// What it asked for: the infinity norm of its wheel rates, in rad/s.
+    pub asked_rad_s: f64,
+    /// Its capacity c_i of eq. (34), in rad/s: what the tasks above it left.
+    pub capacity_rad_s: f64,
+    /// Its weight sigma of eq. (33), in [0, 1]: below 1 it gave way. A task that asks for nothing has weight 0,
+    /// as eq. (30) defines it.
+    pub weight: f64,
+}
+
+impl TaskShare {
+    /// Whether saturation kept the task from all that it asked for.
+    pub fn gave_way(&self) -> bool {
+        // Not `weight < 1`: a task that asks for nothing has weight zero and lacks nothing.
+        self.asked_rad_s != 0.0 && self.weight < 1.0
+    }
+}
+
+/// The saturation weight of eqs. (30), (31): the factor that holds `x` to its capacity `c` >= 0.
+///
+/// 0 where x = 0; 1 where |x| < c; c / |x| beyond, which is 1 at |x| = c as well and 0 for c = 0. What is not finite
+/// gets weight 0: no finite factor can hold it.
+pub fn sigma(x: f64, c: f64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        0.0
+    } else if x.abs() < c {
+        1.0
+    } else {
+        c / x.abs()
+    }
+}
+
+/// Gives each task its capacity and weight, from what it asked for, in falling priority: eq. (34), with c_1 =
+/// `capacity_rad_s`, for any number of tasks.
+pub fn share_capacity(capacity_rad_s: f64, shares: &mut [TaskShare]) {
+    let mut c = capacity_rad_s;
+    for share in shares {
+        let weight = sigma(share.asked_rad_s, c);
+        share.capacity_rad_s = c;
+        share.weight = weight;
+        if weight > 0.0 {
+            // x (c / x) can round to just above c; a capacity is never negative.
+            c = (c - share.asked_rad_s * weight).max(0.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eq_30_sigma_is_the_factor_that_clips() {
+        assert_eq!(sigma(0.0, 3.0), 0.0);
+        assert_eq!(sigma(2.0, 3.0), 1.0);
+        assert_eq!(sigma(-2.0, 3.0), 1.0);
+        assert_eq!(sigma(6.0, 3.0), 0.5);
+        assert_eq!(sigma(-6.0, 3.0), 0.5);
+        // The strict inequality of eq. (30) leaves |x| = c to the last case, where c / |x| is 1: no jump.
+        assert_eq!(sigma(3.0, 3.0), 1.0);
+    }
+
+    #[test]
+    fn eq_31_zero_capacity_gives_zero_weight() {
+        for x in [-5.0, -1e-300, 0.0, 1e-300, 7.0] {
+            assert_eq!(sigma(x, 0.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_gets_no_weight() {
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(sigma(x, 3.0), 0.0);
+        }
+    }
+
+    fn shares(asked: &[f64]) -> Vec<TaskShare> {
+        let share = |asked_rad_s: &f64| TaskShare {
+            name: "task",
+            asked_rad_s: *asked_rad_s,
+            capacity_rad_s: 0.0,
+            weight: 0.0,
+        };
+        asked.iter().map(share).collect()
+    }
+
+    #[test]
+    fn eq_34_each_task_gets_what_those_above_it_left() {
+        let mut tasks = shares(&[2.0, 0.0, 5.0, 4.0, 1.0]);
+        share_capacity(8.0, &mut tasks);
+        let capacities: Vec<_> = tasks.iter().map(|t| t.capacity_rad_s).collect();
+        let weights: Vec<_> = tasks.iter().map(|t| t.weight).collect();
+        assert_eq!(capacities, [8.0, 6.0, 6.0, 1.0, 0.0]);
+        assert_eq!(weights, [1.0, 0.0, 1.0, 0.25, 0.0]);
+        let gave_way: Vec<_> = tasks.iter().map(TaskShare::gave_way).collect();
+        assert_eq!(gave_way, [false, false, false, true, true]);
+    }
+
+    #[test]
+    fn a_task_that_is_not_finite_takes_nothing_from_those_below() {
+        let mut tasks = shares(&[f64::NAN, 5.0]);
+        share_capacity(8.0, &mut tasks);
+        assert_eq!(tasks[1].capacity_rad_s, 8.0);
+        assert_eq!(tasks[1].weight, 1.0);
+    }
+}
