@@ -37,7 +37,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            dt_s: 1.0 / 1000.0,
+            dt_s: 1.0 / 500.0,
             roller_bodies: RollerBodies::All,
             contact_frequency_hz: 1000.0,
             contact_damping_ratio: 1.0,

@@ -63,7 +63,10 @@ pub struct BodyState {
     pub roll_rad: f64,
     /// Pitch about the body's y axis, in radians.
     pub pitch_rad: f64,
-    /// Velocity of the body frame's origin and yaw rate, in the body frame turned level.
+    /// Velocity of the body frame's origin and yaw rate, in the body frame as it stood at the start of the last step.
+    ///
+    /// That is where the step solved the contacts that gave this velocity. Resolved in the frame at the step's end it
+    /// would seem to drift sideways by v omega dt while turning, which no wheel ever did.
     pub twist_in_body: Twist,
 }
 
@@ -224,10 +227,11 @@ impl World {
         let position = world_from_body.translation.vector;
         let rotation = world_from_body.rotation;
         let (roll_rad, pitch_rad, heading_rad) = rotation.euler_angles();
-        let lever = rotation * -self.body_from_chassis.translation.vector;
+        let solved_at = self.before.world_from_chassis.rotation;
+        let lever = solved_at * -self.body_from_chassis.translation.vector;
         let velocity = self.state.velocity_m_s + self.state.angular_rad_s.cross(&lever);
-        let velocity_in_body = rotation.inverse() * velocity;
-        let angular_in_body = rotation.inverse() * self.state.angular_rad_s;
+        let velocity_in_body = solved_at.inverse() * velocity;
+        let angular_in_body = solved_at.inverse() * self.state.angular_rad_s;
         BodyState {
             pose: PlanarPose {
                 x_m: position.x,
