@@ -31,6 +31,7 @@
 //! | sigma, c | `sigma`, `c` | weight and capacity of a task, eqs. (30), (34) |
 
 mod contact;
+mod dynamics;
 mod error;
 #[cfg(test)]
 mod fixtures;
@@ -44,6 +45,7 @@ mod waypoints;
 mod wheel_loop;
 
 pub use contact::{ContactKinematics, RollerContact};
+pub use dynamics::{DynamicModel, DynamicsSettings};
 pub use error::ControlError;
 pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation};
 pub use kinematics::Kinematics;

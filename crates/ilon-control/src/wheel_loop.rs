@@ -10,11 +10,11 @@
 //! dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b = k_i dt^2 / J, and the integral updated before its use, the
 //! error's characteristic polynomial is z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when
 //! a > 0, b > 0 and 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
-//! a <= 1/2 there, a quarter of the limit, which leaves room for a step of delay.
+//! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does not swing about it.
 
-use crate::ControlError;
 use crate::error::{not_negative, positive};
 use crate::motor::TorqueRange;
+use crate::{ControlError, DynamicModel};
 
 /// Gains of one wheel's PID.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct WheelGains {
 impl WheelGains {
     /// Gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on the ground) and the
     /// smallest (in the air), in kg m^2, and the loop's period in seconds: k_p = J_ground w_b, but at most
-    /// J_air / (2 dt), for the stability of a wheel in the air; k_i = k_p w / 4 with w = k_p / J_ground the bandwidth
+    /// J_air / dt, for the stability of a wheel in the air; k_i = k_p w / 4 with w = k_p / J_ground the bandwidth
     /// that this leaves; no derivative.
     ///
     /// # Errors
@@ -52,12 +52,35 @@ impl WheelGains {
         )?;
         let dt_s = positive("the wheel loop's period in s", dt_s)?;
         let w_b = positive("the wheel loop's bandwidth in rad/s", bandwidth_rad_s)?;
-        let k_p = (j_ground * w_b).min(0.5 * j_air / dt_s);
+        let k_p = (j_ground * w_b).min(j_air / dt_s);
         Ok(Self {
             proportional_n_m_s: k_p,
             integral_n_m: 0.25 * k_p * k_p / j_ground,
             derivative_n_m_s2: 0.0,
         })
+    }
+
+    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`].
+    ///
+    /// # Errors
+    /// As [`Self::propose`].
+    pub fn for_robot(
+        model: &DynamicModel,
+        dt_s: f64,
+        bandwidth_rad_s: f64,
+    ) -> Result<Self, ControlError> {
+        Self::propose(
+            model.ground_inertia_kg_m2(),
+            model.air_inertia_kg_m2(),
+            dt_s,
+            bandwidth_rad_s,
+        )
+    }
+
+    /// The loop bandwidth that these gains give a wheel of this inertia, in rad/s: k_p / J. Less than what was asked
+    /// of [`Self::propose`] where the wheel in the air held it down: a shorter period then gives more.
+    pub fn bandwidth_rad_s(&self, inertia_kg_m2: f64) -> f64 {
+        self.proportional_n_m_s / inertia_kg_m2
     }
 
     /// Whether a wheel of this inertia under these gains (without derivative) and this period is stable: a > 0, b >= 0
@@ -224,5 +247,138 @@ impl WheelState {
             self.integral_n_m = integral;
         }
         limit.clamp(wanted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: TorqueRange = TorqueRange {
+        min_n_m: -1.0,
+        max_n_m: 1.0,
+    };
+
+    /// A wheel of inertia `j` under its loop, the torque held over each step: rates after each.
+    fn run(gains: WheelGains, j: f64, damping: f64, dt_s: f64, steps: usize) -> Vec<f64> {
+        let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
+        let mut rate = 0.0;
+        (0..steps)
+            .map(|_| {
+                let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+                rate += dt_s / j * (torque - damping * rate);
+                rate
+            })
+            .collect()
+    }
+
+    #[test]
+    fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
+        let gains = WheelGains::propose(7e-3, 2.4e-4, 1e-3, 30.0).unwrap();
+        assert!((gains.bandwidth_rad_s(7e-3) - 30.0).abs() < 1e-12);
+        let rates = run(gains, 7e-3, 1e-3, 1e-3, 1000);
+        // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t) plus the
+        // response of the zero; within 15 % after 4/15 s, within 0.1 % after 1 s, damping included.
+        assert!((rates[266] / 5.0 - 1.0).abs() < 0.15, "{}", rates[266]);
+        assert!((rates[999] / 5.0 - 1.0).abs() < 1e-3, "{}", rates[999]);
+    }
+
+    #[test]
+    fn proposed_gains_hold_a_wheel_in_the_air_without_swinging() {
+        for dt_s in [1.0 / 1000.0, 1.0 / 240.0, 1.0 / 60.0] {
+            let gains = WheelGains::propose(7e-3, 2.4e-4, dt_s, 50.0).unwrap();
+            assert!(gains.is_stable(2.4e-4, dt_s) && gains.is_stable(7e-3, dt_s));
+            let rates = run(gains, 2.4e-4, 0.0, dt_s, 2000);
+            // The integral overshoots by a few per cent; beyond that a swing from step to step would show.
+            assert!(rates.iter().all(|r| *r > 0.0 && *r < 5.0 * 1.2));
+            assert!((rates[1999] / 5.0 - 1.0).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn the_stability_limit_is_where_the_simulated_loop_starts_to_grow() {
+        let (j, dt_s) = (2e-4, 1e-3);
+        for (integral, share) in [(0.0, 0.99), (0.0, 1.01), (20.0, 0.99), (20.0, 1.01)] {
+            // 2 a + b = 4 share.
+            let b = integral * dt_s * dt_s / j;
+            let a = (4.0 * share - b) / 2.0;
+            let gains = WheelGains {
+                proportional_n_m_s: a * j / dt_s,
+                integral_n_m: integral,
+                derivative_n_m_s2: 0.0,
+            };
+            let rates = run(gains, j, 0.0, dt_s, 4000);
+            let off = (rates[3999] - 5.0).abs();
+            assert_eq!(gains.is_stable(j, dt_s), share < 1.0);
+            assert_eq!(off < 5.0, share < 1.0, "{integral} {share}: {off}");
+        }
+    }
+
+    #[test]
+    fn the_integral_does_not_wind_up_while_the_motor_is_at_its_limit() {
+        let gains = WheelGains {
+            proportional_n_m_s: 0.1,
+            integral_n_m: 1.0,
+            derivative_n_m_s2: 0.0,
+        };
+        let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
+        // Stalled for 100 s at an error of 50 rad/s: an integral that went on would hold 5000 N m.
+        for _ in 0..10_000 {
+            let torque = wheel_loop.update(&[50.0], &[0.0], &[LIMIT], 0.01)[0];
+            assert_eq!(torque, 1.0);
+        }
+        // Let go and a little beyond the target: the torque comes off the limit at once.
+        let torque = wheel_loop.update(&[50.0], &[50.1], &[LIMIT], 0.01)[0];
+        assert!(torque < 1.0, "{torque}");
+    }
+
+    #[test]
+    fn the_derivative_acts_on_the_rate_and_is_filtered() {
+        let gains = WheelGains {
+            proportional_n_m_s: 0.0,
+            integral_n_m: 0.0,
+            derivative_n_m_s2: 0.5,
+        };
+        let mut settings = WheelLoopSettings::new(gains);
+        settings.derivative_filter_s = 0.03;
+        let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+        let open = [TorqueRange::UNLIMITED];
+        assert_eq!(wheel_loop.update(&[0.0], &[0.0], &open, 0.01)[0], 0.0);
+        // A step of the target alone gives no torque.
+        assert_eq!(wheel_loop.update(&[9.0], &[0.0], &open, 0.01)[0], 0.0);
+        // The rate rises by 10 rad/s^2: a quarter of it passes the filter in the first step, dt / (T + dt).
+        let first = wheel_loop.update(&[9.0], &[0.1], &open, 0.01)[0];
+        assert!((first + 0.5 * 10.0 * 0.25).abs() < 1e-12, "{first}");
+    }
+
+    #[test]
+    fn feedforward_makes_up_for_damping_and_dry_friction() {
+        let gains = WheelGains {
+            proportional_n_m_s: 0.0,
+            integral_n_m: 0.0,
+            derivative_n_m_s2: 0.0,
+        };
+        let settings = WheelLoopSettings {
+            feedforward_damping_n_m_s: 0.02,
+            feedforward_friction_n_m: 0.3,
+            ..WheelLoopSettings::new(gains)
+        };
+        let mut wheel_loop = WheelLoop::new(3, settings).unwrap();
+        let torques = wheel_loop.update(&[5.0, -5.0, 0.0], &[0.0; 3], &[LIMIT; 3], 0.01);
+        for (torque, expected) in torques.iter().zip([0.4, -0.4, 0.0]) {
+            assert!((torque - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn settings_that_are_negative_or_not_numbers_are_refused() {
+        let mut settings =
+            WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, 1e-3, 10.0).unwrap());
+        settings.derivative_filter_s = -1.0;
+        assert_eq!(
+            WheelLoop::new(3, settings).unwrap_err().to_string(),
+            "the derivative filter's time constant in s is -1; it must be finite and not below zero"
+        );
+        assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
     }
 }

@@ -1,0 +1,567 @@
+//! The dynamic model (11) of a robot with N >= 3 wheels, derived from its own masses.
+//!
+//! **Coordinates.** nu = (v_c, omega) is the body's twist about the origin of its frame, q' the wheel rates. While the
+//! wheels roll, q' = R nu with R the matrix of eq. (9), and nu = P q' with P its left inverse.
+//!
+//! **The rigid part.** All masses (chassis, hubs, rollers) move with the body. With the mass m, the common centre of
+//! mass c and the inertia J_z about the vertical through the origin, Newton and Euler in the body frame give for the
+//! force f and the moment mu on it
+//!
+//!   f  = m (v' + omega k x v + omega' k x c - omega^2 c),
+//!   mu = J_z omega' + m c x (v' + omega k x v),
+//!
+//! that is f = G nu' + omega S nu with, writing the plane's components out,
+//!
+//!   G = [ m 0 -m c_y; 0 m m c_x; -m c_y m c_x J_z ],   S = [ 0 -m -m c_x; m 0 -m c_y; m c_x m c_y 0 ].
+//!
+//! G is symmetric positive definite, S is skew.
+//!
+//! **The wheels' spin.** Each wheel turns about its axis with the inertia J_h of hub and rollers: a torque J_h q''_h.
+//!
+//! **The touching rollers' spin.** By eq. (3) the roller carries alpha = n . v_h / cos(gamma) along u_gamma, so it
+//! spins with alpha / r about n_gamma against its hub: a row t_h nu. About its own axis it turns with
+//! t_h nu + (n . n_gamma) q'_h in space, with the axial inertia J_r, and against its bearing with t_h nu, where the
+//! bearing's armature (if a world uses one), damping and friction act. A spin is a scalar coordinate: by d'Alembert it
+//! adds its inertia times its row's square to the inertia matrix and nothing to the Coriolis matrix. The other rollers
+//! turn with their hub. That a roller has to be spun up when its turn comes is a loss that this mean model leaves out.
+//!
+//! **Together**, with P nu = q' put in and the body's equation multiplied by P^T:
+//!
+//!   I = diag(J_h) + P^T G P + sum of the spins,   C(omega) = omega P^T S P,   F = diag(wheel damping),
+//!
+//! I symmetric positive definite, C skew and linear in omega, F diagonal: the structure that the paper names. Roller
+//! damping enters as a full matrix D = sum d_r (t_h P)^T (t_h P), symmetric and positive semidefinite, which the paper's
+//! diagonal F has no room for; we keep it apart.
+//!
+//! **N > 3.** Rolling leaves q' only three freedoms, while (11) has N equations. The N - 3 others are not motion but
+//! forces between the wheels: torques tau with R^T tau = 0 strain the floor and accelerate nothing. Equation (11) is
+//! to be read after multiplication by R^T, and [`DynamicModel::accelerations`] solves it that way. Solving (11) as
+//! printed, q'' = I^-1 (tau - ...), would let the wheels of a rolling robot accelerate out of the range of M.
+
+use ilon_robot::{Robot, Twist, Wheel};
+use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3};
+
+use crate::error::not_negative;
+use crate::kinematics::multiply;
+use crate::{ControlError, Kinematics};
+
+/// What the robot's description does not hold about its dynamics.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DynamicsSettings {
+    /// Inertia that each wheel's motor and gear add to the wheel, at the wheel, in kg m^2.
+    pub wheel_armature_kg_m2: f64,
+    /// Inertia added to each roller's bearing, in kg m^2: zero on a real robot; a simulated one may need a little.
+    pub roller_armature_kg_m2: f64,
+}
+
+/// I, C(omega) and F of eq. (11), and what they are made of.
+#[derive(Clone, Debug)]
+pub struct DynamicModel {
+    kinematics: Kinematics,
+    /// I.
+    inertia: DMatrix<f64>,
+    /// C(1).
+    coriolis: DMatrix<f64>,
+    /// The diagonal of F, in N m s/rad.
+    damping_n_m_s: Vec<f64>,
+    /// Dry friction of the wheels' joints, in N m.
+    friction_n_m: Vec<f64>,
+    /// D.
+    roller_drag: DMatrix<f64>,
+    /// t_h P, N x N: the touching rollers' spins from the wheel rates.
+    roller_spins: DMatrix<f64>,
+    /// Dry friction of the touching rollers' joints, in N m.
+    roller_friction_n_m: Vec<f64>,
+    /// R^T I R, factorised: the body's inertia with all that turns with it.
+    body_inertia: Cholesky<f64, Const<3>>,
+    /// The least inertia of a wheel by itself, in kg m^2.
+    air_inertia_kg_m2: f64,
+}
+
+impl DynamicModel {
+    /// The model of a robot on flat ground.
+    ///
+    /// # Errors
+    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::Negative`] for an armature;
+    /// [`ControlError::NotPositive`] where the masses make no positive definite inertia.
+    pub fn new(robot: &Robot, settings: &DynamicsSettings) -> Result<Self, ControlError> {
+        let wheel_armature = not_negative(
+            "the wheel's armature in kg m^2",
+            settings.wheel_armature_kg_m2,
+        )?;
+        let roller_armature = not_negative(
+            "the roller's armature in kg m^2",
+            settings.roller_armature_kg_m2,
+        )?;
+        let kinematics = Kinematics::new(robot)?;
+        let n = kinematics.wheel_count();
+        let p = kinematics.twist_matrix();
+        let spins: Vec<_> = robot
+            .wheels
+            .iter()
+            .map(wheel_spin)
+            .collect::<Result<_, _>>()?;
+
+        let body = rigid_part(robot);
+        let mut inertia = p.transpose() * body.g * p;
+        let coriolis = p.transpose() * body.s * p;
+        let roller_spins =
+            MatrixXx3::from_rows(&spins.iter().map(|spin| spin.roller).collect::<Vec<_>>()) * p;
+        let mut roller_drag = DMatrix::zeros(n, n);
+        for (h, spin) in spins.iter().enumerate() {
+            let against_hub = roller_spins.row(h);
+            let mut in_space = against_hub.clone_owned();
+            in_space[h] += spin.roller_on_axis;
+            inertia[(h, h)] += spin.wheel_inertia_kg_m2 + wheel_armature;
+            inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
+            inertia += against_hub.transpose() * against_hub * roller_armature;
+            roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
+        }
+        let r = kinematics.rate_matrix();
+        let body_inertia: Matrix3<f64> = (r.transpose() * &inertia * r)
+            .fixed_view::<3, 3>(0, 0)
+            .into();
+        let smallest = body_inertia.symmetric_eigenvalues().min();
+        let body_inertia = body_inertia
+            .cholesky()
+            .ok_or_else(|| ControlError::NotPositive {
+                what: "the smallest eigenvalue of the robot's inertia".to_owned(),
+                value: smallest,
+            })?;
+        let alone = spins
+            .iter()
+            .map(|spin| spin.wheel_inertia_kg_m2 + wheel_armature);
+        Ok(Self {
+            inertia,
+            coriolis,
+            damping_n_m_s: robot.wheels.iter().map(|w| w.joint.damping_n_m_s).collect(),
+            friction_n_m: robot.wheels.iter().map(|w| w.joint.friction_n_m).collect(),
+            roller_drag,
+            roller_spins,
+            roller_friction_n_m: spins.iter().map(|spin| spin.roller_friction_n_m).collect(),
+            body_inertia,
+            air_inertia_kg_m2: alone.fold(f64::INFINITY, f64::min),
+            kinematics,
+        })
+    }
+
+    /// The kinematics underneath, about the origin of the body frame.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// I of eq. (11), N x N, in kg m^2: symmetric positive definite.
+    pub fn inertia(&self) -> &DMatrix<f64> {
+        &self.inertia
+    }
+
+    /// C(omega) of eq. (11), N x N, in N m s/rad: skew, linear in omega (rad/s).
+    pub fn coriolis(&self, omega_rad_s: f64) -> DMatrix<f64> {
+        &self.coriolis * omega_rad_s
+    }
+
+    /// The diagonal of F of eq. (11), in N m s/rad: the viscous damping of the wheels' joints.
+    pub fn damping_n_m_s(&self) -> &[f64] {
+        &self.damping_n_m_s
+    }
+
+    /// D, N x N, in N m s/rad: the viscous damping of the touching rollers' bearings as the wheels feel it; symmetric
+    /// positive semidefinite.
+    pub fn roller_drag(&self) -> &DMatrix<f64> {
+        &self.roller_drag
+    }
+
+    /// The largest inertia that a wheel's loop can feel, in kg m^2: the largest eigenvalue of I.
+    pub fn ground_inertia_kg_m2(&self) -> f64 {
+        self.inertia.symmetric_eigenvalues().max()
+    }
+
+    /// The least inertia of a wheel in the air, in kg m^2.
+    pub fn air_inertia_kg_m2(&self) -> f64 {
+        self.air_inertia_kg_m2
+    }
+
+    /// Torques in N m for wheel rates in rad/s and accelerations in rad/s^2: eq. (11), with the rollers' drag and all
+    /// dry friction added to F q'.
+    pub fn torques(&self, rates_rad_s: &[f64], accelerations_rad_s2: &[f64], out: &mut [f64]) {
+        self.resistance(rates_rad_s, out);
+        for (out, row) in out.iter_mut().zip(self.inertia.row_iter()) {
+            *out += dot(row.iter(), accelerations_rad_s2);
+        }
+    }
+
+    /// The torques that keep the wheel rates as they are, in N m: (C(omega) + F) q' of eq. (11), with the rollers'
+    /// drag and all dry friction.
+    pub fn resistance(&self, rates_rad_s: &[f64], out: &mut [f64]) {
+        let omega = self.kinematics.twist(rates_rad_s).omega_rad_s;
+        for (h, out) in out.iter_mut().enumerate().take(self.damping_n_m_s.len()) {
+            let rate = rates_rad_s.get(h).copied().unwrap_or_default();
+            *out = omega * dot(self.coriolis.row(h).iter(), rates_rad_s)
+                + self.damping_n_m_s[h] * rate
+                + self.friction_n_m[h] * sign(rate)
+                + dot(self.roller_drag.row(h).iter(), rates_rad_s);
+        }
+        for (spin_row, friction_n_m) in self.roller_spins.row_iter().zip(&self.roller_friction_n_m)
+        {
+            let torque = friction_n_m * sign(dot(spin_row.iter(), rates_rad_s));
+            for (out, share) in out.iter_mut().zip(spin_row.iter()) {
+                *out += torque * share;
+            }
+        }
+    }
+
+    /// The accelerations in rad/s^2 of wheels that roll at `rates_rad_s` under torques in N m: eq. (11) solved in the
+    /// range of M. `scratch` holds one number a wheel.
+    pub fn accelerations(
+        &self,
+        rates_rad_s: &[f64],
+        torques_n_m: &[f64],
+        scratch: &mut [f64],
+        out: &mut [f64],
+    ) {
+        let twist_rate = self.twist_rate(rates_rad_s, torques_n_m, scratch);
+        multiply(self.kinematics.rate_matrix(), twist_rate, out);
+    }
+
+    /// The same as the rate of change of the body's twist, d/dt of (v_c, omega) as components in the body frame, in
+    /// m/s^2 and rad/s^2: (R^T I R) nu' = R^T (tau - (C + F) q').
+    ///
+    /// These are derivatives of components. The acceleration of the origin in space is v' + omega k x v.
+    pub fn twist_rate(
+        &self,
+        rates_rad_s: &[f64],
+        torques_n_m: &[f64],
+        scratch: &mut [f64],
+    ) -> Twist {
+        self.resistance(rates_rad_s, scratch);
+        let mut force = Vector3::zeros();
+        let rows = self.kinematics.rate_matrix().row_iter();
+        for ((row, torque_n_m), resistance) in rows.zip(torques_n_m).zip(scratch) {
+            force += row.transpose() * (torque_n_m - *resistance);
+        }
+        let rate = self.body_inertia.solve(&force);
+        Twist::new(rate.x, rate.y, rate.z)
+    }
+
+    /// Kinetic energy at wheel rates in rad/s, in J: q'^T I q' / 2.
+    pub fn kinetic_energy_j(&self, rates_rad_s: &[f64]) -> f64 {
+        let rows = self.inertia.row_iter().zip(rates_rad_s);
+        0.5 * rows
+            .map(|(row, rate)| rate * dot(row.iter(), rates_rad_s))
+            .sum::<f64>()
+    }
+}
+
+/// G and S of the module's derivation.
+struct RigidPart {
+    g: Matrix3<f64>,
+    s: Matrix3<f64>,
+}
+
+/// Every mass of the robot as one rigid body in the plane, about the origin of the body frame.
+fn rigid_part(robot: &Robot) -> RigidPart {
+    let chassis = &robot.chassis.mass;
+    let mut m = chassis.mass_kg;
+    let mut mc = m * chassis.center_of_mass_m.xy();
+    let mut j_z = chassis.inertia_kg_m2.m33 + m * chassis.center_of_mass_m.xy().norm_squared();
+    for wheel in &robot.wheels {
+        let (wheel_kg, tensor) = wheel_about_center(wheel);
+        // As the wheel turns, its inertia about the vertical swings about the mean of the two across its axis.
+        let across = 0.5 * (tensor.m11 + tensor.m22);
+        let b = wheel.position_m().xy();
+        m += wheel_kg;
+        mc += wheel_kg * b;
+        j_z += across + wheel_kg * b.norm_squared();
+    }
+    let (mx, my) = (mc.x, mc.y);
+    RigidPart {
+        g: Matrix3::new(m, 0.0, -my, 0.0, m, mx, -my, mx, j_z),
+        s: Matrix3::new(0.0, -m, -mx, m, 0.0, -my, mx, my, 0.0),
+    }
+}
+
+/// Mass of a wheel in kg and its inertia about its centre along the hub frame's axes, in kg m^2, rollers and all, as
+/// if its centre of mass lay on the hub axis (balanced wheels).
+fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
+    let mut mass_kg = wheel.hub.mass_kg;
+    let mut tensor =
+        wheel.hub.inertia_kg_m2 + steiner(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
+    for r in &wheel.rollers {
+        let a = r.axis_in_hub.into_inner();
+        let own = Matrix3::identity() * r.transverse_inertia_kg_m2
+            + a * a.transpose() * (r.axial_inertia_kg_m2 - r.transverse_inertia_kg_m2);
+        tensor += own + steiner(r.mass_kg, &r.center_in_hub_m);
+        mass_kg += r.mass_kg;
+    }
+    (mass_kg, tensor)
+}
+
+/// Inertia of a point mass at `at_m` about the origin.
+fn steiner(mass_kg: f64, at_m: &Vector3<f64>) -> Matrix3<f64> {
+    mass_kg * (Matrix3::identity() * at_m.norm_squared() - at_m * at_m.transpose())
+}
+
+/// What a wheel and its touching roller add by turning.
+struct WheelSpin {
+    /// J_h: the wheel about its axis, without the touching roller's turn about its own, in kg m^2.
+    wheel_inertia_kg_m2: f64,
+    /// t_h: the touching roller's spin against its hub per twist, in rad/s.
+    roller: RowVector3<f64>,
+    /// n . n_gamma: the hub axis's share along the roller's axis.
+    roller_on_axis: f64,
+    roller_inertia_kg_m2: f64,
+    roller_damping_n_m_s: f64,
+    roller_friction_n_m: f64,
+}
+
+fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
+    // All rollers of a wheel are alike in any robot that rolls; the first stands for the one that touches.
+    let Some(roller) = wheel.rollers.first() else {
+        return Err(ControlError::NoRollers {
+            wheel: wheel.name.clone(),
+        });
+    };
+    let (n, n_g, b) = (wheel.axis(), wheel.roller_axis(), wheel.position_m().xy());
+    let (_, tensor) = wheel_about_center(wheel);
+    let roller_on_axis = n.dot(&n_g);
+    let j_r = roller.axial_inertia_kg_m2;
+    // n . v_h / (r cos gamma) with v_h of eq. (2).
+    let per_m_s = 1.0 / (roller.radius_m * wheel.gamma_rad.cos());
+    Ok(WheelSpin {
+        wheel_inertia_kg_m2: tensor.m33 - j_r * roller_on_axis * roller_on_axis,
+        roller: RowVector3::new(n.x, n.y, b.x * n.y - b.y * n.x) * per_m_s,
+        roller_on_axis,
+        roller_inertia_kg_m2: j_r,
+        roller_damping_n_m_s: roller.joint.damping_n_m_s,
+        roller_friction_n_m: roller.joint.friction_n_m,
+    })
+}
+
+/// Sum of products; what is longer is left out.
+fn dot<'a>(left: impl Iterator<Item = &'a f64>, right: &[f64]) -> f64 {
+    left.zip(right).map(|(a, b)| a * b).sum()
+}
+
+/// -1, 0 or 1: no friction at rest, where its amount is whatever holds the joint.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+
+    /// Robots A, B and the six-wheel one, with losses and a payload off the middle.
+    fn robots() -> Vec<Robot> {
+        let mut robots = vec![mecanum4(), volksbot(), six_wheels()];
+        for robot in &mut robots {
+            robot.chassis.mass.center_of_mass_m = Vector3::new(0.06, -0.03, 0.1);
+            for wheel in &mut robot.wheels {
+                wheel.joint.damping_n_m_s = 2e-3;
+                for roller in &mut wheel.rollers {
+                    roller.joint.damping_n_m_s = 3e-5;
+                }
+            }
+        }
+        robots
+    }
+
+    fn model(robot: &Robot) -> DynamicModel {
+        DynamicModel::new(robot, &DynamicsSettings::default()).unwrap()
+    }
+
+    #[test]
+    fn eq_11_inertia_is_positive_definite_coriolis_skew_and_linear_friction_diagonal() {
+        for robot in robots() {
+            let model = model(&robot);
+            let i = model.inertia();
+            assert!((i - i.transpose()).norm() < 1e-15 * i.norm().max(1.0));
+            assert!(i.symmetric_eigenvalues().min() > 0.0);
+            let c = model.coriolis(0.7);
+            assert!(c.norm() > 0.0 && (&c + c.transpose()).norm() < 1e-15);
+            assert!((model.coriolis(2.1) - c * 3.0).norm() < 1e-15);
+            assert!(model.damping_n_m_s().iter().all(|d| *d >= 0.0));
+            assert!(model.roller_drag().symmetric_eigenvalues().min() > -1e-15);
+        }
+    }
+
+    /// The kinetic energy summed body by body from their velocities, without the matrices of the model.
+    fn energy_by_bodies_j(robot: &Robot, twist: Twist, rates: &[f64]) -> f64 {
+        let at = |p: Vector3<f64>| {
+            let omega = twist.omega_rad_s;
+            Vector3::new(twist.vx_m_s - omega * p.y, twist.vy_m_s + omega * p.x, 0.0)
+        };
+        let body = Vector3::new(0.0, 0.0, twist.omega_rad_s);
+        let solid = |mass_kg: f64, v: Vector3<f64>, inertia: Matrix3<f64>, w: Vector3<f64>| {
+            0.5 * mass_kg * v.norm_squared() + 0.5 * w.dot(&(inertia * w))
+        };
+        let c = &robot.chassis.mass;
+        let mut sum = solid(c.mass_kg, at(c.center_of_mass_m), c.inertia_kg_m2, body);
+        for (wheel, rate) in robot.wheels.iter().zip(rates) {
+            let turn = wheel
+                .body_from_hub
+                .rotation
+                .to_rotation_matrix()
+                .into_inner();
+            let w = body + turn * Vector3::new(0.0, 0.0, *rate);
+            let hub_inertia = turn * wheel.hub.inertia_kg_m2 * turn.transpose();
+            sum += solid(wheel.hub.mass_kg, at(wheel.position_m()), hub_inertia, w);
+            for (j, r) in wheel.rollers.iter().enumerate() {
+                let center = wheel.body_from_hub * nalgebra::Point3::from(r.center_in_hub_m);
+                let v = at(wheel.position_m()) + w.cross(&(center.coords - wheel.position_m()));
+                let a = turn * r.axis_in_hub.into_inner();
+                let mut w_roller = w;
+                if j == touching(wheel) {
+                    // Rolling: the velocity of the material at the ground is zero across the axis.
+                    let down = -wheel.radius_m * Vector3::z();
+                    let material = at(wheel.position_m()) + w.cross(&down);
+                    let e = a.cross(&Vector3::z());
+                    w_roller += a * material.dot(&e) / r.radius_m;
+                }
+                let own = Matrix3::identity() * r.transverse_inertia_kg_m2
+                    + a * a.transpose() * (r.axial_inertia_kg_m2 - r.transverse_inertia_kg_m2);
+                sum += solid(r.mass_kg, v, own, w_roller);
+            }
+        }
+        sum
+    }
+
+    fn touching(wheel: &Wheel) -> usize {
+        let off = |j: &usize| wheel.rollers[*j].place_rad().abs();
+        (0..wheel.rollers.len())
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .unwrap()
+    }
+
+    #[test]
+    fn eq_11_inertia_gives_the_kinetic_energy_of_all_bodies() {
+        for robot in robots() {
+            let model = model(&robot);
+            for twist in [
+                Twist::new(0.4, 0.0, 0.0),
+                Twist::new(0.0, 0.3, 0.0),
+                Twist::new(0.0, 0.0, 1.5),
+                Twist::new(0.2, -0.3, 0.8),
+            ] {
+                let mut rates = vec![0.0; robot.wheels.len()];
+                model.kinematics().wheel_rates(twist, &mut rates);
+                let (by_model, by_bodies) = (
+                    model.kinetic_energy_j(&rates),
+                    energy_by_bodies_j(&robot, twist, &rates),
+                );
+                // The two differ by what cancels out of the mean over a wheel's turn: the products of the touching
+                // roller's spin with the body's own yaw vanish because roller axes are level there. Rounding remains.
+                assert!(
+                    (by_model / by_bodies - 1.0).abs() < 1e-12,
+                    "{twist:?}: {by_model} against {by_bodies}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn eq_11_power_of_the_torques_is_energy_gained_and_energy_lost() {
+        for robot in robots() {
+            let model = model(&robot);
+            let n = robot.wheels.len();
+            let mut rates = vec![0.0; n];
+            model
+                .kinematics()
+                .wheel_rates(Twist::new(0.3, -0.2, 1.1), &mut rates);
+            let torques: Vec<_> = (0..n).map(|h| 0.1 - 0.07 * h as f64).collect();
+            let (mut scratch, mut acceleration) = (vec![0.0; n], vec![0.0; n]);
+            model.accelerations(&rates, &torques, &mut scratch, &mut acceleration);
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            // d/dt (q'^T I q' / 2) = q'^T I q''; C is skew and does no work.
+            let i_acceleration = model.inertia() * nalgebra::DVector::from_vec(acceleration);
+            let gained = product(&rates, i_acceleration.as_slice());
+            let drag = model.roller_drag() * nalgebra::DVector::from_vec(rates.clone());
+            let damping: f64 = rates
+                .iter()
+                .zip(model.damping_n_m_s())
+                .map(|(r, d)| d * r * r)
+                .sum();
+            let lost = damping + product(&rates, drag.as_slice());
+            let given = product(&torques, &rates);
+            assert!(lost > 0.0);
+            assert!(
+                (given - gained - lost).abs() < 1e-12,
+                "{given} {gained} {lost}"
+            );
+        }
+    }
+
+    #[test]
+    fn eq_11_accelerations_keep_the_wheels_rolling_and_undo_the_torques() {
+        for robot in robots() {
+            let model = model(&robot);
+            let n = robot.wheels.len();
+            let (mut rates, mut wanted) = (vec![0.0; n], vec![0.0; n]);
+            model
+                .kinematics()
+                .wheel_rates(Twist::new(0.3, 0.2, -0.9), &mut rates);
+            model
+                .kinematics()
+                .wheel_rates(Twist::new(-0.5, 0.8, 1.2), &mut wanted);
+            let (mut torques, mut scratch, mut got) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+            model.torques(&rates, &wanted, &mut torques);
+            model.accelerations(&rates, &torques, &mut scratch, &mut got);
+            for (got, wanted) in got.iter().zip(&wanted) {
+                assert!((got - wanted).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn eq_11_a_point_mass_pushed_ahead_accelerates_by_newton() {
+        // Robot A without wheel and roller inertia is a rigid body: torque tau on every wheel pushes with
+        // 4 tau / rho straight ahead, and a = F / m.
+        let mut robot = mecanum4();
+        for wheel in &mut robot.wheels {
+            wheel.hub.inertia_kg_m2 *= 0.0;
+            for roller in &mut wheel.rollers {
+                (roller.mass_kg, roller.axial_inertia_kg_m2) = (0.0, 0.0);
+                roller.transverse_inertia_kg_m2 = 0.0;
+            }
+        }
+        let model = model(&robot);
+        let rate = model.twist_rate(&[0.0; 4], &[0.1; 4], &mut [0.0; 4]);
+        let expected = 4.0 * 0.1 / 0.05 / robot.mass_kg();
+        assert!((rate.vx_m_s - expected).abs() < 1e-12);
+        assert!(rate.vy_m_s.abs() < 1e-12 && rate.omega_rad_s.abs() < 1e-12);
+    }
+
+    #[test]
+    fn eq_11_coriolis_holds_a_free_bodys_momentum_straight_in_the_world() {
+        // Without torques and losses the robot coasts: wheels and rollers aside, a turning body whose centre of mass
+        // is its origin keeps its velocity in the world, so in the body frame v' = -omega k x v.
+        let mut robot = volksbot();
+        for wheel in &mut robot.wheels {
+            wheel.hub.inertia_kg_m2 *= 0.0;
+            for roller in &mut wheel.rollers {
+                (roller.mass_kg, roller.axial_inertia_kg_m2) = (0.0, 0.0);
+                roller.transverse_inertia_kg_m2 = 0.0;
+            }
+        }
+        let model = model(&robot);
+        let twist = Twist::new(0.3, 0.1, 0.8);
+        let mut rates = [0.0; 3];
+        model.kinematics().wheel_rates(twist, &mut rates);
+        let rate = model.twist_rate(&rates, &[0.0; 3], &mut [0.0; 3]);
+        assert!((rate.vx_m_s - 0.8 * 0.1).abs() < 1e-12);
+        assert!((rate.vy_m_s + 0.8 * 0.3).abs() < 1e-12);
+        assert!(rate.omega_rad_s.abs() < 1e-12);
+    }
+
+    #[test]
+    fn torques_that_only_strain_the_floor_accelerate_nothing() {
+        let robot = mecanum4();
+        let model = model(&robot);
+        // The columns of R are along (1, 1, 1, 1), (-1, 1, 1, -1) and (-1, 1, -1, 1); the second torque is across all.
+        let turning = model.twist_rate(&[0.0; 4], &[-0.3, 0.3, -0.3, 0.3], &mut [0.0; 4]);
+        let still = model.twist_rate(&[0.0; 4], &[1.0, 1.0, -1.0, -1.0], &mut [0.0; 4]);
+        assert!(turning.omega_rad_s > 1.0);
+        assert!(still.linear_m_s().norm() < 1e-12 && still.omega_rad_s.abs() < 1e-12);
+    }
+}
