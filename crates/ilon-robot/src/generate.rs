@@ -153,7 +153,7 @@ fn write_roller(
     // Rollers of two rows take turns around the rim, half a pitch of one row apart.
     let place_rad = TAU * index as f64 / (r.per_row * r.rows) as f64;
     let row_offset_m = if r.rows == 2 {
-        r.row_spacing_m * (if index % 2 == 0 { -0.5 } else { 0.5 })
+        r.row_spacing_m * (if index.is_multiple_of(2) { -0.5 } else { 0.5 })
     } else {
         0.0
     };

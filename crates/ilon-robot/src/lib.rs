@@ -13,6 +13,7 @@
 pub mod barrel;
 mod error;
 mod generate;
+mod load;
 mod model;
 mod planar;
 mod spec;

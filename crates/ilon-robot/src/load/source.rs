@@ -1,0 +1,278 @@
+//! The file as text: where its elements are, and the faults that show in the text alone.
+//!
+//! urdf-rs says what a file means but hardly where; roxmltree knows every byte. So the text is held against the form of
+//! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::error::{Fault, RobotError};
+use crate::model::Remark;
+
+/// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
+const MAX_BYTES: usize = 64 << 20;
+/// Most XML nodes that are read.
+const MAX_NODES: u32 = 4_000_000;
+/// Deepest nesting of XML elements that is read; plug-in settings nest a dozen deep.
+const MAX_DEPTH: usize = 100;
+
+/// A URDF text and its elements.
+pub(super) struct Source<'a> {
+    pub(super) file: &'a str,
+    pub(super) text: &'a str,
+    document: Document<'a>,
+}
+
+impl<'a> Source<'a> {
+    /// Parses the text as XML and holds it against the form of URDF.
+    pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, RobotError> {
+        if text.len() > MAX_BYTES {
+            let what = format!("{} MB of text", text.len() >> 20);
+            let most = format!("{} MB", MAX_BYTES >> 20);
+            return Err(RobotError::new(file, Fault::TooLarge { what, most }));
+        }
+        let options = ParsingOptions {
+            allow_dtd: false,
+            nodes_limit: MAX_NODES,
+            ..ParsingOptions::default()
+        };
+        check_depth(text, file)?;
+        let document = Document::parse_with_options(text, options).map_err(|e| {
+            let at = byte_of(text, e.pos());
+            let rest = text.get(at..).unwrap_or_default();
+            let end = at + rest.find('\n').unwrap_or(rest.len());
+            let reason = without_position(&e.to_string());
+            // An undeclared `xacro:` prefix is not a slip of the pen: the file is the source of a URDF.
+            let fault = if reason.contains("xacro") {
+                Fault::Unexpanded {
+                    what: "an element `xacro:...`".to_owned(),
+                }
+            } else {
+                Fault::Xml { reason }
+            };
+            RobotError::new(file, fault).at(text, at..end)
+        })?;
+        let source = Self {
+            file,
+            text,
+            document,
+        };
+        source.check_root()?;
+        Ok(source)
+    }
+
+    /// The `<robot>` element.
+    pub(super) fn robot(&self) -> Node<'_, 'a> {
+        self.document.root_element()
+    }
+
+    /// The links or the joints of the robot.
+    pub(super) fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
+        self.robot().children().filter(move |n| n.has_tag_name(tag))
+    }
+
+    /// An error about an element, at its opening tag.
+    pub(super) fn error(&self, node: Node, fault: Fault) -> RobotError {
+        RobotError::new(self.file, fault)
+            .at(self.text, self.opening_tag(node))
+            .about(describe(node))
+    }
+
+    /// An error about an attribute of an element, at the attribute.
+    pub(super) fn attribute_error(&self, node: Node, attribute: &str, fault: Fault) -> RobotError {
+        match node.attribute_node(attribute) {
+            Some(a) => RobotError::new(self.file, fault)
+                .at(self.text, a.range())
+                .about(describe(node)),
+            None => self.error(node, fault),
+        }
+    }
+
+    /// An error about the joint of that name.
+    pub(super) fn joint_error(&self, name: &str, fault: Fault) -> RobotError {
+        self.named_error("joint", name, fault)
+    }
+
+    /// An error about the link of that name.
+    pub(super) fn link_error(&self, name: &str, fault: Fault) -> RobotError {
+        self.named_error("link", name, fault)
+    }
+
+    /// An error about the robot as a whole.
+    pub(super) fn robot_error(&self, fault: Fault) -> RobotError {
+        self.error(self.robot(), fault)
+    }
+
+    /// An error about the mass properties of the link of that name: at its `<inertial>`, where it has one.
+    pub(super) fn inertial_error(&self, link: &str, fault: Fault) -> RobotError {
+        let inertial = self
+            .all("link")
+            .find(|n| n.attribute("name") == Some(link))
+            .and_then(|n| child(n, "inertial"));
+        match inertial {
+            Some(node) => self.error(node, fault),
+            None => self.link_error(link, fault),
+        }
+    }
+
+    fn named_error(&self, tag: &'static str, name: &str, fault: Fault) -> RobotError {
+        match self.all(tag).find(|n| n.attribute("name") == Some(name)) {
+            Some(node) => self.error(node, fault),
+            None => RobotError::new(self.file, fault).about(format!("{tag} `{name}`")),
+        }
+    }
+
+    fn opening_tag(&self, node: Node) -> Range<usize> {
+        let Range { start, end } = node.range();
+        let length = self.text[start..end]
+            .find('>')
+            .map_or(end - start, |i| i + 1);
+        start..start + length
+    }
+
+    fn check_root(&self) -> Result<(), RobotError> {
+        let root = self.robot();
+        if root.tag_name().name() != "robot" {
+            let root_tag = root.tag_name().name().to_owned();
+            return Err(self.error(root, Fault::NotUrdf { root_tag }));
+        }
+        let xacro = root.descendants().find(|n| {
+            let namespace = n.tag_name().namespace().unwrap_or_default();
+            namespace.contains("xacro")
+        });
+        if let Some(node) = xacro {
+            let what = format!("an element `xacro:{}`", node.tag_name().name());
+            return Err(RobotError::new(self.file, Fault::Unexpanded { what })
+                .at(self.text, self.opening_tag(node)));
+        }
+        Ok(())
+    }
+
+    /// Line of a byte, from 1.
+    pub(super) fn line_of(&self, node: Node) -> usize {
+        self.document.text_pos_at(node.range().start).row as usize
+    }
+
+    /// What stands in the file beside links, joints and materials, counted by tag.
+    pub(super) fn ignored_elements(&self) -> Vec<Remark> {
+        let mut counts: Vec<(&str, usize)> = Vec::new();
+        for node in self.robot().children().filter(Node::is_element) {
+            let tag = node.tag_name().name();
+            if ["link", "joint", "material"].contains(&tag) {
+                continue;
+            }
+            match counts.iter_mut().find(|(known, _)| *known == tag) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((tag, 1)),
+            }
+        }
+        counts
+            .into_iter()
+            .map(|(tag, count)| Remark {
+                subject: format!("`<{tag}>`"),
+                text: format!("{count} in the file, not read: settings of other programs"),
+            })
+            .collect()
+    }
+}
+
+/// The first child element of that tag.
+pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.has_tag_name(tag))
+}
+
+/// ``joint `arm` ``, or ``link `base`, `<inertia>` `` for what is inside it.
+fn describe(node: Node) -> String {
+    let tag = node.tag_name().name();
+    let outer = node
+        .ancestors()
+        .find(|n| n.has_tag_name("link") || n.has_tag_name("joint"));
+    match outer {
+        None => format!("`<{tag}>`"),
+        Some(outer) => {
+            let kind = outer.tag_name().name();
+            let name = match outer.attribute("name") {
+                Some(name) => format!("{kind} `{name}`"),
+                None => format!("{kind} without a name"),
+            };
+            if outer == node {
+                name
+            } else {
+                format!("{name}, `<{tag}>`")
+            }
+        }
+    }
+}
+
+/// Refuses elements nested so deep that reading them would exhaust the stack, before any parser sees them.
+fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
+    let mut depth = 0usize;
+    let mut rest = text;
+    while let Some(open) = rest.find('<') {
+        rest = &rest[open + 1..];
+        // Skip comments and CDATA, whose text may hold anything.
+        for (begin, end) in [("!--", "-->"), ("![CDATA[", "]]>")] {
+            if let Some(inside) = rest.strip_prefix(begin) {
+                rest = inside.find(end).map_or("", |i| &inside[i..]);
+            }
+        }
+        let Some(close) = rest.find('>') else { break };
+        if rest.starts_with('/') {
+            depth = depth.saturating_sub(1);
+        } else if !rest.starts_with(['?', '!', '-', ']']) && !rest[..close].ends_with('/') {
+            depth += 1;
+        }
+        if depth > MAX_DEPTH {
+            let at = text.len() - rest.len() - 1;
+            let fault = Fault::TooLarge {
+                what: format!("elements nested {depth} deep"),
+                most: MAX_DEPTH.to_string(),
+            };
+            return Err(RobotError::new(file, fault).at(text, at..at + close + 2));
+        }
+    }
+    Ok(())
+}
+
+fn byte_of(text: &str, pos: roxmltree::TextPos) -> usize {
+    let row = (pos.row as usize).saturating_sub(1);
+    let line_start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
+    let line = text.get(line_start..).unwrap_or_default();
+    let column = (pos.col as usize).saturating_sub(1);
+    let within = line.char_indices().nth(column).map_or(0, |(i, _)| i);
+    line_start + within
+}
+
+/// roxmltree's message without its trailing "at line:column", which the error carries apart.
+fn without_position(message: &str) -> String {
+    match message.rfind(" at ") {
+        Some(i)
+            if message[i + 4..]
+                .chars()
+                .all(|c| c.is_ascii_digit() || c == ':') =>
+        {
+            message[..i].to_owned()
+        }
+        _ => message.to_owned(),
+    }
+}
+
+/// Lines of the elements of one tag by name, refusing names that are missing or given twice.
+pub(super) fn unique_names(source: &Source, tag: &'static str) -> Result<(), RobotError> {
+    let mut lines: HashMap<&str, usize> = HashMap::new();
+    for node in source.all(tag) {
+        let Some(name) = node.attribute("name").filter(|n| !n.trim().is_empty()) else {
+            let attribute = "name".to_owned();
+            return Err(source.error(node, Fault::MissingAttribute { attribute }));
+        };
+        let line = source.line_of(node);
+        if let Some(&first_line) = lines.get(name) {
+            let fault = Fault::DuplicateName { tag, first_line };
+            return Err(source.attribute_error(node, "name", fault));
+        }
+        lines.insert(name, line);
+    }
+    Ok(())
+}

@@ -1,0 +1,405 @@
+//! Which joints are wheels and which are rollers, and what the wheels measure. Structure and geometry decide, never
+//! names: a wheel is a turning joint with turning joints of its own below it, on a ring about its axis.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::{
+    Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
+};
+
+use super::roller::{self, Outline, Skew, Unreadable};
+use super::source::Source;
+use super::tree::{Motion, PlacedShape, RigidBody, Tree, transformed};
+use crate::error::{Fault, RobotError};
+use crate::model::{MassProperties, Remark, Roller, Wheel};
+use crate::wrap_angle;
+
+/// Fewest rollers that make a wheel.
+const LEAST_ROLLERS: usize = 3;
+/// Hub axes may lean this far out of the ground plane: beyond it the model of the wheel does not hold.
+const MOST_LEAN_RAD: f64 = 0.02;
+/// Gamma nearer to 90 degrees than this means that the rollers turn with the hub.
+const LEAST_CARRY_RAD: f64 = 0.035;
+
+/// A wheel joint and the roller joints below it.
+pub(super) struct Candidate {
+    pub(super) hub: usize,
+    pub(super) rollers: Vec<usize>,
+}
+
+/// Finds the wheels, in the order of their joints in the file.
+pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
+    let turning: Vec<usize> = (0..tree.joints.len())
+        .filter(|&j| tree.joints[j].motion == Motion::Turning)
+        .collect();
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); tree.joints.len()];
+    for &j in &turning {
+        if let Some(above) = tree.turning_above(j) {
+            below[above].push(j);
+        }
+    }
+    turning
+        .iter()
+        .filter_map(|&hub| {
+            let ends: Vec<usize> = below[hub]
+                .iter()
+                .copied()
+                .filter(|&j| below[j].is_empty())
+                .collect();
+            let rollers = on_one_ring(tree, hub, &ends);
+            (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
+        })
+        .collect()
+}
+
+/// Those of the joints whose axes pass the hub's axis at the common distance, within a twentieth.
+fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
+    let distance_m = |j: usize| {
+        let (hub, joint) = (&tree.joints[hub], &tree.joints[j]);
+        let from_hub = joint.origin - hub.origin;
+        match Unit::try_new(hub.axis.cross(&joint.axis), 1e-6) {
+            Some(normal) => from_hub.dot(&normal).abs(),
+            None => from_hub.cross(&hub.axis).norm(),
+        }
+    };
+    let mut distances: Vec<f64> = joints.iter().map(|&j| distance_m(j)).collect();
+    distances.sort_by(f64::total_cmp);
+    let Some(&common_m) = distances.get(distances.len() / 2) else {
+        return Vec::new();
+    };
+    if common_m < 1e-6 {
+        return Vec::new();
+    }
+    joints
+        .iter()
+        .copied()
+        .filter(|&j| (distance_m(j) - common_m).abs() <= 0.05 * common_m)
+        .collect()
+}
+
+/// A roller as its joint and geometry show it, in the hub frame.
+struct Seen {
+    joint: usize,
+    body: RigidBody,
+    axis: Unit<Vector3<f64>>,
+    skew: Skew,
+    outline: Outline,
+}
+
+/// Measures a wheel.
+pub(super) fn measure(
+    source: &Source,
+    tree: &Tree,
+    candidate: &Candidate,
+    hub_body: &RigidBody,
+    remarks: &mut Vec<Remark>,
+) -> Result<Wheel, RobotError> {
+    let joint = &tree.joints[candidate.hub];
+    let lean_rad = joint.axis.z.abs().min(1.0).asin();
+    if lean_rad > MOST_LEAN_RAD {
+        let lean_deg = lean_rad.to_degrees();
+        return Err(source.joint_error(&joint.name, Fault::HubNotLevel { lean_deg }));
+    }
+
+    // First about the joint's own origin; the wheel's middle is known once the rollers are.
+    let body_from_joint = hub_frame(&joint.origin, &joint.axis);
+    let mut seen = Vec::with_capacity(candidate.rollers.len());
+    for &j in &candidate.rollers {
+        seen.push(see(source, tree, j, &body_from_joint)?);
+    }
+    let along_hub =
+        |pick: fn(f64, f64) -> f64, from: f64| seen.iter().map(|s| s.skew.foot.z).fold(from, pick);
+    let middle_z_m =
+        0.5 * (along_hub(f64::min, f64::INFINITY) + along_hub(f64::max, f64::NEG_INFINITY));
+    let center = body_from_joint * Point3::new(0.0, 0.0, middle_z_m);
+    let body_from_hub = hub_frame(&center, &joint.axis);
+
+    let count = seen.len() as f64;
+    let gamma_rad = seen.iter().map(|s| s.skew.gamma_rad).sum::<f64>() / count;
+    let radius_m = seen.iter().map(|s| s.outline.wheel_radius_m).sum::<f64>() / count;
+    check_alike(source, tree, &seen, gamma_rad, radius_m)?;
+    give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, remarks);
+
+    let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
+        let link = &tree.links[hub_body.link].name;
+        source.link_error(link, Fault::NoMass)
+    })?;
+    remark_outline(&joint.name, &seen, radius_m, remarks);
+    let mut rollers = Vec::with_capacity(seen.len());
+    for s in &seen {
+        rollers.push(roller(
+            source,
+            tree,
+            s,
+            middle_z_m,
+            radius_m,
+            &body_from_hub,
+            remarks,
+        )?);
+    }
+    rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
+    check_handover(source, &joint.name, &rollers, gamma_rad, remarks)?;
+
+    Ok(Wheel {
+        name: joint.name.clone(),
+        body_from_hub,
+        hub: transformed(hub_mass, &body_from_hub.inverse()),
+        radius_m,
+        gamma_rad,
+        rollers,
+        motor: joint.limits,
+        joint: joint.losses,
+    })
+}
+
+/// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
+pub(super) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
+    let z = axis.into_inner();
+    let down = -Vector3::z();
+    // The axis is nearly level, so that this is never zero.
+    let x = (down - z * down.dot(&z)).normalize();
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]));
+    Isometry3::from_parts(
+        Translation3::from(origin.coords),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}
+
+fn see(
+    source: &Source,
+    tree: &Tree,
+    j: usize,
+    body_from_joint: &Isometry3<f64>,
+) -> Result<Seen, RobotError> {
+    let joint = &tree.joints[j];
+    let hub_from_body = body_from_joint.inverse();
+    let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
+    let skew = roller::skew(&(hub_from_body * joint.origin), &axis)
+        .filter(|skew| skew.gamma_rad.abs() < FRAC_PI_2 - LEAST_CARRY_RAD)
+        .ok_or_else(|| source.joint_error(&joint.name, Fault::GammaRightAngle))?;
+    let body = tree.rigid_body(joint.child, |_| false);
+    let shapes: Vec<PlacedShape> = body
+        .shapes
+        .iter()
+        .map(|s| PlacedShape {
+            body_from_shape: hub_from_body * s.body_from_shape,
+            geometry: s.geometry.clone(),
+        })
+        .collect();
+    let outline = roller::outline(&skew, &axis, &shapes).map_err(|why| {
+        let fault = match why {
+            Unreadable::Missing => Fault::RollerWithoutShape,
+            Unreadable::NotRound => Fault::RollerNotRound,
+            Unreadable::Mesh => Fault::RollerIsMesh,
+        };
+        source.link_error(&tree.links[joint.child].name, fault)
+    })?;
+    Ok(Seen {
+        joint: j,
+        body,
+        axis,
+        skew,
+        outline,
+    })
+}
+
+/// All rollers of a wheel must make the same wheel.
+fn check_alike(
+    source: &Source,
+    tree: &Tree,
+    seen: &[Seen],
+    gamma_rad: f64,
+    radius_m: f64,
+) -> Result<(), RobotError> {
+    for s in seen {
+        let name = &tree.joints[s.joint].name;
+        let fault = |quantity, this: String, others: String| {
+            let fault = Fault::RollersDiffer {
+                quantity,
+                this,
+                others,
+            };
+            Err(source.joint_error(name, fault))
+        };
+        if (s.skew.gamma_rad - gamma_rad).abs() > 1f64.to_radians() {
+            let degrees = |rad: f64| format!("{:.2} deg", rad.to_degrees());
+            return fault("gamma", degrees(s.skew.gamma_rad), degrees(gamma_rad));
+        }
+        let this_m = s.outline.wheel_radius_m;
+        if (this_m - radius_m).abs() > 0.02 * radius_m {
+            let millimetres = |m: f64| format!("{:.2} mm", 1e3 * m);
+            return fault(
+                "the reach from the hub axis",
+                millimetres(this_m),
+                millimetres(radius_m),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A lone sphere says how thick a roller is and not how long: it is taken to reach its neighbours.
+fn give_lone_spheres_a_length(
+    wheel: &str,
+    seen: &mut [Seen],
+    radius_m: f64,
+    remarks: &mut Vec<Remark>,
+) {
+    let place_rad = |s: &Seen| s.skew.foot.y.atan2(s.skew.foot.x);
+    let places: Vec<f64> = seen.iter().map(place_rad).collect();
+    let mut lone = 0;
+    let mut dip_m: f64 = 0.0;
+    for (i, s) in seen.iter_mut().enumerate() {
+        if s.outline.half_length_m.is_some() {
+            continue;
+        }
+        // The wider of the gaps to the neighbours on either side.
+        let ahead = |j: usize| (places[j] - places[i]).rem_euclid(TAU);
+        let others = || (0..places.len()).filter(|&j| j != i).map(ahead);
+        let to_next = others().fold(TAU, f64::min);
+        let to_previous = TAU - others().fold(0.0, f64::max);
+        let half_rad = (0.5 * to_next.max(to_previous)).min(0.49 * PI);
+        let a = s.skew.ring_radius_m;
+        // No longer than the barrel, which tapers to nothing where a / cos(phi) = rho.
+        let taper_rad = (a / radius_m).clamp(-1.0, 1.0).acos();
+        let half_rad = half_rad.min(0.999 * taper_rad);
+        s.outline.half_length_m = Some(a * half_rad.tan() / s.skew.gamma_rad.cos());
+        dip_m = dip_m.max(a * (1.0 - half_rad.cos()));
+        lone += 1;
+    }
+    if lone > 0 {
+        remarks.push(Remark {
+            subject: format!("wheel `{wheel}`"),
+            text: format!(
+                "{lone} of {} rollers are lone spheres: each is taken as a barrel that reaches its neighbours; as \
+                 modelled, the wheel would dip {:.2} mm between rollers",
+                seen.len(),
+                1e3 * dip_m
+            ),
+        });
+    }
+}
+
+fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks: &mut Vec<Remark>) {
+    let off_circle = |s: &Seen| s.outline.error_m + (s.outline.wheel_radius_m - radius_m).abs();
+    let worst_m = seen.iter().map(off_circle).fold(0.0, f64::max);
+    if worst_m > 1e-3 * radius_m {
+        remarks.push(Remark {
+            subject: format!("wheel `{wheel}`"),
+            text: format!(
+                "the rollers as modelled leave the circle of radius {:.2} mm by up to {:.2} mm; they are taken as the \
+                 barrels that fit it",
+                1e3 * radius_m,
+                1e3 * worst_m
+            ),
+        });
+    }
+    let off_middle =
+        |s: &Seen| s.outline.middle_m.abs() / s.outline.half_length_m.unwrap_or(f64::INFINITY);
+    let worst = seen.iter().map(off_middle).fold(0.0, f64::max);
+    if worst > 0.05 {
+        remarks.push(Remark {
+            subject: format!("wheel `{wheel}`"),
+            text: format!(
+                "rollers sit up to {:.0} % of their half length off the point nearest to the hub axis; they are taken \
+                 as centred there",
+                100.0 * worst
+            ),
+        });
+    }
+}
+
+fn roller(
+    source: &Source,
+    tree: &Tree,
+    seen: &Seen,
+    middle_z_m: f64,
+    wheel_radius_m: f64,
+    body_from_hub: &Isometry3<f64>,
+    remarks: &mut Vec<Remark>,
+) -> Result<Roller, RobotError> {
+    let joint = &tree.joints[seen.joint];
+    let link = &tree.links[joint.child].name;
+    let mass = seen
+        .body
+        .mass
+        .as_ref()
+        .ok_or_else(|| source.inertial_error(link, Fault::NoMass))?;
+    let MassProperties {
+        mass_kg,
+        center_of_mass_m,
+        inertia_kg_m2,
+    } = transformed(mass, &body_from_hub.inverse());
+    let center_in_hub_m = seen.skew.foot.coords - Vector3::z() * middle_z_m;
+    let axis = seen.axis;
+    let from_center = center_of_mass_m - center_in_hub_m;
+    let radius_m = wheel_radius_m - seen.skew.ring_radius_m;
+    let off_axis_m = (from_center - axis.into_inner() * from_center.dot(&axis)).norm();
+    if off_axis_m > 0.05 * radius_m {
+        remarks.push(Remark {
+            subject: format!("link `{link}`"),
+            text: format!(
+                "its centre of mass is {:.2} mm off the roller's axis; it is taken as on it",
+                1e3 * off_axis_m
+            ),
+        });
+    }
+    let axial_inertia_kg_m2 = axis.dot(&(inertia_kg_m2 * axis.into_inner()));
+    Ok(Roller {
+        name: joint.name.clone(),
+        center_in_hub_m,
+        axis_in_hub: axis,
+        radius_m,
+        length_m: 2.0 * seen.outline.half_length_m.unwrap_or_default(),
+        mass_kg,
+        axial_inertia_kg_m2,
+        // The trace is the same in every frame.
+        transverse_inertia_kg_m2: 0.5 * (inertia_kg_m2.trace() - axial_inertia_kg_m2),
+        joint: joint.losses,
+    })
+}
+
+/// Every angle of the wheel must have a roller to stand on; `rollers` are ordered by place.
+fn check_handover(
+    source: &Source,
+    wheel: &str,
+    rollers: &[Roller],
+    gamma_rad: f64,
+    remarks: &mut Vec<Remark>,
+) -> Result<(), RobotError> {
+    // A tenth of a degree lets through numbers that were rounded; the dip it makes is micrometres.
+    let slack_rad = 0.1f64.to_radians();
+    // A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) k / a.
+    let reach_rad = |r: &Roller| (0.5 * r.length_m * gamma_rad.cos() / r.ring_radius_m()).atan();
+    let mut widest_gap_rad: f64 = 0.0;
+    let mut overlaps_rad = 0.0;
+    let mut gaps_rad = 0.0;
+    for (i, roller) in rollers.iter().enumerate() {
+        let next = &rollers[(i + 1) % rollers.len()];
+        let apart_rad = wrap_angle(next.place_rad() - roller.place_rad() - PI) + PI;
+        let gap_rad = apart_rad - reach_rad(roller) - reach_rad(next);
+        widest_gap_rad = widest_gap_rad.max(gap_rad);
+        overlaps_rad += f64::max(-gap_rad, 0.0);
+        gaps_rad += f64::max(gap_rad, 0.0);
+    }
+    if widest_gap_rad > slack_rad {
+        let fault = Fault::RollersHaveGaps {
+            widest_gap_deg: widest_gap_rad.to_degrees(),
+            share_percent: 100.0 * gaps_rad / TAU,
+        };
+        return Err(source.joint_error(wheel, fault));
+    }
+    let share = overlaps_rad / TAU;
+    if share > 0.01 {
+        remarks.push(Remark {
+            subject: format!("wheel `{wheel}`"),
+            text: format!(
+                "over {:.1} deg of each turn two rollers touch the ground at once and fight, because their directions \
+                 differ: {:.1} % of the turn",
+                overlaps_rad.to_degrees(),
+                100.0 * share
+            ),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! What the loader makes of the robots that ship with the project, against figures derived by hand.
+
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
+use std::path::Path;
+
+use approx::assert_relative_eq;
+use ilon_robot::Robot;
+use nalgebra::{Vector2, Vector3};
+
+fn load(name: &str) -> Robot {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../assets/robots")
+        .join(format!("{name}.urdf"));
+    Robot::load(path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+// The files hold twelve significant digits; a few products of them stay well within this.
+const TOLERANCE: f64 = 1e-10;
+
+#[test]
+fn mecanum4_is_read_as_described() {
+    let robot = load("mecanum4");
+    assert_eq!(robot.name, "mecanum4");
+    assert_eq!(robot.chassis.name, "base_link");
+    // 10 kg, four hubs of 0.25 kg, 36 rollers of 0.01 kg.
+    assert_relative_eq!(robot.mass_kg(), 11.36, epsilon = TOLERANCE);
+    assert_relative_eq!(robot.ride_height_m(), 0.0, epsilon = TOLERANCE);
+    let names: Vec<&str> = robot.wheels.iter().map(|w| w.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["front_left", "front_right", "rear_left", "rear_right"]
+    );
+    for (wheel, (x, y, sign)) in robot.wheels.iter().zip([
+        (0.15, 0.16, -1.0),
+        (0.15, -0.16, 1.0),
+        (-0.15, 0.16, 1.0),
+        (-0.15, -0.16, -1.0),
+    ]) {
+        assert_relative_eq!(
+            wheel.position_m(),
+            Vector3::new(x, y, 0.05),
+            epsilon = TOLERANCE
+        );
+        assert_relative_eq!(wheel.axis(), Vector2::y(), epsilon = TOLERANCE);
+        assert_relative_eq!(wheel.gamma_rad, sign * FRAC_PI_4, epsilon = TOLERANCE);
+        assert_relative_eq!(wheel.radius_m, 0.05, epsilon = TOLERANCE);
+        // Solid cylinder along the hub axis, z of the hub frame: m r^2 / 2 and m (3 r^2 + h^2) / 12.
+        assert_relative_eq!(wheel.hub.mass_kg, 0.25, epsilon = TOLERANCE);
+        assert_relative_eq!(
+            wheel.hub.inertia_kg_m2[(2, 2)],
+            0.25 * 0.03 * 0.03 / 2.0,
+            epsilon = 1e-14
+        );
+        assert_relative_eq!(
+            wheel.hub.inertia_kg_m2[(0, 0)],
+            0.25 * (3.0 * 0.03 * 0.03 + 0.04 * 0.04) / 12.0,
+            epsilon = 1e-14
+        );
+        assert_eq!(wheel.motor.effort_n_m, 1.8);
+        assert_eq!(wheel.motor.velocity_rad_s, 30.0);
+        assert_eq!(wheel.joint.damping_n_m_s, 1e-3);
+        assert_eq!(wheel.rollers.len(), 9);
+        for roller in &wheel.rollers {
+            assert_relative_eq!(roller.radius_m, 0.012, epsilon = TOLERANCE);
+            assert_relative_eq!(roller.ring_radius_m(), 0.038, epsilon = TOLERANCE);
+            // L = 2 a tan(pi/n) / cos(gamma).
+            let length_m = 2.0 * 0.038 * (PI / 9.0).tan() / FRAC_1_SQRT_2;
+            assert_relative_eq!(roller.length_m, length_m, epsilon = TOLERANCE);
+            assert_eq!(roller.mass_kg, 0.01);
+            assert_eq!(roller.joint.damping_n_m_s, 1e-6);
+            // The hub axis and the roller's axis stand at 90 deg - 45 deg.
+            assert_relative_eq!(
+                roller.axis_in_hub.z.abs(),
+                FRAC_1_SQRT_2,
+                epsilon = TOLERANCE
+            );
+        }
+    }
+    // Equation (8): the row of wheel j is proportional to (n_x, n_y, b x n) with n the axis of the roller that points
+    // down. The front left wheel's is (1, -1, -0.31) / sqrt 2: the sum of both arms turns the robot.
+    let wheel = &robot.wheels[0];
+    let (n, b) = (wheel.roller_axis(), wheel.position_m());
+    let row = Vector3::new(n.x, n.y, b.x * n.y - b.y * n.x);
+    assert_relative_eq!(
+        row,
+        Vector3::new(-1.0, 1.0, 0.31) * FRAC_1_SQRT_2,
+        epsilon = TOLERANCE
+    );
+}
+
+#[test]
+fn volksbot_is_read_as_the_paper_describes_it() {
+    let robot = load("volksbot");
+    assert_eq!(robot.wheels.len(), 3);
+    assert_relative_eq!(robot.mass_kg(), 8.0, epsilon = TOLERANCE);
+    for (i, wheel) in robot.wheels.iter().enumerate() {
+        let (s, c) = (i as f64 * 2.0 * PI / 3.0).sin_cos();
+        assert_relative_eq!(
+            wheel.position_m(),
+            Vector3::new(0.25 * c, 0.25 * s, 0.05),
+            epsilon = TOLERANCE
+        );
+        assert_relative_eq!(wheel.axis(), Vector2::new(c, s), epsilon = TOLERANCE);
+        assert_relative_eq!(wheel.gamma_rad, 0.0, epsilon = TOLERANCE);
+        assert_relative_eq!(wheel.radius_m, 0.05, epsilon = TOLERANCE);
+        assert_eq!(wheel.rollers.len(), 8);
+    }
+}
+
+#[test]
+fn mecanum6_has_six_wheels_on_one_floor() {
+    let robot = load("mecanum6");
+    assert_eq!(robot.wheels.len(), 6);
+    for wheel in &robot.wheels {
+        assert_relative_eq!(wheel.radius_m, 0.0762, epsilon = TOLERANCE);
+        assert_relative_eq!(wheel.gamma_rad.abs(), FRAC_PI_4, epsilon = TOLERANCE);
+        assert_eq!(wheel.rollers.len(), 12);
+    }
+}
