@@ -1,12 +1,11 @@
 //! What the rollers of a wheel do to the ground.
 
-use ilon_robot::Wheel;
-use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 use rapier3d::prelude::*;
 
 use crate::convert;
+use crate::state::State;
 use crate::wheel_body::WheelBody;
-use crate::world::State;
 
 /// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,50 +31,29 @@ pub struct WheelContact {
     pub roller_spin_ideal_rad_s: f64,
 }
 
-/// A wheel and the few numbers of its state that a read-out needs.
-pub(crate) struct Hub<'a> {
-    pub wheel: &'a Wheel,
-    pub body: &'a WheelBody,
-    pub chassis_from_body: Isometry3<f64>,
-    pub angle_before_rad: f64,
-    pub rate_rad_s: f64,
-}
-
-impl Hub<'_> {
-    /// Reads the wheel's contacts out of rapier's narrow phase.
+impl WheelContact {
+    /// Reads a wheel's contacts out of rapier's narrow phase.
     ///
-    /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so that a
-    /// contact which the solver held still reads as still. `rate_of` gives the rate of a degree of freedom, in rad/s.
-    pub fn read_contact(
-        &self,
+    /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so
+    /// that a contact which the solver held still reads as still. `rate_of` gives the rate of a degree of freedom of
+    /// the robot's multibody, in rad/s.
+    pub(crate) fn read(
         rapier: &PhysicsWorld,
+        (index, body): (usize, &WheelBody),
         before: &State,
         after: &State,
         dt_s: f64,
         rate_of: impl Fn(usize) -> f64,
-    ) -> WheelContact {
-        let Self {
-            wheel,
-            body,
-            chassis_from_body,
-            ..
-        } = self;
-        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.angle_before_rad);
-        let world_from_hub = before.world_from_chassis
-            * chassis_from_body
-            * wheel.body_from_hub
-            * Isometry3::from_parts(Default::default(), turned);
+    ) -> Self {
+        let world_from_hub = before.world_from_hub(index);
         let hub = world_from_hub.translation.vector;
         let hub_axis = world_from_hub.rotation * Vector3::z();
-        let hub_angular = after.angular_rad_s + hub_axis * self.rate_rad_s;
+        let hub_angular = after.angular_rad_s + hub_axis * after.wheel_rates_rad_s[index];
         let center = before.world_from_chassis.translation.vector;
         let hub_velocity = after.velocity_m_s + after.angular_rad_s.cross(&(hub - center));
 
         let mut contact = WheelContact {
-            hub_height_m: (after.world_from_chassis * chassis_from_body * wheel.body_from_hub)
-                .translation
-                .vector
-                .z,
+            hub_height_m: after.world_from_hub(index).translation.vector.z,
             ..WheelContact::default()
         };
         let mut hardest_n = 0.0;

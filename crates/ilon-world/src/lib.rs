@@ -5,19 +5,24 @@
 //!
 //! Only this crate of the project names rapier or parry.
 
+mod assembly;
 mod contact;
 mod convert;
 mod error;
+mod ground;
 mod groups;
 mod roller_contact;
 mod roller_shape;
 mod settings;
+mod state;
 mod wheel_body;
+mod window;
 mod world;
 
 pub use contact::WheelContact;
 pub use error::WorldError;
+pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use roller_contact::RollerDispatcher;
 pub use roller_shape::RollerShape;
-pub use settings::{Floor, RollerBodies, Settings};
+pub use settings::{RollerBodies, Settings};
 pub use world::{BodyState, World};

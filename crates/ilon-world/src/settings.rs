@@ -25,9 +25,10 @@ pub struct Settings {
     /// Gauss-Seidel sweeps over the contacts of one step, >= 1. Friction across rollers converges slowly: the light
     /// direction (the roller spins) and the heavy one (it carries the robot) are coupled.
     pub sweeps: usize,
-    /// Rotor inertia added to every roller's spin, in kg m^2, >= 0: it eases the solver's work and slows the spin's
-    /// transients by its share of the roller's own inertia.
-    pub roller_armature_kg_m2: f64,
+    /// Inertia added to every roller's spin, as a multiple of the roller's own about its axis, >= 0: it eases the
+    /// solver's work. It costs its share of the spin's energy and of the robot's lateral inertia; 0 works too, with
+    /// more sweeps.
+    pub roller_armature_ratio: f64,
     /// Contacts are foreseen at this distance, in metres, > 0.
     pub prediction_m: f64,
     /// Gravity along -z, in m/s^2.
@@ -41,28 +42,10 @@ impl Default for Settings {
             roller_bodies: RollerBodies::All,
             contact_frequency_hz: 1000.0,
             contact_damping_ratio: 1.0,
-            sweeps: 16,
-            roller_armature_kg_m2: 4e-6,
+            sweeps: 32,
+            roller_armature_ratio: 1.0,
             prediction_m: 1e-3,
             gravity_m_s2: 9.81,
-        }
-    }
-}
-
-/// The ground a robot drives on.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Floor {
-    /// Coulomb friction coefficient between roller and ground, >= 0.
-    pub friction: f64,
-    /// Slope: the angle by which the plane falls towards +x, in radians. 0 is level.
-    pub slope_rad: f64,
-}
-
-impl Default for Floor {
-    fn default() -> Self {
-        Self {
-            friction: 0.6,
-            slope_rad: 0.0,
         }
     }
 }

@@ -4,7 +4,7 @@ use ilon_robot::{Roller, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::{RollerBodies, RollerShape, convert};
+use crate::{RollerBodies, RollerShape, Settings, convert};
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -43,11 +43,13 @@ pub(crate) struct RollerState {
     pub hub_from_roller: Isometry3<f64>,
     /// Angle of its centre about the hub axis, from the hub frame's x axis, in radians.
     pub place_rad: f64,
-    /// The roller's whole angular velocity along its own axis, in rad/s: while nothing but its bearing touches it,
-    /// this is what stays, however the hub turns.
-    pub axial_rate_rad_s: f64,
-    /// Inertia about its axis, in kg m^2.
-    pub axial_inertia_kg_m2: f64,
+    /// What stays while nothing but its bearing touches it, however the hub turns, in rad/s: its angular momentum about
+    /// its axis over its inertia, which is its spin against the hub plus its share of the hub's own rate.
+    steady_rate_rad_s: f64,
+    /// Inertia that follows its spin, armature included, in kg m^2.
+    spin_inertia_kg_m2: f64,
+    /// How much of that inertia the hub carries along: all but the armature, which only knows the spin.
+    carried_share: f64,
     /// Bearing damping, in N m s/rad.
     pub damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
@@ -86,12 +88,14 @@ pub(crate) fn hub_from_roller(roller: &Roller) -> Isometry3<f64> {
 }
 
 impl RollerState {
-    fn new(roller: &Roller) -> Self {
+    /// A roller at rest, with armature as a multiple of its own inertia.
+    pub fn new(roller: &Roller, armature_ratio: f64) -> Self {
         Self {
             hub_from_roller: hub_from_roller(roller),
             place_rad: roller.place_rad(),
-            axial_rate_rad_s: 0.0,
-            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
+            steady_rate_rad_s: 0.0,
+            spin_inertia_kg_m2: (1.0 + armature_ratio) * roller.axial_inertia_kg_m2,
+            carried_share: 1.0 / (1.0 + armature_ratio),
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
         }
@@ -102,16 +106,30 @@ impl RollerState {
         self.hub_from_roller.rotation * Vector3::z()
     }
 
-    /// Lets a roller that touches nothing coast for `dt_s` on a hub that turns with `hub_rate_in_hub_rad_s`: only its
-    /// bearing acts, I d(rate)/dt = -damping (rate - hub) - friction sign(rate - hub), which is solved exactly for
-    /// the damping and never lets friction reverse the spin.
+    /// The share of the hub's angular velocity, given in the hub frame, that the roller is carried along with.
+    fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
+        self.carried_share * hub_rate_in_hub_rad_s.dot(&self.axis_in_hub())
+    }
+
+    /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
+    pub fn spin_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
+        self.steady_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
+    }
+
+    /// Takes over a spin against the hub, in rad/s.
+    pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
+        self.steady_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
+    }
+
+    /// Lets a roller that touches nothing spin on for `dt_s`: only its bearing acts,
+    /// I d(spin)/dt = -damping spin - friction sign(spin), solved exactly for the damping; dry friction never reverses
+    /// the spin.
     pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) {
-        let carried = hub_rate_in_hub_rad_s.dot(&self.axis_in_hub());
-        let relative = self.axial_rate_rad_s - carried;
-        let damped = relative * (-self.damping_n_m_s / self.axial_inertia_kg_m2 * dt_s).exp();
-        let stopping = self.friction_n_m / self.axial_inertia_kg_m2 * dt_s;
+        let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
+        let damped = spin * (-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s).exp();
+        let stopping = self.friction_n_m / self.spin_inertia_kg_m2 * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
-        self.axial_rate_rad_s = carried + slowed;
+        self.set_spin(slowed, hub_rate_in_hub_rad_s);
     }
 }
 
@@ -122,7 +140,7 @@ impl RollerState {
 /// spin inertia to the slot, so that moving a slot from one roller to the next moves no momentum. rapier cannot invert
 /// an inertia about one axis alone, so a slot is round and the hub gives up the mean of what it has too much: about
 /// the hub axis, where wheels turn fast, that is exact because all rollers stand at the same angle to it.
-fn hub_mass_properties(wheel: &Wheel, roller_bodies: RollerBodies) -> MassProperties {
+fn hub_mass_properties(wheel: &Wheel, roller_bodies: RollerBodies, slots: usize) -> MassProperties {
     let parts: &[Roller] = match roller_bodies {
         RollerBodies::All => &[],
         RollerBodies::Near => &wheel.rollers,
@@ -140,10 +158,9 @@ fn hub_mass_properties(wheel: &Wheel, roller_bodies: RollerBodies) -> MassProper
     };
     let mut inertia =
         wheel.hub.inertia_kg_m2 + about_center(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
-    let slots = slot_count(wheel, roller_bodies) as f64;
     for roller in parts {
         let d = roller.axis_in_hub.into_inner();
-        let in_slots = slots / parts.len() as f64 * roller.axial_inertia_kg_m2;
+        let in_slots = slots as f64 / parts.len() as f64 * roller.axial_inertia_kg_m2;
         inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
             + (roller.transverse_inertia_kg_m2 - in_slots)
                 * (Matrix3::identity() - d * d.transpose());
@@ -172,76 +189,57 @@ fn slot_mass_properties(roller: &Roller, roller_bodies: RollerBodies) -> MassPro
     )
 }
 
-/// How many slots a wheel has.
-fn slot_count(wheel: &Wheel, roller_bodies: RollerBodies) -> usize {
-    match roller_bodies {
-        RollerBodies::All => wheel.rollers.len(),
-        // On open flat floor one roller of a wheel touches at a time; two do at the instant of the hand-over.
-        RollerBodies::Near => 1,
-    }
-}
-
-/// Adds a wheel to the robot's multibody: the hub on the chassis, the slots on the hub.
+/// Adds a wheel to the robot's multibody: the hub on the chassis, and a slot on the hub for each roller of its window.
 pub(crate) fn insert(
-    bodies: &mut RigidBodySet,
-    colliders: &mut ColliderSet,
-    joints: &mut MultibodyJointSet,
-    chassis: RigidBodyHandle,
-    chassis_from_body: &Isometry3<f64>,
+    rapier: &mut PhysicsWorld,
     wheel: &Wheel,
-    settings: &crate::Settings,
-    friction: f64,
+    (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
+    (rollers, window): (&[RollerState], &[usize]),
+    (settings, friction): (&Settings, f64),
 ) -> WheelBody {
-    let chassis_from_hub = chassis_from_body * wheel.body_from_hub;
-    let world_from_chassis = *bodies[chassis].position();
-    let world_from_hub = world_from_chassis * convert::pose(&chassis_from_hub);
-    let hub = bodies.insert(
+    let roller_bodies = settings.roller_bodies;
+    let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
+    let hub = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()
             .pose(world_from_hub)
             .can_sleep(false)
-            .additional_mass_properties(hub_mass_properties(wheel, settings.roller_bodies)),
+            .additional_mass_properties(hub_mass_properties(wheel, roller_bodies, window.len())),
     );
-    joints.insert(chassis, hub, joint_about_z(&chassis_from_hub), true);
+    rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
 
-    let rollers: Vec<RollerState> = wheel.rollers.iter().map(RollerState::new).collect();
-    let slots = (0..slot_count(wheel, settings.roller_bodies))
-        .map(|roller| {
-            let state = &rollers[roller];
-            let body = bodies.insert(
-                RigidBodyBuilder::dynamic()
-                    .pose(world_from_hub * convert::pose(&state.hub_from_roller))
-                    .can_sleep(false)
-                    .additional_mass_properties(slot_mass_properties(
-                        &wheel.rollers[roller],
-                        settings.roller_bodies,
-                    )),
-            );
-            joints.insert(hub, body, joint_about_z(&state.hub_from_roller), true);
-            let shape = RollerShape::new(&wheel.barrel(&wheel.rollers[roller]));
-            let collider = colliders.insert_with_parent(
-                ColliderBuilder::new(SharedShape::new(shape))
-                    .density(0.0)
-                    .friction(friction as Real)
-                    .friction_combine_rule(CoefficientCombineRule::Min)
-                    .restitution(0.0)
-                    .collision_groups(crate::groups::ROLLER),
-                body,
-                bodies,
-            );
-            Slot {
-                body,
-                collider,
-                link: 0,
-                dof: 0,
-                roller,
-            }
-        })
-        .collect();
+    let slots = window.iter().map(|&roller| {
+        let hub_from_roller = &rollers[roller].hub_from_roller;
+        let mass = slot_mass_properties(&wheel.rollers[roller], roller_bodies);
+        let body = rapier.bodies.insert(
+            RigidBodyBuilder::dynamic()
+                .pose(world_from_hub * convert::pose(hub_from_roller))
+                .can_sleep(false)
+                .additional_mass_properties(mass),
+        );
+        rapier.insert_multibody_joint(hub, body, joint_about_z(hub_from_roller));
+        let shape = RollerShape::new(&wheel.barrel(&wheel.rollers[roller]));
+        let collider = rapier.insert_collider(
+            ColliderBuilder::new(SharedShape::new(shape))
+                .density(0.0)
+                .friction(friction as Real)
+                .friction_combine_rule(CoefficientCombineRule::Min)
+                .restitution(0.0)
+                .collision_groups(crate::groups::ROLLER),
+            Some(body),
+        );
+        Slot {
+            body,
+            collider,
+            link: 0,
+            dof: 0,
+            roller,
+        }
+    });
     WheelBody {
         hub,
+        slots: slots.collect(),
         hub_link: 0,
         hub_dof: 0,
-        slots,
-        rollers,
+        rollers: rollers.to_vec(),
     }
 }

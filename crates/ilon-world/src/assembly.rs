@@ -1,0 +1,242 @@
+//! Building the robot's multibody: chassis, hubs, and a body for every roller that shall have one.
+
+use ilon_robot::{Collision, CollisionShape, Joint, MassProperties as RobotMass, Robot};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rapier3d::prelude::*;
+
+use crate::state::State;
+use crate::wheel_body::{self, RollerState, WheelBody};
+use crate::{Settings, convert, groups};
+
+/// The robot's parts in rapier.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembly {
+    pub chassis: RigidBodyHandle,
+    pub multibody: MultibodyIndex,
+    pub wheels: Vec<WheelBody>,
+    /// Zeros but for one entry while a joint's angle is set.
+    displacement: Vec<Real>,
+}
+
+/// Place of a hinge's angle among rapier's six joint coordinates.
+const HINGE: usize = 3;
+
+impl Assembly {
+    /// Builds the robot in a given state.
+    ///
+    /// `windows` names, for each wheel, the rollers that get a body. Every velocity is the state's own, so that a
+    /// robot which is taken apart and built again with another window loses no momentum.
+    pub fn build(
+        rapier: &mut PhysicsWorld,
+        robot: &Robot,
+        settings: &Settings,
+        friction: f64,
+        state: &State,
+        rollers: &[Vec<RollerState>],
+        windows: &[Vec<usize>],
+    ) -> Self {
+        let chassis = rapier.bodies.insert(
+            RigidBodyBuilder::dynamic()
+                .pose(convert::pose(&state.world_from_chassis))
+                .can_sleep(false)
+                .additional_mass_properties(chassis_mass_properties(&robot.chassis.mass)),
+        );
+        let chassis_from_body = Isometry3::from(-robot.chassis.mass.center_of_mass_m);
+        for collision in &robot.chassis.collisions {
+            let collider = chassis_collider(&chassis_from_body, collision, friction);
+            rapier.insert_collider(collider, Some(chassis));
+        }
+        let mut wheels: Vec<WheelBody> = (0..robot.wheels.len())
+            .map(|i| {
+                wheel_body::insert(
+                    rapier,
+                    &robot.wheels[i],
+                    (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
+                    (&rollers[i], &windows[i]),
+                    (settings, friction),
+                )
+            })
+            .collect();
+        let multibody = index_links(rapier, &mut wheels);
+        set_joint_dynamics(rapier, multibody, robot, &wheels, settings);
+        let ndofs = rapier.multibody_joints[multibody].ndofs();
+        let mut assembly = Self {
+            chassis,
+            multibody,
+            wheels,
+            displacement: vec![0.0; ndofs],
+        };
+        assembly.set_wheel_angles(rapier, &state.wheel_angles_rad);
+        assembly.set_velocities(rapier, state, rollers);
+        let PhysicsWorld {
+            bodies,
+            multibody_joints,
+            ..
+        } = rapier;
+        let multibody = link_owner(multibody_joints, multibody);
+        multibody.forward_kinematics(bodies, false);
+        multibody.update_rigid_bodies(bodies, true);
+        assembly
+    }
+
+    /// Takes the robot out of the world.
+    pub fn remove(&self, rapier: &mut PhysicsWorld) {
+        let wheels = self.wheels.iter();
+        let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
+        for body in parts.chain([self.chassis]) {
+            rapier.remove_body(body);
+        }
+    }
+
+    /// The robot's multibody.
+    pub fn multibody_mut<'a>(&self, rapier: &'a mut PhysicsWorld) -> &'a mut Multibody {
+        link_owner(&mut rapier.multibody_joints, self.multibody)
+    }
+
+    /// Rate along one degree of freedom: m/s or rad/s.
+    pub fn rate(&self, rapier: &PhysicsWorld, dof: usize) -> f64 {
+        f64::from(rapier.multibody_joints[self.multibody].generalized_velocity()[dof])
+    }
+
+    /// Sets rapier's wheel angles, kept within one turn where f32 is fine enough.
+    pub fn set_wheel_angles(&mut self, rapier: &mut PhysicsWorld, angles_rad: &[f64]) {
+        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
+        for (wheel, angle_rad) in self.wheels.iter().zip(angles_rad) {
+            let link = multibody
+                .link(wheel.hub_link)
+                .expect("links are indexed when built");
+            let in_rapier = f64::from(link.joint().coords()[HINGE]);
+            let correction = (ilon_robot::wrap_angle(*angle_rad) - in_rapier) as Real;
+            if correction != 0.0 {
+                self.displacement[wheel.hub_dof] = correction;
+                multibody.apply_displacements(&self.displacement);
+                self.displacement[wheel.hub_dof] = 0.0;
+            }
+        }
+    }
+
+    fn set_velocities(
+        &self,
+        rapier: &mut PhysicsWorld,
+        state: &State,
+        rollers: &[Vec<RollerState>],
+    ) {
+        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
+        let mut rates = multibody.generalized_velocity_mut();
+        let root = state.velocity_m_s.iter().chain(state.angular_rad_s.iter());
+        for (dof, value) in root.enumerate() {
+            rates[dof] = *value as Real;
+        }
+        for (index, wheel) in self.wheels.iter().enumerate() {
+            rates[wheel.hub_dof] = state.wheel_rates_rad_s[index] as Real;
+            for slot in &wheel.slots {
+                let carried = state.hub_rate_in_hub(index);
+                rates[slot.dof] = rollers[index][slot.roller].spin_rad_s(&carried) as Real;
+            }
+        }
+    }
+}
+
+fn link_owner(joints: &mut MultibodyJointSet, index: MultibodyIndex) -> &mut Multibody {
+    joints
+        .get_multibody_mut(index)
+        .expect("the robot's multibody lives as long as its assembly")
+}
+
+fn chassis_mass_properties(mass: &RobotMass) -> MassProperties {
+    MassProperties::with_inertia_matrix(
+        Vector::ZERO,
+        mass.mass_kg as Real,
+        convert::matrix(&mass.inertia_kg_m2),
+    )
+}
+
+fn chassis_collider(
+    chassis_from_body: &Isometry3<f64>,
+    collision: &Collision,
+    friction: f64,
+) -> ColliderBuilder {
+    // URDF's cylinders and capsules stand along z, parry's along y.
+    let y_to_z = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    let (shape, turn) = match &collision.shape {
+        CollisionShape::Box { half_extents_m: h } => (
+            SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real),
+            UnitQuaternion::identity(),
+        ),
+        CollisionShape::Cylinder { radius_m, length_m } => (
+            SharedShape::cylinder(0.5 * *length_m as Real, *radius_m as Real),
+            y_to_z,
+        ),
+        CollisionShape::Capsule { radius_m, length_m } => (
+            SharedShape::capsule_z(0.5 * *length_m as Real, *radius_m as Real),
+            UnitQuaternion::identity(),
+        ),
+        CollisionShape::Sphere { radius_m } => (
+            SharedShape::ball(*radius_m as Real),
+            UnitQuaternion::identity(),
+        ),
+    };
+    let placed = chassis_from_body * collision.body_from_shape * turn;
+    ColliderBuilder::new(shape)
+        .position(convert::pose(&placed))
+        .density(0.0)
+        .friction(friction as Real)
+        .friction_combine_rule(CoefficientCombineRule::Min)
+        .collision_groups(groups::CHASSIS)
+}
+
+/// Looks up, once, where each hub and slot stands in the robot's multibody.
+fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> MultibodyIndex {
+    let PhysicsWorld {
+        bodies,
+        multibody_joints,
+        ..
+    } = rapier;
+    let find = |joints: &MultibodyJointSet, body: RigidBodyHandle| {
+        *joints
+            .rigid_body_link(body)
+            .expect("every hub and slot is inserted as a link")
+    };
+    let index = find(multibody_joints, wheels[0].hub).multibody;
+    // Only now does rapier see that the chassis is free, and give the root its six axes before all others.
+    link_owner(multibody_joints, index).forward_kinematics(bodies, true);
+    let place = |body: RigidBodyHandle| {
+        let id = find(multibody_joints, body).id;
+        let link = multibody_joints[index]
+            .link(id)
+            .expect("the link of an id exists");
+        (id, link.assembly_id())
+    };
+    for wheel in wheels {
+        (wheel.hub_link, wheel.hub_dof) = place(wheel.hub);
+        for slot in &mut wheel.slots {
+            (slot.link, slot.dof) = place(slot.body);
+        }
+    }
+    index
+}
+
+/// Damping, dry friction and armature of every joint; rapier's own default damps every free axis by 0.1.
+fn set_joint_dynamics(
+    rapier: &mut PhysicsWorld,
+    multibody: MultibodyIndex,
+    robot: &Robot,
+    wheels: &[WheelBody],
+    settings: &Settings,
+) {
+    let multibody = link_owner(&mut rapier.multibody_joints, multibody);
+    multibody.damping_mut().fill(0.0);
+    let mut set = |dof: usize, joint: &Joint, armature: f64| {
+        multibody.damping_mut()[dof] = joint.damping_n_m_s as Real;
+        multibody.frictions_mut()[dof] = joint.friction_n_m as Real;
+        multibody.armature_mut()[dof] = armature as Real;
+    };
+    for (body, wheel) in wheels.iter().zip(&robot.wheels) {
+        set(body.hub_dof, &wheel.joint, 0.0);
+        for slot in &body.slots {
+            let roller = &wheel.rollers[slot.roller];
+            let armature = settings.roller_armature_ratio * roller.axial_inertia_kg_m2;
+            set(slot.dof, &roller.joint, armature);
+        }
+    }
+}

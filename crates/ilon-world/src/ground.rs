@@ -1,0 +1,302 @@
+//! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
+use parry3d::bounding_volume::{Aabb, BoundingVolume};
+use parry3d::shape::{HeightField, HeightFieldFlags};
+use parry3d::utils::Array2;
+use rapier3d::pipeline::{ContactModificationContext, PhysicsHooks};
+use rapier3d::prelude::*;
+
+use crate::{WorldError, convert, groups};
+
+/// The ground a robot drives on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Floor {
+    /// Coulomb friction coefficient between roller and ground, >= 0.
+    pub friction: f64,
+    /// Slope: the angle by which the ground falls towards +x, in radians. 0 is level.
+    pub slope_rad: f64,
+    /// Places where the friction is another, later ones over earlier ones.
+    pub patches: Vec<Patch>,
+    /// Boxes that stand on the ground: kerbs, thresholds, walls.
+    pub boxes: Vec<GroundBox>,
+    /// A rough surface in place of the plane.
+    pub relief: Option<Relief>,
+}
+
+/// A rectangle of ground, along the world's axes, with a friction of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Its middle in the world, in metres.
+    pub center_m: Vector2<f64>,
+    /// Half of its sides along x and y, in metres.
+    pub half_sides_m: Vector2<f64>,
+    /// Coulomb friction coefficient there, >= 0.
+    pub friction: f64,
+}
+
+/// A box in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundBox {
+    /// Its middle in the world, in metres.
+    pub center_m: Vector3<f64>,
+    /// Half of its sides along its own axes, in metres.
+    pub half_sides_m: Vector3<f64>,
+    /// Its heading in the world, in radians.
+    pub heading_rad: f64,
+}
+
+/// A rough surface: heights on a square grid around the world's origin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relief {
+    /// Distance between neighbouring heights, in metres, > 0.
+    pub cell_m: f64,
+    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Square, at least 2 x 2.
+    pub heights_m: Vec<Vec<f64>>,
+}
+
+impl Default for Floor {
+    fn default() -> Self {
+        Self {
+            friction: 0.6,
+            slope_rad: 0.0,
+            patches: Vec::new(),
+            boxes: Vec::new(),
+            relief: None,
+        }
+    }
+}
+
+impl Floor {
+    /// The unit normal of the plane, in the world.
+    pub fn up(&self) -> Vector3<f64> {
+        Vector3::new(self.slope_rad.sin(), 0.0, self.slope_rad.cos())
+    }
+
+    /// The rotation from a level floor to this one.
+    pub(crate) fn tilt(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.slope_rad)
+    }
+
+    /// The highest point of the relief within a circle around a place in the floor's own plane, in metres; 0 on the
+    /// plane. A robot that is put down there clears it.
+    pub fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
+        let Some(relief) = &self.relief else {
+            return 0.0;
+        };
+        let half_m = 0.5 * relief.side_m();
+        let near = |row: usize, column: usize| {
+            let at = Vector2::new(column as f64, row as f64) * relief.cell_m
+                - Vector2::new(half_m, half_m);
+            (at - center_m).norm() <= radius_m + relief.cell_m
+        };
+        let heights = relief
+            .heights_m
+            .iter()
+            .enumerate()
+            .flat_map(|(row, heights)| {
+                heights
+                    .iter()
+                    .enumerate()
+                    .filter(move |(column, _)| near(row, *column))
+            });
+        let highest = heights.map(|(_, h)| *h).fold(f64::NEG_INFINITY, f64::max);
+        if highest.is_finite() { highest } else { 0.0 }
+    }
+
+    /// Refuses floors that make no sense.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
+        let setting = |name, value, range| Err(WorldError::Setting { name, value, range });
+        let frictions = self.patches.iter().map(|p| p.friction);
+        if let Some(bad) = std::iter::once(self.friction)
+            .chain(frictions)
+            .find(|f| !(f.is_finite() && *f >= 0.0))
+        {
+            return setting("friction", bad, "finite and not below 0");
+        }
+        if !(self.slope_rad.abs() < std::f64::consts::FRAC_PI_2) {
+            return setting("slope_rad", self.slope_rad, "between -pi/2 and pi/2");
+        }
+        let sides = self
+            .boxes
+            .iter()
+            .flat_map(|b| b.half_sides_m.iter().copied().collect::<Vec<_>>());
+        if let Some(bad) = sides.into_iter().find(|s| !(s.is_finite() && *s > 0.0)) {
+            return setting("half_sides_m", bad, "finite and above 0");
+        }
+        if let Some(relief) = &self.relief {
+            if !(relief.cell_m.is_finite() && relief.cell_m > 0.0) {
+                return setting("cell_m", relief.cell_m, "finite and above 0");
+            }
+            let rows = relief.heights_m.len();
+            if rows < 2 || relief.heights_m.iter().any(|row| row.len() != rows) {
+                return setting(
+                    "heights_m",
+                    rows as f64,
+                    "a square grid of at least 2 x 2 heights",
+                );
+            }
+            let heights = relief.heights_m.iter().flatten();
+            if let Some(bad) = heights.copied().find(|h| !h.is_finite()) {
+                return setting("heights_m", bad, "finite everywhere");
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the ground into the world.
+    pub(crate) fn insert(&self, colliders: &mut ColliderSet) -> Ground {
+        let solids = self.solids();
+        let plane = self.relief.is_none().then(|| {
+            (
+                Isometry3::identity(),
+                SharedShape::halfspace(convert::vector(&self.up())),
+            )
+        });
+        let hooks = if self.patches.is_empty() {
+            ActiveHooks::empty()
+        } else {
+            ActiveHooks::MODIFY_SOLVER_CONTACTS
+        };
+        for (world_from_shape, shape) in plane.iter().chain(&solids) {
+            colliders.insert(
+                ColliderBuilder::new(shape.clone())
+                    .position(convert::pose(world_from_shape))
+                    .friction(self.friction as Real)
+                    .friction_combine_rule(CoefficientCombineRule::Min)
+                    .restitution(0.0)
+                    .active_hooks(hooks)
+                    .collision_groups(groups::GROUND),
+            );
+        }
+        Ground {
+            up: self.up(),
+            has_plane: plane.is_some(),
+            friction: self.friction,
+            patches: self.patches.clone(),
+            solids,
+        }
+    }
+
+    /// Everything but the plane: where it stands in the world and its shape.
+    fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
+        // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z and -z to y.
+        let upright =
+            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let relief = self.relief.iter().map(|relief| {
+            let pose = Isometry3::from_parts(Translation3::identity(), self.tilt() * upright);
+            (pose, relief.shape())
+        });
+        let boxes = self.boxes.iter().map(|solid| {
+            let h = solid.half_sides_m;
+            let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), solid.heading_rad);
+            let pose = Isometry3::from_parts(solid.center_m.into(), heading);
+            (
+                pose,
+                SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real),
+            )
+        });
+        relief.chain(boxes).collect()
+    }
+}
+
+impl Relief {
+    /// Length of the square's side, in metres.
+    fn side_m(&self) -> f64 {
+        self.cell_m * (self.heights_m.len() - 1) as f64
+    }
+
+    fn shape(&self) -> SharedShape {
+        let n = self.heights_m.len();
+        // parry counts rows along its z, which is our -y.
+        let heights = Array2::new(
+            n,
+            n,
+            (0..n * n)
+                .map(|i| self.heights_m[n - 1 - i % n][i / n] as Real)
+                .collect(),
+        );
+        let side = self.side_m() as Real;
+        SharedShape::new(HeightField::with_flags(
+            heights,
+            Vector::new(side, 1.0, side),
+            HeightFieldFlags::FIX_INTERNAL_EDGES,
+        ))
+    }
+}
+
+/// What a running world needs to know of its ground.
+pub(crate) struct Ground {
+    /// The plane's normal.
+    pub up: Vector3<f64>,
+    /// Whether the plane itself can be touched.
+    pub has_plane: bool,
+    friction: f64,
+    patches: Vec<Patch>,
+    /// Everything that is not the plane.
+    solids: Vec<(Isometry3<f64>, SharedShape)>,
+}
+
+impl Ground {
+    /// Whether anything but the plane exists at all.
+    pub fn is_plain(&self) -> bool {
+        self.has_plane && self.solids.is_empty()
+    }
+
+    /// Whether anything but the plane reaches into a box in the world.
+    pub fn reaches(&self, in_world: &Aabb) -> bool {
+        self.solids.iter().any(|(world_from_solid, shape)| {
+            let local = in_world.transform_by(&convert::pose(&world_from_solid.inverse()));
+            match shape.as_heightfield() {
+                None => shape.compute_local_aabb().intersects(&local),
+                Some(field) => {
+                    let mut reached = false;
+                    field.map_elements_in_local_aabb(&local, &mut |_, triangle| {
+                        reached |= triangle.local_aabb().intersects(&local);
+                    });
+                    reached
+                }
+            }
+        })
+    }
+
+    /// The friction at a place of the world.
+    fn friction_at(&self, x_m: f64, y_m: f64) -> f64 {
+        let inside = |p: &&Patch| {
+            (x_m - p.center_m.x).abs() <= p.half_sides_m.x
+                && (y_m - p.center_m.y).abs() <= p.half_sides_m.y
+        };
+        self.patches
+            .iter()
+            .rev()
+            .find(inside)
+            .map_or(self.friction, |p| p.friction)
+    }
+}
+
+/// rapier asks at every contact how slippery the ground is there.
+impl PhysicsHooks for Ground {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let ground_first = context.rigid_body1.is_none();
+        let ground = if ground_first {
+            context.collider1
+        } else {
+            context.collider2
+        };
+        let Some(world_from_ground) = context.colliders.get(ground).map(|c| *c.position()) else {
+            return;
+        };
+        let Some(contact) = context.rigid_mut() else {
+            return;
+        };
+        if let Some(point) = contact.manifold.points.first() {
+            let local = if ground_first {
+                point.local_p1
+            } else {
+                point.local_p2
+            };
+            let at = world_from_ground * local;
+            *contact.friction = self.friction_at(f64::from(at.x), f64::from(at.y)) as Real;
+        }
+    }
+}

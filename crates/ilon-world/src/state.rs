@@ -1,0 +1,66 @@
+//! Where everything is and how it moves, in f64.
+
+use ilon_robot::Robot;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+/// The state of a robot but for its rollers.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    /// Pose of the chassis's centre of mass, along the body's axes. rapier's multibody wants a root whose origin is
+    /// its centre of mass.
+    pub world_from_chassis: Isometry3<f64>,
+    /// Velocity of the chassis's centre of mass, in the world frame, m/s.
+    pub velocity_m_s: Vector3<f64>,
+    /// Angular velocity of the chassis, in the world frame, rad/s.
+    pub angular_rad_s: Vector3<f64>,
+    /// Angles of the wheels, in rad, not wrapped.
+    pub wheel_angles_rad: Vec<f64>,
+    /// Rates of the wheels, in rad/s.
+    pub wheel_rates_rad_s: Vec<f64>,
+    /// Poses of the hub frames in the chassis frame at wheel angle zero.
+    chassis_from_hub: Vec<Isometry3<f64>>,
+}
+
+impl State {
+    /// A robot at rest with its body frame at a pose.
+    pub fn at_rest(robot: &Robot, world_from_body: &Isometry3<f64>) -> Self {
+        let body_from_chassis = Isometry3::from(robot.chassis.mass.center_of_mass_m);
+        let chassis_from_body = body_from_chassis.inverse();
+        Self {
+            world_from_chassis: world_from_body * body_from_chassis,
+            velocity_m_s: Vector3::zeros(),
+            angular_rad_s: Vector3::zeros(),
+            wheel_angles_rad: vec![0.0; robot.wheels.len()],
+            wheel_rates_rad_s: vec![0.0; robot.wheels.len()],
+            chassis_from_hub: robot
+                .wheels
+                .iter()
+                .map(|wheel| chassis_from_body * wheel.body_from_hub)
+                .collect(),
+        }
+    }
+
+    /// Pose of a hub's frame, turned with the wheel.
+    pub fn world_from_hub(&self, wheel: usize) -> Isometry3<f64> {
+        let turned =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.wheel_angles_rad[wheel]);
+        self.world_from_chassis * self.chassis_from_hub[wheel] * turned
+    }
+
+    /// Angular velocity of a hub in its own frame, in rad/s.
+    pub fn hub_rate_in_hub(&self, wheel: usize) -> Vector3<f64> {
+        let hub_from_world = self.world_from_hub(wheel).rotation.inverse();
+        hub_from_world * self.angular_rad_s + Vector3::z() * self.wheel_rates_rad_s[wheel]
+    }
+
+    /// Copies another state of the same robot without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.world_from_chassis = other.world_from_chassis;
+        self.velocity_m_s = other.velocity_m_s;
+        self.angular_rad_s = other.angular_rad_s;
+        self.wheel_angles_rad
+            .copy_from_slice(&other.wheel_angles_rad);
+        self.wheel_rates_rad_s
+            .copy_from_slice(&other.wheel_rates_rad_s);
+    }
+}
