@@ -185,28 +185,43 @@ impl DynamicModel {
     /// dry friction added to F q'.
     pub fn torques(&self, rates_rad_s: &[f64], accelerations_rad_s2: &[f64], out: &mut [f64]) {
         self.resistance(rates_rad_s, out);
-        for (out, row) in out.iter_mut().zip(self.inertia.row_iter()) {
-            *out += dot(row.iter(), accelerations_rad_s2);
-        }
+        self.add_inertia_times(accelerations_rad_s2, out);
     }
 
     /// The torques that keep the wheel rates as they are, in N m: (C(omega) + F) q' of eq. (11), with the rollers'
     /// drag and all dry friction.
     pub fn resistance(&self, rates_rad_s: &[f64], out: &mut [f64]) {
+        self.resistance_towards(rates_rad_s, rates_rad_s, out);
+    }
+
+    /// As [`Self::resistance`], with dry friction against `towards_rad_s` instead of the rates.
+    pub(crate) fn resistance_towards(
+        &self,
+        rates_rad_s: &[f64],
+        towards_rad_s: &[f64],
+        out: &mut [f64],
+    ) {
         let omega = self.kinematics.twist(rates_rad_s).omega_rad_s;
-        for (h, out) in out.iter_mut().enumerate().take(self.damping_n_m_s.len()) {
-            let rate = rates_rad_s.get(h).copied().unwrap_or_default();
+        let inputs = rates_rad_s.iter().zip(towards_rad_s);
+        for ((h, out), (rate, towards)) in out.iter_mut().enumerate().zip(inputs) {
             *out = omega * dot(self.coriolis.row(h).iter(), rates_rad_s)
                 + self.damping_n_m_s[h] * rate
-                + self.friction_n_m[h] * sign(rate)
+                + self.friction_n_m[h] * sign(*towards)
                 + dot(self.roller_drag.row(h).iter(), rates_rad_s);
         }
         for (spin_row, friction_n_m) in self.roller_spins.row_iter().zip(&self.roller_friction_n_m)
         {
-            let torque = friction_n_m * sign(dot(spin_row.iter(), rates_rad_s));
+            let torque = friction_n_m * sign(dot(spin_row.iter(), towards_rad_s));
             for (out, share) in out.iter_mut().zip(spin_row.iter()) {
                 *out += torque * share;
             }
+        }
+    }
+
+    /// out += I y.
+    pub(crate) fn add_inertia_times(&self, y_rad_s2: &[f64], out: &mut [f64]) {
+        for (out, row) in out.iter_mut().zip(self.inertia.row_iter()) {
+            *out += dot(row.iter(), y_rad_s2);
         }
     }
 

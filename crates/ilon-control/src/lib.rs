@@ -10,7 +10,8 @@
 //!
 //! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
-//! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel (section III-A).
+//! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel, or [`ComputedTorque::update`] all wheels
+//!    together, eqs. (11), (12) (section III-A).
 //! 4. [`Motor::limit`] says what of a torque the motor can give.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
@@ -30,6 +31,7 @@
 //! | e_r, e_phi | `e_r`, `e_phi` | position and heading error, eqs. (16), (17) |
 //! | sigma, c | `sigma`, `c` | weight and capacity of a task, eqs. (30), (34) |
 
+mod computed_torque;
 mod contact;
 mod dynamics;
 mod error;
@@ -44,6 +46,7 @@ mod singularity;
 mod waypoints;
 mod wheel_loop;
 
+pub use computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use contact::{ContactKinematics, RollerContact};
 pub use dynamics::{DynamicModel, DynamicsSettings};
 pub use error::ControlError;
