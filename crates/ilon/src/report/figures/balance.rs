@@ -1,0 +1,188 @@
+//! Where the difference between asked and real motion went, and where the motors' work went.
+
+use ilon_trace::ledger::{Integral, Terms};
+use ilon_trace::{Ledger, Record, Summary, Trace};
+use plotly::Bar;
+use plotly::common::{Marker, Orientation};
+use plotly::layout::{Axis, BarMode, Layout};
+
+use crate::report::figure::{Figure, Span, axis, curve, exact_curve, layout, plot, solid};
+use crate::report::thin::{evenly, short};
+
+/// Colour names of the ledger's terms, in its order.
+pub(in crate::report) const TERM_COLORS: [&str; 5] =
+    ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
+
+/// The ledger: net bars, and how the terms grew.
+pub(in crate::report) fn ledger(trace: &Trace, summary: &Summary) -> Vec<Figure> {
+    let mm = |i: &Integral, f: fn(&Integral) -> f64| 1e3 * f(i);
+    let position: [(&str, fn(&Integral) -> f64); 2] =
+        [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
+    let heading: [(&str, fn(&Integral) -> f64); 1] = [("heading", |i| i.heading_rad)];
+    vec![
+        Figure {
+            id: "ledger-position".to_owned(),
+            title: "What was asked for and did not come: millimetres".to_owned(),
+            caption: "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
+                      total exactly; bars that point left are gains."
+                .to_owned(),
+            height_px: 260,
+            span: Span::Half,
+            over_time: false,
+            plot: bars(&summary.ledger, &position, mm, "mm"),
+        },
+        Figure {
+            id: "ledger-heading".to_owned(),
+            title: "… and degrees".to_owned(),
+            caption: "The same for the heading.".to_owned(),
+            height_px: 260,
+            span: Span::Half,
+            over_time: false,
+            plot: bars(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+        },
+        growth(
+            trace,
+            "ledger-growth-position",
+            "How it grew: millimetres",
+            "The length of each term's own way, stacked: going to and fro counts twice, so that nothing hides behind \
+             a sum that happens to cancel.",
+            "mm",
+            |v| 1e3 * v.linear_m_s().norm(),
+        ),
+        growth(
+            trace,
+            "ledger-growth-heading",
+            "How it grew: degrees",
+            "The same for the heading.",
+            "deg",
+            |v| v.omega_rad_s.abs().to_degrees(),
+        ),
+    ]
+}
+
+/// The motors' work and where it went.
+pub(in crate::report) fn energy(trace: &Trace) -> Figure {
+    let of = |f: fn(&Record, &Record) -> f64| {
+        let records = trace.records();
+        records
+            .first()
+            .into_iter()
+            .flat_map(move |first| records.iter().map(move |r| (r.t_s, f(r, first))))
+    };
+    let stacked = |name, points: &mut dyn Iterator<Item = (f64, f64)>, color| {
+        let points: Vec<_> = points.collect();
+        let kept = evenly(points.len(), 800).into_iter().map(|k| points[k]);
+        exact_curve(name, kept, solid(color).width(0.8)).stack_group("energy")
+            as Box<dyn plotly::Trace>
+    };
+    let traces = vec![
+        stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
+        stacked("bearings", &mut of(|r, _| r.bearing_energy_j), "@servo"),
+        stacked(
+            "stored",
+            &mut of(|r, first| {
+                r.kinetic_energy_j + r.potential_energy_j
+                    - first.kinetic_energy_j
+                    - first.potential_energy_j
+            }),
+            "@contact",
+        ),
+        curve(
+            "motors' work",
+            of(|r, _| r.motor_energy_j),
+            solid("@asked").width(2.2),
+        ),
+    ];
+    Figure {
+        id: "energy".to_owned(),
+        title: "Where the motors' work went".to_owned(),
+        caption: "Lost to slip and bearings, or stored as motion. What lies between the stack and the line of the \
+                  motors' work is unexplained: contacts pressed in, and the solver's own loss."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(traces, layout("t in s", "energy in J")),
+    }
+}
+
+/// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
+fn bars(
+    ledger: &Ledger,
+    rows: &[(&str, fn(&Integral) -> f64)],
+    value: fn(&Integral, fn(&Integral) -> f64) -> f64,
+    unit: &str,
+) -> plotly::Plot {
+    let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    for ((name, term), color) in ledger.named().into_iter().zip(TERM_COLORS) {
+        let values = rows
+            .iter()
+            .map(|(_, f)| short(value(&term, *f), 5))
+            .collect();
+        traces.push(
+            Bar::new(values, names.clone())
+                .name(name)
+                .orientation(Orientation::Horizontal)
+                .marker(Marker::new().color(color)),
+        );
+    }
+    let totals = rows
+        .iter()
+        .map(|(_, f)| short(value(&ledger.total, *f), 5))
+        .collect();
+    traces.push(
+        plotly::Scatter::new(totals, names)
+            .name("total")
+            .mode(plotly::common::Mode::Markers)
+            .marker(
+                Marker::new()
+                    .color("@fg")
+                    .size(13)
+                    .symbol(plotly::common::MarkerSymbol::DiamondTall),
+            ),
+    );
+    let layout = Layout::new()
+        .bar_mode(BarMode::Relative)
+        .x_axis(axis(&format!("asked minus real in {unit}")))
+        .y_axis(Axis::new().auto_margin(true));
+    plot(traces, layout)
+}
+
+/// Each term's way so far, stacked.
+fn growth(
+    trace: &Trace,
+    id: &str,
+    title: &str,
+    caption: &str,
+    unit: &str,
+    magnitude: fn(&ilon_robot::Twist) -> f64,
+) -> Figure {
+    const POINTS: usize = 600;
+    let dt_s = trace.header.control_dt_s;
+    let kept = evenly(trace.records().len(), POINTS);
+    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let names = Terms::default().named().map(|(name, _)| name);
+    for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
+        let mut so_far = 0.0;
+        let way: Vec<(f64, f64)> = trace
+            .records()
+            .iter()
+            .map(|record| {
+                so_far += magnitude(&Terms::of(record).named()[term].1) * dt_s;
+                (record.t_s, so_far)
+            })
+            .collect();
+        let points = kept.iter().map(|&k| way[k]);
+        traces.push(exact_curve(name, points, solid(color).width(0.8)).stack_group("terms"));
+    }
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(traces, layout("t in s", unit)),
+    }
+}

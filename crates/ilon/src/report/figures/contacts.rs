@@ -1,0 +1,208 @@
+//! What happened where the rollers touch the floor.
+
+use std::f64::consts::TAU;
+
+use ilon_trace::{Record, Trace, WheelSample};
+use plotly::ScatterPolar;
+use plotly::common::Mode;
+use plotly::layout::Layout;
+
+use crate::report::figure::{
+    Figure, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot, wheel_pen,
+};
+use crate::report::page::escape;
+use crate::report::thin::{evenly, short};
+
+/// Sliding speed of each wheel's contact over time.
+pub(in crate::report) fn slip_speed(trace: &Trace) -> Figure {
+    Figure {
+        id: "slip-speed".to_owned(),
+        title: "Sliding speed".to_owned(),
+        caption: "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load \
+                  going from roller to roller; a plateau is a wheel that really slides."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, |s| 1e3 * s.slip_speed_m_s()),
+            layout("t in s", "sliding speed in mm/s"),
+        ),
+    }
+}
+
+/// Normal force of each wheel over time.
+pub(in crate::report) fn normal_force(trace: &Trace) -> Figure {
+    Figure {
+        id: "normal-force".to_owned(),
+        title: "Load on each wheel".to_owned(),
+        caption: "The normal force. It shifts with acceleration and payload; where it falls to zero the wheel has \
+                  lost the floor."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, |s| s.normal_force_n),
+            layout("t in s", "normal force in N"),
+        ),
+    }
+}
+
+/// Rms sliding speed around each wheel's turn.
+pub(in crate::report) fn polar(trace: &Trace) -> Figure {
+    const SECTORS: usize = 72;
+    let wheels = (0..trace.wheel_count()).map(|index| {
+        let mut sums = [(0.0, 0u32); SECTORS];
+        for s in trace.wheel(index).filter(|s| s.touching) {
+            let turn = s.angle_rad.rem_euclid(TAU) / TAU;
+            // A turn of 1 - 1e-17 rounds to 1.
+            let sector = &mut sums[((turn * SECTORS as f64) as usize).min(SECTORS - 1)];
+            *sector = (sector.0 + s.slip_speed_m_s().powi(2), sector.1 + 1);
+        }
+        let middle_deg = |k: usize| (k as f64 + 0.5) * 360.0 / SECTORS as f64;
+        let seen = (0..=SECTORS).map(|k| (k % SECTORS, sums[k % SECTORS]));
+        let (theta, r): (Vec<f64>, Vec<f64>) = seen
+            .map(|(k, (sum, n))| (middle_deg(k), short(1e3 * (sum / f64::from(n)).sqrt(), 5)))
+            .unzip();
+        ScatterPolar::new(theta, r)
+            .name(escape(&trace.header.wheels[index].name))
+            .mode(Mode::Lines)
+            .line(wheel_pen(index).line()) as Box<dyn plotly::Trace>
+    });
+    let traces = wheels.collect();
+    Figure {
+        id: "slip-polar".to_owned(),
+        title: "Slip around the wheel".to_owned(),
+        caption: "Rms sliding speed in mm/s against the wheel's angle. As many lobes as rollers: slip comes from the \
+                  hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding."
+            .to_owned(),
+        height_px: 400,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces, Layout::new()),
+    }
+}
+
+/// Tangential force over the friction limit: inside the circle it grips.
+pub(in crate::report) fn friction_cone(trace: &Trace) -> Figure {
+    const POINTS_A_WHEEL: usize = 700;
+    let rim = (0..=90).map(|k| {
+        let (s, c) = (TAU * f64::from(k) / 90.0).sin_cos();
+        (c, s)
+    });
+    let mut traces: Vec<Box<dyn plotly::Trace>> = vec![exact_curve(
+        "friction limit",
+        rim,
+        dotted("@limit").width(2.0),
+    )];
+    for index in 0..trace.wheel_count() {
+        let samples: Vec<_> = trace.wheel(index).filter_map(in_cone).collect();
+        let kept = evenly(samples.len(), POINTS_A_WHEEL)
+            .into_iter()
+            .map(|k| samples[k]);
+        let name = &trace.header.wheels[index].name;
+        traces.push(dots(name, kept, wheel_pen(index).color, 4));
+    }
+    Figure {
+        id: "friction-cone".to_owned(),
+        title: "How much grip is in use".to_owned(),
+        caption: "Tangential force over the friction limit µN, in the body frame. Points inside the circle grip, \
+                  points on it slide. Near the centre the drive has grip to spare."
+            .to_owned(),
+        height_px: 400,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            traces,
+            Layout::new()
+                .x_axis(axis("ahead, in µN"))
+                .y_axis(axis("to the left, in µN").scale_anchor("x")),
+        ),
+    }
+}
+
+/// Where on the floor the contacts slid, and how fast.
+pub(in crate::report) fn contact_map(trace: &Trace) -> Figure {
+    const POINTS_A_WHEEL: usize = 900;
+    // Classes a factor of 5 apart, in m/s, from the slowest to the fastest.
+    let classes: [(&str, f64, &str, usize); 4] = [
+        ("below 2 mm/s", 0.002, "@c0", 3),
+        ("2 to 10 mm/s", 0.010, "@c1", 4),
+        ("10 to 50 mm/s", 0.050, "@c2", 5),
+        ("above 50 mm/s", f64::INFINITY, "@c3", 6),
+    ];
+    let mut points = vec![Vec::new(); classes.len()];
+    for k in evenly(trace.records().len(), POINTS_A_WHEEL) {
+        for sample in trace.wheels_at(k).iter().filter(|s| s.touching) {
+            let speed_m_s = sample.slip_speed_m_s();
+            let class = classes.iter().position(|c| speed_m_s < c.1);
+            let class = class.unwrap_or(classes.len() - 1);
+            points[class].push(contact_in_world_m(&trace.records()[k], sample));
+        }
+    }
+    let traces = classes
+        .iter()
+        .zip(points)
+        .filter(|(_, points)| !points.is_empty())
+        .map(|((name, _, color, size), points)| {
+            dots(name, points.into_iter(), color, *size) as Box<dyn plotly::Trace>
+        });
+    Figure {
+        id: "contact-map".to_owned(),
+        title: "Slip over the floor".to_owned(),
+        caption: "Where each contact was and how fast it slid. Slip that stays at one place is the floor; slip that \
+                  follows the robot is the robot."
+            .to_owned(),
+        height_px: 420,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces.collect(), map_layout()),
+    }
+}
+
+/// Spin of the touching roller against that of rolling without sliding.
+pub(in crate::report) fn roller_spin(trace: &Trace) -> Figure {
+    Figure {
+        id: "roller-spin".to_owned(),
+        title: "Roller spin, real minus ideal".to_owned(),
+        caption: "Zero where the roller follows the floor. A new roller comes down at rest and must be spun up: the \
+                  spikes; their decay is the rollers' inertia and bearing friction against the floor's grip."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, |s| s.roller_spin_rad_s - s.roller_spin_ideal_rad_s),
+            layout("t in s", "spin in rad/s"),
+        ),
+    }
+}
+
+/// One curve a wheel.
+fn each_wheel(trace: &Trace, f: fn(&WheelSample) -> f64) -> Vec<Box<dyn plotly::Trace>> {
+    let wheels = (0..trace.wheel_count()).map(|index| {
+        let times = trace.records().iter().map(|r| r.t_s);
+        let name = &trace.header.wheels[index].name;
+        let points = times.zip(trace.wheel(index).map(f));
+        curve(name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    wheels.collect()
+}
+
+/// Tangential force in parts of the friction limit; `None` where nothing presses.
+fn in_cone(sample: &WheelSample) -> Option<(f64, f64)> {
+    let limit_n = sample.friction * sample.normal_force_n;
+    (sample.touching && limit_n > 0.0)
+        .then(|| (sample.force_x_n / limit_n, sample.force_y_n / limit_n))
+}
+
+/// Place of a contact on the floor, in metres.
+fn contact_in_world_m(record: &Record, sample: &WheelSample) -> (f64, f64) {
+    let pose = record.truth.pose;
+    let (s, c) = pose.heading_rad.sin_cos();
+    (
+        pose.x_m + c * sample.contact_x_m - s * sample.contact_y_m,
+        pose.y_m + s * sample.contact_x_m + c * sample.contact_y_m,
+    )
+}

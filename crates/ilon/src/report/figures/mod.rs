@@ -1,0 +1,6 @@
+//! The figures of the report, by what they answer.
+
+pub(super) mod balance;
+pub(super) mod contacts;
+pub(super) mod motion;
+pub(super) mod wheels;

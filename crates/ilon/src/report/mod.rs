@@ -1,0 +1,229 @@
+//! The report: one HTML file that opens offline and shows what the robot really did, and why.
+//!
+//! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
+//! summary's; its curves are thinned for the screen, and say so.
+
+mod figure;
+mod figures;
+mod page;
+#[cfg(test)]
+mod sample;
+mod thin;
+mod top_view;
+mod words;
+
+use std::path::Path;
+
+use ilon_trace::file::write_text;
+use ilon_trace::{Settings, Summary, Trace, TraceError};
+
+use figure::{dashed, dotted, solid};
+use figures::{balance, contacts, motion, wheels};
+use page::{Head, Section, card, escape, grid, panels};
+use words::{angle, length};
+
+/// The report of a run, as one HTML file that needs nothing else.
+pub fn html(trace: &Trace, summary: &Summary) -> String {
+    let settings = Settings::default();
+    let head = Head {
+        title: trace.header.scenario_name.clone(),
+        facts: facts(trace, summary),
+        lead: words::story(trace, summary) + &words::tiles(summary),
+    };
+    let sections = [
+        motion_section(trace, summary, &settings),
+        ledger_section(trace, summary),
+        wheels_section(trace),
+        contacts_section(trace, summary),
+        Section {
+            id: "odometry-section",
+            title: "Odometry",
+            lead: "What the robot would believe if it had nothing but its wheel encoders."
+                .to_owned(),
+            body: grid(&motion::odometry(trace)),
+        },
+        figures_section(trace, summary),
+    ];
+    page::page(&head, &sections, &footer(trace), &[top_view::SCRIPT])
+}
+
+/// Writes the report of a run to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, trace: &Trace, summary: &Summary) -> Result<(), TraceError> {
+    write_text(path, &html(trace, summary))
+}
+
+/// What the run was, as HTML.
+fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
+    let header = &trace.header;
+    let mut gammas_deg: Vec<i64> = header
+        .wheels
+        .iter()
+        .map(|w| w.gamma_rad.to_degrees().abs().round() as i64)
+        .collect();
+    gammas_deg.sort_unstable();
+    gammas_deg.dedup();
+    let gammas: Vec<String> = gammas_deg.iter().map(|g| format!("{g}°")).collect();
+    let rollers: usize = header.wheels.iter().map(|w| w.roller_count).sum();
+    let mut facts = vec![
+        format!("robot <b>{}</b>", escape(&header.robot_name)),
+        format!(
+            "<b>{}</b> wheels, |γ| {}, <b>{rollers}</b> rollers",
+            header.wheels.len(),
+            gammas.join(" / ")
+        ),
+        format!(
+            "<b>{}</b>",
+            if header.open_loop {
+                "open loop"
+            } else {
+                "closed loop"
+            }
+        ),
+        format!(
+            "<b>{:.2} s</b> in steps of {:.3} ms",
+            summary.duration_s,
+            1e3 * header.physics_dt_s
+        ),
+        format!(
+            "travelled <b>{}</b>, turned <b>{}</b>",
+            length(summary.travelled_m),
+            angle(summary.turned_rad)
+        ),
+    ];
+    if let Some(speed) = summary.sim_seconds_per_cpu_second {
+        facts.push(format!("<b>{speed:.1}×</b> real time"));
+    }
+    let versions: Vec<String> = header
+        .versions
+        .iter()
+        .map(|(name, version)| format!("{} {}", escape(name), escape(version)))
+        .collect();
+    if !versions.is_empty() {
+        facts.push(versions.join(", "));
+    }
+    facts
+}
+
+fn motion_section(trace: &Trace, summary: &Summary, settings: &Settings) -> Section {
+    let legend = [
+        ("real", solid("@real").width(2.6)),
+        ("asked, before saturation", dotted("@asked")),
+        ("ideal: (7) from the real wheel rates", dashed("@ideal")),
+        (
+            "contact: by the rollers that touch",
+            solid("@contact").width(1.2),
+        ),
+    ];
+    let caption = "In the body frame. Between ideal and contact lies the rollers' geometry, between contact and real the \
+                   slip, between asked and ideal what saturation and the wheel loops left undone.";
+    let twist = panels("Twist", caption, &legend, &motion::twist(trace));
+    let mut cards = card(&motion::path(trace));
+    cards.push_str(
+        &motion::errors(trace, settings)
+            .iter()
+            .map(card)
+            .collect::<String>(),
+    );
+    Section {
+        id: "motion",
+        title: "Motion",
+        lead: "Where the robot went, and where it should have gone.".to_owned(),
+        body: format!(
+            "<div class=\"grid\">\n{}{cards}{twist}{}</div>\n",
+            top_view::html(trace),
+            words::twist_table(trace, summary)
+        ),
+    }
+}
+
+fn ledger_section(trace: &Trace, summary: &Summary) -> Section {
+    let mut cards: String = balance::ledger(trace, summary).iter().map(card).collect();
+    cards.push_str(&words::ledger_table(summary));
+    cards.push_str(&card(&balance::energy(trace)));
+    Section {
+        id: "ledger",
+        title: "Where it went",
+        lead: "The difference between the motion asked for and the real one, split by cause. The terms add up to the \
+               total exactly: nothing is left over."
+            .to_owned(),
+        body: format!("<div class=\"grid\">\n{cards}</div>\n"),
+    }
+}
+
+fn wheels_section(trace: &Trace) -> Section {
+    let legend = [
+        ("real", solid("@real").width(2.2)),
+        ("commanded", dashed("@asked")),
+        ("limit", dotted("@limit")),
+    ];
+    let rates = panels(
+        "Wheel rates",
+        "Real rates that lag behind the commanded ones are the wheel loops' doing; commands that lie on the limit are \
+         saturation's. A limit far above the rates is not drawn.",
+        &legend,
+        &wheels::rates(trace),
+    );
+    let rest: String = std::iter::once(wheels::torques(trace))
+        .chain(wheels::tasks(trace))
+        .map(|figure| card(&figure))
+        .collect();
+    Section {
+        id: "wheels",
+        title: "Wheels",
+        lead: String::new(),
+        body: format!("<div class=\"grid\">\n{rates}{rest}</div>\n"),
+    }
+}
+
+fn contacts_section(trace: &Trace, summary: &Summary) -> Section {
+    let figures = [
+        contacts::slip_speed(trace),
+        contacts::normal_force(trace),
+        contacts::polar(trace),
+        contacts::friction_cone(trace),
+        contacts::contact_map(trace),
+        contacts::roller_spin(trace),
+    ];
+    let cards: String = figures.iter().map(card).collect();
+    Section {
+        id: "contacts",
+        title: "Contacts and slip",
+        lead: "What happened where the rollers touch the floor.".to_owned(),
+        body: format!(
+            "<div class=\"grid\">\n{cards}{}</div>\n",
+            words::wheel_table(summary)
+        ),
+    }
+}
+
+fn figures_section(trace: &Trace, summary: &Summary) -> Section {
+    // A summary of numbers and names always serialises.
+    let json = serde_json::to_string(summary).unwrap_or_default();
+    Section {
+        id: "numbers",
+        title: "All numbers",
+        lead: "As in <code>summary.json</code>.".to_owned(),
+        body: format!(
+            "<details><summary>Every figure of the summary</summary>{}</details>\n\
+             <details><summary>The scenario, with all defaults</summary><pre>{}</pre></details>\n\
+             <script type=\"application/json\" id=\"summary\">{}</script>\n",
+            words::all_figures(summary),
+            escape(&trace.header.scenario_toml),
+            page::json_in_script(&json)
+        ),
+    }
+}
+
+fn footer(trace: &Trace) -> String {
+    format!(
+        "<p>Curves are thinned to at most {} points, of each interval the smallest and the largest value; the trace has one \
+         row for each of the {} control steps. Zooming into the time of one figure zooms all; a double click goes back. \
+         Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
+         Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
+        thin::MAX_POINTS,
+        trace.records().len()
+    )
+}
