@@ -57,12 +57,12 @@ pub fn sigma(x: f64, c: f64) -> f64 {
 pub fn share_capacity(capacity_rad_s: f64, shares: &mut [TaskShare]) {
     let mut c = capacity_rad_s;
     for share in shares {
-        let weight = sigma(share.asked_rad_s, c);
+        let x = share.asked_rad_s;
         share.capacity_rad_s = c;
-        share.weight = weight;
-        if weight > 0.0 {
-            // x (c / x) can round to just above c; a capacity is never negative.
-            c = (c - share.asked_rad_s * weight).max(0.0);
+        share.weight = sigma(x, c);
+        if x.is_finite() {
+            // c - x sigma(x, c) without its rounding: a task that takes all leaves exactly nothing.
+            c = if x < c { c - x } else { 0.0 };
         }
     }
 }

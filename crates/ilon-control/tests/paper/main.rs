@@ -1,0 +1,10 @@
+//! Indiveri 2009, equation by equation. Each test is named after the equation it holds the crate to.
+
+#[path = "../../src/fixtures.rs"]
+mod fixtures;
+
+mod kinematics;
+mod priorities;
+mod random;
+mod saturation;
+mod tracking;
