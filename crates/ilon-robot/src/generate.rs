@@ -305,12 +305,12 @@ fn write_dynamics(out: &mut String, damping_n_m_s: f64, friction_n_m: f64) -> st
     )
 }
 
-/// A number with twelve significant digits: far below any tolerance of a workshop, and free of the noise of rounding.
+/// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
 fn num(value: f64) -> String {
     if value.abs() < 1e-15 {
         return "0".to_owned();
     }
-    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);
     if rounded.abs() < 1e-4 {
         format!("{rounded:e}")
     } else {

@@ -1,0 +1,453 @@
+//! Bad robots: each fault is told with its file, line, element and mend.
+//!
+//! Every case is a good robot with one thing changed, so that the fault told is the change.
+
+use ilon_robot::{Fault, Robot, RobotError, Spec, generate};
+use rstest::rstest;
+
+const SPEC: &str = r#"
+name = "small"
+[chassis]
+shape.box = { size_m = [0.3, 0.3, 0.1] }
+mass_kg = 5.0
+center_m = [0.0, 0.0, 0.06]
+[wheel]
+radius_m = 0.05
+hub_mass_kg = 0.2
+hub_radius_m = 0.03
+hub_width_m = 0.04
+motor_effort_n_m = 1.0
+motor_velocity_rad_s = 20.0
+[rollers]
+per_row = 8
+radius_m = 0.012
+mass_kg = 0.01
+[wheels.ring]
+count = 3
+distance_m = 0.2
+gamma_deg = 0.0
+"#;
+
+fn small() -> String {
+    let spec = Spec::from_toml_str(SPEC, "small.toml").expect("a good description");
+    generate(&spec).expect("a good description")
+}
+
+fn fault_of(text: &str) -> RobotError {
+    match Robot::from_urdf_str(text, "small.urdf") {
+        Ok(_) => panic!("it loaded"),
+        Err(error) => error,
+    }
+}
+
+/// The line of the first place where `needle` stands.
+fn line_of(text: &str, needle: &str) -> usize {
+    let at = text.find(needle).unwrap_or_else(|| panic!("no {needle}"));
+    text[..at].matches('\n').count() + 1
+}
+
+#[test]
+fn the_good_robot_loads_without_a_remark() {
+    let robot = Robot::from_urdf_str(&small(), "small.urdf").expect("a good robot");
+    assert_eq!(robot.wheels.len(), 3);
+    assert_eq!(robot.remarks, []);
+}
+
+#[rstest]
+#[case::negative_mass(
+    r#"<mass value="5"/>"#,
+    r#"<mass value="-5"/>"#,
+    r#"value="-5""#,
+    "link `base_link`, `<mass>`: `value` is -5, but must be above 0",
+    "make `value` above 0"
+)]
+#[case::zero_mass(
+    r#"<mass value="5"/>"#,
+    r#"<mass value="0"/>"#,
+    r#"value="0""#,
+    "link `base_link`, `<mass>`: `value` is 0, but must be above 0",
+    "make `value` above 0"
+)]
+#[case::zero_axis(
+    r#"<axis xyz="0 1 0"/>"#,
+    r#"<axis xyz="0 0 0"/>"#,
+    r#"xyz="0 0 0"/>"#,
+    "joint `wheel_1`, `<axis>`: the axis is zero and has no direction",
+    "give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`"
+)]
+#[case::not_a_number(
+    r#"radius="0.03""#,
+    r#"radius="3 cm""#,
+    r#"radius="3 cm""#,
+    "link `wheel_1_link`, `<cylinder>`: `radius=\"3 cm\"` does not hold 1 number(s)",
+    "write 1 number(s), separated by spaces"
+)]
+#[case::nan(
+    r#"<mass value="5"/>"#,
+    r#"<mass value="nan"/>"#,
+    r#"value="nan""#,
+    "link `base_link`, `<mass>`: `value=\"nan\"` is not finite",
+    "write a finite number; a limit that does not exist is left out"
+)]
+#[case::infinite(
+    r#"velocity="20""#,
+    r#"velocity="inf""#,
+    r#"velocity="inf""#,
+    "joint `wheel_1`, `<limit>`: `velocity=\"inf\"` is not finite",
+    "write a finite number; a limit that does not exist is left out"
+)]
+#[case::unknown_joint_type(
+    r#"<joint name="wheel_1" type="continuous">"#,
+    r#"<joint name="wheel_1" type="rolling">"#,
+    r#"type="rolling""#,
+    "joint `wheel_1`: `rolling` is not a type of joint",
+    "use `continuous` for wheels and rollers and `fixed` for what does not move"
+)]
+#[case::unknown_link(
+    r#"<child link="wheel_1_link"/>"#,
+    r#"<child link="wheel_one"/>"#,
+    r#"link="wheel_one""#,
+    "joint `wheel_1`, `<child>`: there is no link `wheel_one`",
+    "add the link, or mend its name here"
+)]
+#[case::duplicate_joint(
+    r#"<joint name="wheel_2" "#,
+    r#"<joint name="wheel_1" "#,
+    r#"<joint name="wheel_1" type="continuous">
+    <parent link="base_link"/>
+    <child link="wheel_2_link"/>"#,
+    "joint `wheel_1`: the name is taken by the joint on line 17",
+    "give each link and each joint a name of its own"
+)]
+#[case::two_limits(
+    r#"<limit effort="1" velocity="20"/>"#,
+    r#"<limit effort="1" velocity="20"/><limit effort="2" velocity="20"/>"#,
+    r#"<limit effort="2""#,
+    "joint `wheel_1`, `<limit>`: `<limit>` stands here a second time",
+    "keep one `<limit>` and remove the other"
+)]
+#[case::unexpanded_value(
+    r#"<mass value="5"/>"#,
+    r#"<mass value="${mass}"/>"#,
+    r#"value="${mass}""#,
+    "link `base_link`, `<mass>`: an unexpanded xacro file: it holds `value=\"${mass}\"`",
+    "expand it first: `xacro robot.urdf.xacro > robot.urdf`, with the xacro of ROS or of `pip install xacro`"
+)]
+#[case::two_parents(
+    r#"<child link="wheel_2_link"/>"#,
+    r#"<child link="wheel_1_link"/>"#,
+    r#"<joint name="wheel_2" "#,
+    "joint `wheel_2`: its child `wheel_1_link` already hangs by joint `wheel_1`",
+    "remove one of the joints: a URDF is a tree"
+)]
+#[case::loop_at_the_root(
+    r#"<parent link="base_link"/>"#,
+    r#"<parent link="wheel_1_roller_1_link"/>"#,
+    r#"<link name="wheel_1_link">"#,
+    "link `wheel_1_link`: the links hang by one another in a loop",
+    "remove one joint of the loop: a URDF is a tree with one root"
+)]
+#[case::no_collision_on_a_roller(
+    "collision",
+    "contact",
+    r#"<link name="wheel_1_roller_1_link">"#,
+    "link `wheel_1_roller_1_link`: the roller has no collision geometry, so that its size is not known",
+    "give the roller a `<collision>`: a stack of spheres, a cylinder or a capsule along its axis"
+)]
+fn one_change_is_told_with_place_and_mend(
+    #[case] good: &str,
+    #[case] bad: &str,
+    #[case] place: &str,
+    #[case] message: &str,
+    #[case] help: &str,
+) {
+    let text = small();
+    assert!(text.contains(good), "no {good} to change");
+    let count = if good == "collision" { usize::MAX } else { 1 };
+    let text = text.replacen(good, bad, count);
+    let error = fault_of(&text);
+    let line = line_of(&text, place);
+    assert_eq!(error.to_string(), format!("small.urdf:{line}: {message}"));
+    assert_eq!(error.help(), help);
+    assert_eq!(error.line(), Some(line));
+    assert_eq!(error.text(), Some(text.as_str()));
+}
+
+#[test]
+fn a_missing_file_is_told_with_its_path() {
+    let error = Robot::load("no/such/robot.urdf").expect_err("there is none");
+    assert_eq!(
+        error.to_string(),
+        "no/such/robot.urdf: cannot be read: No such file or directory (os error 2)"
+    );
+    assert_eq!(error.place(), None);
+}
+
+#[test]
+fn malformed_xml_is_told_with_its_line() {
+    let text = small().replacen("</inertial>", "</inertia>", 1);
+    let error = fault_of(&text);
+    let line = line_of(&text, "</inertia>");
+    assert_eq!(
+        error.to_string(),
+        format!("small.urdf:{line}: not well-formed XML: expected 'inertial' tag, not 'inertia'")
+    );
+    assert_eq!(
+        error.help(),
+        "close every element and quote every attribute"
+    );
+}
+
+#[test]
+fn a_file_of_another_format_is_told_apart() {
+    let error = fault_of("<sdf version=\"1.6\"/>");
+    assert_eq!(
+        error.to_string(),
+        "small.urdf:1: `<sdf>`: not a URDF: its root element is `<sdf>`, not `<robot>`"
+    );
+}
+
+#[rstest]
+#[case::declared(
+    r#"<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="x"><xacro:wheel/></robot>"#
+)]
+#[case::undeclared(r#"<robot name="x"><xacro:wheel/></robot>"#)]
+fn xacro_elements_are_told_as_such(#[case] text: &str) {
+    let error = fault_of(text);
+    assert!(matches!(error.fault(), Fault::Unexpanded { .. }), "{error}");
+    assert_eq!(error.line(), Some(1));
+}
+
+#[test]
+fn a_missing_inertia_is_told_at_its_inertial() {
+    let text = small();
+    let from = text.find("<inertia ").expect("an inertia");
+    let to = from + text[from..].find("/>").expect("its end") + 2;
+    let text = format!("{}{}", &text[..from], &text[to..]);
+    let error = fault_of(&text);
+    let line = line_of(&text, "<inertial>");
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "small.urdf:{line}: link `base_link`, `<inertial>`: the element `<inertia>` is missing"
+        )
+    );
+}
+
+#[test]
+fn an_inertia_that_no_body_has_is_told_with_its_moments() {
+    // Of the moments 1, 1 and 3 kg m^2 the last exceeds the sum of the others: it would take negative mass.
+    let text = with_first_inertia(r#"ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3""#);
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: link `base_link`, `<inertia>`: no body has the principal moments 1.000e0, 1.000e0 and \
+             3.000e0 kg m^2: the largest exceeds the sum of the others",
+            line_of(&text, "izz=\"3\"")
+        )
+    );
+}
+
+#[test]
+fn an_inertia_that_is_not_positive_definite_is_told() {
+    // Diagonal elements above zero, but eigenvalues 1 +- 2.
+    let text = with_first_inertia(r#"ixx="1" ixy="2" ixz="0" iyy="1" iyz="0" izz="1""#);
+    let error = fault_of(&text);
+    let Fault::InertiaNotPositive { least } = error.fault() else {
+        panic!("{error}")
+    };
+    // Two digits are lost at most by the eigensolver on numbers of order one.
+    assert!((least + 1.0).abs() < 1e-13);
+}
+
+fn with_first_inertia(attributes: &str) -> String {
+    let text = small();
+    let from = text.find("<inertia ").expect("an inertia");
+    let to = from + text[from..].find("/>").expect("its end") + 2;
+    format!("{}<inertia {attributes}/>{}", &text[..from], &text[to..])
+}
+
+#[test]
+fn several_roots_are_told_by_name() {
+    let text = small().replacen("</robot>", "<link name=\"stray\"/></robot>", 1);
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: link `stray`: 2 links hang by no joint: `base_link`, `stray`",
+            line_of(&text, "\"stray\"")
+        )
+    );
+}
+
+#[test]
+fn two_wheels_are_too_few() {
+    let text = small();
+    // The third wheel no longer turns.
+    let text = text.replacen(
+        r#"<joint name="wheel_3" type="continuous">"#,
+        r#"<joint name="wheel_3" type="fixed">"#,
+        1,
+    );
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: `<robot>`: 2 wheel(s) with passive rollers: `wheel_1`, `wheel_2`, but moving freely in the \
+             plane takes three",
+            line_of(&text, "<robot ")
+        )
+    );
+}
+
+#[test]
+fn rollers_that_turn_about_the_hub_axis_are_told_as_gamma_90() {
+    // In a roller's link z is the roller's axis and, at gamma = 0, y lies along the hub axis.
+    let text = small().replace(r#"<axis xyz="0 0 1"/>"#, r#"<axis xyz="0 1 0"/>"#);
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_1_roller_1`: gamma = 90 deg: the roller turns about the hub axis, and the wheel \
+             cannot drive",
+            line_of(&text, "wheel_1_roller_1\"")
+        )
+    );
+}
+
+#[test]
+fn gaps_between_rollers_are_told_in_degrees() {
+    // Without every outermost sphere the stack ends at 2/3 of the half length, where the roller hands over at
+    // atan(2/3 tan(pi/8)) = 15.435 deg from its middle instead of 22.5 deg: gaps of 14.13 deg in pitches of 45 deg.
+    let whole = small();
+    let outermost: Vec<&str> = whole
+        .lines()
+        .filter(|l| l.contains("<collision>") && l.contains("0.0157401153"))
+        .collect();
+    assert_eq!(outermost.len(), 3 * 8 * 2, "two a roller");
+    let text: String = whole
+        .lines()
+        .filter(|l| !outermost.contains(l))
+        .flat_map(|l| [l, "\n"])
+        .collect();
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_1`: the rollers leave gaps of up to 14.13 deg, 31.4 % of the turn, over which \
+             the wheel falls between them",
+            line_of(&text, "<joint name=\"wheel_1\"")
+        )
+    );
+}
+
+#[test]
+fn wheels_at_different_heights_are_told() {
+    let text = small();
+    let needle = "<origin xyz=\"0.2 0 0.05\"";
+    let text = text.replacen(needle, "<origin xyz=\"0.2 0 0.06\"", 1);
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_1`: it stands 10.00 mm above the floor on which `wheel_2` stands",
+            line_of(&text, "<joint name=\"wheel_1\"")
+        )
+    );
+}
+
+#[test]
+fn a_leaning_hub_axis_is_told_in_degrees() {
+    // atan(0.1) = 5.71 deg.
+    let text = small().replacen(r#"<axis xyz="0 1 0"/>"#, r#"<axis xyz="0 1 0.1"/>"#, 1);
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_1`: the hub axis leans 5.7 deg out of the ground plane",
+            line_of(&text, "<joint name=\"wheel_1\"")
+        )
+    );
+}
+
+#[test]
+fn millimetres_are_recognised() {
+    // Every length a thousand times larger: the wheel measures 50 m.
+    let spec = SPEC
+        .replace("[0.3, 0.3, 0.1]", "[300.0, 300.0, 100.0]")
+        .replace("radius_m = 0.05", "radius_m = 50.0")
+        .replace("radius_m = 0.012", "radius_m = 12.0")
+        .replace("distance_m = 0.2", "distance_m = 200.0");
+    let spec = Spec::from_toml_str(&spec, "small.toml").expect("a good description");
+    let text = generate(&spec).expect("a good description");
+    assert_eq!(
+        fault_of(&text).to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_1`: the wheel has a radius of 50.0 m",
+            line_of(&text, "<joint name=\"wheel_1\"")
+        )
+    );
+}
+
+#[test]
+fn a_tower_of_elements_is_refused_before_it_fells_a_parser() {
+    let text = format!("<robot>{}", "<a>".repeat(200_000));
+    assert_eq!(
+        fault_of(&text).to_string(),
+        "small.urdf:1: too large to be read: elements nested 101 deep, where at most 100 are read"
+    );
+}
+
+#[test]
+fn entities_are_refused() {
+    let bomb =
+        "<!DOCTYPE robot [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;\">]><robot name=\"&b;\"/>";
+    assert!(matches!(fault_of(bomb).fault(), Fault::Xml { .. }));
+}
+
+#[rstest]
+#[case::unknown_key("[wheel]\n", "[wheel]\nsize = 3\n", 8)]
+#[case::wrong_type("mass_kg = 5.0", "mass_kg = \"heavy\"", 5)]
+#[case::malformed("count = 3", "count = ", 19)]
+fn a_bad_description_is_told_with_its_line(
+    #[case] good: &str,
+    #[case] bad: &str,
+    #[case] line: usize,
+) {
+    let error =
+        Spec::from_toml_str(&SPEC.replacen(good, bad, 1), "small.toml").expect_err("it is bad");
+    assert_eq!(error.line(), Some(line), "{error}");
+}
+
+#[rstest]
+#[case(
+    "hub_mass_kg = 0.2",
+    "hub_mass_kg = -1.0",
+    "small: `wheel.hub_mass_kg` is -1, but must be a finite number above 0"
+)]
+#[case(
+    "gamma_deg = 0.0",
+    "gamma_deg = 90.0",
+    "small: `wheels: gamma_deg` is 90, but must be from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive"
+)]
+#[case(
+    "count = 3",
+    "count = 2",
+    "small: `wheels` is 2, but must be from 3 to 1000 wheels"
+)]
+#[case(
+    "radius_m = 0.012",
+    "radius_m = 0.003",
+    "small: rollers of 3.00 mm radius taper to nothing before they reach their neighbours"
+)]
+#[case(
+    "per_row = 8",
+    "per_row = 2",
+    "small: `rollers.per_row` is 2, but must be from 3 to 1000"
+)]
+fn a_description_out_of_range_is_refused(
+    #[case] good: &str,
+    #[case] bad: &str,
+    #[case] message: &str,
+) {
+    let spec =
+        Spec::from_toml_str(&SPEC.replacen(good, bad, 1), "small.toml").expect("well formed");
+    assert_eq!(
+        generate(&spec).expect_err("out of range").to_string(),
+        message
+    );
+}
