@@ -31,6 +31,7 @@
 //! | e_r, e_phi | `e_r`, `e_phi` | position and heading error, eqs. (16), (17) |
 //! | sigma, c | `sigma`, `c` | weight and capacity of a task, eqs. (30), (34) |
 
+mod analysis;
 mod computed_torque;
 mod contact;
 mod dynamics;
@@ -46,6 +47,7 @@ mod singularity;
 mod waypoints;
 mod wheel_loop;
 
+pub use analysis::{Arrangement, SpeedLimits};
 pub use computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use contact::{ContactKinematics, RollerContact};
 pub use dynamics::{DynamicModel, DynamicsSettings};
