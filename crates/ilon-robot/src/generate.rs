@@ -169,7 +169,7 @@ fn write_roller(
     let around = Rotation3::from_axis_angle(&Vector3::y_axis(), place_rad);
     let link_from_roller = around * link_from_down;
     let center_m = around * (down * barrel.ring_radius_m) + Vector3::y() * row_offset_m;
-    let (roll, pitch, yaw) = link_from_roller.euler_angles();
+    let [roll, pitch, yaw] = roll_pitch_yaw(&link_from_roller);
 
     writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
     writeln!(
@@ -208,6 +208,23 @@ fn write_roller(
         )?;
     }
     writeln!(out, "  </link>")
+}
+
+/// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
+/// pitch of 90 degrees, where the roller that points down stands; here yaw is taken first and undone, which loses none.
+fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
+    let m = rotation.matrix();
+    // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
+    let upright = m[(0, 0)].hypot(m[(1, 0)]) < 1e-9;
+    let yaw = if upright {
+        0.0
+    } else {
+        m[(1, 0)].atan2(m[(0, 0)])
+    };
+    let (s, c) = yaw.sin_cos();
+    let pitch = (-m[(2, 0)]).atan2(c * m[(0, 0)] + s * m[(1, 0)]);
+    let roll = (s * m[(0, 2)] - c * m[(1, 2)]).atan2(c * m[(1, 1)] - s * m[(0, 1)]);
+    [roll, pitch, yaw]
 }
 
 /// The barrel of a described wheel: rollers of both rows take turns, so that all of them share the turn evenly.
