@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ilon_robot::RobotError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
@@ -23,20 +24,9 @@ pub enum Error {
     },
 
     /// A scenario is no TOML, or holds a key or value that it may not.
-    #[error("{message}")]
-    Scenario {
-        /// What is wrong.
-        message: String,
-        /// How to mend it.
-        #[help]
-        help: String,
-        /// The text of the file, or of the `--set`.
-        #[source_code]
-        source_code: NamedSource<String>,
-        /// Where in it.
-        #[label("here")]
-        span: SourceSpan,
-    },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scenario(Box<ScenarioFault>),
 
     /// Keys that do not go together, or a value that this robot cannot take.
     #[error("{message}")]
@@ -47,6 +37,23 @@ pub enum Error {
         #[help]
         help: String,
     },
+
+    /// A robot's file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(Box<RobotFault>),
+
+    /// The robot's wheels, or the reference, are such that it cannot be controlled.
+    #[error("{0}")]
+    Control(#[from] ilon_control::ControlError),
+
+    /// The robot cannot be put into its world.
+    #[error("{0}")]
+    World(#[from] ilon_world::WorldError),
+
+    /// A trace or another file of results cannot be written or read.
+    #[error("{0}")]
+    Trace(#[from] ilon_trace::TraceError),
 
     /// A file of waypoints holds something else than waypoints.
     #[error("{}: {message}", path.display())]
@@ -69,6 +76,49 @@ pub enum Error {
         /// Why, in the system's words.
         reason: String,
     },
+}
+
+/// A fault in a scenario's text, with its place.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{message}")]
+pub struct ScenarioFault {
+    /// What is wrong.
+    pub message: String,
+    /// How to mend it.
+    #[help]
+    pub help: String,
+    /// The text of the file, or of the `--set`.
+    #[source_code]
+    pub source_code: NamedSource<String>,
+    /// Where in it.
+    #[label("here")]
+    pub span: SourceSpan,
+}
+
+/// A fault in a robot's file, with the lines at fault where they are known.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{fault}")]
+pub struct RobotFault {
+    /// The fault.
+    pub fault: RobotError,
+    #[help]
+    help: String,
+    #[source_code]
+    source_code: Option<NamedSource<String>>,
+    #[label("here")]
+    span: Option<SourceSpan>,
+}
+
+impl From<RobotError> for Error {
+    fn from(fault: RobotError) -> Self {
+        let text = fault.text().map(str::to_owned);
+        Self::Robot(Box::new(RobotFault {
+            help: fault.help(),
+            source_code: text.map(|text| NamedSource::new(fault.file(), text)),
+            span: fault.place().map(|place| place.bytes.clone().into()),
+            fault,
+        }))
+    }
 }
 
 impl Error {
@@ -95,13 +145,13 @@ impl Error {
     }
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
-        Self::Scenario {
+        Self::Scenario(Box::new(ScenarioFault {
             message: format!("not a scenario: {}", error.message()),
             help: "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
                 .to_owned(),
             source_code,
             span: scenario::toml_span(error),
-        }
+        }))
     }
 }
 

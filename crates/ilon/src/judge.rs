@@ -1,42 +1,44 @@
 //! Holds a run's summary against the scenario's `[expect]`.
 
+use std::sync::OnceLock;
+
+use ilon_robot::Twist;
+use ilon_trace::Summary;
 use serde_json::Value;
 
 use crate::scenario::{Bound, Expect};
 
-/// The quantities of `summary.json` that an expectation can name.
-pub const QUANTITIES: &[&str] = &[
-    "sim_seconds_per_cpu_second",
-    "position_error_rms_m",
-    "position_error_final_m",
-    "heading_error_rms_rad",
-    "heading_error_final_rad",
-    "position_converged_s",
-    "heading_converged_s",
-    "wheel_rate_command_max_rad_s",
-    "wheel_torque_max_n_m",
-    "twist_mean.vx_m_s",
-    "twist_mean.vy_m_s",
-    "twist_mean.omega_rad_s",
-    "twist_ideal_mean.vx_m_s",
-    "twist_ideal_mean.vy_m_s",
-    "twist_ideal_mean.omega_rad_s",
-    "twist_contact_mean.vx_m_s",
-    "twist_contact_mean.vy_m_s",
-    "twist_contact_mean.omega_rad_s",
-    "twist_ratio_ideal.vx",
-    "twist_ratio_ideal.vy",
-    "twist_ratio_ideal.omega",
-    "twist_ratio_contact.vx",
-    "twist_ratio_contact.vy",
-    "twist_ratio_contact.omega",
-    "slip_speed_rms_m_s",
-    "slip_speed_max_m_s",
-    "slip_energy_j",
-    "odometry_drift_m_per_m",
-    "odometry_drift_rad_per_m",
-    "hub_ripple_m",
-];
+/// The dotted names of the numbers of `summary.json`, which an expectation can name.
+pub fn quantities() -> &'static [String] {
+    static NAMES: OnceLock<Vec<String>> = OnceLock::new();
+    NAMES.get_or_init(|| {
+        // With its optional groups present, so that their components show. Null stands for a number here: every
+        // quantity that may not apply is one.
+        let some = Some(Twist::default());
+        let summary = Summary {
+            twist_mean: some,
+            twist_ideal_mean: some,
+            twist_contact_mean: some,
+            ..Summary::default()
+        };
+        let mut names = Vec::new();
+        collect_numbers(&serde_json::json!(summary), "", &mut names);
+        names
+    })
+}
+
+fn collect_numbers(value: &Value, name: &str, names: &mut Vec<String>) {
+    match value {
+        Value::Number(_) | Value::Null => names.push(name.to_owned()),
+        Value::Object(members) => {
+            for (key, member) in members {
+                let dot = if name.is_empty() { "" } else { "." };
+                collect_numbers(member, &format!("{name}{dot}{key}"), names);
+            }
+        }
+        _ => {}
+    }
+}
 
 /// What came of one expectation.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,6 +124,15 @@ impl std::fmt::Display for Bound {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_can_be_expected_are_the_numbers_of_the_summary() {
+        let known = |name: &str| quantities().iter().any(|known| known == name);
+        assert!(known("position_error_final_m"));
+        assert!(known("twist_mean.omega_rad_s"));
+        assert!(known("twist_ratio_contact.vy"));
+        assert!(!known("scenario") && !known("wheels") && !known("twist_mean"));
+    }
 
     #[test]
     fn a_bound_holds_on_its_edge_and_not_beyond() {

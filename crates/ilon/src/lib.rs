@@ -1,8 +1,32 @@
 //! ilon simulates omnidirectional robots down to the rollers of their wheels.
+//!
+//! A [`Scenario`] names a robot, the motion asked of it and the world it stands in; [`run`] simulates it and gives back
+//! the trace and its summary:
+//!
+//! ```no_run
+//! let scenario = ilon::Scenario::load("assets/scenarios/volksbot_position_first.toml")?;
+//! let run = ilon::run(&scenario)?;
+//! println!("{:?} m off at the end", run.summary.position_error_final_m);
+//! # Ok::<(), ilon::Error>(())
+//! ```
+//!
+//! | module | answers |
+//! |---|---|
+//! | [`scenario`] | what a person writes down about a run |
+//! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
+//! | [`judge`] | whether a run met its `[expect]` |
+//! | [`inspect`] | a robot as it is understood |
+//! | [`report`] | the run as one page to look at |
+//! | [`cli`] | the `ilon` command |
 
+pub mod cli;
 mod error;
+pub mod inspect;
 pub mod judge;
+pub mod report;
 pub mod scenario;
+pub mod simulate;
 
-pub use error::Error;
+pub use error::{Error, RobotFault, ScenarioFault};
 pub use scenario::Scenario;
+pub use simulate::{Run, run};

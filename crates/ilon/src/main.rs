@@ -1,2 +1,5 @@
 //! The `ilon` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    ilon::cli::main()
+}

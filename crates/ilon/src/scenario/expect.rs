@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use crate::judge::QUANTITIES;
+use crate::judge::quantities;
 
 /// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
 /// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
@@ -62,7 +62,7 @@ fn collect(
     for (key, value) in table {
         let name = format!("{prefix}{key}");
         match value {
-            Value::Table(inner) if !QUANTITIES.contains(&name.as_str()) => {
+            Value::Table(inner) if !quantities().contains(&name) => {
                 collect(inner, &format!("{name}."), bounds)?;
             }
             value => {
@@ -107,7 +107,7 @@ impl JsonSchema for Expect {
             "description": "Bounds on quantities of summary.json, by name.",
             "type": "object", "properties": {}, "additionalProperties": false,
         });
-        for name in QUANTITIES {
+        for name in quantities() {
             let mut node = &mut root;
             for part in name.split('.') {
                 let object = &mut node["properties"][part];

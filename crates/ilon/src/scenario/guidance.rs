@@ -48,6 +48,8 @@ pub enum Saturation {
     Clip,
     /// All wheel rates are scaled down together, which slows both tasks.
     Scale,
+    /// Nothing: the rates are commanded as they come, and the motors do what they can.
+    None,
 }
 
 /// Which kinematics turns a twist into wheel rates.
@@ -57,6 +59,8 @@ pub enum Kinematics {
     /// Equation (7): every wheel as if its touching roller pointed straight down.
     #[default]
     Ideal,
+    /// The roller that really touches, so that the ripple of few rollers is cancelled.
+    Contact,
 }
 
 impl Default for Guidance {

@@ -190,12 +190,7 @@ impl<'s> Checker<'s> {
         self.fault(key.span(), message, help)
     }
 
-    fn word(
-        &self,
-        word: &str,
-        span: Range<usize>,
-        alternatives: &[&'s Json],
-    ) -> Result<(), Fault> {
+    fn word(&self, word: &str, span: Range<usize>, alternatives: &[&'s Json]) -> Result<(), Fault> {
         let words = wanted_words(alternatives);
         if words.is_empty() || words.contains(&word) {
             return Ok(());
@@ -204,11 +199,7 @@ impl<'s> Checker<'s> {
             Some(near) => format!("did you mean \"{near}\"?"),
             None => format!("write one of {}", quoted(&words)),
         };
-        Err(self.fault(
-            span,
-            format!("`{}` cannot be \"{word}\"", self.key()),
-            help,
-        ))
+        Err(self.fault(span, format!("`{}` cannot be \"{word}\"", self.key()), help))
     }
 
     fn number(
@@ -229,7 +220,11 @@ impl<'s> Checker<'s> {
                 .iter()
                 .find_map(|schema| schema.get(name).and_then(Json::as_f64))
         };
-        let broken = match (bound("minimum"), bound("exclusiveMinimum"), bound("maximum")) {
+        let broken = match (
+            bound("minimum"),
+            bound("exclusiveMinimum"),
+            bound("maximum"),
+        ) {
             (Some(least), _, _) if number < least => Some(format!("{least} or more")),
             (_, Some(least), _) if number <= least => Some(format!("greater than {least}")),
             (_, _, Some(most)) if number > most => Some(format!("{most} or less")),

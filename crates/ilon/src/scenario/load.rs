@@ -1,14 +1,14 @@
 //! From a file and `--set` to a checked [`Scenario`], and back to text.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use miette::{NamedSource, SourceSpan};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use super::{Motion, Scenario, Step, keys};
-use crate::Error;
+use crate::{Error, ScenarioFault};
 
 /// A key changed from outside the file: `--set KEY=VALUE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,6 +89,24 @@ impl Scenario {
         self.folder.join(path)
     }
 
+    /// The same scenario for a file in another folder: its paths start from there, as far as they can.
+    pub fn moved_to(&self, folder: &Path) -> Self {
+        let mut moved = self.clone();
+        let from_there = |path: &mut PathBuf| {
+            let absolute = std::path::absolute(self.resolve(path));
+            let there = std::path::absolute(folder);
+            if let (Ok(absolute), Ok(there)) = (absolute, there) {
+                *path = relative(&normal(&absolute), &normal(&there));
+            }
+        };
+        from_there(&mut moved.robot.file);
+        if let Some(super::Reference::Waypoints { file, .. }) = &mut moved.reference {
+            from_there(file);
+        }
+        moved.folder = folder.to_owned();
+        moved
+    }
+
     /// Checks what no single key can say: what must stand together, and how the time steps divide.
     ///
     /// # Errors
@@ -139,6 +157,40 @@ impl Scenario {
     }
 }
 
+/// A path without `.` and, where what they undo is known, `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut normal = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(normal.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                normal.pop();
+            }
+            part => normal.push(part),
+        }
+    }
+    normal
+}
+
+/// The way to an absolute path from an absolute folder; the path itself where they share no root.
+fn relative(path: &Path, folder: &Path) -> PathBuf {
+    let shared = path
+        .components()
+        .zip(folder.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    if shared == 0 {
+        return path.to_owned();
+    }
+    let up = folder
+        .components()
+        .skip(shared)
+        .map(|_| Component::ParentDir);
+    up.chain(path.components().skip(shared)).collect()
+}
+
 fn check_schedule(twist: &super::Twist) -> Result<(), Error> {
     let mut before_s = twist.rest_s;
     for (index, next) in twist.schedule.iter().enumerate() {
@@ -166,21 +218,22 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         settings: Vec::new(),
     };
     for line in &lines {
-        let setting = DeTable::parse(line).map_err(|error| {
-            Error::toml(&error, NamedSource::new("--set", line.clone()))
-        })?;
-        origins.settings.push((dotted_keys(setting.get_ref()), line));
+        let setting = DeTable::parse(line)
+            .map_err(|error| Error::toml(&error, NamedSource::new("--set", line.clone())))?;
+        origins
+            .settings
+            .push((dotted_keys(setting.get_ref()), line));
         merge(document.get_mut(), setting.into_inner());
     }
     let schema = Scenario::json_schema();
     keys::check(&document, &schema).map_err(|fault| {
         let (source, span) = origins.of(&fault.path, fault.span);
-        Error::Scenario {
+        Error::Scenario(Box::new(ScenarioFault {
             message: fault.message,
             help: fault.help,
             source_code: source,
             span,
-        }
+        }))
     })?;
     let scenario = Scenario::deserialize(toml::Deserializer::from(document))
         .map_err(|error| Error::toml(&error, NamedSource::new(name, text.to_owned())))?;
@@ -203,10 +256,7 @@ impl Origins<'_> {
             .rev()
             .find(|(keys, _)| path.starts_with(keys));
         match setting {
-            Some((_, line)) => (
-                NamedSource::new("--set", (*line).to_owned()),
-                span.into(),
-            ),
+            Some((_, line)) => (NamedSource::new("--set", (*line).to_owned()), span.into()),
             None => {
                 let (name, text) = self.file;
                 (NamedSource::new(name, text.to_owned()), span.into())
@@ -281,7 +331,11 @@ duration_s = 30
     fn told(text: &str, settings: &[&str]) -> (String, String, usize) {
         let settings: Vec<Setting> = settings.iter().map(|s| s.parse().unwrap()).collect();
         match parse(text, "test.toml", &settings) {
-            Err(Error::Scenario { message, help, span, .. }) => (message, help, span.offset()),
+            Err(Error::Scenario(fault)) => (
+                fault.message.clone(),
+                fault.help.clone(),
+                fault.span.offset(),
+            ),
             Err(Error::Invalid { message, help }) => (message, help, 0),
             other => panic!("{other:?}"),
         }
@@ -304,11 +358,18 @@ duration_s = 30
 
     #[test]
     fn a_setting_changes_any_key_and_needs_no_quotes() {
-        let settings = ["world.floor.friction=0.2", "robot.roller_bodies=near", "robot.x_m = -1"]
-            .map(|s| s.parse().unwrap());
+        let settings = [
+            "world.floor.friction=0.2",
+            "robot.roller_bodies=near",
+            "robot.x_m = -1",
+        ]
+        .map(|s| s.parse().unwrap());
         let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
         assert_eq!(scenario.world.floor.friction, 0.2);
-        assert_eq!(scenario.robot.roller_bodies, super::super::RollerBodies::Near);
+        assert_eq!(
+            scenario.robot.roller_bodies,
+            super::super::RollerBodies::Near
+        );
         assert_eq!(scenario.robot.x_m, -1.0);
         assert_eq!(scenario.robot.file, Path::new("robot.urdf"));
     }
@@ -320,13 +381,19 @@ duration_s = 30
         assert_eq!(message, "unknown key `world.floor.frction`");
         assert_eq!(help, "did you mean `friction`?");
         assert_eq!(at, text.find("frction").unwrap());
-        assert_eq!(told(CIRCLE, &["wrld.floor.friction=1"]).1, "did you mean `world`?");
+        assert_eq!(
+            told(CIRCLE, &["wrld.floor.friction=1"]).1,
+            "did you mean `world`?"
+        );
     }
 
     #[test]
     fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
         let (message, ..) = told(CIRCLE, &["reference.circle.radius_m=wide"]);
-        assert_eq!(message, "`reference.circle.radius_m` is a text, but must be a number");
+        assert_eq!(
+            message,
+            "`reference.circle.radius_m` is a text, but must be a number"
+        );
         let (message, help, _) = told(CIRCLE, &["guidance.priority=positon"]);
         assert_eq!(message, "`guidance.priority` cannot be \"positon\"");
         assert_eq!(help, "did you mean \"position\"?");
@@ -341,11 +408,20 @@ duration_s = 30
             assert_eq!(message, "`run.duration_s` is not a finite number");
         }
         let (message, ..) = told(CIRCLE, &["run.physics_dt_s=0"]);
-        assert_eq!(message, "`run.physics_dt_s` is 0, but must be greater than 0");
+        assert_eq!(
+            message,
+            "`run.physics_dt_s` is 0, but must be greater than 0"
+        );
         let (message, ..) = told(CIRCLE, &["run.control_dt_s=-0.01"]);
-        assert_eq!(message, "`run.control_dt_s` is -0.01, but must be greater than 0");
+        assert_eq!(
+            message,
+            "`run.control_dt_s` is -0.01, but must be greater than 0"
+        );
         let (message, ..) = told(CIRCLE, &["world.floor.friction=-1"]);
-        assert_eq!(message, "`world.floor.friction` is -1, but must be 0 or more");
+        assert_eq!(
+            message,
+            "`world.floor.friction` is -1, but must be 0 or more"
+        );
     }
 
     #[test]
@@ -362,12 +438,27 @@ duration_s = 30
     }
 
     #[test]
+    fn a_scenario_moved_to_another_folder_names_the_same_files() {
+        let mut scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
+        scenario.folder = PathBuf::from("/home/a/scenarios");
+        scenario.robot.file = PathBuf::from("../robots/x.urdf");
+        let moved = scenario.moved_to(Path::new("/home/b/out"));
+        assert_eq!(moved.robot.file, Path::new("../../a/robots/x.urdf"));
+    }
+
+    #[test]
     fn exactly_one_motion_is_asked_for() {
         let (message, ..) = told(CIRCLE, &["twist.vx_m_s=0.3"]);
-        assert!(message.starts_with("both `[reference]` and `[twist]` stand"), "{message}");
+        assert!(
+            message.starts_with("both `[reference]` and `[twist]` stand"),
+            "{message}"
+        );
         let none = CIRCLE.replace("[reference.circle]\nradius_m = 1.0\nspeed_m_s = 0.2\n", "");
         let (message, ..) = told(&none, &[]);
-        assert!(message.starts_with("neither `[reference]` nor"), "{message}");
+        assert!(
+            message.starts_with("neither `[reference]` nor"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -384,7 +475,9 @@ duration_s = 30
         assert_eq!(help, "did you mean `position_error_final_m`?");
         let (message, ..) = told(CIRCLE, &["expect.twist_ratio_contact.vx={mx=1}"]);
         assert_eq!(message, "unknown key `expect.twist_ratio_contact.vx.mx`");
-        let settings = ["expect.twist_ratio_contact.vx={min=0.9,max=1.1}".parse().unwrap()];
+        let settings = ["expect.twist_ratio_contact.vx={min=0.9,max=1.1}"
+            .parse()
+            .unwrap()];
         let scenario = parse(CIRCLE, "t", &settings).unwrap();
         let bound = scenario.expect.bounds["twist_ratio_contact.vx"];
         assert_eq!((bound.min, bound.max), (Some(0.9), Some(1.1)));

@@ -19,18 +19,20 @@ pub enum Motion<'a> {
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 #[schemars(rename = "ReferenceSection")]
 pub enum Reference {
-    /// A straight line at constant speed.
+    /// A straight line at constant speed, held at its end.
     Line {
         /// x of its start in the world, in metres.
         #[serde(default)]
-        start_x_m: f64,
+        from_x_m: f64,
         /// y of its start in the world, in metres.
         #[serde(default)]
-        start_y_m: f64,
-        /// The direction of travel, from the world's x axis, in degrees, counter-clockwise.
-        #[serde(default)]
-        direction_deg: f64,
+        from_y_m: f64,
+        /// x of its end in the world, in metres.
+        to_x_m: f64,
+        /// y of its end in the world, in metres.
+        to_y_m: f64,
         /// Speed along it, in m/s.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
         speed_m_s: f64,
         /// Where the robot looks meanwhile.
         #[serde(default)]
@@ -56,7 +58,7 @@ pub enum Reference {
         #[serde(default)]
         heading: Heading,
     },
-    /// A lying figure eight.
+    /// A figure eight: the lemniscate of Bernoulli, from its crossing.
     FigureEight {
         /// x of its crossing in the world, in metres.
         #[serde(default)]
@@ -64,12 +66,12 @@ pub enum Reference {
         /// y of its crossing in the world, in metres.
         #[serde(default)]
         center_y_m: f64,
-        /// Half of its extent along x, in metres.
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        half_length_m: f64,
-        /// Half of its extent along y, in metres.
+        /// Distance from the crossing to each tip, in metres.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         half_width_m: f64,
+        /// The direction of its long axis, from the world's x axis, in degrees.
+        #[serde(default)]
+        axis_deg: f64,
         /// Time for the whole eight, in seconds.
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         period_s: f64,
@@ -77,11 +79,16 @@ pub enum Reference {
         #[serde(default)]
         heading: Heading,
     },
-    /// Points in time from a CSV file with a header: `t_s,x_m,y_m` and, if wanted, `heading_deg`.
+    /// A smooth path through the points of a CSV file, at rest at both ends. Its header names the columns: `x_m` and
+    /// `y_m`, with `t_s` for the times (or `speed_m_s` here) and, if wanted, `heading_deg`.
     Waypoints {
         /// The CSV file, relative to the scenario file.
         file: PathBuf,
-        /// Where the robot looks meanwhile; the file's `heading_deg` column, where it has one, stands above it.
+        /// Mean speed between neighbours in m/s, for a file without times.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        speed_m_s: Option<f64>,
+        /// Where the robot looks meanwhile, for a file without headings.
         #[serde(default)]
         heading: Heading,
     },
@@ -105,6 +112,8 @@ pub enum Heading {
     ConstantDeg(f64),
     /// Along the path.
     AlongPath,
+    /// At a fixed angle from the path, in degrees, counter-clockwise.
+    FromPathDeg(f64),
     /// Turning at a constant rate.
     Turning {
         /// The heading at the start, in degrees.

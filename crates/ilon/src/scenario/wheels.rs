@@ -3,23 +3,48 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A PID on each wheel's rate. Gains left out are derived from the robot's own inertia.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+/// A PID on each wheel's rate. Gains left out follow from the bandwidth and the robot's own inertia.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "WheelLoopSection")]
 pub struct WheelLoop {
+    /// The bandwidth that gains left out aim at, in rad/s; a wheel in the air, being light, may allow less.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub bandwidth_rad_s: f64,
     /// Torque per rate error, in N m s/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub proportional_n_m_s_per_rad: Option<f64>,
+    pub proportional_n_m_s: Option<f64>,
     /// Torque per angle error, in N m/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub integral_n_m_per_rad: Option<f64>,
-    /// Torque per rate of the rate error, in N m s^2/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integral_n_m: Option<f64>,
+    /// Torque per acceleration of the wheel, in N m s^2/rad.
     #[schemars(range(min = 0.0))]
-    pub derivative_n_m_s2_per_rad: Option<f64>,
+    pub derivative_n_m_s2: f64,
+    /// Time constant of the derivative's low-pass, in seconds; 0 for none.
+    #[schemars(range(min = 0.0))]
+    pub derivative_filter_s: f64,
+    /// Viscous damping of the wheel's bearing that is made up for, in N m s/rad.
+    #[schemars(range(min = 0.0))]
+    pub feedforward_damping_n_m_s: f64,
+    /// Dry friction of the wheel's bearing that is made up for, in N m.
+    #[schemars(range(min = 0.0))]
+    pub feedforward_friction_n_m: f64,
+}
+
+impl Default for WheelLoop {
+    fn default() -> Self {
+        Self {
+            bandwidth_rad_s: 60.0,
+            proportional_n_m_s: None,
+            integral_n_m: None,
+            derivative_n_m_s2: 0.0,
+            derivative_filter_s: 0.0,
+            feedforward_damping_n_m_s: 0.0,
+            feedforward_friction_n_m: 0.0,
+        }
+    }
 }
 
 /// What the motors can do, beyond the `effort` and `velocity` of the URDF, which always hold.

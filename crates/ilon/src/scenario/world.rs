@@ -47,10 +47,10 @@ pub struct Solver {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub sweeps: Option<u32>,
-    /// Rotor inertia added to every roller's spin, in kg m^2.
+    /// Inertia added to every roller's spin, as a multiple of its own about its axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub roller_armature_kg_m2: Option<f64>,
+    pub roller_armature_ratio: Option<f64>,
 }
 
 impl Default for World {

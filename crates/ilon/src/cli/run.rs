@@ -1,0 +1,141 @@
+//! `ilon run`: simulate one scenario and write its results.
+
+use std::path::PathBuf;
+
+use super::output::OutputFolder;
+use super::progress::Bar;
+use super::table::Table;
+use super::{Outcome, Settings};
+use crate::simulate::{self, Run};
+use crate::{Error, Scenario};
+
+/// Arguments of `ilon run`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The scenario file.
+    scenario: PathBuf,
+    /// Where to write results.
+    #[arg(long, value_name = "DIR", default_value = "out/<scenario>")]
+    out: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    /// Print the summary as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Simulates, writes, prints.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let scenario = Scenario::load_with(&arguments.scenario, &arguments.settings.settings)?;
+    let folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
+
+    let bar = Bar::new(&scenario.name, scenario.run.duration_s);
+    let simulation = simulate::Simulation::new(&scenario)?;
+    for warning in simulation.warnings() {
+        bar.note(&format!("note: {warning}"));
+    }
+    let run = simulation.run_observed(|progress| bar.show(progress));
+    bar.done();
+
+    folder.write(&run)?;
+    if arguments.json {
+        super::print(&folder.summary_json(&run)?)?;
+    } else {
+        super::print(&format!(
+            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            summary_table(&run),
+            folder.path().display()
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn out_folder(out: &std::path::Path, scenario: &str) -> PathBuf {
+    match out.to_str() {
+        Some("out/<scenario>") => PathBuf::from("out").join(scenario),
+        _ => out.to_owned(),
+    }
+}
+
+/// The summary as a person reads it: millimetres and degrees.
+fn summary_table(run: &Run) -> String {
+    let s = &run.summary;
+    let mut table = Table::new();
+    table.heading(&format!("{} with {}", s.scenario, s.robot));
+    table.row("simulated", Some(s.duration_s), 2, "s");
+    table.row(
+        "speed",
+        s.sim_seconds_per_cpu_second,
+        1,
+        "times real time, one core",
+    );
+
+    if s.position_error_final_m.is_some() {
+        table.heading("tracking");
+        table.row("position error, rms", mm(s.position_error_rms_m), 2, "mm");
+        table.row(
+            "position error, at the end",
+            mm(s.position_error_final_m),
+            3,
+            "mm",
+        );
+        table.row("position under 5 cm from", s.position_converged_s, 2, "s");
+        table.row("heading error, rms", deg(s.heading_error_rms_rad), 3, "deg");
+        table.row(
+            "heading error, at the end",
+            deg(s.heading_error_final_rad),
+            4,
+            "deg",
+        );
+        table.row("heading under 3 deg from", s.heading_converged_s, 2, "s");
+    } else {
+        table.heading("twist: real, ideal by equation (7), by the touching rollers");
+        let means = [s.twist_mean, s.twist_ideal_mean, s.twist_contact_mean];
+        let component = |of: fn(&ilon_robot::Twist) -> f64| means.map(|mean| mean.as_ref().map(of));
+        table.row_of("vx", &component(|t| t.vx_m_s), 5, "m/s");
+        table.row_of("vy", &component(|t| t.vy_m_s), 5, "m/s");
+        table.row_of("omega", &component(|t| t.omega_rad_s), 5, "rad/s");
+        table.heading("real over ideal, real over touching rollers");
+        let (ideal, contact) = (&s.twist_ratio_ideal, &s.twist_ratio_contact);
+        table.row_of("vx", &[ideal.vx, contact.vx], 5, "");
+        table.row_of("vy", &[ideal.vy, contact.vy], 5, "");
+        table.row_of("omega", &[ideal.omega, contact.omega], 5, "");
+    }
+
+    table.heading("wheels");
+    table.row(
+        "largest rate commanded",
+        s.wheel_rate_command_max_rad_s,
+        3,
+        "rad/s",
+    );
+    table.row("largest torque", s.wheel_torque_max_n_m, 3, "N m");
+    table.row("hub ripple", mm(s.hub_ripple_m), 4, "mm");
+
+    table.heading("slip");
+    table.row("sliding speed, rms", mm(s.slip_speed_rms_m_s), 2, "mm/s");
+    table.row(
+        "sliding speed, largest",
+        mm(s.slip_speed_max_m_s),
+        2,
+        "mm/s",
+    );
+    table.row("energy lost", s.slip_energy_j, 4, "J");
+    table.row(
+        "odometry drift",
+        mm(s.odometry_drift_m_per_m),
+        2,
+        "mm per m",
+    );
+    let turned = s.odometry_drift_rad_per_m.map(f64::to_degrees);
+    table.row("odometry drift", turned, 3, "deg per m");
+    table.to_string()
+}
+
+fn mm(metres: Option<f64>) -> Option<f64> {
+    metres.map(|metres| 1e3 * metres)
+}
+
+fn deg(radians: Option<f64>) -> Option<f64> {
+    radians.map(f64::to_degrees)
+}

@@ -1,0 +1,122 @@
+//! Columns of numbers for a terminal.
+
+use std::fmt;
+
+/// Rows of a name, numbers and a unit, under headings.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    lines: Vec<Line>,
+}
+
+#[derive(Debug)]
+enum Line {
+    Heading(String),
+    Row {
+        name: String,
+        values: Vec<String>,
+        unit: String,
+    },
+}
+
+impl Table {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    pub fn heading(&mut self, text: &str) {
+        self.lines.push(Line::Heading(text.to_owned()));
+    }
+
+    /// A row of one number; a dash where it does not apply.
+    pub fn row(&mut self, name: &str, value: Option<f64>, decimals: usize, unit: &str) {
+        self.row_of(name, &[value], decimals, unit);
+    }
+
+    /// A row of several numbers; dashes where they do not apply.
+    pub fn row_of(&mut self, name: &str, values: &[Option<f64>], decimals: usize, unit: &str) {
+        let values = values
+            .iter()
+            .map(|value| match value {
+                Some(value) => format!("{value:.decimals$}"),
+                None => "-".to_owned(),
+            })
+            .collect();
+        self.lines.push(Line::Row {
+            name: name.to_owned(),
+            values,
+            unit: unit.to_owned(),
+        });
+    }
+
+    /// A row of words.
+    pub fn words(&mut self, name: &str, words: &[String]) {
+        self.lines.push(Line::Row {
+            name: name.to_owned(),
+            values: words.to_vec(),
+            unit: String::new(),
+        });
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rows = || {
+            self.lines.iter().filter_map(|line| match line {
+                Line::Row { name, values, .. } => Some((name, values)),
+                Line::Heading(_) => None,
+            })
+        };
+        let name_width = rows()
+            .map(|(name, _)| name.chars().count())
+            .max()
+            .unwrap_or(0);
+        let columns = rows().map(|(_, values)| values.len()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..columns)
+            .map(|column| {
+                rows()
+                    .filter_map(|(_, values)| values.get(column))
+                    .map(|value| value.chars().count())
+                    .max()
+                    .unwrap_or(0)
+            })
+            .collect();
+        for (index, line) in self.lines.iter().enumerate() {
+            match line {
+                Line::Heading(text) => {
+                    if index > 0 {
+                        writeln!(f)?;
+                    }
+                    writeln!(f, "{text}")?;
+                }
+                Line::Row { name, values, unit } => {
+                    let mut text = format!("  {name:name_width$}");
+                    for (value, width) in values.iter().zip(&widths) {
+                        text.push_str(&format!("  {value:>width$}"));
+                    }
+                    if !unit.is_empty() {
+                        text.push_str(&format!(" {unit}"));
+                    }
+                    writeln!(f, "{}", text.trim_end())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up_and_what_does_not_apply_is_a_dash() {
+        let mut table = Table::new();
+        table.heading("slip");
+        table.row("energy", Some(12.345), 2, "J");
+        table.row("odometry drift", None, 2, "m");
+        assert_eq!(
+            table.to_string(),
+            "slip\n  energy          12.35 J\n  odometry drift      - m\n"
+        );
+    }
+}

@@ -1,0 +1,318 @@
+//! The loop: a robot under its guidance and wheel loops, in the world, recorded.
+
+mod clock;
+mod drive;
+mod pilot;
+mod recorder;
+mod sensors;
+mod tuning;
+mod waypoints;
+
+use std::collections::BTreeMap;
+
+use ilon_control::{ContactKinematics, Feasibility, Kinematics};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::{Header, Summary, Trace};
+use ilon_world::World;
+
+pub use pilot::TwistProfile;
+
+use crate::Error;
+use crate::scenario::{Motion, RollerBodies, Scenario, Step};
+use clock::{Clock, CpuTime};
+use drive::Drive;
+use pilot::Pilot;
+use recorder::Recorder;
+use sensors::Sensors;
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The scenario as it was run: every default and everything chosen by the program spelled out.
+    pub scenario: Scenario,
+    /// What was recorded.
+    pub trace: Trace,
+    /// The figures of the run.
+    pub summary: Summary,
+    /// What a person should know about the input, although it could be run.
+    pub warnings: Vec<String>,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Simulated time, in seconds.
+    pub time_s: f64,
+    /// Simulated time at the end of the run, in seconds.
+    pub duration_s: f64,
+}
+
+/// Runs a scenario.
+///
+/// # Errors
+/// Where the robot cannot be read, or the scenario asks for something that cannot be.
+pub fn run(scenario: &Scenario) -> Result<Run, Error> {
+    Ok(Simulation::new(scenario)?.run())
+}
+
+/// A run under way: what is simulated, step by step.
+pub struct Simulation {
+    scenario: Scenario,
+    clock: Clock,
+    world: World,
+    sensors: Sensors,
+    pilot: Pilot,
+    drive: Drive,
+    recorder: Recorder,
+    warnings: Vec<String>,
+}
+
+impl Simulation {
+    /// Puts the scenario's robot into its world, at rest.
+    ///
+    /// # Errors
+    /// Like [`run`].
+    pub fn new(scenario: &Scenario) -> Result<Self, Error> {
+        scenario.validate()?;
+        let robot_file = scenario.resolve(&scenario.robot.file);
+        let robot = Robot::load(&robot_file)?;
+        Self::with_robot(scenario, &robot)
+    }
+
+    /// Puts a robot into the scenario's world, whatever file the scenario names.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be.
+    pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let mut scenario = scenario.clone();
+        let kinematics = Kinematics::new(robot)?;
+        let contact_kinematics = ContactKinematics::new(robot)?;
+
+        let physics_dt_s = match scenario.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => tuning::physics_dt_s(scenario.run.control_dt_s),
+        };
+        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+        let clock = Clock::new(&scenario.run, physics_dt_s);
+
+        let start = Pose {
+            x_m: scenario.robot.x_m,
+            y_m: scenario.robot.y_m,
+            heading_rad: scenario.robot.heading_deg.to_radians(),
+        };
+        let (floor, settings) = world_settings(&mut scenario, physics_dt_s);
+        let world = World::new(robot, &floor, start, &settings)?;
+
+        let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
+            Some(limit_rad_s) => limit_rad_s,
+            None => robot.wheel_rate_limit_rad_s(),
+        };
+        scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+        let pilot = Pilot::new(
+            &scenario,
+            kinematics.clone(),
+            contact_kinematics.clone(),
+            limit_rad_s,
+        )?;
+        let drive = Drive::new(&mut scenario, robot, physics_dt_s)?;
+        let sensors = Sensors::new(&scenario.sensors, start, robot.wheels.len());
+
+        let mut warnings: Vec<String> = robot
+            .remarks
+            .iter()
+            .map(|remark| format!("{}: {}", remark.subject, remark.text))
+            .collect();
+        if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
+            && !feasibility.holds()
+        {
+            warnings.push(infeasible(&feasibility));
+        }
+
+        let header = header(&scenario, robot, &pilot, physics_dt_s, limit_rad_s)?;
+        let recorder = Recorder::new(
+            header,
+            robot,
+            kinematics,
+            contact_kinematics,
+            start,
+            scenario.world.floor.friction,
+            clock.control_periods(),
+        );
+        Ok(Self {
+            scenario,
+            clock,
+            world,
+            sensors,
+            pilot,
+            drive,
+            recorder,
+            warnings,
+        })
+    }
+
+    /// Advances the run by one physics step.
+    pub fn step(&mut self) {
+        let t_s = self.clock.time_s();
+        let control_is_due = self.clock.control_is_due();
+
+        self.sensors.sense(t_s, control_is_due, &self.world);
+        if control_is_due {
+            self.pilot.decide(t_s, self.sensors.seen());
+        }
+        let torques_n_m = self.drive.torques(
+            self.pilot.wheel_rates_rad_s(),
+            &self.sensors.seen().wheel_rates_rad_s,
+            self.clock.physics_dt_s(),
+        );
+        if control_is_due {
+            self.recorder.record(
+                t_s,
+                &self.world,
+                self.sensors.seen(),
+                &self.pilot,
+                torques_n_m,
+            );
+        }
+        self.world.apply(torques_n_m);
+        self.world.step();
+        self.recorder
+            .count_losses(&self.world, self.clock.physics_dt_s());
+        self.clock.tick();
+    }
+
+    /// Whether the run has reached its end.
+    pub fn is_done(&self) -> bool {
+        self.clock.is_over()
+    }
+
+    /// How far the run is.
+    pub fn progress(&self) -> Progress {
+        Progress {
+            time_s: self.clock.time_s(),
+            duration_s: self.clock.duration_s(),
+        }
+    }
+
+    /// The world as it is now.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What a person should know about the input, although it can be run.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Runs to the end.
+    pub fn run(self) -> Run {
+        self.run_observed(|_| ())
+    }
+
+    /// Runs to the end and tells of its progress once a control period.
+    pub fn run_observed(mut self, mut observe: impl FnMut(Progress)) -> Run {
+        let cpu = CpuTime::now();
+        while !self.is_done() {
+            if self.clock.control_is_due() {
+                observe(self.progress());
+            }
+            self.step();
+        }
+        observe(self.progress());
+        self.finish(cpu.elapsed_s())
+    }
+
+    fn finish(self, cpu_s: Option<f64>) -> Run {
+        let trace = self.recorder.into_trace();
+        let mut summary = Summary::of(&trace, &ilon_trace::Settings::default());
+        summary.sim_seconds_per_cpu_second = cpu_s
+            .filter(|cpu_s| *cpu_s > 0.0)
+            .map(|cpu_s| summary.duration_s / cpu_s);
+        Run {
+            scenario: self.scenario,
+            trace,
+            summary,
+            warnings: self.warnings,
+        }
+    }
+}
+
+/// Floor and solver of a scenario, with the solver's defaults written into the scenario.
+fn world_settings(
+    scenario: &mut Scenario,
+    physics_dt_s: f64,
+) -> (ilon_world::Floor, ilon_world::Settings) {
+    let world = &mut scenario.world;
+    let defaults = ilon_world::Settings::default();
+    let solver = &mut world.solver;
+    let settings = ilon_world::Settings {
+        dt_s: physics_dt_s,
+        roller_bodies: match scenario.robot.roller_bodies {
+            RollerBodies::All => ilon_world::RollerBodies::All,
+            RollerBodies::Near => ilon_world::RollerBodies::Near,
+        },
+        contact_frequency_hz: *solver
+            .contact_frequency_hz
+            .get_or_insert(defaults.contact_frequency_hz),
+        contact_damping_ratio: *solver
+            .contact_damping_ratio
+            .get_or_insert(defaults.contact_damping_ratio),
+        sweeps: *solver.sweeps.get_or_insert(defaults.sweeps as u32) as usize,
+        roller_armature_ratio: *solver
+            .roller_armature_ratio
+            .get_or_insert(defaults.roller_armature_ratio),
+        gravity_m_s2: world.gravity_m_s2,
+        ..defaults
+    };
+    let floor = ilon_world::Floor {
+        friction: world.floor.friction,
+        slope_rad: world.floor.slope_deg.to_radians(),
+        ..ilon_world::Floor::default()
+    };
+    (floor, settings)
+}
+
+fn header(
+    scenario: &Scenario,
+    robot: &Robot,
+    pilot: &Pilot,
+    physics_dt_s: f64,
+    limit_rad_s: f64,
+) -> Result<Header, Error> {
+    let open_loop = matches!(scenario.motion(), Some(Motion::OpenLoop(_)));
+    Ok(Header {
+        scenario_name: scenario.name.clone(),
+        scenario_toml: scenario.to_toml()?,
+        task_names: pilot.task_names().iter().map(ToString::to_string).collect(),
+        physics_dt_s,
+        control_dt_s: scenario.run.control_dt_s,
+        measure_from_s: pilot.measure_from_s(),
+        measure_to_s: scenario.run.duration_s,
+        wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
+        open_loop,
+        versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
+        ..Header::of_robot(robot)
+    })
+}
+
+/// What a reference that may ask for too much means, with its figures.
+fn infeasible(feasibility: &Feasibility) -> String {
+    let half_rad_s = 0.5 * feasibility.limit_rad_s;
+    let mut parts = Vec::new();
+    if feasibility.position_rad_s >= half_rad_s {
+        parts.push(format!(
+            "its velocity alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (36))",
+            feasibility.position_rad_s
+        ));
+    }
+    if feasibility.heading_rad_s >= half_rad_s {
+        parts.push(format!(
+            "its heading rate alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (37))",
+            feasibility.heading_rad_s
+        ));
+    }
+    format!(
+        "the reference may be too fast to track: {}, but half of the limit is {half_rad_s:.3} rad/s; slow it down or \
+         raise `guidance.wheel_rate_limit_rad_s`",
+        parts.join(", and ")
+    )
+}

@@ -1,0 +1,363 @@
+//! What decides the wheel rates: the guidance on a reference, or a twist in open loop.
+
+use ilon_control::{
+    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
+    Kinematics, Reference, Task,
+};
+use ilon_robot::{Pose, Twist};
+use nalgebra::Vector2;
+
+use super::sensors::Seen;
+use super::waypoints;
+use crate::Error;
+use crate::scenario::{self, Motion, Scenario};
+
+/// What decides the wheel rates.
+pub(super) struct Pilot {
+    motion: Planned,
+    guidance: Guidance,
+    /// Present where the wheel rates are those of the touching rollers.
+    contact: Option<ContactKinematics>,
+    wheel_rates_rad_s: Vec<f64>,
+    decision: Decision,
+}
+
+enum Planned {
+    Reference(Box<Reference>),
+    Twist(TwistProfile),
+}
+
+/// The last decision, as it is recorded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Decision {
+    pub desired: Option<Desired>,
+    pub command_twist_in_body: Twist,
+    pub granted_twist_in_body: Twist,
+    /// The twists that the tasks asked for, highest priority first; empty in open loop.
+    pub tasks: Vec<TaskRecord>,
+}
+
+/// One task of a decision.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TaskRecord {
+    pub name: &'static str,
+    pub asked_rad_s: f64,
+    pub capacity_rad_s: f64,
+    pub weight: f64,
+    pub asked_twist_in_body: Twist,
+}
+
+impl Pilot {
+    pub fn new(
+        scenario: &Scenario,
+        kinematics: Kinematics,
+        contact_kinematics: ContactKinematics,
+        limit_rad_s: f64,
+    ) -> Result<Self, Error> {
+        let section = &scenario.guidance;
+        let priority = match section.priority {
+            scenario::Priority::Position => ilon_control::Priority::Position,
+            scenario::Priority::Heading => ilon_control::Priority::Heading,
+        };
+        let wheel_count = kinematics.wheel_count();
+        let settings = GuidanceSettings {
+            position_gain: Gain::Scalar(section.position_gain_per_s),
+            heading_gain: section.heading_gain_per_s,
+            wheel_rate_limit_rad_s: limit_rad_s,
+            saturation: match section.saturation {
+                scenario::Saturation::Prioritised => {
+                    ilon_control::Saturation::Prioritised(priority)
+                }
+                scenario::Saturation::Clip => ilon_control::Saturation::Clip,
+                scenario::Saturation::Scale => ilon_control::Saturation::Scale,
+                scenario::Saturation::None => ilon_control::Saturation::None,
+            },
+        };
+        let motion = match scenario.motion() {
+            Some(Motion::Tracked(section)) => {
+                Planned::Reference(Box::new(reference(section, scenario)?))
+            }
+            Some(Motion::OpenLoop(section)) => Planned::Twist(TwistProfile::new(section)),
+            // The scenario was validated; without a motion the robot stands.
+            None => Planned::Twist(TwistProfile::new(&scenario::Twist::default())),
+        };
+        let mut pilot = Self {
+            motion,
+            guidance: Guidance::new(kinematics, &settings)?,
+            contact: match section.kinematics {
+                scenario::Kinematics::Ideal => None,
+                scenario::Kinematics::Contact => Some(contact_kinematics),
+            },
+            wheel_rates_rad_s: vec![0.0; wheel_count],
+            decision: Decision::default(),
+        };
+        // Names the tasks before the first step.
+        pilot.decide(0.0, &Seen::at(start_pose(scenario), wheel_count));
+        Ok(pilot)
+    }
+
+    /// Decides anew, from the time and what the robot knows.
+    pub fn decide(&mut self, t_s: f64, seen: &Seen) {
+        if let Some(contact) = &mut self.contact {
+            contact.update(&seen.wheel_angles_rad);
+        }
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let desired = reference.at(t_s);
+                let command = match &self.contact {
+                    Some(contact) => self
+                        .guidance
+                        .update_on_contact(&seen.pose, &desired, contact),
+                    None => self.guidance.update(&seen.pose, &desired),
+                };
+                self.wheel_rates_rad_s
+                    .copy_from_slice(&command.wheel_rates_rad_s);
+                self.decision.take(command, &seen.pose, Some(desired));
+            }
+            Planned::Twist(profile) => {
+                let task = Task {
+                    name: "twist",
+                    twist_in_body: profile.at(t_s),
+                };
+                let command = match &self.contact {
+                    Some(contact) => self.guidance.command_on_contact(&[task], contact),
+                    None => self.guidance.command(&[task]),
+                };
+                self.wheel_rates_rad_s
+                    .copy_from_slice(&command.wheel_rates_rad_s);
+                self.decision.take(command, &seen.pose, None);
+            }
+        }
+    }
+
+    /// The wheel rates decided on, in rad/s.
+    pub fn wheel_rates_rad_s(&self) -> &[f64] {
+        &self.wheel_rates_rad_s
+    }
+
+    pub fn decision(&self) -> &Decision {
+        &self.decision
+    }
+
+    /// Names of the guidance's tasks, highest priority first; none in open loop.
+    pub fn task_names(&self) -> Vec<&'static str> {
+        self.decision.tasks.iter().map(|task| task.name).collect()
+    }
+
+    /// From when on means are taken, in seconds.
+    pub fn measure_from_s(&self) -> f64 {
+        match &self.motion {
+            Planned::Reference(_) => 0.0,
+            Planned::Twist(profile) => profile.settled_s(),
+        }
+    }
+
+    /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
+    pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
+        /// Times at which the reference is looked at: a hundredth of a period of any path of the run.
+        const SAMPLES: usize = 2000;
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
+                Some(self.guidance.feasibility(speed_m_s, rate_rad_s))
+            }
+            Planned::Twist(_) => None,
+        }
+    }
+}
+
+impl Decision {
+    fn take(&mut self, command: &Command, seen: &Pose, desired: Option<Desired>) {
+        self.desired = desired;
+        self.command_twist_in_body = command.twist_in_body;
+        self.granted_twist_in_body = command.saturated_twist_in_body;
+        self.tasks.clear();
+        let Some(desired) = desired else { return };
+        let all = command.twist_in_body;
+        let feedforward = desired.velocity_in_world.rotated(-seen.heading_rad);
+        let linear = |twist: Twist| Twist::new(twist.vx_m_s, twist.vy_m_s, 0.0);
+        let angular = |twist: Twist| Twist::new(0.0, 0.0, twist.omega_rad_s);
+        for share in &command.tasks {
+            // All tasks together ask for `all`; what of it is not feedforward is feedback, equation (26).
+            let asked_twist_in_body = match share.name {
+                "position feedforward" => linear(feedforward),
+                "position feedback" => linear(all - feedforward),
+                "heading feedforward" => angular(feedforward),
+                "heading feedback" => angular(all - feedforward),
+                _ => Twist::default(),
+            };
+            self.tasks.push(TaskRecord {
+                name: share.name,
+                asked_rad_s: share.asked_rad_s,
+                capacity_rad_s: share.capacity_rad_s,
+                weight: share.weight,
+                asked_twist_in_body,
+            });
+        }
+    }
+}
+
+fn start_pose(scenario: &Scenario) -> Pose {
+    Pose {
+        x_m: scenario.robot.x_m,
+        y_m: scenario.robot.y_m,
+        heading_rad: scenario.robot.heading_deg.to_radians(),
+    }
+}
+
+fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Reference, Error> {
+    use scenario::Reference as Section;
+    let reference = match section {
+        Section::Line {
+            from_x_m,
+            from_y_m,
+            to_x_m,
+            to_y_m,
+            speed_m_s,
+            heading,
+        } => Reference::line(
+            Vector2::new(*from_x_m, *from_y_m),
+            Vector2::new(*to_x_m, *to_y_m),
+            *speed_m_s,
+            heading_of(heading),
+        ),
+        Section::Circle {
+            center_x_m,
+            center_y_m,
+            radius_m,
+            speed_m_s,
+            start_deg,
+            heading,
+        } => Reference::circle(
+            Vector2::new(*center_x_m, *center_y_m),
+            *radius_m,
+            *speed_m_s,
+            start_deg.to_radians(),
+            heading_of(heading),
+        ),
+        Section::FigureEight {
+            center_x_m,
+            center_y_m,
+            half_width_m,
+            axis_deg,
+            period_s,
+            heading,
+        } => Reference::figure_eight(
+            Vector2::new(*center_x_m, *center_y_m),
+            *half_width_m,
+            axis_deg.to_radians(),
+            *period_s,
+            heading_of(heading),
+        ),
+        Section::Waypoints {
+            file,
+            speed_m_s,
+            heading,
+        } => return waypoints::read(&scenario.resolve(file), *speed_m_s, heading_of(heading)),
+        Section::HoldPose {
+            x_m,
+            y_m,
+            heading_deg,
+        } => Reference::hold(Pose {
+            x_m: *x_m,
+            y_m: *y_m,
+            heading_rad: heading_deg.to_radians(),
+        }),
+    };
+    Ok(reference?)
+}
+
+fn heading_of(section: &scenario::Heading) -> Heading {
+    match *section {
+        scenario::Heading::ConstantDeg(heading_deg) => Heading::Constant {
+            heading_rad: heading_deg.to_radians(),
+        },
+        scenario::Heading::AlongPath => Heading::Tangent { offset_rad: 0.0 },
+        scenario::Heading::FromPathDeg(offset_deg) => Heading::Tangent {
+            offset_rad: offset_deg.to_radians(),
+        },
+        scenario::Heading::Turning {
+            from_deg,
+            rate_deg_s,
+        } => Heading::Rate {
+            start_rad: from_deg.to_radians(),
+            rate_rad_s: rate_deg_s.to_radians(),
+        },
+    }
+}
+
+/// A twist over time: held, with linear ramps between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwistProfile {
+    /// When each change begins, in seconds, and what it leads to.
+    changes: Vec<(f64, Twist)>,
+    ramp_s: f64,
+    settle_s: f64,
+}
+
+impl TwistProfile {
+    /// The profile of a `[twist]` section.
+    pub fn new(section: &scenario::Twist) -> Self {
+        let first = Twist::new(section.vx_m_s, section.vy_m_s, section.omega_rad_s);
+        let further = section.schedule.iter().map(|next| {
+            (
+                next.from_s,
+                Twist::new(next.vx_m_s, next.vy_m_s, next.omega_rad_s),
+            )
+        });
+        Self {
+            changes: std::iter::once((section.rest_s, first))
+                .chain(further)
+                .collect(),
+            ramp_s: section.ramp_s,
+            settle_s: section.settle_s,
+        }
+    }
+
+    /// The twist in the body frame at a time in seconds.
+    pub fn at(&self, t_s: f64) -> Twist {
+        let mut twist = Twist::default();
+        for (from_s, to) in &self.changes {
+            if t_s <= *from_s {
+                break;
+            }
+            let share = match self.ramp_s {
+                0.0 => 1.0,
+                ramp_s => ((t_s - from_s) / ramp_s).min(1.0),
+            };
+            twist = twist + (*to - twist).scaled(share);
+        }
+        twist
+    }
+
+    /// When the last change has settled, in seconds.
+    pub fn settled_s(&self) -> f64 {
+        let last_s = self.changes.last().map_or(0.0, |(from_s, _)| *from_s);
+        last_s + self.ramp_s + self.settle_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_twist_rests_ramps_and_holds() {
+        let profile = TwistProfile::new(&scenario::Twist {
+            vx_m_s: 0.4,
+            schedule: vec![scenario::Scheduled {
+                from_s: 3.0,
+                vx_m_s: 0.0,
+                vy_m_s: -0.2,
+                omega_rad_s: 0.0,
+            }],
+            ..scenario::Twist::default()
+        });
+        assert_eq!(profile.at(0.5), Twist::default());
+        assert_eq!(profile.at(1.25), Twist::new(0.2, 0.0, 0.0));
+        assert_eq!(profile.at(2.0), Twist::new(0.4, 0.0, 0.0));
+        assert_eq!(profile.at(3.25), Twist::new(0.2, -0.1, 0.0));
+        assert_eq!(profile.at(9.0), Twist::new(0.0, -0.2, 0.0));
+        assert_eq!(profile.settled_s(), 4.5);
+    }
+}

@@ -1,0 +1,215 @@
+//! Writes down what happens, once a control period.
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_robot::{Joint, Pose, Robot, Twist, Wheel};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
+use ilon_world::{BodyState, World};
+use nalgebra::Vector3;
+
+use super::pilot::Pilot;
+use super::sensors::Seen;
+
+/// The growing trace, and what has to be summed between its rows.
+pub(super) struct Recorder {
+    trace: Trace,
+    kinematics: Kinematics,
+    contact_kinematics: ContactKinematics,
+    friction: f64,
+    odometry_ideal: Pose,
+    odometry_contact: Pose,
+    last_angles_rad: Vec<f64>,
+    increments: Increments,
+    wheel_joints: Vec<Joint>,
+    wheel_positions_m: Vec<Vector3<f64>>,
+    bearing_energy_j: f64,
+    wheel_slip_energy_j: Vec<f64>,
+    samples: Vec<WheelSample>,
+}
+
+/// Room for the wheel motion since the last row.
+struct Increments {
+    middle_rad: Vec<f64>,
+    turned_rad: Vec<f64>,
+}
+
+impl Recorder {
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        header: Header,
+        robot: &Robot,
+        kinematics: Kinematics,
+        contact_kinematics: ContactKinematics,
+        start: Pose,
+        friction: f64,
+        control_periods: usize,
+    ) -> Self {
+        let wheel_count = robot.wheels.len();
+        Self {
+            trace: Trace::with_capacity(header, control_periods),
+            kinematics,
+            contact_kinematics,
+            friction,
+            odometry_ideal: start,
+            odometry_contact: start,
+            last_angles_rad: vec![0.0; wheel_count],
+            increments: Increments {
+                middle_rad: vec![0.0; wheel_count],
+                turned_rad: vec![0.0; wheel_count],
+            },
+            wheel_joints: robot.wheels.iter().map(|wheel| wheel.joint).collect(),
+            wheel_positions_m: robot.wheels.iter().map(Wheel::position_m).collect(),
+            bearing_energy_j: 0.0,
+            wheel_slip_energy_j: vec![0.0; wheel_count],
+            samples: vec![WheelSample::default(); wheel_count],
+        }
+    }
+
+    /// Sums what was lost during the last physics step.
+    pub fn count_losses(&mut self, world: &World, dt_s: f64) {
+        for (energy_j, contact) in self.wheel_slip_energy_j.iter_mut().zip(world.contacts()) {
+            *energy_j += contact.slip_power_w * dt_s;
+        }
+        for (joint, rate_rad_s) in self.wheel_joints.iter().zip(world.wheel_rates_rad_s()) {
+            let torque_n_m = joint.damping_n_m_s * rate_rad_s.abs() + joint.friction_n_m;
+            self.bearing_energy_j += torque_n_m * rate_rad_s.abs() * dt_s;
+        }
+    }
+
+    /// Adds a row: the state now, what was decided on it, and the torques that follow.
+    pub fn record(
+        &mut self,
+        t_s: f64,
+        world: &World,
+        seen: &Seen,
+        pilot: &Pilot,
+        torques_n_m: &[f64],
+    ) {
+        let angles_rad = world.wheel_angles_rad();
+        let rates_rad_s = world.wheel_rates_rad_s();
+        self.reckon(angles_rad);
+        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
+
+        let body = world.body();
+        let decision = pilot.decision();
+        let mut tasks = [TaskShare::default(); MAX_TASKS];
+        for (share, task) in tasks.iter_mut().zip(&decision.tasks) {
+            *share = TaskShare {
+                asked_rad_s: task.asked_rad_s,
+                capacity_rad_s: task.capacity_rad_s,
+                weight: task.weight,
+                asked_twist_in_body: task.asked_twist_in_body,
+            };
+        }
+        let record = Record {
+            t_s,
+            truth: Truth {
+                pose: body.pose,
+                height_m: body.height_m,
+                roll_rad: body.roll_rad,
+                pitch_rad: body.pitch_rad,
+                twist_in_body: body.twist_in_body,
+            },
+            twist_ideal: self.kinematics.twist(rates_rad_s),
+            twist_contact,
+            seen_pose: seen.pose,
+            odometry_ideal: self.odometry_ideal,
+            odometry_contact: self.odometry_contact,
+            desired: decision.desired.map(|desired| Desired {
+                pose: desired.pose,
+                velocity_in_world: desired.velocity_in_world,
+            }),
+            command_twist_in_body: decision.command_twist_in_body,
+            granted_twist_in_body: decision.granted_twist_in_body,
+            twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),
+            tasks,
+            slip_energy_j: world.slip_energy_j(),
+            motor_energy_j: world.motor_energy_j(),
+            bearing_energy_j: self.bearing_energy_j,
+            kinetic_energy_j: f64::NAN,
+            potential_energy_j: f64::NAN,
+        };
+        self.sample_wheels(world, pilot, torques_n_m);
+        self.trace.push(record, &self.samples);
+    }
+
+    /// The finished trace.
+    pub fn into_trace(self) -> Trace {
+        self.trace
+    }
+
+    /// Dead reckoning from the wheel angles turned since the last row, by both kinematics: what a robot with encoders
+    /// would do once a control period.
+    fn reckon(&mut self, angles_rad: &[f64]) {
+        let Increments {
+            middle_rad,
+            turned_rad,
+        } = &mut self.increments;
+        for (index, angle_rad) in angles_rad.iter().enumerate() {
+            turned_rad[index] = angle_rad - self.last_angles_rad[index];
+            middle_rad[index] = angle_rad - 0.5 * turned_rad[index];
+        }
+        self.last_angles_rad.copy_from_slice(angles_rad);
+        // The kinematics is linear in the rates: angles turned give the displacement, with the touching rollers taken
+        // at the middle of the way.
+        let ideal = self.kinematics.twist(turned_rad);
+        let contact = self.contact_kinematics.twist(middle_rad, turned_rad);
+        self.odometry_ideal = moved(&self.odometry_ideal, ideal);
+        self.odometry_contact = moved(&self.odometry_contact, contact);
+    }
+
+    fn sample_wheels(&mut self, world: &World, pilot: &Pilot, torques_n_m: &[f64]) {
+        let places = self.contact_kinematics.contacts();
+        let body = world.body();
+        for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
+        {
+            let place = places[index].point_in_body_m;
+            *sample = WheelSample {
+                target_rad_s: pilot.wheel_rates_rad_s()[index],
+                rate_rad_s: world.wheel_rates_rad_s()[index],
+                angle_rad: world.wheel_angles_rad()[index],
+                torque_n_m: torques_n_m[index],
+                hub_height_m: height_m(&body, self.wheel_positions_m[index]),
+                roller: contact.roller as u32,
+                touching: contact.touching,
+                load_share: 0.0,
+                slip_energy_j: self.wheel_slip_energy_j[index],
+                ..WheelSample::default()
+            };
+            if contact.touching {
+                *sample = WheelSample {
+                    load_share: 1.0,
+                    contact_x_m: place.x,
+                    contact_y_m: place.y,
+                    normal_force_n: contact.normal_force_n,
+                    force_x_n: contact.force_in_body_n.x,
+                    force_y_n: contact.force_in_body_n.y,
+                    friction: self.friction,
+                    slip_x_m_s: contact.sliding_in_body_m_s.x,
+                    slip_y_m_s: contact.sliding_in_body_m_s.y,
+                    roller_spin_rad_s: contact.roller_spin_rad_s,
+                    roller_spin_ideal_rad_s: contact.roller_spin_ideal_rad_s,
+                    ..*sample
+                };
+            }
+        }
+    }
+}
+
+/// Height in the world of a point of the body frame, in metres.
+fn height_m(body: &BodyState, point_in_body_m: Vector3<f64>) -> f64 {
+    let (sin_roll, cos_roll) = body.roll_rad.sin_cos();
+    let (sin_pitch, cos_pitch) = body.pitch_rad.sin_cos();
+    // The last row of Rz(yaw) Ry(pitch) Rx(roll).
+    let row = Vector3::new(-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll);
+    body.height_m + row.dot(&point_in_body_m)
+}
+
+/// A pose after a displacement in its own frame, the way taken with the heading at its middle.
+fn moved(pose: &Pose, displacement: Twist) -> Pose {
+    let in_world = displacement.rotated(pose.heading_rad + 0.5 * displacement.omega_rad_s);
+    Pose {
+        x_m: pose.x_m + in_world.vx_m_s,
+        y_m: pose.y_m + in_world.vy_m_s,
+        heading_rad: ilon_robot::wrap_angle(pose.heading_rad + displacement.omega_rad_s),
+    }
+}

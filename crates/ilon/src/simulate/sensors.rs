@@ -1,0 +1,126 @@
+//! What the robot sees of its own motion: the truth, late, now and then, and with noise.
+
+use std::collections::VecDeque;
+
+use ilon_robot::{Pose, wrap_angle};
+use ilon_world::World;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::scenario;
+
+/// What the robot knows at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Seen {
+    /// The newest pose that has arrived.
+    pub pose: Pose,
+    /// The wheels' rates, in rad/s.
+    pub wheel_rates_rad_s: Vec<f64>,
+    /// The wheels' angles since the start, in rad.
+    pub wheel_angles_rad: Vec<f64>,
+}
+
+impl Seen {
+    /// A robot at rest, its wheels at angle zero.
+    pub fn at(pose: Pose, wheel_count: usize) -> Self {
+        Self {
+            pose,
+            wheel_rates_rad_s: vec![0.0; wheel_count],
+            wheel_angles_rad: vec![0.0; wheel_count],
+        }
+    }
+}
+
+/// The sensors of a robot.
+pub(super) struct Sensors {
+    pose: scenario::PoseSensor,
+    rate_noise_rad_s: f64,
+    /// Poses taken but not yet arrived, with the time at which they arrive.
+    on_the_way: VecDeque<(f64, Pose)>,
+    poses_taken: u64,
+    seen: Seen,
+    pose_noise: ChaCha8Rng,
+    encoder_noise: ChaCha8Rng,
+}
+
+/// Slack on times, in seconds, that keeps the rounding of sums from delaying a sample by a whole step.
+const TIME_SLACK_S: f64 = 1e-9;
+
+impl Sensors {
+    /// Sensors that know the start.
+    pub fn new(section: &scenario::Sensors, start: Pose, wheel_count: usize) -> Self {
+        // One stream of random numbers a sensor, so that a change of one leaves the others' noise as it was.
+        let stream = |number| {
+            let mut rng = ChaCha8Rng::seed_from_u64(section.seed);
+            rng.set_stream(number);
+            rng
+        };
+        Self {
+            pose: section.pose.clone(),
+            rate_noise_rad_s: section.encoders.rate_noise_rad_s,
+            on_the_way: VecDeque::new(),
+            poses_taken: 0,
+            seen: Seen::at(start, wheel_count),
+            pose_noise: stream(1),
+            encoder_noise: stream(2),
+        }
+    }
+
+    /// Looks at the world at a physics step.
+    pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World) {
+        let pose_is_due = match self.pose.rate_hz {
+            Some(rate_hz) => t_s + TIME_SLACK_S >= self.poses_taken as f64 / rate_hz,
+            None => control_is_due,
+        };
+        if pose_is_due {
+            self.poses_taken += 1;
+            let pose = self.noisy(world.body().pose);
+            self.on_the_way.push_back((t_s + self.pose.latency_s, pose));
+        }
+        while let Some((arrives_s, pose)) = self.on_the_way.front()
+            && *arrives_s <= t_s + TIME_SLACK_S
+        {
+            self.seen.pose = *pose;
+            self.on_the_way.pop_front();
+        }
+        self.seen
+            .wheel_angles_rad
+            .copy_from_slice(world.wheel_angles_rad());
+        for (seen, rate) in self
+            .seen
+            .wheel_rates_rad_s
+            .iter_mut()
+            .zip(world.wheel_rates_rad_s())
+        {
+            *seen = rate + noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+        }
+    }
+
+    /// What the robot knows now.
+    pub fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    fn noisy(&mut self, pose: Pose) -> Pose {
+        let heading_noise_rad = self.pose.heading_noise_deg.to_radians();
+        let rng = &mut self.pose_noise;
+        Pose {
+            x_m: pose.x_m + noise(rng, self.pose.position_noise_m),
+            y_m: pose.y_m + noise(rng, self.pose.position_noise_m),
+            heading_rad: match heading_noise_rad {
+                0.0 => pose.heading_rad,
+                sigma_rad => wrap_angle(pose.heading_rad + noise(rng, sigma_rad)),
+            },
+        }
+    }
+}
+
+/// A normally distributed number of mean zero; zero, and nothing drawn, for a deviation of zero.
+fn noise(rng: &mut ChaCha8Rng, standard_deviation: f64) -> f64 {
+    if standard_deviation == 0.0 {
+        return 0.0;
+    }
+    let unit: f64 = StandardNormal.sample(rng);
+    standard_deviation * unit
+}
