@@ -250,19 +250,36 @@ struct Origins<'t> {
 impl Origins<'_> {
     /// The text that holds a key, and a span in it.
     fn of(&self, path: &[String], span: Range<usize>) -> (NamedSource<String>, SourceSpan) {
+        // A key at fault may be one on the way to the key that was set; it is the file's own where the file has it.
+        let (name, text) = self.file;
+        let in_file = DeTable::parse(text).is_ok_and(|document| holds(document.get_ref(), path));
         let setting = self
             .settings
             .iter()
             .rev()
-            .find(|(keys, _)| path.starts_with(keys));
+            .find(|(keys, _)| path.starts_with(keys) || (!in_file && keys.starts_with(path)));
         match setting {
             Some((_, line)) => (NamedSource::new("--set", (*line).to_owned()), span.into()),
-            None => {
-                let (name, text) = self.file;
-                (NamedSource::new(name, text.to_owned()), span.into())
-            }
+            None => (NamedSource::new(name, text.to_owned()), span.into()),
         }
     }
+}
+
+/// Whether a table holds a key, given from the outermost table in.
+fn holds(table: &DeTable<'_>, path: &[String]) -> bool {
+    let Some((first, rest)) = path.split_first() else {
+        return true;
+    };
+    table
+        .iter()
+        .find(|(key, _)| key.get_ref() == first)
+        .is_some_and(|(_, value)| {
+            rest.is_empty()
+                || value
+                    .get_ref()
+                    .as_table()
+                    .is_some_and(|inner| holds(inner, rest))
+        })
 }
 
 /// The keys of a document with a single value, from the outermost table in.
@@ -385,6 +402,20 @@ duration_s = 30
             told(CIRCLE, &["wrld.floor.friction=1"]).1,
             "did you mean `world`?"
         );
+    }
+
+    #[test]
+    fn a_fault_in_a_setting_is_shown_in_the_setting() {
+        for (setting, offset) in [("world.flor.friction=1", 6), ("run.duration_s=x", 17)] {
+            let settings = [setting.parse().unwrap()];
+            match parse(CIRCLE, "test.toml", &settings) {
+                Err(Error::Scenario(fault)) => {
+                    assert_eq!(fault.source_code.name(), "--set");
+                    assert_eq!(fault.span.offset(), offset);
+                }
+                other => panic!("{other:?}"),
+            }
+        }
     }
 
     #[test]
