@@ -45,14 +45,17 @@ pub enum Error {
 
     /// The robot's wheels, or the reference, are such that it cannot be controlled.
     #[error("{0}")]
+    #[diagnostic(help("{}", help_on_control(.0)))]
     Control(#[from] ilon_control::ControlError),
 
     /// The robot cannot be put into its world.
     #[error("{0}")]
+    #[diagnostic(help("see `[world]` and `[robot]` of the scenario, and the robot's rollers"))]
     World(#[from] ilon_world::WorldError),
 
     /// A trace or another file of results cannot be written or read.
     #[error("{0}")]
+    #[diagnostic(help("choose another place; nothing was left half-written"))]
     Trace(#[from] ilon_trace::TraceError),
 
     /// A file of waypoints holds something else than waypoints.
@@ -146,12 +149,25 @@ impl Error {
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
         Self::Scenario(Box::new(ScenarioFault {
-            message: format!("not a scenario: {}", error.message()),
+            message: format!("not well-formed TOML: {}", error.message()),
             help: "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
                 .to_owned(),
             source_code,
             span: scenario::toml_span(error),
         }))
+    }
+}
+
+fn help_on_control(error: &ilon_control::ControlError) -> &'static str {
+    use ilon_control::ControlError;
+    match error {
+        ControlError::TooFewWheels { .. }
+        | ControlError::NoRollers { .. }
+        | ControlError::NoControlAuthority { .. }
+        | ControlError::Uncontrollable { .. } => {
+            "`ilon inspect` shows the robot's wheels and the rows of M as they are understood"
+        }
+        _ => "change the number in the scenario or in the robot's file",
     }
 }
 
