@@ -37,7 +37,7 @@ impl Assembly {
     ) -> Self {
         let chassis = rapier.bodies.insert(
             RigidBodyBuilder::dynamic()
-                .pose(convert::pose(&state.world_from_chassis))
+                .pose(convert::pose(&state.floor_from_chassis))
                 .can_sleep(false)
                 .additional_mass_properties(chassis_mass_properties(&robot.chassis.mass)),
         );
@@ -85,6 +85,19 @@ impl Assembly {
         let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
         for body in parts.chain([self.chassis]) {
             rapier.remove_body(body);
+        }
+    }
+
+    /// Moves the whole robot as it stands, in metres.
+    pub fn shift(&self, rapier: &mut PhysicsWorld, by_m: Vector3<f64>) {
+        let by = convert::vector(&by_m);
+        let wheels = self.wheels.iter();
+        let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
+        for body in parts.chain([self.chassis]) {
+            let body = &mut rapier.bodies[body];
+            let mut pose = *body.position();
+            pose.translation += by;
+            body.set_position(pose, false);
         }
     }
 

@@ -23,7 +23,7 @@ pub struct WheelContact {
     pub sliding_in_body_m_s: Vector2<f64>,
     /// Power that sliding turns into heat, in W.
     pub slip_power_w: f64,
-    /// Height of the wheel's centre above the world's origin, in metres.
+    /// Height of the wheel's centre above the floor's plane, in metres.
     pub hub_height_m: f64,
     /// Spin of that roller about its axis against the hub, in rad/s.
     pub roller_spin_rad_s: f64,
@@ -36,24 +36,25 @@ impl WheelContact {
     ///
     /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so
     /// that a contact which the solver held still reads as still. `rate_of` gives the rate of a degree of freedom of
-    /// the robot's multibody, in rad/s.
+    /// the robot's multibody, in rad/s; `anchor_m` is rapier's origin in the floor's frame.
     pub(crate) fn read(
         rapier: &PhysicsWorld,
+        anchor_m: Vector3<f64>,
         (index, body): (usize, &WheelBody),
         before: &State,
         after: &State,
         dt_s: f64,
         rate_of: impl Fn(usize) -> f64,
     ) -> Self {
-        let world_from_hub = before.world_from_hub(index);
-        let hub = world_from_hub.translation.vector;
-        let hub_axis = world_from_hub.rotation * Vector3::z();
+        let floor_from_hub = before.floor_from_hub(index);
+        let hub = floor_from_hub.translation.vector;
+        let hub_axis = floor_from_hub.rotation * Vector3::z();
         let hub_angular = after.angular_rad_s + hub_axis * after.wheel_rates_rad_s[index];
-        let center = before.world_from_chassis.translation.vector;
+        let center = before.floor_from_chassis.translation.vector;
         let hub_velocity = after.velocity_m_s + after.angular_rad_s.cross(&(hub - center));
 
         let mut contact = WheelContact {
-            hub_height_m: after.world_from_hub(index).translation.vector.z,
+            hub_height_m: after.floor_from_hub(index).translation.vector.z,
             ..WheelContact::default()
         };
         let mut hardest_n = 0.0;
@@ -62,9 +63,9 @@ impl WheelContact {
         for slot in &body.slots {
             let roller = &body.rollers[slot.roller];
             let spin_rad_s = rate_of(slot.dof);
-            let roller_axis = world_from_hub.rotation * roller.axis_in_hub();
+            let roller_axis = floor_from_hub.rotation * roller.axis_in_hub();
             let roller_center =
-                world_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
+                floor_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
             for pair in rapier.narrow_phase.contact_pairs_with(slot.collider) {
                 let slot_is_first = pair.collider1 == slot.collider;
                 let ground = if slot_is_first {
@@ -72,7 +73,7 @@ impl WheelContact {
                 } else {
                     pair.collider1
                 };
-                let world_from_ground = *rapier.colliders[ground].position();
+                let rapier_from_ground = *rapier.colliders[ground].position();
                 for manifold in pair.manifolds() {
                     for point in &manifold.points {
                         let normal_n = f64::from(point.data.impulse) / dt_s;
@@ -89,7 +90,7 @@ impl WheelContact {
                         } else {
                             point.local_p1
                         };
-                        let at = convert::to_f64(world_from_ground * on_ground);
+                        let at = convert::to_f64(rapier_from_ground * on_ground) + anchor_m;
 
                         let carried = hub_velocity + hub_angular.cross(&(at - hub));
                         let lever = at - roller_center.coords;
@@ -120,9 +121,9 @@ impl WheelContact {
             }
         }
         if contact.touching {
-            let body_from_world = before.world_from_chassis.rotation.inverse();
-            contact.force_in_body_n = (body_from_world * force).xy();
-            contact.sliding_in_body_m_s = (body_from_world * sliding / contact.normal_force_n).xy();
+            let body_from_floor = before.floor_from_chassis.rotation.inverse();
+            contact.force_in_body_n = (body_from_floor * force).xy();
+            contact.sliding_in_body_m_s = (body_from_floor * sliding / contact.normal_force_n).xy();
         }
         contact
     }

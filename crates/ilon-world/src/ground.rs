@@ -68,13 +68,8 @@ impl Default for Floor {
 }
 
 impl Floor {
-    /// The unit normal of the plane, in the world.
-    pub fn up(&self) -> Vector3<f64> {
-        Vector3::new(self.slope_rad.sin(), 0.0, self.slope_rad.cos())
-    }
-
-    /// The rotation from a level floor to this one.
-    pub(crate) fn tilt(&self) -> UnitQuaternion<f64> {
+    /// The rotation from the floor's frame, whose z axis stands on the plane, to the world.
+    pub(crate) fn world_from_floor(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.slope_rad)
     }
 
@@ -144,57 +139,65 @@ impl Floor {
         Ok(())
     }
 
-    /// Puts the ground into the world.
+    /// Puts the ground into rapier, whose frame is the floor's.
     pub(crate) fn insert(&self, colliders: &mut ColliderSet) -> Ground {
         let solids = self.solids();
-        let plane = self.relief.is_none().then(|| {
-            (
-                Isometry3::identity(),
-                SharedShape::halfspace(convert::vector(&self.up())),
-            )
-        });
+        let plane = self
+            .relief
+            .is_none()
+            .then(|| SharedShape::halfspace(Vector::Z));
         let hooks = if self.patches.is_empty() {
             ActiveHooks::empty()
         } else {
             ActiveHooks::MODIFY_SOLVER_CONTACTS
         };
-        for (world_from_shape, shape) in plane.iter().chain(&solids) {
+        let mut insert = |shape: &SharedShape, floor_from_shape: &Isometry3<f64>| {
             colliders.insert(
                 ColliderBuilder::new(shape.clone())
-                    .position(convert::pose(world_from_shape))
+                    .position(convert::pose(floor_from_shape))
                     .friction(self.friction as Real)
                     .friction_combine_rule(CoefficientCombineRule::Min)
                     .restitution(0.0)
                     .active_hooks(hooks)
                     .collision_groups(groups::GROUND),
-            );
+            )
+        };
+        if let Some(plane) = &plane {
+            insert(plane, &Isometry3::identity());
         }
+        let solids = solids.into_iter().map(|(floor_from_solid, shape)| Solid {
+            collider: insert(&shape, &floor_from_solid),
+            floor_from_solid,
+            shape,
+        });
         Ground {
-            up: self.up(),
+            solids: solids.collect(),
             has_plane: plane.is_some(),
             friction: self.friction,
             patches: self.patches.clone(),
-            solids,
+            world_from_floor: self.world_from_floor(),
+            anchor_m: Vector3::zeros(),
         }
     }
 
-    /// Everything but the plane: where it stands in the world and its shape.
+    /// Everything but the plane: where it stands in the floor's frame and its shape.
     fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
         // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z and -z to y.
         let upright =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         let relief = self.relief.iter().map(|relief| {
-            let pose = Isometry3::from_parts(Translation3::identity(), self.tilt() * upright);
-            (pose, relief.shape())
+            (
+                Isometry3::from_parts(Translation3::identity(), upright),
+                relief.shape(),
+            )
         });
+        let floor_from_world = self.world_from_floor().inverse();
         let boxes = self.boxes.iter().map(|solid| {
             let h = solid.half_sides_m;
             let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), solid.heading_rad);
-            let pose = Isometry3::from_parts(solid.center_m.into(), heading);
-            (
-                pose,
-                SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real),
-            )
+            let world_from_solid = Isometry3::from_parts(solid.center_m.into(), heading);
+            let shape = SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real);
+            (floor_from_world * world_from_solid, shape)
         });
         relief.chain(boxes).collect()
     }
@@ -226,15 +229,24 @@ impl Relief {
 }
 
 /// What a running world needs to know of its ground.
+///
+/// rapier counts in f32 from an anchor near the robot: contact points a few metres away would be rounded by as much
+/// as a roller moves in a step, and a robot at rest would creep.
 pub(crate) struct Ground {
-    /// The plane's normal.
-    pub up: Vector3<f64>,
-    /// Whether the plane itself can be touched.
-    pub has_plane: bool,
+    has_plane: bool,
     friction: f64,
     patches: Vec<Patch>,
-    /// Everything that is not the plane.
-    solids: Vec<(Isometry3<f64>, SharedShape)>,
+    solids: Vec<Solid>,
+    world_from_floor: UnitQuaternion<f64>,
+    /// rapier's origin in the floor's frame, in metres; it moves along the plane.
+    anchor_m: Vector3<f64>,
+}
+
+/// A part of the ground that is not the plane.
+struct Solid {
+    collider: ColliderHandle,
+    floor_from_solid: Isometry3<f64>,
+    shape: SharedShape,
 }
 
 impl Ground {
@@ -243,12 +255,12 @@ impl Ground {
         self.has_plane && self.solids.is_empty()
     }
 
-    /// Whether anything but the plane reaches into a box in the world.
-    pub fn reaches(&self, in_world: &Aabb) -> bool {
-        self.solids.iter().any(|(world_from_solid, shape)| {
-            let local = in_world.transform_by(&convert::pose(&world_from_solid.inverse()));
-            match shape.as_heightfield() {
-                None => shape.compute_local_aabb().intersects(&local),
+    /// Whether anything but the plane reaches into a box in the floor's frame.
+    pub fn reaches(&self, in_floor: &Aabb) -> bool {
+        self.solids.iter().any(|solid| {
+            let local = in_floor.transform_by(&convert::pose(&solid.floor_from_solid.inverse()));
+            match solid.shape.as_heightfield() {
+                None => solid.shape.compute_local_aabb().intersects(&local),
                 Some(field) => {
                     let mut reached = false;
                     field.map_elements_in_local_aabb(&local, &mut |_, triangle| {
@@ -260,11 +272,45 @@ impl Ground {
         })
     }
 
+    /// Moves rapier's origin beneath a place in the floor's frame once that has gone too far away, and the solids along
+    /// with it. Gives back by how much the origin moved, in metres.
+    pub fn follow(
+        &mut self,
+        place_m: &Vector3<f64>,
+        colliders: &mut ColliderSet,
+    ) -> Option<Vector3<f64>> {
+        /// Within this distance f32 resolves 1e-8 m, a hundredth of what a slow robot moves in a step.
+        const LEASH_M: f64 = 0.1;
+        let beneath_m = Vector3::new(place_m.x, place_m.y, 0.0);
+        let moved_m = beneath_m - self.anchor_m;
+        if moved_m.norm() < LEASH_M {
+            return None;
+        }
+        self.anchor_m = beneath_m;
+        for solid in &self.solids {
+            let in_rapier = Translation3::from(-self.anchor_m) * solid.floor_from_solid;
+            if let Some(collider) = colliders.get_mut(solid.collider) {
+                collider.set_position(convert::pose(&in_rapier));
+            }
+        }
+        Some(moved_m)
+    }
+
+    /// rapier's origin in the floor's frame, in metres.
+    pub fn anchor_m(&self) -> Vector3<f64> {
+        self.anchor_m
+    }
+
+    /// The rotation from the floor's frame to the world.
+    pub fn world_from_floor(&self) -> UnitQuaternion<f64> {
+        self.world_from_floor
+    }
+
     /// The friction at a place of the world.
-    fn friction_at(&self, x_m: f64, y_m: f64) -> f64 {
+    fn friction_at(&self, in_world_m: &Vector3<f64>) -> f64 {
         let inside = |p: &&Patch| {
-            (x_m - p.center_m.x).abs() <= p.half_sides_m.x
-                && (y_m - p.center_m.y).abs() <= p.half_sides_m.y
+            let off = in_world_m.xy() - p.center_m;
+            off.x.abs() <= p.half_sides_m.x && off.y.abs() <= p.half_sides_m.y
         };
         self.patches
             .iter()
@@ -283,7 +329,7 @@ impl PhysicsHooks for Ground {
         } else {
             context.collider2
         };
-        let Some(world_from_ground) = context.colliders.get(ground).map(|c| *c.position()) else {
+        let Some(rapier_from_ground) = context.colliders.get(ground).map(|c| *c.position()) else {
             return;
         };
         let Some(contact) = context.rigid_mut() else {
@@ -295,8 +341,8 @@ impl PhysicsHooks for Ground {
             } else {
                 point.local_p2
             };
-            let at = world_from_ground * local;
-            *contact.friction = self.friction_at(f64::from(at.x), f64::from(at.y)) as Real;
+            let in_floor_m = convert::to_f64(rapier_from_ground * local) + self.anchor_m;
+            *contact.friction = self.friction_at(&(self.world_from_floor * in_floor_m)) as Real;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Where everything is and how it moves, in f64.
+//! Where everything is and how it moves, in f64, in the floor's frame: z stands on the plane, x and y lie in it.
 
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -8,10 +8,10 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 pub(crate) struct State {
     /// Pose of the chassis's centre of mass, along the body's axes. rapier's multibody wants a root whose origin is
     /// its centre of mass.
-    pub world_from_chassis: Isometry3<f64>,
-    /// Velocity of the chassis's centre of mass, in the world frame, m/s.
+    pub floor_from_chassis: Isometry3<f64>,
+    /// Velocity of the chassis's centre of mass, in the floor's frame, m/s.
     pub velocity_m_s: Vector3<f64>,
-    /// Angular velocity of the chassis, in the world frame, rad/s.
+    /// Angular velocity of the chassis, in the floor's frame, rad/s.
     pub angular_rad_s: Vector3<f64>,
     /// Angles of the wheels, in rad, not wrapped.
     pub wheel_angles_rad: Vec<f64>,
@@ -23,11 +23,11 @@ pub(crate) struct State {
 
 impl State {
     /// A robot at rest with its body frame at a pose.
-    pub fn at_rest(robot: &Robot, world_from_body: &Isometry3<f64>) -> Self {
+    pub fn at_rest(robot: &Robot, floor_from_body: &Isometry3<f64>) -> Self {
         let body_from_chassis = Isometry3::from(robot.chassis.mass.center_of_mass_m);
         let chassis_from_body = body_from_chassis.inverse();
         Self {
-            world_from_chassis: world_from_body * body_from_chassis,
+            floor_from_chassis: floor_from_body * body_from_chassis,
             velocity_m_s: Vector3::zeros(),
             angular_rad_s: Vector3::zeros(),
             wheel_angles_rad: vec![0.0; robot.wheels.len()],
@@ -41,21 +41,28 @@ impl State {
     }
 
     /// Pose of a hub's frame, turned with the wheel.
-    pub fn world_from_hub(&self, wheel: usize) -> Isometry3<f64> {
+    pub fn floor_from_hub(&self, wheel: usize) -> Isometry3<f64> {
         let turned =
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.wheel_angles_rad[wheel]);
-        self.world_from_chassis * self.chassis_from_hub[wheel] * turned
+        self.floor_from_chassis * self.chassis_from_hub[wheel] * turned
     }
 
     /// Angular velocity of a hub in its own frame, in rad/s.
     pub fn hub_rate_in_hub(&self, wheel: usize) -> Vector3<f64> {
-        let hub_from_world = self.world_from_hub(wheel).rotation.inverse();
-        hub_from_world * self.angular_rad_s + Vector3::z() * self.wheel_rates_rad_s[wheel]
+        let hub_from_floor = self.floor_from_hub(wheel).rotation.inverse();
+        hub_from_floor * self.angular_rad_s + Vector3::z() * self.wheel_rates_rad_s[wheel]
+    }
+
+    /// The same state counted from another origin of the floor's frame.
+    pub fn seen_from(&self, origin_m: Vector3<f64>) -> Self {
+        let mut seen = self.clone();
+        seen.floor_from_chassis.translation.vector -= origin_m;
+        seen
     }
 
     /// Copies another state of the same robot without allocating.
     pub fn copy_from(&mut self, other: &Self) {
-        self.world_from_chassis = other.world_from_chassis;
+        self.floor_from_chassis = other.floor_from_chassis;
         self.velocity_m_s = other.velocity_m_s;
         self.angular_rad_s = other.angular_rad_s;
         self.wheel_angles_rad

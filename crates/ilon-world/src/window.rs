@@ -17,12 +17,8 @@ use crate::{RollerShape, convert};
 const MARGIN_M: Real = 2e-3;
 
 /// The roller whose place on the rim is nearest to straight down on the plane.
-pub(crate) fn lowest(
-    wheel: &WheelBody,
-    world_from_hub: &Isometry3<f64>,
-    up: &Vector3<f64>,
-) -> usize {
-    let down_in_hub = world_from_hub.rotation.inverse() * -up;
+pub(crate) fn lowest(wheel: &WheelBody, floor_from_hub: &Isometry3<f64>) -> usize {
+    let down_in_hub = floor_from_hub.rotation.inverse() * -Vector3::z();
     let down_rad = down_in_hub.y.atan2(down_in_hub.x);
     let off_rad = |i: usize| ilon_robot::wrap_angle(wheel.rollers[i].place_rad - down_rad).abs();
     (0..wheel.rollers.len())
@@ -34,18 +30,18 @@ pub(crate) fn lowest(
 pub(crate) fn in_reach(
     wheel: &WheelBody,
     shapes: &[RollerShape],
-    world_from_hub: &Isometry3<f64>,
+    floor_from_hub: &Isometry3<f64>,
     ground: &Ground,
     needed: &mut Vec<usize>,
 ) {
     needed.clear();
-    let lowest = lowest(wheel, world_from_hub, &ground.up);
+    let lowest = lowest(wheel, floor_from_hub);
     if ground.is_plain() {
         needed.push(lowest);
         return;
     }
     for (i, shape) in shapes.iter().enumerate() {
-        let pose = convert::pose(&(world_from_hub * wheel.rollers[i].hub_from_roller));
+        let pose = convert::pose(&(floor_from_hub * wheel.rollers[i].hub_from_roller));
         let reach = shape.compute_aabb(&pose).loosened(MARGIN_M);
         if i == lowest || ground.reaches(&reach) {
             needed.push(i);

@@ -1,7 +1,7 @@
 //! The world: a robot on a floor, stepped by rapier.
 
 use ilon_robot::{Pose as PlanarPose, Robot, Twist, Wheel};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::assembly::Assembly;
@@ -83,15 +83,21 @@ impl World {
         settings: &Settings,
     ) -> Result<Self, WorldError> {
         check(robot, floor, settings)?;
+        let down = Vector3::z() * -settings.gravity_m_s2;
+        let gravity = floor.world_from_floor().inverse() * down;
         let mut rapier = PhysicsWorld {
-            gravity: Vector::Z * -settings.gravity_m_s2 as Real,
+            gravity: convert::vector(&gravity),
             integration_parameters: integration_parameters(settings),
             narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
             ..PhysicsWorld::default()
         };
-        let ground = floor.insert(&mut rapier.colliders);
+        let mut ground = floor.insert(&mut rapier.colliders);
 
         let state = State::at_rest(robot, &standing(robot, floor, start));
+        ground.follow(
+            &state.floor_from_chassis.translation.vector,
+            &mut rapier.colliders,
+        );
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
@@ -116,7 +122,7 @@ impl World {
             robot,
             settings,
             floor.friction,
-            &state,
+            &state.seen_from(ground.anchor_m()),
             &rollers,
             &slots,
         );
@@ -157,7 +163,7 @@ impl World {
         self.torques_n_m.copy_from_slice(torques_n_m);
         let mut reaction = Vector3::zeros();
         for (index, torque_n_m) in torques_n_m.iter().enumerate() {
-            let axis = self.state.world_from_hub(index).rotation * Vector3::z();
+            let axis = self.state.floor_from_hub(index).rotation * Vector3::z();
             let torque = axis * *torque_n_m;
             let hub = &mut self.rapier.bodies[self.assembly.wheels[index].hub];
             hub.reset_torques(false);
@@ -193,13 +199,14 @@ impl World {
     /// Pose and velocity of the body.
     pub fn body(&self) -> BodyState {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
-        let world_from_body = self.state.world_from_chassis * Translation3::from(-center_m);
+        let floor_from_body = self.state.floor_from_chassis * Translation3::from(-center_m);
+        let world_from_body = self.ground.world_from_floor() * floor_from_body;
         let position = world_from_body.translation.vector;
         let (roll_rad, pitch_rad, heading_rad) = world_from_body.rotation.euler_angles();
-        let body_from_world = self.before.world_from_chassis.rotation.inverse();
-        let angular_in_body = body_from_world * self.state.angular_rad_s;
+        let body_from_floor = self.before.floor_from_chassis.rotation.inverse();
+        let angular_in_body = body_from_floor * self.state.angular_rad_s;
         let velocity_in_body =
-            body_from_world * self.state.velocity_m_s - angular_in_body.cross(&center_m);
+            body_from_floor * self.state.velocity_m_s - angular_in_body.cross(&center_m);
         BodyState {
             pose: PlanarPose {
                 x_m: position.x,
@@ -270,8 +277,8 @@ impl World {
         let state = &mut self.state;
         state.velocity_m_s = Vector3::new(rate(0), rate(1), rate(2));
         state.angular_rad_s = Vector3::new(rate(3), rate(4), rate(5));
-        state.world_from_chassis.translation.vector += dt_s * state.velocity_m_s;
-        state.world_from_chassis.rotation = convert::rotation_to_f64(
+        state.floor_from_chassis.translation.vector += dt_s * state.velocity_m_s;
+        state.floor_from_chassis.rotation = convert::rotation_to_f64(
             self.rapier.bodies[self.assembly.chassis]
                 .position()
                 .rotation,
@@ -289,17 +296,24 @@ impl World {
         let dt_s = self.settings.dt_s;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
             let spin = |dof: usize| self.assembly.rate(&self.rapier, dof);
+            let anchor_m = self.ground.anchor_m();
             let wheel = (index, &self.assembly.wheels[index]);
-            *contact =
-                WheelContact::read(&self.rapier, wheel, &self.before, &self.state, dt_s, spin);
+            let (before, after) = (&self.before, &self.state);
+            *contact = WheelContact::read(&self.rapier, anchor_m, wheel, before, after, dt_s, spin);
             self.slip_energy_j += contact.slip_power_w * dt_s;
         }
     }
 
-    /// Hands rapier the f64 sums, rounded: the chassis's pose, and wheel angles within one turn.
+    /// Hands rapier the f64 sums, counted from its own origin and rounded: the chassis's pose, and wheel angles within
+    /// one turn.
     fn write_back(&mut self) {
-        let pose = convert::pose(&self.state.world_from_chassis);
-        self.rapier.bodies[self.assembly.chassis].set_position(pose, false);
+        let place_m = self.state.floor_from_chassis.translation.vector;
+        if let Some(moved_m) = self.ground.follow(&place_m, &mut self.rapier.colliders) {
+            self.assembly.shift(&mut self.rapier, -moved_m);
+        }
+        let in_rapier = Translation3::from(-self.ground.anchor_m()) * self.state.floor_from_chassis;
+        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        chassis.set_position(convert::pose(&in_rapier), false);
         self.assembly
             .set_wheel_angles(&mut self.rapier, &self.state.wheel_angles_rad);
     }
@@ -314,14 +328,14 @@ impl World {
             self.coast(index);
             let window = &mut self.windows[index];
             let body = &self.assembly.wheels[index];
-            let world_from_hub = self.state.world_from_hub(index);
+            let floor_from_hub = self.state.floor_from_hub(index);
             let Window {
                 shapes,
                 needed,
                 slots,
                 ..
             } = window;
-            window::in_reach(body, shapes, &world_from_hub, &self.ground, needed);
+            window::in_reach(body, shapes, &floor_from_hub, &self.ground, needed);
             let wide_enough = window::assign(slots, needed);
             window.idle_steps = if needed.len() < slots.len() {
                 window.idle_steps + 1
@@ -421,25 +435,24 @@ impl World {
             &self.robot,
             &self.settings,
             self.friction,
-            &self.state,
+            &self.state.seen_from(self.ground.anchor_m()),
             &rollers,
             &slots,
         );
     }
 }
 
-/// The body's pose when the robot stands on the floor at a planar pose.
+/// The body's pose in the floor's frame when the robot stands at a planar pose.
 fn standing(robot: &Robot, floor: &Floor, start: PlanarPose) -> Isometry3<f64> {
     let reach_m = robot
         .wheels
         .iter()
         .map(|wheel| wheel.position_m().xy().norm() + wheel.radius_m)
         .fold(0.0, f64::max);
-    let ground_m = floor.highest_m(Vector2::new(start.x_m, start.y_m), reach_m);
+    let ground_m = floor.highest_m(start.position_m(), reach_m);
     let at = Vector3::new(start.x_m, start.y_m, ground_m + robot.ride_height_m());
     let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), start.heading_rad);
-    let tilt = floor.tilt();
-    Isometry3::from_parts(Translation3::from(tilt * at), tilt * yaw)
+    Isometry3::from_parts(Translation3::from(at), yaw)
 }
 
 /// Whether all rollers of a wheel are the same but for their places, so that one body can stand for any of them.
