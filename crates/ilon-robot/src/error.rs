@@ -333,9 +333,44 @@ pub enum Fault {
     /// A roller's collision geometry is not round about its axis.
     #[error("the roller's collision geometry is not round about its axis")]
     RollerNotRound,
-    /// A roller's collision geometry is a mesh.
-    #[error("the roller's collision geometry is a mesh, which is not read")]
-    RollerIsMesh,
+    /// A mesh cannot be read.
+    #[error("its mesh `{mesh}` cannot be read: {reason}")]
+    MeshUnreadable {
+        /// The mesh's file.
+        mesh: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The folder of a ROS package is not known.
+    #[error("its mesh `{mesh}` lies in the package `{package}`, whose folder is not known")]
+    PackageUnknown {
+        /// The package.
+        package: String,
+        /// The mesh as the file names it.
+        mesh: String,
+    },
+    /// A joint that should carry rollers is not there, or does not turn.
+    #[error("there is no turning joint `{joint}` to put rollers on")]
+    NoSuchWheel {
+        /// The joint.
+        joint: String,
+        /// The turning joints that are there.
+        turning: Vec<String>,
+    },
+    /// A joint that should be given rollers has some.
+    #[error("it has rollers in the file already")]
+    HasRollers,
+    /// The radius of a wheel that is given rollers is not known.
+    #[error("the wheel's collision geometry does not show its radius")]
+    WheelSizeUnknown,
+    /// The usual X is asked for, but the wheels do not stand in it.
+    #[error(
+        "the usual X arrangement has hub axes along y and wheels off both middle lines: here {what}"
+    )]
+    NotInX {
+        /// What is otherwise.
+        what: &'static str,
+    },
     /// A roller differs from the others of its wheel.
     #[error("{quantity} is {this} at this roller and {others} on average over its wheel")]
     RollersDiffer {
@@ -451,10 +486,11 @@ impl Fault {
                 "a wheel is a continuous joint with three or more continuous roller joints below it, on a ring"
             }
             Self::NoRollers { .. } => {
-                "say in `[robot.wheels]` which of them carry rollers, and which, and they are put in"
+                "say in `[robot.wheels]` which rollers they carry, and they are put in"
             }
             Self::Steered { .. } => {
-                "this project simulates wheels with passive rollers; steered wheels need another tool"
+                "steered wheels need another tool; if these stand for Swedish wheels, name their joints in \
+                 `[robot.wheels]` to hold the upright joints and put rollers in"
             }
             Self::GammaRightAngle => {
                 "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
@@ -468,7 +504,18 @@ impl Fault {
             Self::RollerNotRound => {
                 "use spheres on the axis, or a cylinder, capsule or square box along it"
             }
-            Self::RollerIsMesh => "replace the mesh by spheres on the roller's axis",
+            Self::MeshUnreadable { .. } => {
+                "give the mesh as STL or OBJ, or replace it by spheres on the roller's axis"
+            }
+            Self::PackageUnknown { package, .. } => {
+                return format!("say where it is: `--package {package}=FOLDER`");
+            }
+            Self::NoSuchWheel { turning, .. } => {
+                return format!("name one of the turning joints: {}", listed(turning));
+            }
+            Self::HasRollers => "leave this joint out of the wheels that are given rollers",
+            Self::WheelSizeUnknown => "say it: `radius_m` of the wheels that are given rollers",
+            Self::NotInX { .. } => "give gamma for each wheel instead: `gamma.each_deg = [...]`",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersHaveGaps { .. } => {
                 "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"

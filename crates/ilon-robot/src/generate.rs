@@ -188,7 +188,8 @@ fn write_roller(
     writeln!(out, "    <limit effort=\"0\" velocity=\"1000\"/>")?;
     write_dynamics(out, r.damping_n_m_s, r.friction_n_m)?;
     writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
-    let moments = barrel_moments(&barrel, r.mass_kg);
+    let (axial, across) = barrel.solid_moments_kg_m2(r.mass_kg);
+    let moments = Vector3::new(across, across, axial);
     write_inertial(
         out,
         "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
@@ -241,33 +242,6 @@ fn barrel(spec: &Spec, gamma_rad: f64) -> Barrel {
 fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
     let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
     Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
-}
-
-/// Principal moments about its centre of a barrel of even density, cut flat at +-L/2, in kg m^2: the sum of its slices,
-/// each a disc whose radius is that of the envelope.
-fn barrel_moments(barrel: &Barrel, mass_kg: f64) -> Vector3<f64> {
-    const SLICES: usize = 400;
-    let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
-    for i in 0..SLICES {
-        let z = barrel.half_length_m * (2.0 * (i as f64 + 0.5) / SLICES as f64 - 1.0);
-        let radius_squared = envelope_radius_m(barrel, z).powi(2);
-        volume += radius_squared;
-        axial += 0.5 * radius_squared * radius_squared;
-        across += radius_squared * (0.25 * radius_squared + z * z);
-    }
-    Vector3::new(across, across, axial) * (mass_kg / volume)
-}
-
-/// Radius of the envelope of the barrel's spheres `z_m` from its middle: the largest circle that any of them cuts there.
-fn envelope_radius_m(barrel: &Barrel, z_m: f64) -> f64 {
-    const PLACES: usize = 400;
-    (0..=PLACES)
-        .map(|i| {
-            let t = barrel.half_length_m * (2.0 * i as f64 / PLACES as f64 - 1.0);
-            barrel.sphere_radius_m(t).powi(2) - (z_m - t).powi(2)
-        })
-        .fold(0.0, f64::max)
-        .sqrt()
 }
 
 fn cylinder(radius_m: f64, length_m: f64) -> String {

@@ -21,6 +21,7 @@ mod spec;
 pub use barrel::Barrel;
 pub use error::{Fault, Place, RobotError};
 pub use generate::generate;
+pub use load::{Handedness, LoadOptions, Loaded, Package, WheelOptions, WheelOutline};
 pub use model::{
     Chassis, Collision, CollisionShape, Joint, MassProperties, MotorLimits, Remark, Robot, Roller,
     Wheel,

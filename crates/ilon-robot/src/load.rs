@@ -1,10 +1,18 @@
 //! Reads a robot from URDF.
 //!
-//! In this order: the text is held against the form of URDF ([`source`], [`form`]), urdf-rs reads it, its links and joints
-//! become a tree placed in the body frame ([`tree`]), wheels and rollers are recognised and measured ([`wheels`],
-//! [`roller`]), and the whole is checked ([`whole`]). Faults are errors; what is ignored, assumed or doubted is remarked.
+//! In this order: the text is held against the form of URDF ([`source`], [`form`]; [`mend`] where it is asked for), urdf-rs
+//! reads it, its links and joints become a tree placed in the body frame ([`tree`]), wheels and rollers are recognised and
+//! measured ([`wheels`], [`roller`] with [`profile`] and [`mesh`], [`handover`], [`modelled`]) or put in ([`given`]), and
+//! the whole is checked ([`whole`]). Faults are errors; what is ignored, assumed or doubted is remarked.
 
 mod form;
+mod given;
+mod handover;
+mod mend;
+mod mesh;
+mod modelled;
+mod options;
+mod profile;
 mod roller;
 mod source;
 mod tree;
@@ -15,9 +23,21 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::error::{Fault, RobotError};
-use crate::model::{Remark, Robot};
+use crate::model::{Remark, Robot, Wheel};
+use mesh::Meshes;
+pub use modelled::WheelOutline;
+pub use options::{Handedness, LoadOptions, Package, WheelOptions};
 use source::Source;
 use tree::Tree;
+
+/// A robot as it was read, and how well its file models it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The robot.
+    pub robot: Robot,
+    /// The outline of each wheel as the file models it; of wheels that were given rollers there is none.
+    pub outlines: Vec<WheelOutline>,
+}
 
 impl Robot {
     /// Reads a robot from a URDF file.
@@ -26,6 +46,22 @@ impl Robot {
     /// A file that cannot be read, that is not URDF, or whose robot is not an omnidirectional one that can be simulated:
     /// every [`Fault`], with its place in the file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
+        Self::load_with(path, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    /// Reads a robot from the text of a URDF file; `file` is what errors call it, and meshes are sought beside it.
+    ///
+    /// # Errors
+    /// As [`Robot::load`], but for reading the file.
+    pub fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError> {
+        Self::from_urdf_str_with(text, file, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    /// Reads a robot from a URDF file as the options say.
+    ///
+    /// # Errors
+    /// As [`Robot::load`], and options that do not fit the file.
+    pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|e| {
@@ -36,62 +72,128 @@ impl Robot {
             let reason = format!("it is not text: {e}");
             RobotError::new(&file, Fault::Xml { reason })
         })?;
-        Self::from_urdf_str(&text, &file)
+        Self::from_urdf_str_with(&text, &file, options)
     }
 
-    /// Reads a robot from the text of a URDF file; `file` is what errors call it.
+    /// Reads a robot from the text of a URDF file as the options say.
     ///
     /// # Errors
-    /// As [`Robot::load`], but for reading the file.
-    pub fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError> {
+    /// As [`Robot::load_with`], but for reading the file.
+    pub fn from_urdf_str_with(
+        text: &str,
+        file: &str,
+        options: &LoadOptions,
+    ) -> Result<Loaded, RobotError> {
+        // A byte order mark is no part of the text.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source::parse(text, file)?;
-        form::check(&source)?;
-        let urdf = urdf_rs::read_from_string(text).map_err(|e| {
-            let reason = e.to_string();
-            RobotError::new(file, Fault::Urdf { reason })
-        })?;
-
-        let name = urdf.name.clone();
-        let mut remarks = Vec::new();
-        let tree = Tree::build(&source, urdf, &mut remarks)?;
-        let candidates = wheels::find(&tree);
-        whole::check_wheel_count(&source, &tree, &candidates)?;
-
-        let moving: HashSet<usize> = candidates
-            .iter()
-            .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
-            .collect();
-        let rigid_body = |link| tree.rigid_body(link, |j| moving.contains(&j));
-        let chassis_body = rigid_body(tree.root);
-        whole::remark_held(&tree, &chassis_body, "the chassis", &mut remarks);
-        let mut wheels = Vec::with_capacity(candidates.len());
-        for candidate in &candidates {
-            let joint = &tree.joints[candidate.hub];
-            let hub_body = rigid_body(joint.child);
-            whole::remark_held(
-                &tree,
-                &hub_body,
-                &format!("wheel `{}`", joint.name),
-                &mut remarks,
-            );
-            wheels.push(wheels::measure(
-                &source,
-                &tree,
-                candidate,
-                &hub_body,
-                &mut remarks,
-            )?);
+        if !options.mend {
+            return read(&source, options, Vec::new());
         }
-        let chassis = whole::chassis(&source, &tree, chassis_body, &mut remarks)?;
-        remarks.extend(source.ignored_elements());
-        let robot = Self {
-            name,
-            chassis,
-            wheels,
-            remarks,
-        };
-        whole::check(&source, robot)
+        let (mended, remarks) = mend::mend(&source);
+        read(&Source::parse(&mended, file)?, options, remarks)
     }
+}
+
+/// What is needed in every stage, and what the stages gather.
+struct Loading<'a> {
+    source: &'a Source<'a>,
+    tree: &'a Tree,
+    options: &'a LoadOptions,
+    meshes: Meshes,
+    remarks: Vec<Remark>,
+    outlines: Vec<WheelOutline>,
+}
+
+impl Loading<'_> {
+    /// Whether the radius of wheels that are given rollers must come from their geometry.
+    fn needs_wheel_size(&self) -> bool {
+        self.options
+            .wheels
+            .as_ref()
+            .is_some_and(|w| w.radius_m.is_none())
+    }
+}
+
+fn read(
+    source: &Source,
+    options: &LoadOptions,
+    mut remarks: Vec<Remark>,
+) -> Result<Loaded, RobotError> {
+    form::check(source)?;
+    let urdf = urdf_rs::read_from_string(source.text).map_err(|e| {
+        let reason = e.to_string();
+        RobotError::new(source.file, Fault::Urdf { reason })
+    })?;
+    let name = urdf.name.clone();
+    let tree = Tree::build(source, urdf, &mut remarks)?;
+    let mut loading = Loading {
+        source,
+        tree: &tree,
+        options,
+        meshes: Meshes::beside(source.file, &options.packages),
+        remarks,
+        outlines: Vec::new(),
+    };
+
+    let candidates = wheels::find(&tree);
+    let given = match &options.wheels {
+        Some(wheels) => given::joints(&loading, wheels, &candidates)?,
+        None => Vec::new(),
+    };
+    whole::check_wheel_count(&loading, &candidates, given.len())?;
+
+    let moving: HashSet<usize> = candidates
+        .iter()
+        .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
+        .chain(given.iter().map(|g| g.joint))
+        .collect();
+    let rigid_body = |link| tree.rigid_body(link, |j| moving.contains(&j));
+    let chassis_body = rigid_body(tree.root);
+    whole::remark_held(&tree, &chassis_body, "the chassis", &mut loading.remarks);
+
+    let mut wheels: Vec<(usize, Wheel)> = Vec::with_capacity(moving.len());
+    let hub_of = |loading: &mut Loading, j: usize| {
+        let joint = &tree.joints[j];
+        let body = rigid_body(joint.child);
+        whole::remark_held(
+            &tree,
+            &body,
+            &format!("wheel `{}`", joint.name),
+            &mut loading.remarks,
+        );
+        body
+    };
+    for candidate in &candidates {
+        let hub = hub_of(&mut loading, candidate.hub);
+        wheels.push((
+            candidate.hub,
+            wheels::measure(&mut loading, candidate, &hub)?,
+        ));
+    }
+    if let Some(wheel_options) = &options.wheels {
+        for g in &given {
+            let hub = hub_of(&mut loading, g.joint);
+            wheels.push((g.joint, given::wheel(&mut loading, wheel_options, g, &hub)?));
+        }
+    }
+    wheels.sort_by_key(|(joint, _)| *joint);
+
+    let chassis = whole::chassis(&mut loading, chassis_body)?;
+    let Loading {
+        mut remarks,
+        outlines,
+        ..
+    } = loading;
+    remarks.extend(source.ignored_elements());
+    let robot = Robot {
+        name,
+        chassis,
+        wheels: wheels.into_iter().map(|(_, wheel)| wheel).collect(),
+        remarks,
+    };
+    let robot = whole::check(source, robot)?;
+    Ok(Loaded { robot, outlines })
 }
 
 /// A remark about an element.

@@ -1,10 +1,10 @@
 //! Every URDF of a folder named by `ILON_URDF_DIR`: each must load, or be refused in words that say where and how to
-//! mend it. `ILON_URDF_DIR=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of
-//! them.
+//! mend it; the same with what can be mended mended, and with rollers put into wheels that have none.
+//! `ILON_URDF_DIR=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::Robot;
+use ilon_robot::{Fault, Handedness, LoadOptions, Loaded, Robot, WheelOptions};
 
 fn urdf_files(folder: &Path, found: &mut Vec<PathBuf>) {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
@@ -27,39 +27,74 @@ fn every_robot_of_the_folder_loads_or_is_refused_in_clear_words() {
     files.sort();
     assert!(!files.is_empty(), "no .urdf below {}", folder.display());
     for file in files {
-        match Robot::load(&file) {
-            Ok(robot) => {
-                println!(
-                    "{}: {:.2} kg, {} wheels",
-                    file.display(),
-                    robot.mass_kg(),
-                    robot.wheels.len()
-                );
-                for w in &robot.wheels {
-                    println!(
-                        "    {}: b {:.4?}, rho {:.4}, gamma {:.2} deg, {} rollers of {:.4}",
-                        w.name,
-                        w.position_m().as_slice(),
-                        w.radius_m,
-                        w.gamma_rad.to_degrees(),
-                        w.rollers.len(),
-                        w.rollers[0].radius_m
-                    );
-                    assert!(w.radius_m.is_finite() && w.radius_m > 0.0);
-                    assert!(
-                        w.rollers
-                            .iter()
-                            .all(|r| r.radius_m > 0.0 && r.length_m > 0.0)
-                    );
-                }
-                for r in &robot.remarks {
-                    println!("    remark: {}: {}", r.subject, r.text);
-                }
-            }
-            Err(error) => {
-                println!("{error}\n    help: {}", error.help());
-                assert!(!error.help().is_empty());
-            }
+        println!("\n{}", file.display());
+        let mut options = LoadOptions::default();
+        let mut loaded = Robot::load_with(&file, &options);
+        report(&loaded);
+        if loaded.is_err() {
+            println!("  mended:");
+            options.mend = true;
+            loaded = Robot::load_with(&file, &options);
+            report(&loaded);
         }
+        let rollerless = |e: &Fault| matches!(e, Fault::NoRollers { .. } | Fault::Steered { .. });
+        if loaded.as_ref().is_err_and(|e| rollerless(e.fault())) {
+            println!("  given rollers:");
+            options.wheels = Some(WheelOptions {
+                joints: match loaded.as_ref().err().map(|e| e.fault()) {
+                    Some(Fault::Steered { wheels } | Fault::NoRollers { wheels }) => wheels.clone(),
+                    _ => Vec::new(),
+                },
+                gamma: Handedness::XDeg(45.0),
+                rollers: 12,
+                radius_m: None,
+                roller_radius_m: None,
+                roller_mass_kg: None,
+                damping_n_m_s: 0.0,
+                friction_n_m: 0.0,
+            });
+            report(&Robot::load_with(&file, &options));
+        }
+    }
+}
+
+fn report(loaded: &Result<Loaded, ilon_robot::RobotError>) {
+    let Loaded { robot, outlines } = match loaded {
+        Ok(loaded) => loaded,
+        Err(error) => {
+            println!("  {error}\n    help: {}", error.help());
+            assert!(!error.help().is_empty());
+            return;
+        }
+    };
+    println!("  {:.2} kg, {} wheels", robot.mass_kg(), robot.wheels.len());
+    for w in &robot.wheels {
+        let r = &w.rollers[0];
+        println!(
+            "    {}: b {:.4?} m, rho {:.4} m, gamma {:.2} deg, {} rollers of {:.4} x {:.4} m and {:.4} kg, hub {:.3} kg",
+            w.name,
+            w.position_m().as_slice(),
+            w.radius_m,
+            w.gamma_rad.to_degrees(),
+            w.rollers.len(),
+            r.radius_m,
+            r.length_m,
+            r.mass_kg,
+            w.hub.mass_kg
+        );
+        assert!(w.radius_m.is_finite() && w.radius_m > 0.0 && w.hub.mass_kg > 0.0);
+        for r in &w.rollers {
+            // The outermost sphere of every barrel must be there.
+            let end_m = w.barrel(r).sphere_radius_m(0.5 * r.length_m);
+            assert!(r.radius_m > 0.0 && r.length_m > 0.0 && end_m > 0.0, "{r:?}");
+            assert!(r.axial_inertia_kg_m2 > 0.0 && r.transverse_inertia_kg_m2 > 0.0);
+        }
+    }
+    for outline in outlines {
+        println!("    {outline:?}");
+        assert!(outline.ripple_m >= 0.0 && outline.peak_radius_m >= outline.rolling_radius_m);
+    }
+    for r in &robot.remarks {
+        println!("    remark: {}: {}", r.subject, r.text);
     }
 }

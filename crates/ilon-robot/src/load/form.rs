@@ -62,7 +62,7 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 29] = [
 ];
 
 /// Children that an element may have only once.
-const SINGLE: [(&str, &[&str]); 4] = [
+pub(super) const SINGLE: [(&str, &[&str]); 4] = [
     ("link", &["inertial"]),
     ("inertial", &["origin", "mass", "inertia"]),
     (
@@ -152,7 +152,7 @@ fn check_single(source: &Source, node: Node) -> Result<(), RobotError> {
     Ok(())
 }
 
-fn check_numbers(source: &Source, node: Node) -> Result<(), RobotError> {
+pub(super) fn check_numbers(source: &Source, node: Node) -> Result<(), RobotError> {
     let tag = node.tag_name().name();
     for (_, attribute, count, required, range) in NUMBERS.iter().filter(|row| row.0 == tag) {
         let attribute = *attribute;
@@ -196,7 +196,7 @@ fn check_numbers(source: &Source, node: Node) -> Result<(), RobotError> {
     Ok(())
 }
 
-fn check_inertial(source: &Source, inertial: Node) -> Result<(), RobotError> {
+pub(super) fn check_inertial(source: &Source, inertial: Node) -> Result<(), RobotError> {
     let required = |tag| {
         child(inertial, tag)
             .ok_or_else(|| source.error(inertial, Fault::MissingElement { child: tag }))

@@ -4,9 +4,8 @@
 //! along the roller's axis from the point nearest to the hub axis.
 
 use nalgebra::{Point3, Unit, Vector3};
-use urdf_rs::Geometry;
 
-use super::tree::PlacedShape;
+use super::profile::{Part, Profile};
 
 /// The common perpendicular of hub axis and roller axis, in the hub frame.
 pub(super) struct Skew {
@@ -56,126 +55,66 @@ pub(super) struct Outline {
     pub(super) half_length_m: Option<f64>,
     /// Where its middle is along the axis, from the foot, in metres.
     pub(super) middle_m: f64,
-    /// How far the geometry leaves the circle of the wheel, in metres.
+    /// How far the geometry leaves the circle of the wheel where it was fitted, in metres.
     pub(super) error_m: f64,
 }
 
-/// Why a roller's geometry cannot be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unreadable {
-    /// There is none.
-    Missing,
-    /// It is not round about the roller's axis, or not centred on it.
-    NotRound,
-    /// It is a mesh.
-    Mesh,
-}
-
-/// Reads a roller's outline. `shapes` are in the hub frame.
-pub(super) fn outline(
-    skew: &Skew,
-    axis: &Unit<Vector3<f64>>,
-    shapes: &[PlacedShape],
-) -> Result<Outline, Unreadable> {
-    match shapes {
-        [] => Err(Unreadable::Missing),
-        [one] => one_shape(skew, axis, one),
-        stack => sphere_stack(skew, axis, stack),
-    }
-}
-
-fn one_shape(
-    skew: &Skew,
-    axis: &Unit<Vector3<f64>>,
-    shape: &PlacedShape,
-) -> Result<Outline, Unreadable> {
+/// Fits the barrel of a roller to its profile. `half_pitch_rad` is half of the wheel's turn from roller to roller.
+///
+/// - A stack of spheres is a barrel written down: each sphere reaches sqrt(a^2 + t^2 k^2) + r from the hub axis, and rho is
+///   their mean; L spans their centres.
+/// - A lone sphere, cylinder, capsule or box says how thick the roller is: rho = a + r.
+/// - Anything else, a mesh above all, is rolled over its pitch: rho is the mean of its reach, which is the wheel's rolling
+///   radius.
+pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Outline {
     let a = skew.ring_radius_m;
     let k = skew.gamma_rad.cos();
-    let (middle_m, off_axis_m) = along_and_off(skew, axis, shape);
-    // The cosine between the roller's axis and an axis of the shape; within one degree they are taken as one.
-    let aligned = |shape_axis: Vector3<f64>| {
-        (shape.body_from_shape * shape_axis).dot(axis).abs() > 1f64.to_radians().cos()
+    let (first, last) = profile.span_m();
+    let half_extent_m = 0.5 * (last - first);
+    let balls = profile.parts.iter().all(|p| p.ring_m == 0.0);
+    let alike = |p: &Part| {
+        let q = &profile.parts[0];
+        (p.ring_m - q.ring_m).abs() + (p.ball_m - q.ball_m).abs() < 1e-6 * a
     };
-    let (radius_m, half_length_m) = match shape.geometry {
-        Geometry::Sphere { radius } => (radius, None),
-        Geometry::Capsule { radius, length } if aligned(Vector3::z()) => {
-            (radius, Some(0.5 * length))
-        }
-        Geometry::Cylinder { radius, length } if aligned(Vector3::z()) => (
-            radius,
-            Some(barrel_half_length_m(a, k, a + radius, 0.5 * length)),
-        ),
-        Geometry::Box { size } => {
-            let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-            let along = (0..3)
-                .find(|&i| aligned(axes[i]))
-                .ok_or(Unreadable::NotRound)?;
-            let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
-            if (p - q).abs() > 0.05 * p.max(q) {
-                return Err(Unreadable::NotRound);
-            }
-            let radius = 0.25 * (p + q);
-            (
-                radius,
-                Some(barrel_half_length_m(a, k, a + radius, 0.5 * size[along])),
-            )
-        }
-        Geometry::Mesh { .. } => return Err(Unreadable::Mesh),
-        Geometry::Cylinder { .. } | Geometry::Capsule { .. } => return Err(Unreadable::NotRound),
-    };
-    if off_axis_m > 0.05 * radius_m {
-        return Err(Unreadable::NotRound);
-    }
-    Ok(Outline {
-        wheel_radius_m: a + radius_m,
-        half_length_m,
-        middle_m,
-        error_m: 0.0,
-    })
-}
-
-/// A stack of spheres along the axis: each reaches sqrt(a^2 + t^2 k^2) + r from the hub axis, and the barrel that they
-/// stand for reaches rho everywhere.
-fn sphere_stack(
-    skew: &Skew,
-    axis: &Unit<Vector3<f64>>,
-    stack: &[PlacedShape],
-) -> Result<Outline, Unreadable> {
-    let k = skew.gamma_rad.cos();
-    let mut reaches = Vec::with_capacity(stack.len());
-    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
-    for shape in stack {
-        let Geometry::Sphere { radius } = shape.geometry else {
-            return Err(match shape.geometry {
-                Geometry::Mesh { .. } => Unreadable::Mesh,
-                _ => Unreadable::NotRound,
-            });
-        };
-        let (t, off_axis_m) = along_and_off(skew, axis, shape);
-        if off_axis_m > 0.05 * radius {
-            return Err(Unreadable::NotRound);
-        }
-        reaches.push(skew.ring_radius_m.hypot(t * k) + radius);
-        (first, last) = (first.min(t), last.max(t));
-    }
-    let wheel_radius_m = reaches.iter().sum::<f64>() / reaches.len() as f64;
-    let error_m = reaches
-        .iter()
-        .map(|reach| (reach - wheel_radius_m).abs())
-        .fold(0.0, f64::max);
-    Ok(Outline {
+    let of_rho = |wheel_radius_m, half_length_m, error_m| Outline {
         wheel_radius_m,
-        half_length_m: Some(0.5 * (last - first)),
+        half_length_m,
         middle_m: 0.5 * (first + last),
         error_m,
-    })
-}
-
-/// Place of a shape's centre along the roller's axis from the foot, and its distance from the axis.
-fn along_and_off(skew: &Skew, axis: &Unit<Vector3<f64>>, shape: &PlacedShape) -> (f64, f64) {
-    let from_foot = Point3::from(shape.body_from_shape.translation.vector) - skew.foot;
-    let t = from_foot.dot(axis);
-    (t, (from_foot - axis.into_inner() * t).norm())
+    };
+    match profile.parts[..] {
+        [ref ball] if balls => of_rho(a + ball.ball_m, None, 0.0),
+        [ref end, _] if profile.parts.iter().all(alike) => {
+            let rho = a + end.ring_m + end.ball_m;
+            let half_length_m = if balls {
+                half_extent_m
+            } else {
+                barrel_half_length_m(a, k, rho, half_extent_m)
+            };
+            of_rho(rho, Some(half_length_m), 0.0)
+        }
+        _ if balls => {
+            let reaches = || profile.parts.iter().map(|p| a.hypot(p.t_m * k) + p.ball_m);
+            let rho = reaches().sum::<f64>() / profile.parts.len() as f64;
+            let error_m = reaches().map(|r| (r - rho).abs()).fold(0.0, f64::max);
+            of_rho(rho, Some(half_extent_m), error_m)
+        }
+        _ => {
+            const SAMPLES: usize = 200;
+            let middle_m = 0.5 * (first + last);
+            let reach = |i: usize| {
+                let phi = half_pitch_rad * (2.0 * i as f64 / SAMPLES as f64 - 1.0);
+                let w = k * phi.sin();
+                a * phi.cos() + profile.support_m(w) - middle_m * w
+            };
+            let rho = (0..=SAMPLES).map(reach).sum::<f64>() / (SAMPLES + 1) as f64;
+            let error_m = (0..=SAMPLES)
+                .map(|i| (reach(i) - rho).abs())
+                .fold(0.0, f64::max);
+            let half_length_m = barrel_half_length_m(a, k, rho, half_extent_m);
+            of_rho(rho, Some(half_length_m), error_m)
+        }
+    }
 }
 
 /// Half of L for a roller that is cut flat `half_extent_m` from its middle: the barrel's outermost sphere is the one that

@@ -184,7 +184,7 @@ pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
 }
 
 /// ``joint `arm` ``, or ``link `base`, `<inertia>` `` for what is inside it.
-fn describe(node: Node) -> String {
+pub(super) fn describe(node: Node) -> String {
     let tag = node.tag_name().name();
     let outer = node
         .ancestors()

@@ -1,6 +1,6 @@
 //! The kinematic tree with every joint at zero, and the rigid bodies that fixed joints make of its links.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -178,6 +178,32 @@ impl Tree {
             link = self.joints[above].parent;
         }
         None
+    }
+
+    /// Turning joints with nothing turning below them.
+    fn turning_ends(&self) -> Vec<usize> {
+        let turning =
+            || (0..self.joints.len()).filter(|&j| self.joints[j].motion == Motion::Turning);
+        let above: HashSet<usize> = turning().filter_map(|j| self.turning_above(j)).collect();
+        turning().filter(|j| !above.contains(j)).collect()
+    }
+
+    fn level(&self, joint: usize) -> bool {
+        self.joints[joint].axis.z.abs() < 0.1
+    }
+
+    /// Turning joints on a level axis with nothing turning above or below them.
+    pub(super) fn plain_wheels(&self) -> Vec<usize> {
+        let mut ends = self.turning_ends();
+        ends.retain(|&j| self.level(j) && self.turning_above(j).is_none());
+        ends
+    }
+
+    /// Turning joints on a level axis that hang by an upright one, with nothing turning below them.
+    pub(super) fn steered_wheels(&self) -> Vec<usize> {
+        let mut ends = self.turning_ends();
+        ends.retain(|&j| self.level(j) && self.turning_above(j).is_some_and(|a| !self.level(a)));
+        ends
     }
 
     /// Everything that moves as one with `link` and hangs below it, when the joints that `splits` picks move and all

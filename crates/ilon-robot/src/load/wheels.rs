@@ -7,12 +7,15 @@ use nalgebra::{
     Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
 };
 
-use super::roller::{self, Outline, Skew, Unreadable};
+use super::handover::{GAP_SLACK_RAD, Handover, barrel_half_length_m, close_gaps};
+use super::modelled;
+use super::profile::Profile;
+use super::roller::{self, Outline, Skew};
 use super::source::Source;
-use super::tree::{Motion, PlacedShape, RigidBody, Tree, transformed};
+use super::tree::{Motion, PlacedShape, RigidBody, Tree, TreeJoint, transformed};
+use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark, Roller, Wheel};
-use crate::wrap_angle;
 
 /// Fewest rollers that make a wheel.
 const LEAST_ROLLERS: usize = 3;
@@ -77,35 +80,32 @@ fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-/// A roller as its joint and geometry show it, in the hub frame.
+/// A roller as its joint and geometry show it, in a frame on the hub axis.
 struct Seen {
     joint: usize,
     body: RigidBody,
     axis: Unit<Vector3<f64>>,
     skew: Skew,
+    profile: Profile,
     outline: Outline,
 }
 
 /// Measures a wheel.
 pub(super) fn measure(
-    source: &Source,
-    tree: &Tree,
+    loading: &mut Loading,
     candidate: &Candidate,
     hub_body: &RigidBody,
-    remarks: &mut Vec<Remark>,
 ) -> Result<Wheel, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
     let joint = &tree.joints[candidate.hub];
-    let lean_rad = joint.axis.z.abs().min(1.0).asin();
-    if lean_rad > MOST_LEAN_RAD {
-        let lean_deg = lean_rad.to_degrees();
-        return Err(source.joint_error(&joint.name, Fault::HubNotLevel { lean_deg }));
-    }
+    check_level(source, joint)?;
 
     // First about the joint's own origin; the wheel's middle is known once the rollers are.
     let body_from_joint = hub_frame(&joint.origin, &joint.axis);
+    let half_pitch_rad = PI / candidate.rollers.len() as f64;
     let mut seen = Vec::with_capacity(candidate.rollers.len());
     for &j in &candidate.rollers {
-        seen.push(see(source, tree, j, &body_from_joint)?);
+        seen.push(see(loading, j, &body_from_joint, half_pitch_rad)?);
     }
     let along_hub =
         |pick: fn(f64, f64) -> f64, from: f64| seen.iter().map(|s| s.skew.foot.z).fold(from, pick);
@@ -118,11 +118,12 @@ pub(super) fn measure(
     let gamma_rad = seen.iter().map(|s| s.skew.gamma_rad).sum::<f64>() / count;
     let radius_m = seen.iter().map(|s| s.outline.wheel_radius_m).sum::<f64>() / count;
     check_alike(source, tree, &seen, gamma_rad, radius_m)?;
+    let remarks = &mut loading.remarks;
     give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, remarks);
 
     let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
         let link = &tree.links[hub_body.link].name;
-        source.link_error(link, Fault::NoMass)
+        source.inertial_error(link, Fault::NoMass)
     })?;
     remark_outline(&joint.name, &seen, radius_m, remarks);
     let mut rollers = Vec::with_capacity(seen.len());
@@ -138,8 +139,37 @@ pub(super) fn measure(
         )?);
     }
     rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
-    check_handover(source, &joint.name, &rollers, gamma_rad, remarks)?;
+    let mut handover = Handover::between(&rollers, gamma_rad);
+    if handover.widest_gap_rad > GAP_SLACK_RAD {
+        if !loading.options.mend {
+            return Err(source.joint_error(&joint.name, handover.fault()));
+        }
+        remarks.push(remark(
+            format!("wheel `{}`", joint.name),
+            format!(
+                "mended: rollers made longer to close gaps of up to {:.2} deg",
+                handover.widest_gap_rad.to_degrees()
+            ),
+        ));
+        close_gaps(&mut rollers, radius_m, gamma_rad);
+        handover = Handover::between(&rollers, gamma_rad);
+    }
+    handover.remark_overlaps(&joint.name, remarks);
 
+    let modelled: Vec<modelled::Modelled> = seen
+        .into_iter()
+        .map(|s| modelled::Modelled {
+            foot_in_hub_m: s.skew.foot.coords - Vector3::z() * middle_z_m,
+            axis_in_hub: s.axis,
+            profile: s.profile,
+        })
+        .collect();
+    loading.outlines.push(modelled::outline(
+        &joint.name,
+        radius_m,
+        &modelled,
+        &handover,
+    ));
     Ok(Wheel {
         name: joint.name.clone(),
         body_from_hub,
@@ -150,6 +180,16 @@ pub(super) fn measure(
         motor: joint.limits,
         joint: joint.losses,
     })
+}
+
+/// Refuses a hub axis that leans out of the ground plane.
+pub(super) fn check_level(source: &Source, joint: &TreeJoint) -> Result<(), RobotError> {
+    let lean_rad = joint.axis.z.abs().min(1.0).asin();
+    if lean_rad > MOST_LEAN_RAD {
+        let lean_deg = lean_rad.to_degrees();
+        return Err(source.joint_error(&joint.name, Fault::HubNotLevel { lean_deg }));
+    }
+    Ok(())
 }
 
 /// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
@@ -166,11 +206,12 @@ pub(super) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isom
 }
 
 fn see(
-    source: &Source,
-    tree: &Tree,
+    loading: &Loading,
     j: usize,
     body_from_joint: &Isometry3<f64>,
+    half_pitch_rad: f64,
 ) -> Result<Seen, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
     let joint = &tree.joints[j];
     let hub_from_body = body_from_joint.inverse();
     let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
@@ -186,19 +227,15 @@ fn see(
             geometry: s.geometry.clone(),
         })
         .collect();
-    let outline = roller::outline(&skew, &axis, &shapes).map_err(|why| {
-        let fault = match why {
-            Unreadable::Missing => Fault::RollerWithoutShape,
-            Unreadable::NotRound => Fault::RollerNotRound,
-            Unreadable::Mesh => Fault::RollerIsMesh,
-        };
-        source.link_error(&tree.links[joint.child].name, fault)
-    })?;
+    let profile = Profile::read(&skew.foot, &axis, &shapes, &loading.meshes)
+        .map_err(|fault| source.link_error(&tree.links[joint.child].name, fault))?;
+    let outline = roller::outline(&skew, &profile, half_pitch_rad);
     Ok(Seen {
         joint: j,
         body,
         axis,
         skew,
+        profile,
         outline,
     })
 }
@@ -260,10 +297,8 @@ fn give_lone_spheres_a_length(
         let to_previous = TAU - others().fold(0.0, f64::max);
         let half_rad = (0.5 * to_next.max(to_previous)).min(0.49 * PI);
         let a = s.skew.ring_radius_m;
-        // No longer than the barrel, which tapers to nothing where a / cos(phi) = rho.
-        let taper_rad = (a / radius_m).clamp(-1.0, 1.0).acos();
-        let half_rad = half_rad.min(0.999 * taper_rad);
-        s.outline.half_length_m = Some(a * half_rad.tan() / s.skew.gamma_rad.cos());
+        let half_length_m = barrel_half_length_m(a, radius_m, s.skew.gamma_rad, half_rad);
+        s.outline.half_length_m = Some(half_length_m);
         dip_m = dip_m.max(a * (1.0 - half_rad.cos()));
         lone += 1;
     }
@@ -357,49 +392,4 @@ fn roller(
         transverse_inertia_kg_m2: 0.5 * (inertia_kg_m2.trace() - axial_inertia_kg_m2),
         joint: joint.losses,
     })
-}
-
-/// Every angle of the wheel must have a roller to stand on; `rollers` are ordered by place.
-fn check_handover(
-    source: &Source,
-    wheel: &str,
-    rollers: &[Roller],
-    gamma_rad: f64,
-    remarks: &mut Vec<Remark>,
-) -> Result<(), RobotError> {
-    // A tenth of a degree lets through numbers that were rounded; the dip it makes is micrometres.
-    let slack_rad = 0.1f64.to_radians();
-    // A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) k / a.
-    let reach_rad = |r: &Roller| (0.5 * r.length_m * gamma_rad.cos() / r.ring_radius_m()).atan();
-    let mut widest_gap_rad: f64 = 0.0;
-    let mut overlaps_rad = 0.0;
-    let mut gaps_rad = 0.0;
-    for (i, roller) in rollers.iter().enumerate() {
-        let next = &rollers[(i + 1) % rollers.len()];
-        let apart_rad = wrap_angle(next.place_rad() - roller.place_rad() - PI) + PI;
-        let gap_rad = apart_rad - reach_rad(roller) - reach_rad(next);
-        widest_gap_rad = widest_gap_rad.max(gap_rad);
-        overlaps_rad += f64::max(-gap_rad, 0.0);
-        gaps_rad += f64::max(gap_rad, 0.0);
-    }
-    if widest_gap_rad > slack_rad {
-        let fault = Fault::RollersHaveGaps {
-            widest_gap_deg: widest_gap_rad.to_degrees(),
-            share_percent: 100.0 * gaps_rad / TAU,
-        };
-        return Err(source.joint_error(wheel, fault));
-    }
-    let share = overlaps_rad / TAU;
-    if share > 0.01 {
-        remarks.push(Remark {
-            subject: format!("wheel `{wheel}`"),
-            text: format!(
-                "over {:.1} deg of each turn two rollers touch the ground at once and fight, because their directions \
-                 differ: {:.1} % of the turn",
-                overlaps_rad.to_degrees(),
-                100.0 * share
-            ),
-        });
-    }
-    Ok(())
 }

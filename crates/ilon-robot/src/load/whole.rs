@@ -2,10 +2,10 @@
 
 use urdf_rs::Geometry;
 
-use super::remark;
 use super::source::Source;
-use super::tree::{Motion, PlacedShape, RigidBody, Tree};
+use super::tree::{PlacedShape, RigidBody, Tree};
 use super::wheels::Candidate;
+use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
 use crate::model::{Chassis, Collision, CollisionShape, Remark, Robot};
 
@@ -16,48 +16,36 @@ const LARGEST_WHEEL_M: f64 = 5.0;
 
 /// Refuses fewer than three wheels, saying what was found instead.
 pub(super) fn check_wheel_count(
-    source: &Source,
-    tree: &Tree,
+    loading: &Loading,
     candidates: &[Candidate],
+    given: usize,
 ) -> Result<(), RobotError> {
-    if candidates.len() >= LEAST_WHEELS {
+    if candidates.len() + given >= LEAST_WHEELS {
         return Ok(());
     }
-    let turning = |j: &usize| tree.joints[*j].motion == Motion::Turning;
-    let has_turning_below = |j: usize| {
-        let turns = |&other: &usize| tree.turning_above(other) == Some(j);
-        (0..tree.joints.len())
-            .filter(turning)
-            .any(|other| turns(&other))
+    let (source, tree) = (loading.source, loading.tree);
+    let names = |joints: Vec<usize>| -> Vec<String> {
+        joints
+            .into_iter()
+            .map(|j| tree.joints[j].name.clone())
+            .collect()
     };
-    let ends = || {
-        (0..tree.joints.len())
-            .filter(turning)
-            .filter(|&j| !has_turning_below(j))
-    };
-    let name = |j: usize| tree.joints[j].name.clone();
-    if !candidates.is_empty() {
-        let wheels = candidates.iter().map(|c| name(c.hub)).collect();
-        return Err(source.robot_error(Fault::TooFewWheels { wheels }));
+    let found = names(candidates.iter().map(|c| c.hub).collect());
+    if found.is_empty() && given == 0 {
+        let steered = names(tree.steered_wheels());
+        if let Some(first) = steered.first().cloned() {
+            return Err(source.joint_error(&first, Fault::Steered { wheels: steered }));
+        }
+        let plain = names(tree.plain_wheels());
+        if let Some(first) = plain
+            .first()
+            .filter(|_| plain.len() >= LEAST_WHEELS)
+            .cloned()
+        {
+            return Err(source.joint_error(&first, Fault::NoRollers { wheels: plain }));
+        }
     }
-    // A wheel on a level axis that hangs by an upright turning joint is steered.
-    let level = |j: usize| tree.joints[j].axis.z.abs() < 0.1;
-    let steered: Vec<String> = ends()
-        .filter(|&j| level(j) && tree.turning_above(j).is_some_and(|above| !level(above)))
-        .map(name)
-        .collect();
-    if !steered.is_empty() {
-        return Err(source.joint_error(&steered[0].clone(), Fault::Steered { wheels: steered }));
-    }
-    let plain: Vec<String> = ends()
-        .filter(|&j| level(j) && tree.turning_above(j).is_none())
-        .map(name)
-        .collect();
-    if plain.len() >= LEAST_WHEELS {
-        return Err(source.joint_error(&plain[0].clone(), Fault::NoRollers { wheels: plain }));
-    }
-    let wheels = Vec::new();
-    Err(source.robot_error(Fault::TooFewWheels { wheels }))
+    Err(source.robot_error(Fault::TooFewWheels { wheels: found }))
 }
 
 /// Says which movable joints are held at zero.
@@ -71,12 +59,8 @@ pub(super) fn remark_held(tree: &Tree, body: &RigidBody, of: &str, remarks: &mut
 }
 
 /// The chassis from the body that hangs by the root link.
-pub(super) fn chassis(
-    source: &Source,
-    tree: &Tree,
-    body: RigidBody,
-    remarks: &mut Vec<Remark>,
-) -> Result<Chassis, RobotError> {
+pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
     let name = tree.links[body.link].name.clone();
     let mass = body
         .mass
@@ -112,7 +96,7 @@ pub(super) fn chassis(
         });
     }
     if meshes > 0 {
-        remarks.push(remark(
+        loading.remarks.push(remark(
             format!("link `{name}`"),
             format!(
                 "{meshes} collision meshes of the chassis are not read: it touches nothing there"

@@ -1,0 +1,138 @@
+//! Mesh files: where they are, and their vertices.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use nalgebra::Point3;
+
+use super::options::Package;
+use crate::error::Fault;
+
+/// Largest mesh file that is read, in bytes.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// Reads mesh files, each once.
+pub(super) struct Meshes {
+    folder: PathBuf,
+    packages: Vec<Package>,
+    read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
+}
+
+impl Meshes {
+    /// For meshes named by a URDF file.
+    pub(super) fn beside(file: &str, packages: &[Package]) -> Self {
+        let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+        Self {
+            folder: folder.to_owned(),
+            packages: packages.to_vec(),
+            read: RefCell::new(HashMap::new()),
+        }
+    }
+
+    /// The vertices of a mesh, unscaled.
+    pub(super) fn vertices(&self, mesh: &str) -> Result<Rc<[Point3<f64>]>, Fault> {
+        let path = self.find(mesh)?;
+        if let Some(known) = self.read.borrow().get(&path) {
+            return Ok(Rc::clone(known));
+        }
+        let vertices: Rc<[Point3<f64>]> = read(&path)
+            .map_err(|reason| Fault::MeshUnreadable {
+                mesh: path.display().to_string(),
+                reason,
+            })?
+            .into();
+        self.read.borrow_mut().insert(path, Rc::clone(&vertices));
+        Ok(vertices)
+    }
+
+    fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+        if let Some(path) = mesh.strip_prefix("file://") {
+            return Ok(PathBuf::from(path));
+        }
+        let Some(in_package) = mesh.strip_prefix("package://") else {
+            return Ok(self.folder.join(mesh));
+        };
+        let (name, path) = in_package.split_once('/').unwrap_or((in_package, ""));
+        if let Some(package) = self.packages.iter().find(|p| p.name == name) {
+            return Ok(package.folder.join(path));
+        }
+        // A description usually lies inside its package, and packages lie side by side.
+        let absolute = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        absolute
+            .ancestors()
+            .flat_map(|folder| [folder.join(name), folder.join("meshes").join(name)])
+            .map(|folder| folder.join(path))
+            .find(|candidate| candidate.is_file())
+            .ok_or_else(|| Fault::PackageUnknown {
+                package: name.to_owned(),
+                mesh: mesh.to_owned(),
+            })
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
+    let size = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    if size > MAX_BYTES {
+        return Err(format!("it is larger than {} MB", MAX_BYTES >> 20));
+    }
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let extension = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    let vertices = match extension.as_str() {
+        "stl" => stl(&bytes)?,
+        "obj" => obj(&bytes)?,
+        other => {
+            return Err(format!(
+                "meshes of the kind `.{other}` are not read, but `.stl` and `.obj` are"
+            ));
+        }
+    };
+    if vertices.is_empty() {
+        return Err("it holds no vertices".to_owned());
+    }
+    if vertices
+        .iter()
+        .any(|v| !v.coords.iter().all(|x| x.is_finite()))
+    {
+        return Err("it holds a vertex that is not finite".to_owned());
+    }
+    Ok(vertices)
+}
+
+fn stl(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    // A binary STL says at byte 80 how many triangles of 50 bytes follow. Some begin with `solid` as the text form does:
+    // the size tells them apart, and refuses a count that the file does not hold.
+    let count = bytes
+        .get(80..84)
+        .and_then(|b| b.try_into().ok())
+        .map_or(0, u32::from_le_bytes);
+    let binary = bytes.len() as u64 >= 84 + 50 * u64::from(count) && count > 0;
+    if !binary && !bytes.starts_with(b"solid") {
+        return Err("it is cut short: fewer triangles than it says".to_owned());
+    }
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let point = |v: &stl_io::Vertex| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok(mesh.vertices.iter().map(point).collect())
+}
+
+fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    // Materials only colour.
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(
+        &mut Cursor::new(bytes),
+        &tobj::LoadOptions::default(),
+        no_materials,
+    )
+    .map_err(|e| e.to_string())?;
+    Ok(models
+        .iter()
+        .flat_map(|model| model.mesh.positions.chunks_exact(3))
+        .map(|v| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])))
+        .collect())
+}

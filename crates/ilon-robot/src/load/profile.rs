@@ -1,0 +1,188 @@
+//! A roller's collision geometry as a body of revolution about the roller's axis.
+//!
+//! Every part is a circle about the axis, at t from the point nearest to the hub axis, thickened by a ball: a sphere is a
+//! ball on the axis, a cylinder two circles without a ball, a mesh the circles of its outermost vertices. What the ground
+//! meets is the convex hull, and its support in a unit direction with component w along the axis is the largest
+//! t w + ring sqrt(1 - w^2) + ball over the parts.
+
+use nalgebra::{Point3, Unit, Vector3};
+use urdf_rs::Geometry;
+
+use super::mesh::Meshes;
+use super::tree::PlacedShape;
+use crate::error::Fault;
+
+/// A circle about the axis, thickened by a ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    /// Place along the axis, in metres.
+    pub(super) t_m: f64,
+    /// Radius of the circle, in metres.
+    pub(super) ring_m: f64,
+    /// Radius of the ball, in metres.
+    pub(super) ball_m: f64,
+}
+
+/// A body of revolution, at least one part.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    pub(super) parts: Vec<Part>,
+}
+
+impl Profile {
+    /// The convex hull's reach in a unit direction with component `w` along the axis, in metres.
+    pub(super) fn support_m(&self, w: f64) -> f64 {
+        let across = (1.0 - w * w).max(0.0).sqrt();
+        let reach = |p: &Part| p.t_m * w + p.ring_m * across + p.ball_m;
+        self.parts
+            .iter()
+            .map(reach)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// First and last place along the axis that has a part.
+    pub(super) fn span_m(&self) -> (f64, f64) {
+        self.parts
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), p| {
+                (first.min(p.t_m), last.max(p.t_m))
+            })
+    }
+
+    /// Reads collision shapes, all in one frame with the axis, which passes through `foot`.
+    pub(super) fn read(
+        foot: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        shapes: &[PlacedShape],
+        meshes: &Meshes,
+    ) -> Result<Self, Fault> {
+        let mut parts = Vec::new();
+        for shape in shapes {
+            read_shape(foot, axis, shape, meshes, &mut parts)?;
+        }
+        if parts.is_empty() {
+            return Err(Fault::RollerWithoutShape);
+        }
+        Ok(Self { parts })
+    }
+}
+
+fn read_shape(
+    foot: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    shape: &PlacedShape,
+    meshes: &Meshes,
+    parts: &mut Vec<Part>,
+) -> Result<(), Fault> {
+    let from_foot = Point3::from(shape.body_from_shape.translation.vector) - foot;
+    let t_m = from_foot.dot(axis);
+    let off_axis_m = (from_foot - axis.into_inner() * t_m).norm();
+    // The cosine between the roller's axis and an axis of the shape; within one degree they are taken as one.
+    let aligned = |shape_axis: Vector3<f64>| {
+        (shape.body_from_shape * shape_axis).dot(axis).abs() > 1f64.to_radians().cos()
+    };
+    let mut add = |t_m, ring_m, ball_m| {
+        parts.push(Part {
+            t_m,
+            ring_m,
+            ball_m,
+        })
+    };
+    let radius_m = match &shape.geometry {
+        Geometry::Sphere { radius } => {
+            add(t_m, 0.0, *radius);
+            *radius
+        }
+        Geometry::Capsule { radius, length } if aligned(Vector3::z()) => {
+            add(t_m - 0.5 * length, 0.0, *radius);
+            add(t_m + 0.5 * length, 0.0, *radius);
+            *radius
+        }
+        Geometry::Cylinder { radius, length } if aligned(Vector3::z()) => {
+            add(t_m - 0.5 * length, *radius, 0.0);
+            add(t_m + 0.5 * length, *radius, 0.0);
+            *radius
+        }
+        Geometry::Box { size } => {
+            let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+            let along = (0..3)
+                .find(|&i| aligned(axes[i]))
+                .ok_or(Fault::RollerNotRound)?;
+            let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
+            if (p - q).abs() > 0.05 * p.max(q) {
+                return Err(Fault::RollerNotRound);
+            }
+            // A square box stands for the cylinder inside it.
+            let radius = 0.25 * (p + q);
+            add(t_m - 0.5 * size[along], radius, 0.0);
+            add(t_m + 0.5 * size[along], radius, 0.0);
+            radius
+        }
+        Geometry::Mesh { filename, scale } => {
+            let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
+            let vertices = meshes.vertices(filename)?;
+            let from_foot = vertices.iter().map(|v| {
+                shape.body_from_shape * Point3::from(v.coords.component_mul(&scale)) - foot
+            });
+            parts.extend(turned(axis, from_foot)?);
+            return Ok(());
+        }
+        Geometry::Cylinder { .. } | Geometry::Capsule { .. } => return Err(Fault::RollerNotRound),
+    };
+    if off_axis_m > 0.05 * radius_m {
+        return Err(Fault::RollerNotRound);
+    }
+    Ok(())
+}
+
+/// The circles that the outermost of some points describe about the axis; refuses points that are not round about it.
+fn turned(
+    axis: &Unit<Vector3<f64>>,
+    points: impl Iterator<Item = Vector3<f64>>,
+) -> Result<Vec<Part>, Fault> {
+    // Any two directions across the axis: their extents must be centred and alike.
+    let least_aligned = if axis.x.abs() < 0.7 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let p = axis.cross(&least_aligned).normalize();
+    let q = axis.cross(&p);
+    let mut extent = [(f64::INFINITY, f64::NEG_INFINITY); 2];
+    let mut circles: Vec<(f64, f64)> = Vec::new();
+    for point in points {
+        let (x, y) = (point.dot(&p), point.dot(&q));
+        for (e, value) in extent.iter_mut().zip([x, y]) {
+            *e = (e.0.min(value), e.1.max(value));
+        }
+        circles.push((point.dot(axis), x.hypot(y)));
+    }
+    let radius_m = circles.iter().map(|c| c.1).fold(0.0, f64::max);
+    let round = extent.iter().all(|(low, high)| {
+        (low + radius_m).abs() < 0.1 * radius_m && (high - radius_m).abs() < 0.1 * radius_m
+    });
+    if !round {
+        return Err(Fault::RollerNotRound);
+    }
+    // Only the upper convex hull of (t, radius) ever supports.
+    circles.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut hull: Vec<(f64, f64)> = Vec::new();
+    for c in circles {
+        while let [.., a, b] = hull[..] {
+            let turns_left = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0) >= 0.0;
+            if !turns_left {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(c);
+    }
+    Ok(hull
+        .into_iter()
+        .map(|(t_m, ring_m)| Part {
+            t_m,
+            ring_m,
+            ball_m: 0.0,
+        })
+        .collect())
+}
