@@ -1,1 +1,5 @@
-//! The paper, equation by equation: tests that cross crates.
+//! Indiveri 2009 across crates: the shipped robots read from their files, and the dynamic model (11) held against a
+//! simulated robot. What needs the control crate alone is tested in `crates/ilon-control/tests/paper`.
+
+mod dynamics;
+mod robots;
