@@ -254,16 +254,15 @@ fn a_torque_step_accelerates_as_the_rigid_body_does() {
         wheel.hub.inertia_kg_m2[(2, 2)] + wheel.rollers.iter().map(roller_kg_m2).sum::<f64>();
     let rho = wheel.radius_m;
     let expected = 4.0 * torque_n_m / rho / (robot.mass_kg() + 4.0 * inertia / (rho * rho));
-    for settings in [near(500.0), all(1000.0)] {
+    for (settings, bound) in [(near(500.0), 1e-3), (all(500.0), FULL_LOSS_AT_500_HZ)] {
         let mut rig = Rig::new(&robot, &Floor::default(), 30.0, &settings);
         rig.run_s(0.5);
         rig.push_s(&[torque_n_m; 4], 0.1);
         let from = rig.twist().vx_m_s;
         rig.push_s(&[torque_n_m; 4], 0.5);
         let seen = (rig.twist().vx_m_s - from) / 0.5;
-        // Hand-overs stir the bearing-damped rollers a little; a thousandth holds that.
         assert!(
-            (seen / expected - 1.0).abs() < 1e-3,
+            (seen / expected - 1.0).abs() < bound,
             "{:?}: {seen:.5} m/s^2 instead of {expected:.5}",
             settings.roller_bodies
         );
@@ -298,24 +297,38 @@ fn acceleration_ends_at_the_friction_limit() {
     }
 }
 
+/// What the full model loses to its hand-overs at 500 Hz, as a share of speed or force: for part of a step two rollers
+/// of a wheel press on the ground at once and rub against each other's way. The loss falls with the square of the step.
+const FULL_LOSS_AT_500_HZ: f64 = 0.01;
+
 /// Without torque nothing but bearings brakes. Straight ahead the rollers stand still and nothing brakes at all.
 #[test]
 fn coasting_straight_ahead_keeps_its_speed() {
-    for settings in [near(500.0), all(1000.0)] {
-        let mut rig = Rig::new(&mecanum4(), &Floor::default(), 20.0, &settings);
+    let lost = |settings: &Settings| {
+        let mut rig = Rig::new(&mecanum4(), &Floor::default(), 20.0, settings);
         rig.targets = ideal_rates(&mecanum4(), Twist::new(0.3, 0.0, 0.0));
         rig.run_s(1.5);
         rig.push_s(&[0.0; 4], 0.2);
         let from = rig.twist().vx_m_s;
         rig.push_s(&[0.0; 4], 1.0);
-        let kept = rig.twist().vx_m_s / from;
-        // Wobble of the hand-overs costs a little in the full model, where two rollers touch at once.
-        assert!(
-            (kept - 1.0).abs() < 2e-3,
-            "{:?}: kept {kept:.5}",
-            settings.roller_bodies
-        );
-    }
+        1.0 - rig.twist().vx_m_s / from
+    };
+    // The window changes rollers at the very angle of the hand-over: f32 noise is all that is left.
+    let window = lost(&near(500.0));
+    assert!(
+        window.abs() < 1e-4,
+        "the window loses {window:.1e} of its speed in a second"
+    );
+    let (coarse, fine) = (lost(&all(500.0)), lost(&all(1000.0)));
+    assert!(
+        coarse < FULL_LOSS_AT_500_HZ,
+        "the full model loses {coarse:.1e} at 500 Hz"
+    );
+    // Second order would be a quarter; impacts that fall on another step leave some scatter.
+    assert!(
+        fine < 0.5 * coarse,
+        "the full model loses {fine:.1e} at 1 kHz, {coarse:.1e} at 500 Hz"
+    );
 }
 
 /// Moving a body from one roller to the next must not move momentum: sideways, where rollers spin hard, the contact
