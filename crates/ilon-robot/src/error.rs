@@ -318,6 +318,25 @@ pub enum Fault {
         /// Their joints.
         wheels: Vec<String>,
     },
+    /// A joint carries rollers, but does not turn.
+    #[error(
+        "carries {rollers} passive rollers, but does not turn; without it the robot has {wheels} wheel(s), but moving \
+         freely in the plane takes three"
+    )]
+    HubDoesNotTurn {
+        /// How many rollers it carries.
+        rollers: usize,
+        /// How many wheels the robot has without it.
+        wheels: usize,
+    },
+    /// The chassis reaches below the floor on which the wheels stand.
+    #[error(
+        "its collision geometry reaches {deep_mm:.1} mm below the floor on which the wheels stand"
+    )]
+    ChassisBelowFloor {
+        /// How far, in millimetres.
+        deep_mm: f64,
+    },
     /// A roller's axis is parallel to its hub's.
     #[error("gamma = 90 deg: the roller turns about the hub axis, and the wheel cannot drive")]
     GammaRightAngle,
@@ -491,6 +510,10 @@ impl Fault {
             Self::Steered { .. } => {
                 "steered wheels need another tool; if these stand for Swedish wheels, name their joints in \
                  `[robot.wheels]` to hold the upright joints and put rollers in"
+            }
+            Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
+            Self::ChassisBelowFloor { .. } => {
+                "raise the collision geometry, or lower the wheels: the wheels must reach the floor first"
             }
             Self::GammaRightAngle => {
                 "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"

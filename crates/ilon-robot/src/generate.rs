@@ -133,8 +133,11 @@ fn write_wheel(out: &mut String, spec: &Spec, wheel: &PlacedWheel) -> std::fmt::
         "0.75 0.75 0.78 1",
     )?;
     writeln!(out, "  </link>")?;
+    let barrel = barrel(spec, wheel.gamma_deg.to_radians());
+    let (axial, across) = barrel.solid_moments_kg_m2(spec.rollers.mass_kg);
+    let moments = Vector3::new(across, across, axial);
     for roller in 0..spec.rollers.per_row * spec.rollers.rows {
-        write_roller(out, spec, wheel, roller)?;
+        write_roller(out, spec, wheel, &barrel, &moments, roller)?;
     }
     Ok(())
 }
@@ -143,11 +146,12 @@ fn write_roller(
     out: &mut String,
     spec: &Spec,
     wheel: &PlacedWheel,
+    barrel: &Barrel,
+    moments: &Vector3<f64>,
     index: usize,
 ) -> std::fmt::Result {
     let r = &spec.rollers;
     let gamma_rad = wheel.gamma_deg.to_radians();
-    let barrel = barrel(spec, gamma_rad);
     let name = format!("{}_roller_{}", attribute(&wheel.name), index + 1);
 
     // Rollers of two rows take turns around the rim, half a pitch of one row apart.
@@ -188,13 +192,11 @@ fn write_roller(
     writeln!(out, "    <limit effort=\"0\" velocity=\"1000\"/>")?;
     write_dynamics(out, r.damping_n_m_s, r.friction_n_m)?;
     writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
-    let (axial, across) = barrel.solid_moments_kg_m2(r.mass_kg);
-    let moments = Vector3::new(across, across, axial);
     write_inertial(
         out,
         "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
         r.mass_kg,
-        &moments,
+        moments,
     )?;
     for i in 0..SPHERES_PER_ROLLER {
         // From -1 to 1 along the half length.

@@ -180,6 +180,16 @@ fn read(
     wheels.sort_by_key(|(joint, _)| *joint);
 
     let chassis = whole::chassis(&mut loading, chassis_body)?;
+    let hub_shapes: usize = candidates
+        .iter()
+        .map(|c| rigid_body(tree.joints[c.hub].child).shapes.len())
+        .sum();
+    if hub_shapes > 0 {
+        loading.remarks.push(remark(
+            "hubs",
+            format!("{hub_shapes} collision shapes are not read: of a wheel only the rollers touch the world"),
+        ));
+    }
     let Loading {
         mut remarks,
         outlines,

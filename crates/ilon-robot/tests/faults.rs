@@ -2,36 +2,11 @@
 //!
 //! Every case is a good robot with one thing changed, so that the fault told is the change.
 
+mod common;
+
+use common::{SPEC, line_of, small};
 use ilon_robot::{Fault, Robot, RobotError, Spec, generate};
 use rstest::rstest;
-
-const SPEC: &str = r#"
-name = "small"
-[chassis]
-shape.box = { size_m = [0.3, 0.3, 0.1] }
-mass_kg = 5.0
-center_m = [0.0, 0.0, 0.06]
-[wheel]
-radius_m = 0.05
-hub_mass_kg = 0.2
-hub_radius_m = 0.03
-hub_width_m = 0.04
-motor_effort_n_m = 1.0
-motor_velocity_rad_s = 20.0
-[rollers]
-per_row = 8
-radius_m = 0.012
-mass_kg = 0.01
-[wheels.ring]
-count = 3
-distance_m = 0.2
-gamma_deg = 0.0
-"#;
-
-fn small() -> String {
-    let spec = Spec::from_toml_str(SPEC, "small.toml").expect("a good description");
-    generate(&spec).expect("a good description")
-}
 
 fn fault_of(text: &str) -> RobotError {
     match Robot::from_urdf_str(text, "small.urdf") {
@@ -40,17 +15,12 @@ fn fault_of(text: &str) -> RobotError {
     }
 }
 
-/// The line of the first place where `needle` stands.
-fn line_of(text: &str, needle: &str) -> usize {
-    let at = text.find(needle).unwrap_or_else(|| panic!("no {needle}"));
-    text[..at].matches('\n').count() + 1
-}
-
 #[test]
-fn the_good_robot_loads_without_a_remark() {
+fn of_the_good_robot_only_what_is_not_read_is_remarked() {
     let robot = Robot::from_urdf_str(&small(), "small.urdf").expect("a good robot");
     assert_eq!(robot.wheels.len(), 3);
-    assert_eq!(robot.remarks, []);
+    let subjects: Vec<&str> = robot.remarks.iter().map(|r| r.subject.as_str()).collect();
+    assert_eq!(subjects, ["hubs", "`<visual>`"]);
 }
 
 #[rstest]
@@ -280,14 +250,32 @@ fn several_roots_are_told_by_name() {
 }
 
 #[test]
-fn two_wheels_are_too_few() {
-    let text = small();
-    // The third wheel no longer turns.
-    let text = text.replacen(
-        r#"<joint name="wheel_3" type="continuous">"#,
-        r#"<joint name="wheel_3" type="fixed">"#,
-        1,
+fn a_wheel_that_does_not_turn_is_one_too_few() {
+    let turning = "<joint name=\"wheel_3\" type=\"continuous\">";
+    let text = small().replacen(turning, "<joint name=\"wheel_3\" type=\"fixed\">", 1);
+    let error = fault_of(&text);
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "small.urdf:{}: joint `wheel_3`: carries 8 passive rollers, but does not turn; without it the robot has 2 \
+             wheel(s), but moving freely in the plane takes three",
+            line_of(&text, "<joint name=\"wheel_3\"")
+        )
     );
+    assert_eq!(
+        error.help(),
+        "make the joint `continuous`, with the hub's axis"
+    );
+}
+
+#[test]
+fn two_wheels_are_too_few() {
+    // The third wheel and all below it are left out.
+    let text = small();
+    let from = text
+        .find("  <joint name=\"wheel_3\"")
+        .expect("the third wheel, last in the file");
+    let text = format!("{}</robot>\n", &text[..from]);
     assert_eq!(
         fault_of(&text).to_string(),
         format!(

@@ -261,9 +261,9 @@ fn fewer_than_three_wheels() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robot.urdf:11: `<robot>`: 2 wheel(s) with passive rollers: `wheel_1`, `wheel_2`, but moving freely in the plane takes three",
-            "robot.urdf:11:1",
-            "a wheel is a continuous joint with three or more continuous roller joints below it, on a ring",
+            "robot.urdf:443: joint `wheel_3`: carries 8 passive rollers, but does not turn; without it the robot has 2 wheel(s), but moving freely in the plane takes three",
+            "robot.urdf:443:3",
+            "make the joint `continuous`, with the hub's axis",
         )
     );
 }

@@ -82,6 +82,9 @@ pub(super) const SINGLE: [(&str, &[&str]); 4] = [
     ("collision", &["origin", "geometry"]),
 ];
 
+/// Largest number that is read but for limits: beyond it products of numbers are no longer finite.
+const LARGEST: f64 = 1e9;
+
 const JOINT_TYPES: [&str; 7] = [
     "fixed",
     "continuous",
@@ -177,6 +180,14 @@ pub(super) fn check_numbers(source: &Source, node: Node) -> Result<(), RobotErro
             return fail(Fault::NotFinite {
                 attribute: name,
                 value: text,
+            });
+        }
+        // Limits may be astronomic, which says that there is none; lengths, masses and inertias may not.
+        if tag != "limit" && numbers.iter().any(|n| n.abs() > LARGEST) {
+            return fail(Fault::OutOfRange {
+                key: name,
+                value: text,
+                range: "below a thousand million",
             });
         }
         let range = match range {

@@ -7,7 +7,7 @@ use urdf_rs::Geometry;
 
 use super::options::{Handedness, WheelOptions};
 use super::tree::{Motion, RigidBody, transformed};
-use super::wheels::{Candidate, check_level, hub_frame};
+use super::wheels::{Candidate, check_level, hub_frame, remark_motor};
 use super::{Loading, remark};
 use crate::Barrel;
 use crate::error::{Fault, RobotError};
@@ -234,6 +234,7 @@ pub(super) fn wheel(
             1e3 * radius_m
         ),
     ));
+    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
     Ok(Wheel {
         name: joint.name.clone(),
         body_from_hub,

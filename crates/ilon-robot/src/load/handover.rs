@@ -7,8 +7,11 @@ use crate::error::Fault;
 use crate::model::{Remark, Roller};
 use crate::wrap_angle;
 
-/// Gaps below a tenth of a degree are rounding in the file; the dip that they make is micrometres.
-pub(super) const GAP_SLACK_RAD: f64 = 0.1 * PI / 180.0;
+/// Gaps up to one degree are loaded as they are: over a gap of angle g the wheel rests on the ends of its rollers and dips
+/// by about rho g^2 / 8, which at one degree is 4e-5 of its radius.
+pub(super) const WIDEST_GAP_RAD: f64 = PI / 180.0;
+/// Gaps below a hundredth of a degree are rounding in the file.
+const GAP_SLACK_RAD: f64 = 1e-2 * PI / 180.0;
 
 /// Gaps and overlaps around a wheel.
 pub(super) struct Handover {
@@ -57,8 +60,18 @@ impl Handover {
         }
     }
 
-    /// Says where two rollers touch the ground at once.
-    pub(super) fn remark_overlaps(&self, wheel: &str, remarks: &mut Vec<Remark>) {
+    /// Says where no roller touches the ground with its barrel, and where two do.
+    pub(super) fn remark(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
+        if self.widest_gap_rad > GAP_SLACK_RAD {
+            remarks.push(remark(
+                format!("wheel `{wheel}`"),
+                format!(
+                    "the rollers leave gaps of up to {:.2} deg, over which the wheel rests on their ends and dips {:.1} um",
+                    self.widest_gap_rad.to_degrees(),
+                    1e6 * radius_m * self.widest_gap_rad.powi(2) / 8.0
+                ),
+            ));
+        }
         let share = self.overlaps_rad / TAU;
         if share > 0.01 {
             remarks.push(remark(

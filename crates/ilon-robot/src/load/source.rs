@@ -155,24 +155,58 @@ impl<'a> Source<'a> {
         self.document.text_pos_at(node.range().start).row as usize
     }
 
-    /// What stands in the file beside links, joints and materials, counted by tag.
+    /// What stands in the file and is not read, counted by tag.
     pub(super) fn ignored_elements(&self) -> Vec<Remark> {
-        let mut counts: Vec<(&str, usize)> = Vec::new();
-        for node in self.robot().children().filter(Node::is_element) {
-            let tag = node.tag_name().name();
-            if ["link", "joint", "material"].contains(&tag) {
+        const READ: [(&str, &[&str]); 3] = [
+            ("robot", &["link", "joint", "material"]),
+            ("link", &["inertial", "collision"]),
+            (
+                "joint",
+                &[
+                    "origin",
+                    "parent",
+                    "child",
+                    "axis",
+                    "limit",
+                    "dynamics",
+                    "mimic",
+                    "calibration",
+                    "safety_controller",
+                ],
+            ),
+        ];
+        let mut counts: Vec<(&str, &str, usize)> = Vec::new();
+        let robot = self.robot();
+        for outer in [robot]
+            .into_iter()
+            .chain(self.all("link"))
+            .chain(self.all("joint"))
+        {
+            let Some((inside, read)) = READ.iter().find(|(tag, _)| outer.has_tag_name(*tag)) else {
                 continue;
-            }
-            match counts.iter_mut().find(|(known, _)| *known == tag) {
-                Some((_, count)) => *count += 1,
-                None => counts.push((tag, 1)),
+            };
+            for node in outer.children().filter(Node::is_element) {
+                let tag = node.tag_name().name();
+                if read.contains(&tag) {
+                    continue;
+                }
+                match counts.iter_mut().find(|(i, t, _)| i == inside && *t == tag) {
+                    Some((_, _, count)) => *count += 1,
+                    None => counts.push((inside, tag, 1)),
+                }
             }
         }
         counts
             .into_iter()
-            .map(|(tag, count)| Remark {
+            .map(|(inside, tag, count)| Remark {
                 subject: format!("`<{tag}>`"),
-                text: format!("{count} in the file, not read: settings of other programs"),
+                text: match (inside, tag) {
+                    ("link", "visual") => {
+                        format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
+                    }
+                    ("robot", _) => format!("{count} in the file, not read: settings of other programs"),
+                    (inside, _) => format!("{count} in the {inside}s of the file, not read: not part of URDF"),
+                },
             })
             .collect()
     }

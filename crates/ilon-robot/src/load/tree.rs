@@ -199,6 +199,26 @@ impl Tree {
         ends
     }
 
+    /// A joint that does not turn but carries rollers: three or more turning joints of nothing else, some of them on axes
+    /// that are not level, as on a ring around a level axis some are. With it, how many there are.
+    pub(super) fn fixed_hub(&self) -> Option<(usize, usize)> {
+        let ends = self.turning_ends();
+        let free: Vec<usize> = ends
+            .into_iter()
+            .filter(|&j| self.turning_above(j).is_none())
+            .collect();
+        (0..self.joints.len())
+            .filter(|&hub| self.joints[hub].motion != Motion::Turning)
+            .find_map(|hub| {
+                let on_hub = || {
+                    free.iter()
+                        .filter(|&&j| self.joints[j].parent == self.joints[hub].child)
+                };
+                let leaning = on_hub().any(|&j| !self.level(j));
+                (leaning && on_hub().count() >= 3).then(|| (hub, on_hub().count()))
+            })
+    }
+
     /// Turning joints on a level axis that hang by an upright one, with nothing turning below them.
     pub(super) fn steered_wheels(&self) -> Vec<usize> {
         let mut ends = self.turning_ends();

@@ -7,7 +7,7 @@ use nalgebra::{
     Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
 };
 
-use super::handover::{GAP_SLACK_RAD, Handover, barrel_half_length_m, close_gaps};
+use super::handover::{Handover, WIDEST_GAP_RAD, barrel_half_length_m, close_gaps};
 use super::modelled;
 use super::profile::Profile;
 use super::roller::{self, Outline, Skew};
@@ -15,7 +15,7 @@ use super::source::Source;
 use super::tree::{Motion, PlacedShape, RigidBody, Tree, TreeJoint, transformed};
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
-use crate::model::{MassProperties, Remark, Roller, Wheel};
+use crate::model::{MassProperties, MotorLimits, Remark, Roller, Wheel};
 
 /// Fewest rollers that make a wheel.
 const LEAST_ROLLERS: usize = 3;
@@ -140,7 +140,7 @@ pub(super) fn measure(
     }
     rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
     let mut handover = Handover::between(&rollers, gamma_rad);
-    if handover.widest_gap_rad > GAP_SLACK_RAD {
+    if handover.widest_gap_rad > WIDEST_GAP_RAD {
         if !loading.options.mend {
             return Err(source.joint_error(&joint.name, handover.fault()));
         }
@@ -153,8 +153,13 @@ pub(super) fn measure(
         ));
         close_gaps(&mut rollers, radius_m, gamma_rad);
         handover = Handover::between(&rollers, gamma_rad);
+        // Rollers too slender to reach their neighbours stay apart.
+        if handover.widest_gap_rad > WIDEST_GAP_RAD {
+            return Err(source.joint_error(&joint.name, handover.fault()));
+        }
     }
-    handover.remark_overlaps(&joint.name, remarks);
+    handover.remark(&joint.name, radius_m, remarks);
+    remark_motor(&joint.name, &joint.limits, remarks);
 
     let modelled: Vec<modelled::Modelled> = seen
         .into_iter()
@@ -180,6 +185,23 @@ pub(super) fn measure(
         motor: joint.limits,
         joint: joint.losses,
     })
+}
+
+/// Says which limits of a motor are missing.
+pub(super) fn remark_motor(wheel: &str, limits: &MotorLimits, remarks: &mut Vec<Remark>) {
+    let missing = match (
+        limits.effort_n_m.is_finite(),
+        limits.velocity_rad_s.is_finite(),
+    ) {
+        (true, true) => return,
+        (false, true) => "effort",
+        (true, false) => "velocity",
+        (false, false) => "effort and velocity",
+    };
+    remarks.push(remark(
+        format!("wheel `{wheel}`"),
+        format!("its joint sets no limit of {missing}: the motor is taken as unlimited there"),
+    ));
 }
 
 /// Refuses a hub axis that leans out of the ground plane.
@@ -379,13 +401,44 @@ fn roller(
             ),
         });
     }
+    if radius_m <= 0.0 {
+        let fault = Fault::RollersDiffer {
+            quantity: "the distance from the hub axis",
+            this: format!("{:.2} mm", 1e3 * seen.skew.ring_radius_m),
+            others: format!(
+                "less than the wheel's radius, {:.2} mm,",
+                1e3 * wheel_radius_m
+            ),
+        };
+        return Err(source.joint_error(&joint.name, fault));
+    }
     let axial_inertia_kg_m2 = axis.dot(&(inertia_kg_m2 * axis.into_inner()));
+    // No longer than where its barrel tapers to nothing.
+    let gamma_rad = seen.skew.gamma_rad;
+    let longest_m = 2.0
+        * barrel_half_length_m(
+            seen.skew.ring_radius_m,
+            wheel_radius_m,
+            gamma_rad,
+            FRAC_PI_2,
+        );
+    let length_m = 2.0 * seen.outline.half_length_m.unwrap_or_default();
+    if length_m > longest_m {
+        remarks.push(remark(
+            format!("joint `{}`", joint.name),
+            format!(
+                "the roller is {:.2} mm long, but its barrel tapers to nothing at {:.2} mm, which is taken",
+                1e3 * length_m,
+                1e3 * longest_m
+            ),
+        ));
+    }
     Ok(Roller {
         name: joint.name.clone(),
         center_in_hub_m,
         axis_in_hub: axis,
         radius_m,
-        length_m: 2.0 * seen.outline.half_length_m.unwrap_or_default(),
+        length_m: length_m.min(longest_m),
         mass_kg,
         axial_inertia_kg_m2,
         // The trace is the same in every frame.

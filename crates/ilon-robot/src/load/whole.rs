@@ -1,5 +1,6 @@
 //! The robot as a whole: its chassis, and what must hold between its wheels.
 
+use nalgebra::Vector3;
 use urdf_rs::Geometry;
 
 use super::source::Source;
@@ -31,6 +32,11 @@ pub(super) fn check_wheel_count(
             .collect()
     };
     let found = names(candidates.iter().map(|c| c.hub).collect());
+    if let Some((joint, rollers)) = tree.fixed_hub() {
+        let wheels = candidates.len() + given;
+        let fault = Fault::HubDoesNotTurn { rollers, wheels };
+        return Err(source.joint_error(&tree.joints[joint].name, fault));
+    }
     if found.is_empty() && given == 0 {
         let steered = names(tree.steered_wheels());
         if let Some(first) = steered.first().cloned() {
@@ -74,7 +80,7 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     {
         let shape = match geometry {
             Geometry::Box { size } => CollisionShape::Box {
-                half_extents_m: nalgebra::Vector3::from(*size) * 0.5,
+                half_extents_m: Vector3::from(*size) * 0.5,
             },
             Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
                 radius_m: radius,
@@ -134,5 +140,38 @@ pub(super) fn check(source: &Source, robot: Robot) -> Result<Robot, RobotError> 
             return Err(source.joint_error(&highest.name, fault));
         }
     }
+    let floor_m = -robot.ride_height_m();
+    let lowest_m = robot
+        .chassis
+        .collisions
+        .iter()
+        .map(lowest_point_m)
+        .fold(f64::INFINITY, f64::min);
+    let radius_m = robot
+        .wheels
+        .iter()
+        .map(|w| w.radius_m)
+        .fold(f64::INFINITY, f64::min);
+    if lowest_m < floor_m - 0.01 * radius_m {
+        let fault = Fault::ChassisBelowFloor {
+            deep_mm: 1e3 * (floor_m - lowest_m),
+        };
+        return Err(source.link_error(&robot.chassis.name, fault));
+    }
     Ok(robot)
+}
+
+/// Height of the lowest point of a shape in the body frame, in metres.
+fn lowest_point_m(collision: &Collision) -> f64 {
+    // Down in the shape's frame; the reach of each shape in a unit direction is its support.
+    let d = collision.body_from_shape.rotation.inverse() * -Vector3::z();
+    let reach_m = match collision.shape {
+        CollisionShape::Box { half_extents_m } => half_extents_m.dot(&d.abs()),
+        CollisionShape::Cylinder { radius_m, length_m } => {
+            radius_m * d.xy().norm() + 0.5 * length_m * d.z.abs()
+        }
+        CollisionShape::Capsule { radius_m, length_m } => radius_m + 0.5 * length_m * d.z.abs(),
+        CollisionShape::Sphere { radius_m } => radius_m,
+    };
+    collision.body_from_shape.translation.vector.z - reach_m
 }
