@@ -74,8 +74,8 @@ pub struct DynamicModel {
     roller_friction_n_m: Vec<f64>,
     /// R^T I R, factorised: the body's inertia with all that turns with it.
     body_inertia: Cholesky<f64, Const<3>>,
-    /// The least inertia of a wheel by itself, in kg m^2.
-    air_inertia_kg_m2: f64,
+    /// The inertia of each wheel by itself, in kg m^2.
+    wheel_inertias_kg_m2: Vec<f64>,
 }
 
 impl DynamicModel {
@@ -130,7 +130,8 @@ impl DynamicModel {
             })?;
         let alone = spins
             .iter()
-            .map(|spin| spin.wheel_inertia_kg_m2 + wheel_armature);
+            .map(|spin| spin.wheel_inertia_kg_m2 + wheel_armature)
+            .collect();
         Ok(Self {
             inertia,
             coriolis,
@@ -140,7 +141,7 @@ impl DynamicModel {
             roller_spins,
             roller_friction_n_m: spins.iter().map(|spin| spin.roller_friction_n_m).collect(),
             body_inertia,
-            air_inertia_kg_m2: alone.fold(f64::INFINITY, f64::min),
+            wheel_inertias_kg_m2: alone,
             kinematics,
         })
     }
@@ -178,7 +179,13 @@ impl DynamicModel {
 
     /// The least inertia of a wheel in the air, in kg m^2.
     pub fn air_inertia_kg_m2(&self) -> f64 {
-        self.air_inertia_kg_m2
+        let inertias = self.wheel_inertias_kg_m2.iter().copied();
+        inertias.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The inertia of each wheel about its axis by itself, J_h of the module's derivation, in kg m^2.
+    pub fn wheel_inertias_kg_m2(&self) -> &[f64] {
+        &self.wheel_inertias_kg_m2
     }
 
     /// Torques in N m for wheel rates in rad/s and accelerations in rad/s^2: eq. (11), with the rollers' drag and all
@@ -215,6 +222,20 @@ impl DynamicModel {
             for (out, share) in out.iter_mut().zip(spin_row.iter()) {
                 *out += torque * share;
             }
+        }
+    }
+
+    /// The part of the resistance that the wheels' own joints make, in N m: damping and dry friction against
+    /// `towards_rad_s`.
+    pub(crate) fn own_resistance(
+        &self,
+        rates_rad_s: &[f64],
+        towards_rad_s: &[f64],
+        out: &mut [f64],
+    ) {
+        let inputs = rates_rad_s.iter().zip(towards_rad_s);
+        for ((h, out), (rate, towards)) in out.iter_mut().enumerate().zip(inputs) {
+            *out = self.damping_n_m_s[h] * rate + self.friction_n_m[h] * sign(*towards);
         }
     }
 

@@ -1,0 +1,107 @@
+//! How the robot's weight stands on its wheels.
+
+use ilon_robot::Robot;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// The wheels' normal forces on flat ground, from weight, payload and acceleration.
+///
+/// Three wheels share the weight by statics. Of more, statics leaves the share open, and a rigid robot on wheels of
+/// equal stiffness decides: the loads then vary linearly over the plane, N_h = a + b x_h + c y_h, with a, b, c such that
+/// they carry the weight at the centre of mass. Accelerating, the weight shifts against the acceleration by the height
+/// of the centre of mass: sum N_h x_h = m (g c_x - h a_x), and alike for y.
+#[derive(Clone, Debug)]
+pub struct WheelLoads {
+    mass_kg: f64,
+    gravity_m_s2: f64,
+    center_of_mass_m: Vector2<f64>,
+    height_m: f64,
+    positions_m: Vec<Vector2<f64>>,
+    /// Inverse of the sum over h of (1, x, y)(1, x, y)^T.
+    inverse: Matrix3<f64>,
+}
+
+impl WheelLoads {
+    /// The loads of a robot under gravity in m/s^2.
+    pub fn new(robot: &Robot, gravity_m_s2: f64) -> Self {
+        let chassis = &robot.chassis.mass;
+        let mut moment = chassis.mass_kg * chassis.center_of_mass_m;
+        for w in &robot.wheels {
+            let hub = w.body_from_hub * nalgebra::Point3::from(w.hub.center_of_mass_m);
+            moment += w.hub.mass_kg * hub.coords;
+            for r in &w.rollers {
+                let center = w.body_from_hub * nalgebra::Point3::from(r.center_in_hub_m);
+                moment += r.mass_kg * center.coords;
+            }
+        }
+        let mass_kg = robot.mass_kg();
+        let center = moment / mass_kg;
+        let positions_m: Vec<_> = robot.wheels.iter().map(|w| w.position_m().xy()).collect();
+        let sum: Matrix3<f64> = positions_m
+            .iter()
+            .map(|b| Vector3::new(1.0, b.x, b.y))
+            .map(|v| v * v.transpose())
+            .sum();
+        Self {
+            mass_kg,
+            gravity_m_s2,
+            center_of_mass_m: center.xy(),
+            height_m: center.z + robot.ride_height_m(),
+            positions_m,
+            // Wheels in one row carry no tilting moment: the pseudo-inverse leaves it out.
+            inverse: sum
+                .pseudo_inverse(1e-12 * sum.trace())
+                .unwrap_or_else(|_| Matrix3::zeros()),
+        }
+    }
+
+    /// The normal force on each wheel in N while the body accelerates with `acceleration_in_body` in m/s^2. A wheel that
+    /// would be pulled down is lifted: zero.
+    pub fn fill_n(&self, acceleration_in_body: Vector2<f64>, out: &mut [f64]) {
+        let c = self.gravity_m_s2 * self.center_of_mass_m - self.height_m * acceleration_in_body;
+        let plane = self.inverse * (self.mass_kg * Vector3::new(self.gravity_m_s2, c.x, c.y));
+        for (out, b) in out.iter_mut().zip(&self.positions_m) {
+            *out = plane.dot(&Vector3::new(1.0, b.x, b.y)).max(0.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, volksbot};
+
+    #[test]
+    fn loads_carry_the_weight_at_the_centre_of_mass() {
+        let mut robot = mecanum4();
+        robot.chassis.mass.center_of_mass_m = Vector3::new(0.05, -0.02, 0.2);
+        let loads = WheelLoads::new(&robot, 9.81);
+        let mut n = [0.0; 4];
+        loads.fill_n(Vector2::zeros(), &mut n);
+        let weight = robot.mass_kg() * 9.81;
+        assert!((n.iter().sum::<f64>() - weight).abs() < 1e-10);
+        let moment_x: f64 = n
+            .iter()
+            .zip(&robot.wheels)
+            .map(|(n, w)| n * w.position_m().x)
+            .sum();
+        // The wheels and their rollers balance about the middle: the chassis alone tilts.
+        assert!((moment_x - 10.0 * 9.81 * 0.05).abs() < 1e-10);
+        // Front and left differ by sign only: the loads of the diagonals are equal in sum.
+        assert!((n[0] + n[3] - n[1] - n[2]).abs() < 1e-10);
+    }
+
+    #[test]
+    fn three_wheels_share_by_statics_and_acceleration_shifts_back() {
+        let robot = volksbot();
+        let loads = WheelLoads::new(&robot, 9.81);
+        let mut n = [0.0; 3];
+        loads.fill_n(Vector2::zeros(), &mut n);
+        assert!(n.iter().all(|n| (n - 8.0 * 9.81 / 3.0).abs() < 0.02));
+        let level = n[0];
+        loads.fill_n(Vector2::new(2.0, 0.0), &mut n);
+        // Wheel 0 is in front: it loses m h a / (1.5 |b|).
+        let height = loads.height_m;
+        let lost = robot.mass_kg() * height * 2.0 / (1.5 * 0.25);
+        assert!((level - n[0] - lost).abs() < 1e-10);
+    }
+}
