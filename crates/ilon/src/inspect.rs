@@ -1,8 +1,7 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
-use ilon_control::Kinematics;
+use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
 use ilon_robot::{Robot, Wheel};
-use nalgebra::{Matrix2, MatrixXx3, Vector2};
 use serde::Serialize;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
@@ -20,7 +19,9 @@ pub struct Inspection {
     /// Rank of M: 3, or the robot cannot be controlled (Lemma 1).
     pub rank: usize,
     /// Singular values of M, largest first.
-    pub singular_values: Vec<f64>,
+    pub singular_values: [f64; 3],
+    /// Condition of M, free of units; `None` where the rank is below 3.
+    pub condition: Option<f64>,
     /// What is wrong with the arrangement of the wheels, if anything is.
     pub singularity: Option<String>,
     /// Whether position and heading do not disturb each other about the body's origin: M_a orthogonal to span(M_l).
@@ -63,8 +64,6 @@ pub struct WheelInspection {
 /// How fast a robot can be within the rates of its wheels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SpeedLimits {
-    /// The rate that no wheel exceeds, in rad/s.
-    pub wheel_rate_rad_s: f64,
     /// Top speed in the slowest direction, without turning, in m/s.
     pub slowest_direction_m_s: f64,
     /// Top speed in the fastest direction, without turning, in m/s.
@@ -74,44 +73,45 @@ pub struct SpeedLimits {
 }
 
 impl Inspection {
-    /// Looks at a robot.
-    pub fn of(robot: &Robot) -> Self {
-        let m: Vec<[f64; 3]> = robot.wheels.iter().map(m_row).collect();
-        let kinematics = Kinematics::new(robot);
-        let singular_values = singular_values(&m);
-        let decoupling_point = decoupling_point_m(&robot.wheels);
-        // The origin itself decouples if M_l^T M_a is zero, up to the rounding of coordinates in a file (1e-6 m).
-        let coupling = m.iter().fold(Vector2::zeros(), |sum, [x, y, a]| {
-            sum + Vector2::new(x * a, y * a)
-        });
+    /// Looks at a robot, even one that cannot be controlled.
+    ///
+    /// # Errors
+    /// [`ControlError::TooFewWheels`].
+    pub fn of(robot: &Robot) -> Result<Self, ControlError> {
+        let arrangement = Arrangement::of(robot)?;
+        let kinematics = Kinematics::new(robot).ok();
+        let limits_rad_s: Vec<f64> = robot
+            .wheels
+            .iter()
+            .map(|wheel| wheel.motor.velocity_rad_s)
+            .collect();
         let finite = |x: f64| x.is_finite().then_some(x);
-        Self {
+        Ok(Self {
             name: robot.name.clone(),
             mass_kg: robot.mass_kg(),
             wheels: robot.wheels.iter().map(WheelInspection::of).collect(),
-            rank: match kinematics {
-                Ok(_) => 3,
-                Err(_) => singular_values
-                    .iter()
-                    .filter(|value| **value > 1e-4 * singular_values[0])
-                    .count(),
-            },
-            singular_values,
-            singularity: kinematics.as_ref().err().map(ToString::to_string),
-            decoupled: coupling.norm() < 1e-6 * m.len() as f64,
-            decoupling_point_m: decoupling_point.map(|d| [d.x, d.y]),
-            speed_limits: finite(robot.wheel_rate_limit_rad_s())
-                .zip(kinematics.ok())
-                .map(|(limit_rad_s, kinematics)| {
-                    SpeedLimits::of(kinematics.rate_matrix(), limit_rad_s)
-                }),
+            m: arrangement
+                .m
+                .row_iter()
+                .map(|row| [row[0], row[1], row[2]])
+                .collect(),
+            rank: arrangement.rank,
+            singular_values: arrangement.singular_values,
+            condition: finite(arrangement.condition),
+            singularity: arrangement.singularity.as_ref().map(ToString::to_string),
+            decoupled: kinematics.as_ref().is_some_and(Kinematics::is_decoupled),
+            decoupling_point_m: kinematics
+                .as_ref()
+                .map(|kinematics| kinematics.decoupling_point_m().into()),
+            speed_limits: kinematics
+                .map(|kinematics| control::SpeedLimits::new(&kinematics, &limits_rad_s))
+                .and_then(|limits| SpeedLimits::of(&limits)),
             remarks: robot
                 .remarks
                 .iter()
                 .map(|remark| format!("{}: {}", remark.subject, remark.text))
                 .collect(),
-            m,
-        }
+        })
     }
 }
 
@@ -138,91 +138,15 @@ impl WheelInspection {
 }
 
 impl SpeedLimits {
-    /// From the matrix of equation (9): rates = matrix * twist.
-    fn of(rate_matrix: &MatrixXx3<f64>, limit_rad_s: f64) -> Self {
-        let fastest_wheel = |x: f64, y: f64, omega: f64| {
-            rate_matrix
-                .row_iter()
-                .map(|row| (row[0] * x + row[1] * y + row[2] * omega).abs())
-                .fold(0.0, f64::max)
-        };
-        // Top speed by direction has its least and greatest values at corners and edges of a polygon; a tenth of a
-        // degree finds them to 1 - cos(0.05 deg), 4e-7 of their value.
-        let speeds_m_s = (0..3600).map(|tenth| {
-            let (s, c) = (f64::from(tenth) * 0.1).to_radians().sin_cos();
-            limit_rad_s / fastest_wheel(c, s, 0.0)
-        });
-        Self {
-            wheel_rate_rad_s: limit_rad_s,
-            slowest_direction_m_s: speeds_m_s.clone().fold(f64::INFINITY, f64::min),
-            fastest_direction_m_s: speeds_m_s.fold(0.0, f64::max),
-            yaw_rate_rad_s: limit_rad_s / fastest_wheel(0.0, 0.0, 1.0),
-        }
-    }
-}
-
-/// A row of M, Indiveri 2009, equation (8): -(n_gamma, b . u_gamma).
-fn m_row(wheel: &Wheel) -> [f64; 3] {
-    let (n_g, u_g) = (wheel.roller_axis(), wheel.roller_rolling_direction());
-    let b = wheel.position_m().xy();
-    [-n_g.x, -n_g.y, -b.dot(&u_g)]
-}
-
-fn singular_values(m: &[[f64; 3]]) -> Vec<f64> {
-    let rows: Vec<_> = m
-        .iter()
-        .map(|row| nalgebra::RowVector3::from(*row))
-        .collect();
-    if rows.is_empty() {
-        return Vec::new();
-    }
-    let mut values: Vec<f64> = MatrixXx3::from_rows(&rows)
-        .singular_values()
-        .iter()
-        .copied()
-        .collect();
-    values.sort_by(|a, b| b.total_cmp(a));
-    values
-}
-
-/// The point d about which M_a is orthogonal to span(M_l): d = (sum n_g u_g^T)^-1 sum n_g (b . u_g), in the body frame.
-///
-/// About d, row h of M_a is -(b_h - d) . u_g,h, and M_l^T M_a = sum n_g ((b - d) . u_g) = 0 is linear in d.
-fn decoupling_point_m(wheels: &[Wheel]) -> Option<Vector2<f64>> {
-    let mut matrix = Matrix2::zeros();
-    let mut right = Vector2::zeros();
-    for wheel in wheels {
-        let (n_g, u_g) = (wheel.roller_axis(), wheel.roller_rolling_direction());
-        matrix += n_g * u_g.transpose();
-        right += n_g * wheel.position_m().xy().dot(&u_g);
-    }
-    // n_g and u_g are unit vectors: the determinant of a sum over N of them is below N^2, and rounding 1e-16 of that.
-    if matrix.determinant().abs() < 1e-9 {
-        return None;
-    }
-    Some(matrix.try_inverse()? * right)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_speeds_of_the_paper_follow_from_three_wheels_at_120_degrees() {
-        // Indiveri 2009, section IV: rho 5 cm, |b| 25 cm, gamma 0, 8.7 rad/s: 99.7 deg/s and about 0.5 m/s. With
-        // gamma = 0 a row of equation (9) is (sin t, -cos t, -0.25)/0.05 or its negative, so that the yaw rate is
-        // 8.7 * 0.05 / 0.25 rad/s, and the speed lies between 8.7 * 0.05 (along a wheel's rolling direction) and
-        // that over cos 30 deg (across a wheel's).
-        let rows: Vec<_> = [0.0_f64, 120.0, 240.0]
-            .iter()
-            .map(|deg| {
-                let (s, c) = deg.to_radians().sin_cos();
-                nalgebra::RowVector3::new(s, -c, -0.25) / 0.05
-            })
-            .collect();
-        let limits = SpeedLimits::of(&MatrixXx3::from_rows(&rows), 8.7);
-        assert!((limits.yaw_rate_rad_s.to_degrees() - 99.7).abs() < 0.05);
-        assert!((limits.slowest_direction_m_s - 0.435).abs() < 1e-6);
-        assert!((limits.fastest_direction_m_s - 0.435 / 30f64.to_radians().cos()).abs() < 1e-6);
+    /// `None` where the wheels leave a motion unlimited.
+    fn of(limits: &control::SpeedLimits) -> Option<Self> {
+        let (slowest_direction_m_s, fastest_direction_m_s) = limits.top_speed_range_m_s();
+        let yaw_rate_rad_s = limits.top_yaw_rate_rad_s();
+        let all_finite = fastest_direction_m_s.is_finite() && yaw_rate_rad_s.is_finite();
+        all_finite.then_some(Self {
+            slowest_direction_m_s,
+            fastest_direction_m_s,
+            yaw_rate_rad_s,
+        })
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct Arguments {
 /// Prints the robot; one that cannot be controlled is printed too, and then told of as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let robot = Robot::load(&arguments.robot)?;
-    let inspection = Inspection::of(&robot);
+    let inspection = Inspection::of(&robot)?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
             .map_err(|error| Error::invalid(error.to_string(), ""))?;
@@ -85,8 +85,8 @@ fn text(robot: &Inspection) -> String {
     let mut table = Table::new();
     table.heading("kinematics");
     table.row("rank of M", Some(robot.rank as f64), 0, "of 3");
-    let values: Vec<Option<f64>> = robot.singular_values.iter().copied().map(Some).collect();
-    table.row_of("singular values", &values, 4, "");
+    table.row_of("singular values", &robot.singular_values.map(Some), 4, "");
+    table.row("condition", robot.condition, 2, "");
     table.words(
         "position and heading",
         &[if robot.decoupled {
@@ -97,15 +97,9 @@ fn text(robot: &Inspection) -> String {
         .to_owned()],
     );
     if let Some(point) = robot.decoupling_point_m {
-        table.row_of("decoupled about", &point.map(|x| Some(x + 0.0)), 4, "m");
+        table.row_of("decoupled about", &point.map(Some), 4, "m");
     }
     if let Some(limits) = robot.speed_limits {
-        table.row(
-            "wheel rate limit",
-            Some(limits.wheel_rate_rad_s),
-            2,
-            "rad/s",
-        );
         table.row(
             "top speed, slowest direction",
             Some(limits.slowest_direction_m_s),

@@ -1,5 +1,6 @@
 //! The `ilon` command: what it takes, what it prints, and with which code it ends.
 
+mod bench;
 mod check;
 mod generate;
 mod inspect;
@@ -37,6 +38,8 @@ enum Command {
     Check(check::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
+    /// Measure how right and how fast the simulation is on this machine.
+    Bench(bench::Arguments),
     /// Print the JSON Schema of the scenario file.
     Schema,
 }
@@ -81,6 +84,7 @@ fn dispatch(command: Command) -> Result<Outcome, Error> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Schema => schema::run(),
     }
 }

@@ -37,7 +37,7 @@ impl Table {
         let values = values
             .iter()
             .map(|value| match value {
-                Some(value) => format!("{value:.decimals$}"),
+                Some(value) => unsigned_zero(format!("{value:.decimals$}")),
                 None => "-".to_owned(),
             })
             .collect();
@@ -55,6 +55,15 @@ impl Table {
             values: words.to_vec(),
             unit: String::new(),
         });
+    }
+}
+
+/// A number as text, without the sign of a zero.
+fn unsigned_zero(text: String) -> String {
+    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    match text.strip_prefix('-') {
+        Some(digits) if is_zero => digits.to_owned(),
+        _ => text,
     }
 }
 
@@ -114,9 +123,10 @@ mod tests {
         table.heading("slip");
         table.row("energy", Some(12.345), 2, "J");
         table.row("odometry drift", None, 2, "m");
+        table.row("side drift", Some(-0.001), 2, "m");
         assert_eq!(
             table.to_string(),
-            "slip\n  energy          12.35 J\n  odometry drift      - m\n"
+            "slip\n  energy          12.35 J\n  odometry drift      - m\n  side drift       0.00 m\n"
         );
     }
 }

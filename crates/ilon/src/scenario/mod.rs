@@ -23,7 +23,7 @@ pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use robot::{Robot, RollerBodies};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, PoseSensor, Sensors};
-pub use wheels::{DcMotor, Motors, WheelLoop};
+pub use wheels::{DcMotor, Motors, WheelLaw, WheelLoop};
 pub use world::{Floor, Solver, World};
 
 use std::path::PathBuf;

@@ -3,12 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A PID on each wheel's rate. Gains left out follow from the bandwidth and the robot's own inertia.
+/// The law that turns wheel rates asked for into torques. Gains of the PID that are left out follow from the bandwidth and the robot's own inertia.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "WheelLoopSection")]
 pub struct WheelLoop {
-    /// The bandwidth that gains left out aim at, in rad/s; a wheel in the air, being light, may allow less.
+    /// Which law it is.
+    pub law: WheelLaw,
+    /// The bandwidth of the computed torque, and that which gains left out aim at, in rad/s; a wheel in the air, being
+    /// light, may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
     /// Torque per rate error, in N m s/rad.
@@ -33,9 +36,21 @@ pub struct WheelLoop {
     pub feedforward_friction_n_m: f64,
 }
 
+/// A law from wheel rates to torques.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WheelLaw {
+    /// A PID on each wheel's rate by itself.
+    #[default]
+    Pid,
+    /// Computed torque from the robot's dynamic model, Indiveri 2009, equation (12).
+    ComputedTorque,
+}
+
 impl Default for WheelLoop {
     fn default() -> Self {
         Self {
+            law: WheelLaw::default(),
             bandwidth_rad_s: 60.0,
             proportional_n_m_s: None,
             integral_n_m: None,

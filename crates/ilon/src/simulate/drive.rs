@@ -1,50 +1,46 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    DynamicModel, DynamicsSettings, Motor, MotorCurve, TorqueRange, WheelGains, WheelLoop,
-    WheelLoopSettings,
+    ComputedTorque, ComputedTorqueSettings, DynamicModel, DynamicsSettings, Motor, MotorCurve,
+    TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::Robot;
 
+use super::pilot::Targets;
 use crate::Error;
-use crate::scenario::Scenario;
+use crate::scenario::{self, Scenario, WheelLaw};
 
 /// The wheel loops of a robot and its motors.
 pub(super) struct Drive {
-    wheel_loop: WheelLoop,
+    law: Law,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
+    torques_n_m: Vec<f64>,
+}
+
+enum Law {
+    Pid(WheelLoop),
+    ComputedTorque(Box<ComputedTorque>),
 }
 
 impl Drive {
     /// The drive of a scenario; the gains that it chooses are written into the scenario.
     pub fn new(scenario: &mut Scenario, robot: &Robot, physics_dt_s: f64) -> Result<Self, Error> {
-        let section = &mut scenario.wheel_loop;
-        let armature_ratio = scenario.world.solver.roller_armature_ratio.unwrap_or(0.0);
-        let roller_inertia_kg_m2 = robot
-            .wheels
-            .iter()
-            .flat_map(|wheel| &wheel.rollers)
-            .map(|roller| roller.axial_inertia_kg_m2)
-            .fold(0.0, f64::max);
-        let settings = DynamicsSettings {
-            roller_armature_kg_m2: armature_ratio * roller_inertia_kg_m2,
-            ..DynamicsSettings::default()
-        };
-        let model = DynamicModel::new(robot, &settings)?;
-        let proposed = WheelGains::for_robot(&model, physics_dt_s, section.bandwidth_rad_s)?;
-        let gains = WheelGains {
-            proportional_n_m_s: *section
-                .proportional_n_m_s
-                .get_or_insert(proposed.proportional_n_m_s),
-            integral_n_m: *section.integral_n_m.get_or_insert(proposed.integral_n_m),
-            derivative_n_m_s2: section.derivative_n_m_s2,
-        };
-        let settings = WheelLoopSettings {
-            derivative_filter_s: section.derivative_filter_s,
-            feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
-            feedforward_friction_n_m: section.feedforward_friction_n_m,
-            ..WheelLoopSettings::new(gains)
+        let model = DynamicModel::new(robot, &dynamics_settings(scenario, robot))?;
+        let law = match scenario.wheel_loop.law {
+            WheelLaw::Pid => {
+                let section = &mut scenario.wheel_loop;
+                Law::Pid(pid(section, &model, physics_dt_s)?)
+            }
+            WheelLaw::ComputedTorque => {
+                let settings = ComputedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    // The targets change once a control period; their derivative is smoothed over as long.
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: physics_dt_s,
+                };
+                Law::ComputedTorque(Box::new(ComputedTorque::new(model, &settings)?))
+            }
         };
         let curve = match scenario.motors.dc {
             Some(dc) => MotorCurve::dc_line(dc.stall_torque_n_m, dc.no_load_rate_rad_s)?,
@@ -56,20 +52,70 @@ impl Drive {
             .map(|wheel| Motor::new(&wheel.motor, curve))
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            wheel_loop: WheelLoop::new(motors.len(), settings)?,
+            law,
+            torques_n_m: vec![0.0; motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
             motors,
         })
     }
 
     /// The torques of the next physics step, in N m, within what each motor can give at its rate.
-    pub fn torques(&mut self, targets_rad_s: &[f64], rates_rad_s: &[f64], dt_s: f64) -> &[f64] {
+    pub fn torques(&mut self, targets: Targets<'_>, rates_rad_s: &[f64], dt_s: f64) -> &[f64] {
         for ((limit, motor), rate_rad_s) in
             self.limits.iter_mut().zip(&self.motors).zip(rates_rad_s)
         {
             *limit = motor.range(*rate_rad_s);
         }
-        self.wheel_loop
-            .update(targets_rad_s, rates_rad_s, &self.limits, dt_s)
+        match (targets, &mut self.law) {
+            (Targets::Rates(rates), Law::Pid(pid)) => {
+                pid.update(rates, rates_rad_s, &self.limits, dt_s)
+            }
+            (Targets::Rates(rates), Law::ComputedTorque(law)) => {
+                law.update(rates, rates_rad_s, &self.limits, dt_s)
+            }
+            (Targets::Torques(torques), _) => {
+                let given = self.torques_n_m.iter_mut().zip(&self.limits);
+                for ((given, limit), asked) in given.zip(torques) {
+                    *given = limit.clamp(*asked);
+                }
+                &self.torques_n_m
+            }
+        }
+    }
+}
+
+/// The wheel loops of a `[wheel_loop]` section; the gains that are left out there are chosen and written into it.
+fn pid(
+    section: &mut scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<WheelLoop, Error> {
+    let proposed = WheelGains::for_robot(model, physics_dt_s, section.bandwidth_rad_s)?;
+    let gains = WheelGains {
+        proportional_n_m_s: *section
+            .proportional_n_m_s
+            .get_or_insert(proposed.proportional_n_m_s),
+        integral_n_m: *section.integral_n_m.get_or_insert(proposed.integral_n_m),
+        derivative_n_m_s2: section.derivative_n_m_s2,
+    };
+    let settings = WheelLoopSettings {
+        derivative_filter_s: section.derivative_filter_s,
+        feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
+        feedforward_friction_n_m: section.feedforward_friction_n_m,
+        ..WheelLoopSettings::new(gains)
+    };
+    Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)
+}
+
+/// The model's settings: the roller armature of the simulated robot, that of its heaviest roller.
+fn dynamics_settings(scenario: &Scenario, robot: &Robot) -> DynamicsSettings {
+    let armature_ratio = scenario.world.solver.roller_armature_ratio.unwrap_or(0.0);
+    let rollers = robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+    let heaviest_kg_m2 = rollers
+        .map(|roller| roller.axial_inertia_kg_m2)
+        .fold(0.0, f64::max);
+    DynamicsSettings {
+        roller_armature_kg_m2: armature_ratio * heaviest_kg_m2,
+        ..DynamicsSettings::default()
     }
 }

@@ -15,7 +15,8 @@ use ilon_robot::{Pose, Robot};
 use ilon_trace::{Header, Summary, Trace};
 use ilon_world::World;
 
-pub use pilot::TwistProfile;
+pub use pilot::{Controller, TwistProfile, WheelCommand};
+pub use sensors::Seen;
 
 use crate::Error;
 use crate::scenario::{Motion, RollerBodies, Scenario, Step};
@@ -73,10 +74,7 @@ impl Simulation {
     /// # Errors
     /// Like [`run`].
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        scenario.validate()?;
-        let robot_file = scenario.resolve(&scenario.robot.file);
-        let robot = Robot::load(&robot_file)?;
-        Self::with_robot(scenario, &robot)
+        Self::assemble(scenario, &load_robot(scenario)?, None)
     }
 
     /// Puts a robot into the scenario's world, whatever file the scenario names.
@@ -84,6 +82,27 @@ impl Simulation {
     /// # Errors
     /// Where the scenario asks for something that cannot be.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        Self::assemble(scenario, robot, None)
+    }
+
+    /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
+    /// scenario's `[reference]` tells that controller what is desired, and the summary what to measure against.
+    ///
+    /// # Errors
+    /// Like [`run`].
+    pub fn with_controller(
+        scenario: &Scenario,
+        controller: impl Controller + 'static,
+    ) -> Result<Self, Error> {
+        Self::assemble(scenario, &load_robot(scenario)?, Some(Box::new(controller)))
+    }
+
+    fn assemble(
+        scenario: &Scenario,
+        robot: &Robot,
+        controller: Option<Box<dyn Controller>>,
+    ) -> Result<Self, Error> {
+        scenario.validate()?;
         let mut scenario = scenario.clone();
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
@@ -113,6 +132,7 @@ impl Simulation {
             kinematics.clone(),
             contact_kinematics.clone(),
             limit_rad_s,
+            controller,
         )?;
         let drive = Drive::new(&mut scenario, robot, physics_dt_s)?;
         let sensors = Sensors::new(&scenario.sensors, start, robot.wheels.len());
@@ -160,7 +180,7 @@ impl Simulation {
             self.pilot.decide(t_s, self.sensors.seen());
         }
         let torques_n_m = self.drive.torques(
-            self.pilot.wheel_rates_rad_s(),
+            self.pilot.targets(),
             &self.sensors.seen().wheel_rates_rad_s,
             self.clock.physics_dt_s(),
         );
@@ -234,6 +254,10 @@ impl Simulation {
             warnings: self.warnings,
         }
     }
+}
+
+fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
+    Ok(Robot::load(scenario.resolve(&scenario.robot.file))?)
 }
 
 /// Floor and solver of a scenario, with the solver's defaults written into the scenario.

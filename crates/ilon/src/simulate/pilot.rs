@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use super::sensors::Seen;
 use super::waypoints;
 use crate::Error;
-use crate::scenario::{self, Motion, Scenario};
+use crate::scenario::{self, Scenario};
 
 /// What decides the wheel rates.
 pub(super) struct Pilot {
@@ -18,13 +18,43 @@ pub(super) struct Pilot {
     guidance: Guidance,
     /// Present where the wheel rates are those of the touching rollers.
     contact: Option<ContactKinematics>,
+    /// The wheel rates decided on, in rad/s; zero where torques were.
     wheel_rates_rad_s: Vec<f64>,
+    /// The torques decided on, in N m, where a controller commands torques.
+    torques_n_m: Option<Vec<f64>>,
     decision: Decision,
 }
 
 enum Planned {
     Reference(Box<Reference>),
     Twist(TwistProfile),
+    /// A controller of the caller's, and the reference that the scenario names, if it does.
+    Own(Box<dyn Controller>, Option<Box<Reference>>),
+}
+
+/// A controller of one's own, in place of the guidance: it sees what the robot's sensors see and commands the wheels.
+pub trait Controller {
+    /// Decides what the wheels shall do, once a control period. `desired` is the scenario's `[reference]` at the time,
+    /// if it has one.
+    fn command(&mut self, t_s: f64, seen: &Seen, desired: Option<&Desired>) -> WheelCommand;
+}
+
+/// What a [`Controller`] commands: one number a wheel, in the robot's order. Missing numbers are zero.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WheelCommand {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates(Vec<f64>),
+    /// Torques in N m, held for the control period; the motors' limits still stand.
+    Torques(Vec<f64>),
+}
+
+/// What the drive shall do.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Targets<'a> {
+    /// Wheel rates in rad/s.
+    Rates(&'a [f64]),
+    /// Torques in N m.
+    Torques(&'a [f64]),
 }
 
 /// The last decision, as it is recorded.
@@ -53,6 +83,7 @@ impl Pilot {
         kinematics: Kinematics,
         contact_kinematics: ContactKinematics,
         limit_rad_s: f64,
+        controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let section = &scenario.guidance;
         let priority = match section.priority {
@@ -73,13 +104,15 @@ impl Pilot {
                 scenario::Saturation::None => ilon_control::Saturation::None,
             },
         };
-        let motion = match scenario.motion() {
-            Some(Motion::Tracked(section)) => {
-                Planned::Reference(Box::new(reference(section, scenario)?))
-            }
-            Some(Motion::OpenLoop(section)) => Planned::Twist(TwistProfile::new(section)),
-            // The scenario was validated; without a motion the robot stands.
-            None => Planned::Twist(TwistProfile::new(&scenario::Twist::default())),
+        let tracked = match &scenario.reference {
+            Some(section) => Some(Box::new(reference(section, scenario)?)),
+            None => None,
+        };
+        let twist = scenario.twist.clone().unwrap_or_default();
+        let motion = match (controller, tracked) {
+            (Some(controller), tracked) => Planned::Own(controller, tracked),
+            (None, Some(reference)) => Planned::Reference(reference),
+            (None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
         let mut pilot = Self {
             motion,
@@ -89,10 +122,13 @@ impl Pilot {
                 scenario::Kinematics::Contact => Some(contact_kinematics),
             },
             wheel_rates_rad_s: vec![0.0; wheel_count],
+            torques_n_m: None,
             decision: Decision::default(),
         };
-        // Names the tasks before the first step.
-        pilot.decide(0.0, &Seen::at(start_pose(scenario), wheel_count));
+        // Names the guidance's tasks before the first step.
+        if let Planned::Reference(_) = pilot.motion {
+            pilot.decide(0.0, &Seen::at(start_pose(scenario), wheel_count));
+        }
         Ok(pilot)
     }
 
@@ -101,7 +137,7 @@ impl Pilot {
         if let Some(contact) = &mut self.contact {
             contact.update(&seen.wheel_angles_rad);
         }
-        match &self.motion {
+        match &mut self.motion {
             Planned::Reference(reference) => {
                 let desired = reference.at(t_s);
                 let command = match &self.contact {
@@ -127,6 +163,38 @@ impl Pilot {
                     .copy_from_slice(&command.wheel_rates_rad_s);
                 self.decision.take(command, &seen.pose, None);
             }
+            Planned::Own(controller, reference) => {
+                let desired = reference.as_ref().map(|reference| reference.at(t_s));
+                let command = controller.command(t_s, seen, desired.as_ref());
+                let count = self.wheel_rates_rad_s.len();
+                self.torques_n_m = match command {
+                    WheelCommand::Rates(mut rates_rad_s) => {
+                        rates_rad_s.resize(count, 0.0);
+                        self.wheel_rates_rad_s = rates_rad_s;
+                        None
+                    }
+                    WheelCommand::Torques(mut torques_n_m) => {
+                        torques_n_m.resize(count, 0.0);
+                        self.wheel_rates_rad_s.fill(0.0);
+                        Some(torques_n_m)
+                    }
+                };
+                let twist_in_body = self.guidance.kinematics().twist(&self.wheel_rates_rad_s);
+                self.decision = Decision {
+                    desired,
+                    command_twist_in_body: twist_in_body,
+                    granted_twist_in_body: twist_in_body,
+                    tasks: Vec::new(),
+                };
+            }
+        }
+    }
+
+    /// What the drive shall do.
+    pub fn targets(&self) -> Targets<'_> {
+        match &self.torques_n_m {
+            Some(torques_n_m) => Targets::Torques(torques_n_m),
+            None => Targets::Rates(&self.wheel_rates_rad_s),
         }
     }
 
@@ -147,7 +215,7 @@ impl Pilot {
     /// From when on means are taken, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {
-            Planned::Reference(_) => 0.0,
+            Planned::Reference(_) | Planned::Own(..) => 0.0,
             Planned::Twist(profile) => profile.settled_s(),
         }
     }
@@ -161,7 +229,7 @@ impl Pilot {
                 let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
                 Some(self.guidance.feasibility(speed_m_s, rate_rad_s))
             }
-            Planned::Twist(_) => None,
+            Planned::Twist(_) | Planned::Own(..) => None,
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::scenario;
 
 /// What the robot knows at one moment.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Seen {
+pub struct Seen {
     /// The newest pose that has arrived.
     pub pose: Pose,
     /// The wheels' rates, in rad/s.
@@ -23,7 +23,7 @@ pub(super) struct Seen {
 
 impl Seen {
     /// A robot at rest, its wheels at angle zero.
-    pub fn at(pose: Pose, wheel_count: usize) -> Self {
+    pub(super) fn at(pose: Pose, wheel_count: usize) -> Self {
         Self {
             pose,
             wheel_rates_rad_s: vec![0.0; wheel_count],
