@@ -635,9 +635,12 @@ fn mending_says_what_it_changed_and_keeps_the_lines() {
 
 // --- Whatever the bytes.
 
+/// `ILON_DAMAGE_ROUNDS=100000` looks longer.
 #[test]
 fn no_damage_to_the_text_fells_the_loader() {
     let text = small();
+    let rounds =
+        std::env::var("ILON_DAMAGE_ROUNDS").map_or(600, |r| r.parse().expect("a number of rounds"));
     // A linear congruential generator (Knuth's MMIX constants): the same damage in every run.
     let mut state = 1973u64;
     let mut random = |below: usize| {
@@ -678,7 +681,7 @@ fn no_damage_to_the_text_fells_the_loader() {
         },
     ];
     let mut loaded = 0;
-    for round in 0..600 {
+    for round in 0..rounds {
         let mut damaged = text.clone();
         for _ in 0..=random(3) {
             let boundary = |i: usize| {
@@ -703,5 +706,49 @@ fn no_damage_to_the_text_fells_the_loader() {
         }
     }
     // Some damage hits what is not read; most does not.
-    assert!(loaded > 0 && loaded < 600, "{loaded}");
+    assert!(loaded > 0 && loaded < rounds, "{loaded}");
+}
+
+#[test]
+fn a_closing_bracket_in_quotes_closes_no_element() {
+    let mut text = small().replace("</robot>", "");
+    for i in 0..200 {
+        text += &format!("<gazebo reference=\"a > b {i}\"/>\n");
+    }
+    assert_eq!(load(&(text + "</robot>")).wheels.len(), 3);
+}
+
+#[test]
+fn thousands_of_rollers_load_in_good_time() {
+    let spec = SPEC.replace("per_row = 8", "per_row = 1000");
+    let text = generate(&Spec::from_toml_str(&spec, "many.toml").expect("good")).expect("in range");
+    let start = std::time::Instant::now();
+    assert_eq!(load(&text).wheels[0].rollers.len(), 1000);
+    // A second or two on a slow machine; anything quadratic takes minutes.
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+    println!("{} bytes in {:?}", text.len(), start.elapsed());
+}
+
+#[test]
+fn a_long_chain_of_links_loads_in_good_time() {
+    let mut chain = String::new();
+    for i in 0..20_000 {
+        let parent = if i == 0 {
+            "base_link".to_owned()
+        } else {
+            format!("c{}", i - 1)
+        };
+        chain += &format!(
+            "<link name=\"c{i}\"/><joint name=\"c{i}\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"c{i}\"/></joint>\n"
+        );
+    }
+    let start = std::time::Instant::now();
+    assert_eq!(
+        load(&small().replace("</robot>", &(chain + "</robot>")))
+            .wheels
+            .len(),
+        3
+    );
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+    println!("{:?}", start.elapsed());
 }

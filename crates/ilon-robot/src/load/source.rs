@@ -3,7 +3,7 @@
 //! urdf-rs says what a file means but hardly where; roxmltree knows every byte. So the text is held against the form of
 //! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use roxmltree::{Document, Node, ParsingOptions};
@@ -126,9 +126,7 @@ impl<'a> Source<'a> {
 
     fn opening_tag(&self, node: Node) -> Range<usize> {
         let Range { start, end } = node.range();
-        let length = self.text[start..end]
-            .find('>')
-            .map_or(end - start, |i| i + 1);
+        let length = end_of_tag(&self.text[start..end]).map_or(end - start, |i| i + 1);
         start..start + length
     }
 
@@ -150,7 +148,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// Line of a byte, from 1.
+    /// Line of an element, from 1; found by counting from the top of the file.
     pub(super) fn line_of(&self, node: Node) -> usize {
         self.document.text_pos_at(node.range().start).row as usize
     }
@@ -175,7 +173,7 @@ impl<'a> Source<'a> {
                 ],
             ),
         ];
-        let mut counts: Vec<(&str, &str, usize)> = Vec::new();
+        let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
         let robot = self.robot();
         for outer in [robot]
             .into_iter()
@@ -187,18 +185,14 @@ impl<'a> Source<'a> {
             };
             for node in outer.children().filter(Node::is_element) {
                 let tag = node.tag_name().name();
-                if read.contains(&tag) {
-                    continue;
-                }
-                match counts.iter_mut().find(|(i, t, _)| i == inside && *t == tag) {
-                    Some((_, _, count)) => *count += 1,
-                    None => counts.push((inside, tag, 1)),
+                if !read.contains(&tag) {
+                    *counts.entry((inside, tag)).or_default() += 1;
                 }
             }
         }
         counts
             .into_iter()
-            .map(|(inside, tag, count)| Remark {
+            .map(|((inside, tag), count)| Remark {
                 subject: format!("`<{tag}>`"),
                 text: match (inside, tag) {
                     ("link", "visual") => {
@@ -252,7 +246,7 @@ fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
                 rest = inside.find(end).map_or("", |i| &inside[i..]);
             }
         }
-        let Some(close) = rest.find('>') else { break };
+        let Some(close) = end_of_tag(rest) else { break };
         if rest.starts_with('/') {
             depth = depth.saturating_sub(1);
         } else if !rest.starts_with(['?', '!', '-', ']']) && !rest[..close].ends_with('/') {
@@ -268,6 +262,25 @@ fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
         }
     }
     Ok(())
+}
+
+/// Where a tag ends: its first `>` that stands in no quotes.
+fn end_of_tag(text: &str) -> Option<usize> {
+    let mut quote = None;
+    text.bytes().position(|b| match quote {
+        Some(q) => {
+            if b == q {
+                quote = None;
+            }
+            false
+        }
+        None => {
+            if b == b'"' || b == b'\'' {
+                quote = Some(b);
+            }
+            b == b'>'
+        }
+    })
 }
 
 fn byte_of(text: &str, pos: roxmltree::TextPos) -> usize {
@@ -293,20 +306,19 @@ fn without_position(message: &str) -> String {
     }
 }
 
-/// Lines of the elements of one tag by name, refusing names that are missing or given twice.
+/// Refuses names that are missing or given twice among the elements of one tag.
 pub(super) fn unique_names(source: &Source, tag: &'static str) -> Result<(), RobotError> {
-    let mut lines: HashMap<&str, usize> = HashMap::new();
+    let mut first: HashMap<&str, Node> = HashMap::new();
     for node in source.all(tag) {
         let Some(name) = node.attribute("name").filter(|n| !n.trim().is_empty()) else {
             let attribute = "name".to_owned();
             return Err(source.error(node, Fault::MissingAttribute { attribute }));
         };
-        let line = source.line_of(node);
-        if let Some(&first_line) = lines.get(name) {
+        if let Some(taken) = first.insert(name, node) {
+            let first_line = source.line_of(taken);
             let fault = Fault::DuplicateName { tag, first_line };
             return Err(source.attribute_error(node, "name", fault));
         }
-        lines.insert(name, line);
     }
     Ok(())
 }

@@ -15,6 +15,8 @@ pub(super) struct Tree {
     pub(super) links: Vec<TreeLink>,
     pub(super) joints: Vec<TreeJoint>,
     pub(super) root: usize,
+    /// Of each joint the nearest turning joint above it.
+    turning_above: Vec<Option<usize>>,
 }
 
 /// A link, placed.
@@ -24,8 +26,6 @@ pub(super) struct TreeLink {
     mass: Option<MassProperties>,
     /// Collision geometry with its pose in the body frame.
     shapes: Vec<PlacedShape>,
-    /// The joint above, none for the root.
-    pub(super) joint_above: Option<usize>,
     /// The joints below, in the order of the file.
     pub(super) joints_below: Vec<usize>,
 }
@@ -132,6 +132,7 @@ impl Tree {
         let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; urdf_links.len()];
         placed[root] = Some(Isometry3::identity());
         let mut waiting = vec![root];
+        let mut from_the_top = Vec::with_capacity(urdf_joints.len());
         while let Some(link) = waiting.pop() {
             let Some(body_from_parent) = placed[link] else {
                 continue;
@@ -140,6 +141,7 @@ impl Tree {
                 if let Some(&child) = index.get(&urdf_joints[j].child.link) {
                     placed[child] = Some(body_from_parent * isometry(&urdf_joints[j].origin));
                     waiting.push(child);
+                    from_the_top.push(j);
                 }
             }
         }
@@ -156,28 +158,30 @@ impl Tree {
             };
             joints.push(tree_joint(source, joint, parent, child, &placed, remarks)?);
         }
+        let mut turning_above: Vec<Option<usize>> = vec![None; joints.len()];
+        for j in from_the_top {
+            turning_above[j] = match above[joints[j].parent] {
+                Some(next) if joints[next].motion == Motion::Turning => Some(next),
+                Some(next) => turning_above[next],
+                None => None,
+            };
+        }
         let links = urdf_links
             .into_iter()
             .enumerate()
-            .map(|(i, link)| tree_link(link, placed[i], above[i], std::mem::take(&mut below[i])))
+            .map(|(i, link)| tree_link(link, placed[i], std::mem::take(&mut below[i])))
             .collect();
         Ok(Self {
             links,
             joints,
             root,
+            turning_above,
         })
     }
 
     /// The nearest turning joint above a joint.
     pub(super) fn turning_above(&self, joint: usize) -> Option<usize> {
-        let mut link = self.joints[joint].parent;
-        while let Some(above) = self.links[link].joint_above {
-            if self.joints[above].motion == Motion::Turning {
-                return Some(above);
-            }
-            link = self.joints[above].parent;
-        }
-        None
+        self.turning_above[joint]
     }
 
     /// Turning joints with nothing turning below them.
@@ -202,21 +206,19 @@ impl Tree {
     /// A joint that does not turn but carries rollers: three or more turning joints of nothing else, some of them on axes
     /// that are not level, as on a ring around a level axis some are. With it, how many there are.
     pub(super) fn fixed_hub(&self) -> Option<(usize, usize)> {
-        let ends = self.turning_ends();
-        let free: Vec<usize> = ends
-            .into_iter()
-            .filter(|&j| self.turning_above(j).is_none())
-            .collect();
-        (0..self.joints.len())
-            .filter(|&hub| self.joints[hub].motion != Motion::Turning)
-            .find_map(|hub| {
-                let on_hub = || {
-                    free.iter()
-                        .filter(|&&j| self.joints[j].parent == self.joints[hub].child)
-                };
-                let leaning = on_hub().any(|&j| !self.level(j));
-                (leaning && on_hub().count() >= 3).then(|| (hub, on_hub().count()))
-            })
+        let mut on_link: HashMap<usize, (usize, bool)> = HashMap::new();
+        for j in self.turning_ends() {
+            if self.turning_above(j).is_none() {
+                let (count, leaning) = on_link.entry(self.joints[j].parent).or_default();
+                *count += 1;
+                *leaning |= !self.level(j);
+            }
+        }
+        (0..self.joints.len()).find_map(|hub| {
+            let joint = &self.joints[hub];
+            let &(count, leaning) = on_link.get(&joint.child)?;
+            (joint.motion != Motion::Turning && leaning && count >= 3).then_some((hub, count))
+        })
     }
 
     /// Turning joints on a level axis that hang by an upright one, with nothing turning below them.
@@ -262,7 +264,6 @@ impl Tree {
 fn tree_link(
     link: urdf_rs::Link,
     body_from_link: Isometry3<f64>,
-    joint_above: Option<usize>,
     joints_below: Vec<usize>,
 ) -> TreeLink {
     let urdf_rs::Link {
@@ -302,7 +303,6 @@ fn tree_link(
         name,
         mass,
         shapes,
-        joint_above,
         joints_below,
     }
 }
