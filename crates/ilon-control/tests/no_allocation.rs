@@ -1,0 +1,99 @@
+//! After construction nothing in the update paths allocates, so that the crate can run in a robot's control loop.
+
+#[path = "../src/fixtures.rs"]
+#[allow(dead_code)]
+mod fixtures;
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use ilon_control::{
+    ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, DynamicsSettings,
+    Gain, Guidance, GuidanceSettings, Heading, Kinematics, Motor, MotorCurve, PrioritisedTorque,
+    PrioritisedTorqueSettings, Priority, Reference, Saturation, TorqueRange, WheelGains, WheelLoop,
+    WheelLoopSettings,
+};
+use ilon_robot::{MotorLimits, Pose};
+use nalgebra::Vector2;
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+#[test]
+fn a_control_step_allocates_nothing() {
+    let robot = fixtures::mecanum4();
+    let kinematics = Kinematics::new(&robot).unwrap();
+    let mut contact = ContactKinematics::new(&robot).unwrap();
+    let points = vec![
+        Vector2::zeros(),
+        Vector2::new(1.0, 0.0),
+        Vector2::new(1.0, 1.0),
+    ];
+    let along = Heading::Tangent { offset_rad: 0.1 };
+    let reference = Reference::waypoints_at_speed(points, 0.3, along).unwrap();
+    let model = DynamicModel::new(&robot, &DynamicsSettings::default()).unwrap();
+    let gains = WheelGains::for_robot(&model, 1e-3, 20.0).unwrap();
+    let mut wheel_loop = WheelLoop::new(4, WheelLoopSettings::new(gains)).unwrap();
+    let settings = ComputedTorqueSettings {
+        bandwidth_rad_s: 20.0,
+        target_filter_s: 0.01,
+        dt_s: 1e-3,
+    };
+    let mut computed = ComputedTorque::new(model, &settings).unwrap();
+    let settings = PrioritisedTorqueSettings {
+        bandwidth_rad_s: 20.0,
+        target_filter_s: 0.01,
+        dt_s: 1e-3,
+        priority: Priority::Position,
+        friction: 0.3,
+        gravity_m_s2: 9.81,
+    };
+    let mut prioritised =
+        PrioritisedTorque::new(&robot, &DynamicsSettings::default(), &settings).unwrap();
+    let limits = MotorLimits {
+        effort_n_m: 1.0,
+        velocity_rad_s: 20.0,
+    };
+    let motor = Motor::new(&limits, MotorCurve::dc_line(2.0, 25.0).unwrap()).unwrap();
+
+    for saturation in [
+        Saturation::Prioritised(Priority::Position),
+        Saturation::Prioritised(Priority::Heading),
+        Saturation::Clip,
+        Saturation::Scale,
+        Saturation::None,
+    ] {
+        let settings = GuidanceSettings {
+            position_gain: Gain::Scalar(1.0),
+            heading_gain: 1.0,
+            wheel_rate_limit_rad_s: 8.7,
+            saturation,
+        };
+        let mut guidance = Guidance::new(kinematics.clone(), &settings).unwrap();
+        let (mut angles, mut rates) = ([0.0; 4], [0.0; 4]);
+        let mut spins = [0.0; 4];
+        assert_no_alloc(|| {
+            for k in 0..200 {
+                let t_s = 0.03 * f64::from(k);
+                let desired = reference.at(t_s);
+                let twist = contact.twist(&angles, &rates);
+                contact.roller_spins_here(twist, &rates, &mut spins);
+                let seen = Pose {
+                    x_m: -0.5,
+                    y_m: 0.1,
+                    heading_rad: t_s,
+                };
+                let _ = guidance.update(&seen, &desired);
+                let targets = &guidance
+                    .update_on_contact(&seen, &desired, &contact)
+                    .wheel_rates_rad_s;
+                let ranges: [TorqueRange; 4] = std::array::from_fn(|h| motor.range(rates[h]));
+                let _ = wheel_loop.update(targets, &rates, &ranges, 1e-3);
+                let _ = computed.update(targets, &rates, &ranges, 1e-3);
+                let torques = prioritised.update(targets, &rates, &ranges, 1e-3);
+                for h in 0..4 {
+                    rates[h] += 0.1 * motor.limit(torques[h], rates[h]);
+                    angles[h] += 0.03 * rates[h];
+                }
+            }
+        });
+    }
+}
