@@ -528,7 +528,7 @@ impl Fault {
                 "use spheres on the axis, or a cylinder, capsule or square box along it"
             }
             Self::MeshUnreadable { .. } => {
-                "give the mesh as STL or OBJ, or replace it by spheres on the roller's axis"
+                "give the mesh as STL, OBJ or COLLADA, or replace it by spheres on the roller's axis"
             }
             Self::PackageUnknown { package, .. } => {
                 return format!("say where it is: `--package {package}=FOLDER`");

@@ -2,9 +2,10 @@
 //!
 //! In this order: the text is held against the form of URDF ([`source`], [`form`]; [`mend`] where it is asked for), urdf-rs
 //! reads it, its links and joints become a tree placed in the body frame ([`tree`]), wheels and rollers are recognised and
-//! measured ([`wheels`], [`roller`] with [`profile`] and [`mesh`], [`handover`], [`modelled`]) or put in ([`given`]), and
+//! measured ([`wheels`], [`roller`] with [`profile`], [`mesh`] and [`dae`], [`handover`], [`modelled`]) or put in ([`given`]), and
 //! the whole is checked ([`whole`]). Faults are errors; what is ignored, assumed or doubted is remarked.
 
+mod dae;
 mod form;
 mod given;
 mod handover;

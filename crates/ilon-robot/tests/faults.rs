@@ -376,7 +376,7 @@ fn a_tower_of_elements_is_refused_before_it_fells_a_parser() {
     let text = format!("<robot>{}", "<a>".repeat(200_000));
     assert_eq!(
         fault_of(&text).to_string(),
-        "small.urdf:1: too large to be read: elements nested 101 deep, where at most 100 are read"
+        "small.urdf:1: too large to be read: elements nested more than 100 deep, where at most 100 levels are read"
     );
 }
 

@@ -350,6 +350,28 @@ fn obj(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
     text.into_bytes()
 }
 
+/// In inches, shifted and turned a quarter about x, which the scene takes back.
+fn dae(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
+    let inch = 25.4;
+    let mut numbers = String::new();
+    for [x, y, z] in triangles.iter().flatten() {
+        // Turned by +90 deg about x, (x, y, z) is (x, -z, y); then shifted by one along x.
+        numbers += &format!("{} {} {} ", x / inch + 1.0, -z / inch, y / inch);
+    }
+    // Of a unit of 25.4 the URDF's scale makes millimetres.
+    format!(
+        r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+        <asset><unit name="inch" meter="{inch}"/><up_axis>Y_UP</up_axis></asset>
+        <library_geometries><geometry id="g"><mesh>
+        <source id="p"><float_array id="a" count="0">{numbers}</float_array></source>
+        <vertices id="v"><input semantic="POSITION" source="#p"/></vertices></mesh></geometry></library_geometries>
+        <library_visual_scenes><visual_scene id="s"><node><rotate>1 0 0 -90</rotate>
+        <node><matrix>1 0 0 -1 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url="#g"/></node></node>
+        </visual_scene></library_visual_scenes></COLLADA>"##
+    )
+    .into_bytes()
+}
+
 fn with_mesh(mesh: &str) -> String {
     with_roller_collision(
         &small(),
@@ -363,6 +385,7 @@ fn with_mesh(mesh: &str) -> String {
 #[case::binary_stl("roller.stl", binary_stl)]
 #[case::text_stl("roller_text.STL", text_stl)]
 #[case::obj("roller.obj", obj)]
+#[case::dae("roller.dae", dae)]
 fn the_barrel_of_a_mesh_is_fitted(
     #[case] file: &str,
     #[case] write: fn(&[[[f64; 3]; 3]]) -> Vec<u8>,
@@ -426,7 +449,7 @@ fn packages_are_found_by_option_and_beside_the_file() {
 #[rstest]
 #[case::missing("none.stl", None, "No such file or directory (os error 2)")]
 #[case::cut_short("cut.stl", Some(&binary_stl(&triangles(&barrel_rings_mm()))[..1000]), "it is cut short: fewer triangles than it says")]
-#[case::other_kind("roller.dae", Some(&b"<COLLADA/>"[..]), "meshes of the kind `.dae` are not read, but `.stl` and `.obj` are")]
+#[case::other_kind("roller.step", Some(&b"ISO-10303-21;"[..]), "meshes of the kind `.step` are not read, but `.stl`, `.obj` and `.dae` are")]
 #[case::empty("empty.obj", Some(&b""[..]), "it holds no vertices")]
 fn a_mesh_that_cannot_be_read_is_told(
     #[case] file: &str,

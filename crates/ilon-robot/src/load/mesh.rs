@@ -8,6 +8,7 @@ use std::rc::Rc;
 
 use nalgebra::Point3;
 
+use super::dae;
 use super::options::Package;
 use crate::error::Fault;
 
@@ -87,9 +88,10 @@ fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
     let vertices = match extension.as_str() {
         "stl" => stl(&bytes)?,
         "obj" => obj(&bytes)?,
+        "dae" => dae::vertices(&String::from_utf8_lossy(&bytes))?,
         other => {
             return Err(format!(
-                "meshes of the kind `.{other}` are not read, but `.stl` and `.obj` are"
+                "meshes of the kind `.{other}` are not read, but `.stl`, `.obj` and `.dae` are"
             ));
         }
     };

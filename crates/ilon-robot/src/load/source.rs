@@ -38,7 +38,13 @@ impl<'a> Source<'a> {
             nodes_limit: MAX_NODES,
             ..ParsingOptions::default()
         };
-        check_depth(text, file)?;
+        if let Some(at) = deepest_nesting(text) {
+            let fault = Fault::TooLarge {
+                what: format!("elements nested more than {MAX_DEPTH} deep"),
+                most: format!("{MAX_DEPTH} levels"),
+            };
+            return Err(RobotError::new(file, fault).at(text, at));
+        }
         let document = Document::parse_with_options(text, options).map_err(|e| {
             let at = byte_of(text, e.pos());
             let rest = text.get(at..).unwrap_or_default();
@@ -234,8 +240,8 @@ pub(super) fn describe(node: Node) -> String {
     }
 }
 
-/// Refuses elements nested so deep that reading them would exhaust the stack, before any parser sees them.
-fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
+/// Where elements first nest so deep that reading them could exhaust the stack, before any parser sees them.
+pub(super) fn deepest_nesting(text: &str) -> Option<Range<usize>> {
     let mut depth = 0usize;
     let mut rest = text;
     while let Some(open) = rest.find('<') {
@@ -246,7 +252,7 @@ fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
                 rest = inside.find(end).map_or("", |i| &inside[i..]);
             }
         }
-        let Some(close) = end_of_tag(rest) else { break };
+        let close = end_of_tag(rest)?;
         if rest.starts_with('/') {
             depth = depth.saturating_sub(1);
         } else if !rest.starts_with(['?', '!', '-', ']']) && !rest[..close].ends_with('/') {
@@ -254,14 +260,10 @@ fn check_depth(text: &str, file: &str) -> Result<(), RobotError> {
         }
         if depth > MAX_DEPTH {
             let at = text.len() - rest.len() - 1;
-            let fault = Fault::TooLarge {
-                what: format!("elements nested {depth} deep"),
-                most: MAX_DEPTH.to_string(),
-            };
-            return Err(RobotError::new(file, fault).at(text, at..at + close + 2));
+            return Some(at..at + close + 2);
         }
     }
-    Ok(())
+    None
 }
 
 /// Where a tag ends: its first `>` that stands in no quotes.
