@@ -1,6 +1,6 @@
 //! The world: a robot on a floor, stepped by rapier.
 
-use ilon_robot::{Pose as PlanarPose, Robot, Twist, Wheel};
+use ilon_robot::{Pose as PlanarPose, Robot, Roller, Twist, Wheel};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
@@ -457,17 +457,29 @@ fn standing(robot: &Robot, floor: &Floor, start: PlanarPose) -> Isometry3<f64> {
 
 /// Whether all rollers of a wheel are the same but for their places, so that one body can stand for any of them.
 fn alike(wheel: &Wheel) -> bool {
-    let key = |r: &ilon_robot::Roller| {
-        let inertia = (r.mass_kg, r.axial_inertia_kg_m2, r.transverse_inertia_kg_m2);
-        (wheel.barrel(r), r.joint, inertia)
+    // Files round their numbers: what agrees to a few digits was meant to be the same.
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-4 * a.abs().max(b.abs());
+    let figures = |roller: &Roller| {
+        let barrel = wheel.barrel(roller);
+        [
+            barrel.ring_radius_m,
+            barrel.half_length_m,
+            roller.radius_m,
+            roller.mass_kg,
+            roller.axial_inertia_kg_m2,
+            roller.transverse_inertia_kg_m2,
+            roller.joint.damping_n_m_s,
+            roller.joint.friction_n_m,
+        ]
     };
-    wheel.rollers.iter().all(|roller| {
-        let ((a, ja, ia), (b, jb, ib)) = (key(roller), key(&wheel.rollers[0]));
-        // Files round their numbers: sizes that agree to a micrometre are the same.
-        let close = (a.ring_radius_m - b.ring_radius_m).abs() < 1e-6
-            && (a.half_length_m - b.half_length_m).abs() < 1e-6;
-        close && ja == jb && ia == ib
-    })
+    let first = figures(&wheel.rollers[0]);
+    let same = |roller: &Roller| {
+        figures(roller)
+            .into_iter()
+            .zip(first)
+            .all(|(a, b)| close(a, b))
+    };
+    wheel.rollers.iter().all(same)
 }
 
 /// Refuses what cannot be simulated.

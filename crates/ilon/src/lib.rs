@@ -29,6 +29,11 @@ pub mod report;
 pub mod scenario;
 pub mod simulate;
 
+pub use ilon_control as control;
+pub use ilon_robot as robot;
+pub use ilon_trace as trace;
+pub use ilon_world as world;
+
 pub use error::{Error, RobotFault, ScenarioFault};
 pub use scenario::Scenario;
 pub use simulate::{Run, run};
