@@ -2,4 +2,5 @@
 //! simulated robot. What needs the control crate alone is tested in `crates/ilon-control/tests/paper`.
 
 mod dynamics;
+mod low_level;
 mod robots;

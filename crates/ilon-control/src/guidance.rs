@@ -366,3 +366,87 @@ fn checked_gain(gain: Matrix2<f64>) -> Result<Matrix2<f64>, ControlError> {
         yy: gain.m22,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+
+    fn settings(saturation: Saturation, wheel_rate_limit_rad_s: f64) -> GuidanceSettings {
+        GuidanceSettings {
+            position_gain: Gain::Scalar(1.0),
+            heading_gain: 1.0,
+            wheel_rate_limit_rad_s,
+            saturation,
+        }
+    }
+
+    #[test]
+    fn on_contact_the_limit_holds_and_the_touching_rollers_roll_the_weighted_twist() {
+        let seen = Pose {
+            x_m: 0.2,
+            y_m: -0.4,
+            heading_rad: 0.7,
+        };
+        let desired = Desired {
+            pose: Pose {
+                x_m: 1.0,
+                y_m: 0.6,
+                heading_rad: -1.0,
+            },
+            velocity_in_world: Twist::new(0.1, 0.05, 0.2),
+        };
+        for robot in [mecanum4(), six_wheels(), volksbot()] {
+            // The guidance about a point of its own, the contact kinematics about the body frame's origin.
+            let point = Vector2::new(0.1, 0.05);
+            let kinematics = Kinematics::new(&robot).unwrap().about(point).unwrap();
+            let first = Saturation::Prioritised(Priority::Position);
+            let mut guidance = Guidance::new(kinematics, &settings(first, 8.7)).unwrap();
+            let mut contact = ContactKinematics::new(&robot).unwrap();
+            let n = robot.wheels.len();
+            for k in 0..300 {
+                let angles: Vec<f64> = (0..n).map(|h| 0.031 * (k * (h + 2)) as f64).collect();
+                contact.update(&angles);
+                let command = guidance.update_on_contact(&seen, &desired, &contact);
+                let rates = &command.wheel_rates_rad_s;
+                assert!(rates.iter().all(|rate| rate.abs() <= 8.7));
+                let of_point = moved(contact.twist_here(rates), point);
+                let off = of_point - command.saturated_twist_in_body;
+                assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-11);
+                assert!(command.tasks.iter().any(TaskShare::gave_way));
+            }
+        }
+    }
+
+    #[test]
+    fn settings_that_make_no_law_are_refused_by_name() {
+        let kinematics = Kinematics::new(&volksbot()).unwrap();
+        let message = |settings: &GuidanceSettings| {
+            Guidance::new(kinematics.clone(), settings)
+                .unwrap_err()
+                .to_string()
+        };
+        let good = settings(Saturation::Scale, 8.7);
+        assert_eq!(
+            message(&GuidanceSettings {
+                wheel_rate_limit_rad_s: 0.0,
+                ..good
+            }),
+            "the wheel rate limit in rad/s is 0; it must be finite and above zero"
+        );
+        assert_eq!(
+            message(&GuidanceSettings {
+                heading_gain: -1.0,
+                ..good
+            }),
+            "the heading gain in 1/s is -1; it must be finite and above zero"
+        );
+        assert_eq!(
+            message(&GuidanceSettings {
+                position_gain: Gain::Matrix(Matrix2::new(1.0, 2.0, 2.0, 1.0)),
+                ..good
+            }),
+            "the position gain [[1, 2], [2, 1]] must be symmetric and positive definite"
+        );
+    }
+}

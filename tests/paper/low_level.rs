@@ -1,0 +1,138 @@
+//! The two steps that section V leaves to future research, in the simulated world: priorities under torque limits, and
+//! free torques spent on grip.
+
+use ilon_control::{
+    ComputedTorque, ComputedTorqueSettings, DynamicModel, DynamicsSettings, Kinematics,
+    PrioritisedTorque, PrioritisedTorqueSettings, Priority, TorqueRange,
+};
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_world::{Floor, Settings, World};
+use nalgebra::Vector3;
+
+use crate::robots::shipped;
+
+/// A low-level law: torques from targets, rates, limits and period.
+type Law<'a> = Box<dyn FnMut(&[f64], &[f64], &[TorqueRange], f64) -> Vec<f64> + 'a>;
+
+fn dynamics(robot: &Robot, settings: &Settings) -> DynamicsSettings {
+    DynamicsSettings {
+        roller_armature_kg_m2: settings.roller_armature_ratio
+            * robot.wheels[0].rollers[0].axial_inertia_kg_m2,
+        ..DynamicsSettings::default()
+    }
+}
+
+fn computed_torque(robot: &Robot, settings: &Settings) -> Law<'static> {
+    let model = DynamicModel::new(robot, &dynamics(robot, settings)).unwrap();
+    let law_settings = ComputedTorqueSettings {
+        bandwidth_rad_s: 20.0,
+        target_filter_s: 0.0,
+        dt_s: settings.dt_s,
+    };
+    let mut law = ComputedTorque::new(model, &law_settings).unwrap();
+    Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
+}
+
+fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static> {
+    let law_settings = PrioritisedTorqueSettings {
+        bandwidth_rad_s: 20.0,
+        target_filter_s: 0.0,
+        dt_s: settings.dt_s,
+        priority: Priority::Position,
+        friction,
+        gravity_m_s2: 9.81,
+    };
+    let mut law = PrioritisedTorque::new(robot, &dynamics(robot, settings), &law_settings).unwrap();
+    Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
+}
+
+/// What a run ended with.
+#[derive(Debug)]
+struct Outcome {
+    twist: Twist,
+    slip_energy_j: f64,
+}
+
+/// Drives a robot from rest with targets that grow as `acceleration` for `ramp_s`.
+fn drive(
+    robot: &Robot,
+    friction: f64,
+    torque_n_m: f64,
+    acceleration: Twist,
+    ramp_s: f64,
+    law: impl FnOnce(&Robot, &Settings) -> Law<'static>,
+) -> Outcome {
+    let settings = Settings::default();
+    let floor = Floor {
+        friction,
+        ..Floor::default()
+    };
+    let mut law = law(robot, &settings);
+    let mut world = World::new(robot, &floor, Pose::default(), &settings).unwrap();
+    let kinematics = Kinematics::new(robot).unwrap();
+    let n = robot.wheels.len();
+    let limits = vec![
+        TorqueRange {
+            min_n_m: -torque_n_m,
+            max_n_m: torque_n_m
+        };
+        n
+    ];
+    let mut targets = vec![0.0; n];
+    for k in 0..((0.2 + ramp_s) / settings.dt_s).round() as usize {
+        let t_s = (k as f64 * settings.dt_s - 0.2).max(0.0);
+        kinematics.wheel_rates(acceleration.scaled(t_s), &mut targets);
+        let torques = law(&targets, world.wheel_rates_rad_s(), &limits, settings.dt_s);
+        world.apply(&torques);
+        world.step();
+    }
+    Outcome {
+        twist: world.body().twist_in_body,
+        slip_energy_j: world.slip_energy_j(),
+    }
+}
+
+#[test]
+fn section_5_a_saturating_motor_slows_the_turn_and_not_the_sideways_motion() {
+    // Robot A asked for 0.6 m/s^2 sideways and 6 rad/s^2 at once with motors of 0.1 N m, which can give the one or the
+    // other. Position first: the sideways speed is what it is without any turn. Plain clipping halves it.
+    let robot = shipped("mecanum4");
+    let (sideways, both) = (Twist::new(0.0, 0.6, 0.0), Twist::new(0.0, 0.6, 6.0));
+    let by_priority =
+        |robot: &Robot, settings: &Settings| prioritised(robot, settings, f64::INFINITY);
+    let alone = drive(&robot, 0.8, 0.1, sideways, 0.4, by_priority);
+    let kept = drive(&robot, 0.8, 0.1, both, 0.4, by_priority);
+    let clipped = drive(&robot, 0.8, 0.1, both, 0.4, computed_torque);
+    let share = |outcome: &Outcome| outcome.twist.vy_m_s / alone.twist.vy_m_s;
+    println!(
+        "sideways speed kept: by priority {:.3}, clipped {:.3}",
+        share(&kept),
+        share(&clipped)
+    );
+    assert!((share(&kept) - 1.0).abs() < 0.05, "{kept:?} {alone:?}");
+    assert!(share(&clipped) < 0.7, "{clipped:?} {alone:?}");
+    assert!(kept.twist.omega_rad_s > 0.1, "{kept:?}");
+}
+
+#[test]
+fn section_5_free_torques_save_slip_on_a_slippery_floor() {
+    // Robot A on a floor of friction 0.3, its mass centred 8 cm towards the front left wheel, speeding up at 1 m/s^2.
+    // Eq. (12) spreads the pushes alike and asks more of the rear right wheel than it can hold; spread by load they fit.
+    let mut robot = shipped("mecanum4");
+    robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
+    let wanted = Twist::new(0.9, 0.45, 0.0);
+    let plain = drive(&robot, 0.3, 50.0, wanted, 0.5, computed_torque);
+    let spared = drive(&robot, 0.3, 50.0, wanted, 0.5, |r, s| {
+        prioritised(r, s, 0.3)
+    });
+    let turned = |outcome: &Outcome| outcome.twist.omega_rad_s.abs();
+    println!(
+        "slip energy: plain {:.2} mJ, by load {:.2} mJ; turn that nobody asked for: {:.4}, {:.4} rad/s",
+        1e3 * plain.slip_energy_j,
+        1e3 * spared.slip_energy_j,
+        turned(&plain),
+        turned(&spared)
+    );
+    assert!(spared.slip_energy_j < 0.7 * plain.slip_energy_j);
+    assert!(turned(&spared) < 0.7 * turned(&plain));
+}
