@@ -9,6 +9,44 @@
 //! - *roller*: one per roller, its origin at the roller's centre, its z axis along the roller's axis.
 //!
 //! A positive wheel rate drives the hub along **u** = **n** x **k** (Indiveri 2009, section II).
+//!
+//! A robot is read from URDF by [`Robot::load`], which goes by structure and geometry and never by names, or with
+//! [`LoadOptions`] by [`Robot::load_with`]. A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
+//! and written by [`generate`]:
+//!
+//! ```
+//! use ilon_robot::{Robot, Spec, generate};
+//!
+//! let spec = Spec::from_toml_str(
+//!     r#"
+//!     name = "trike"
+//!     [chassis]
+//!     shape.cylinder = { radius_m = 0.2, height_m = 0.1 }
+//!     mass_kg = 6.0
+//!     center_m = [0.0, 0.0, 0.06]
+//!     [wheel]
+//!     radius_m = 0.05
+//!     hub_mass_kg = 0.25
+//!     hub_radius_m = 0.03
+//!     hub_width_m = 0.04
+//!     motor_effort_n_m = 1.0
+//!     motor_velocity_rad_s = 20.0
+//!     [rollers]
+//!     per_row = 8
+//!     radius_m = 0.012
+//!     mass_kg = 0.01
+//!     [wheels.ring]
+//!     count = 3
+//!     distance_m = 0.2
+//!     gamma_deg = 0.0
+//!     "#,
+//!     "trike.toml",
+//! )?;
+//! let robot = Robot::from_urdf_str(&generate(&spec)?, "trike.urdf")?;
+//! assert_eq!(robot.wheels.len(), 3);
+//! assert!((robot.wheels[0].radius_m - 0.05).abs() < 1e-12);
+//! # Ok::<(), ilon_robot::RobotError>(())
+//! ```
 
 pub mod barrel;
 mod error;

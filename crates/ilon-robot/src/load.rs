@@ -65,10 +65,13 @@ impl Robot {
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|e| {
+        let unreadable = |e: std::io::Error| {
             let reason = e.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
-        })?;
+        };
+        let size = std::fs::metadata(path).map_err(unreadable)?.len();
+        source::check_size(size, &file)?;
+        let bytes = std::fs::read(path).map_err(unreadable)?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let reason = format!("it is not text: {e}");
             RobotError::new(&file, Fault::Xml { reason })

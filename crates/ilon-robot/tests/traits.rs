@@ -276,6 +276,68 @@ fn a_cylinder_across_its_axis_is_no_roller() {
     assert_eq!(fault_of(&text), Fault::RollerNotRound);
 }
 
+#[test]
+fn a_stack_of_cylinders_is_fitted_as_the_barrel_that_it_stands_for() {
+    // The surface of the barrel in 41 discs of 1 mm (see `barrel_rings_mm` for its shape).
+    let discs: String = (-20..=20)
+        .map(|i| {
+            let z: f64 = 0.019 * f64::from(i) / 20.0;
+            let r = (0.05f64.powi(2) - z * z).sqrt() - 0.038;
+            format!(
+                "<collision><origin xyz=\"0 0 {z}\"/><geometry><cylinder radius=\"{r}\" length=\"1e-4\"/></geometry></collision>"
+            )
+        })
+        .collect();
+    let robot = load(&with_roller_collision(&small(), &discs));
+    // A disc of half-width 50 um leans over by that times the slope of the surface, 0.4 at most, and the chords between
+    // discs fall short by 1.3 um.
+    assert!(
+        (robot.wheels[0].radius_m - 0.05).abs() < 2e-5,
+        "{}",
+        robot.wheels[0].radius_m
+    );
+}
+
+#[test]
+fn rollers_of_the_common_length_overlap_by_what_geometry_says() {
+    // Nine rollers at 45 deg, rho 50 mm, a 38 mm. The common L = 2 rho sin(pi/n) / sin(delta) reaches
+    // atan(L/2 sin(delta) / a) = atan(50 sin(20 deg) / 38) = 24.23 deg to each side of pitches of 40 deg: 8.46 deg of
+    // each, 76.1 deg of a turn.
+    let spec = SPEC
+        .split("[wheels.ring]")
+        .next()
+        .expect("a description")
+        .replace("per_row = 8", "per_row = 9")
+        + "[wheels.mecanum]\naxles_m = [0.2, -0.2]\nhalf_width_m = 0.25\ngamma_deg = 45.0\n";
+    let text =
+        generate(&Spec::from_toml_str(&spec, "mecanum.toml").expect("good")).expect("in range");
+    let length_m = 2.0 * 0.05 * (PI / 9.0).sin() / FRAC_PI_4.sin();
+    let capsule = format!(
+        "<collision><geometry><capsule radius=\"0.012\" length=\"{length_m}\"/></geometry></collision>"
+    );
+    let loaded = Robot::from_urdf_str_with(
+        &with_roller_collision(&text, &capsule),
+        "m.urdf",
+        &LoadOptions::default(),
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    assert!(remarked(
+        &loaded.robot,
+        "wheel `rear_left`",
+        "over 76.1 deg of each turn (21.1 %) two rollers touch"
+    ));
+    assert!((loaded.outlines[0].overlap_share - 76.1 / 360.0).abs() < 1e-3);
+    // A capsule sticks out where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45 deg)) from the hub axis.
+    // Samples a tenth of a degree apart miss the peak by 54 mm (0.05 deg)^2 / 2 = 2e-8 m at most.
+    let peak_m = 0.038f64.hypot(0.5 * length_m * FRAC_PI_4.cos()) + 0.012;
+    assert!((loaded.outlines[0].peak_radius_m - peak_m).abs() < 3e-8);
+    assert!(remarked(
+        &loaded.robot,
+        "wheel `rear_left`",
+        "rolls on a radius of 53.25 mm"
+    ));
+}
+
 // --- Meshes.
 
 /// A folder of its own for each test, below the build's.

@@ -7,6 +7,8 @@ use serde::Serialize;
 
 use super::handover::Handover;
 use super::profile::Profile;
+use super::remark;
+use crate::model::Remark;
 
 /// Angles at which the outline is sampled: a tenth of a degree.
 const SAMPLES: usize = 3600;
@@ -29,6 +31,25 @@ pub struct WheelOutline {
     pub gap_share: f64,
     /// Share of a turn with two fitted rollers on the ground, in [0, 1].
     pub overlap_share: f64,
+}
+
+impl WheelOutline {
+    /// Says where the geometry rolls otherwise than the wheel that was fitted to it, by more than one per cent.
+    pub(super) fn remark(&self, remarks: &mut Vec<Remark>) {
+        let off_m = (self.rolling_radius_m - self.fitted_radius_m).abs();
+        if off_m.max(self.ripple_m) > 0.01 * self.fitted_radius_m {
+            remarks.push(remark(
+                format!("wheel `{}`", self.wheel),
+                format!(
+                    "its collision geometry rolls on a radius of {:.2} mm and rises and falls by {:.2} mm a turn; it is \
+                     taken as a wheel of {:.2} mm with barrels for rollers",
+                    1e3 * self.rolling_radius_m,
+                    1e3 * self.ripple_m,
+                    1e3 * self.fitted_radius_m
+                ),
+            ));
+        }
+    }
 }
 
 /// A roller of a wheel, in the hub frame.

@@ -12,7 +12,7 @@ use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 
 /// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
-const MAX_BYTES: usize = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 /// Most XML nodes that are read.
 const MAX_NODES: u32 = 4_000_000;
 /// Deepest nesting of XML elements that is read; plug-in settings nest a dozen deep.
@@ -28,11 +28,7 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
     pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, RobotError> {
-        if text.len() > MAX_BYTES {
-            let what = format!("{} MB of text", text.len() >> 20);
-            let most = format!("{} MB", MAX_BYTES >> 20);
-            return Err(RobotError::new(file, Fault::TooLarge { what, most }));
-        }
+        check_size(text.len() as u64, file)?;
         let options = ParsingOptions {
             allow_dtd: false,
             nodes_limit: MAX_NODES,
@@ -238,6 +234,16 @@ pub(super) fn describe(node: Node) -> String {
             }
         }
     }
+}
+
+/// Refuses files larger than any robot's.
+pub(super) fn check_size(bytes: u64, file: &str) -> Result<(), RobotError> {
+    if bytes <= MAX_BYTES {
+        return Ok(());
+    }
+    let what = format!("{} MB of text", bytes >> 20);
+    let most = format!("{} MB", MAX_BYTES >> 20);
+    Err(RobotError::new(file, Fault::TooLarge { what, most }))
 }
 
 /// Where elements first nest so deep that reading them could exhaust the stack, before any parser sees them.

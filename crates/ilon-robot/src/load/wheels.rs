@@ -119,7 +119,7 @@ pub(super) fn measure(
     let radius_m = seen.iter().map(|s| s.outline.wheel_radius_m).sum::<f64>() / count;
     check_alike(source, tree, &seen, gamma_rad, radius_m)?;
     let remarks = &mut loading.remarks;
-    give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, remarks);
+    let lone_spheres = give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, remarks);
 
     let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
         let link = &tree.links[hub_body.link].name;
@@ -169,12 +169,12 @@ pub(super) fn measure(
             profile: s.profile,
         })
         .collect();
-    loading.outlines.push(modelled::outline(
-        &joint.name,
-        radius_m,
-        &modelled,
-        &handover,
-    ));
+    let outline = modelled::outline(&joint.name, radius_m, &modelled, &handover);
+    // Of lone spheres it is said already.
+    if lone_spheres == 0 {
+        outline.remark(remarks);
+    }
+    loading.outlines.push(outline);
     Ok(Wheel {
         name: joint.name.clone(),
         body_from_hub,
@@ -297,13 +297,14 @@ fn check_alike(
     Ok(())
 }
 
-/// A lone sphere says how thick a roller is and not how long: it is taken to reach its neighbours.
+/// A lone sphere says how thick a roller is and not how long: it is taken to reach its neighbours. Returns how many there
+/// are.
 fn give_lone_spheres_a_length(
     wheel: &str,
     seen: &mut [Seen],
     radius_m: f64,
     remarks: &mut Vec<Remark>,
-) {
+) -> usize {
     let place_rad = |s: &Seen| s.skew.foot.y.atan2(s.skew.foot.x);
     let places: Vec<f64> = seen.iter().map(place_rad).collect();
     let mut lone = 0;
@@ -335,6 +336,7 @@ fn give_lone_spheres_a_length(
             ),
         });
     }
+    lone
 }
 
 fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks: &mut Vec<Remark>) {
