@@ -12,10 +12,37 @@
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
 //! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel, or [`ComputedTorque::update`] all wheels
 //!    together, eqs. (11), (12) (section III-A).
+//!    [`PrioritisedTorque::update`] does so by priority under torque limits and limited grip.
 //! 4. [`Motor::limit`] says what of a torque the motor can give.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
 //! [`ContactKinematics`], the same constraint taken at the roller that really touches.
+//!
+//! ```
+//! use ilon_control::*;
+//! use ilon_robot::{Pose, Robot};
+//! use nalgebra::Vector2;
+//!
+//! let robot = Robot::load("../../assets/robots/volksbot.urdf")?;
+//! let kinematics = Kinematics::new(&robot)?;
+//! let settings = GuidanceSettings {
+//!     position_gain: Gain::Scalar(1.0),
+//!     heading_gain: 1.0,
+//!     wheel_rate_limit_rad_s: 8.7,
+//!     saturation: Saturation::Prioritised(Priority::Position),
+//! };
+//! let mut guidance = Guidance::new(kinematics, &settings)?;
+//! let still = Heading::Constant { heading_rad: 0.0 };
+//! let reference = Reference::circle(Vector2::zeros(), 1.0, 0.2, 0.0, still)?;
+//!
+//! // Every control period, from the time and the pose that the robot knows:
+//! let seen = Pose { x_m: 2.5, y_m: 0.0, heading_rad: 2.1 };
+//! let command = guidance.update(&seen, &reference.at(0.0));
+//! assert!(command.wheel_rates_rad_s.iter().all(|rate| rate.abs() <= 8.7));
+//! // 1.5 m off: the position takes what the wheels have, the heading waits.
+//! assert!(command.tasks[3].gave_way());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # Symbols
 //!

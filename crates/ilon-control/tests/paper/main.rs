@@ -3,8 +3,10 @@
 #[path = "../../src/fixtures.rs"]
 mod fixtures;
 
+mod dynamics;
 mod kinematics;
 mod priorities;
 mod random;
+mod reference;
 mod saturation;
 mod tracking;
