@@ -21,6 +21,8 @@ pub struct WheelContact {
     /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s: the mean over
     /// the touching rollers weighted by their normal force.
     pub sliding_in_body_m_s: Vector2<f64>,
+    /// Coulomb friction coefficient under the roller that pressed hardest.
+    pub friction: f64,
     /// Power that sliding turns into heat, in W.
     pub slip_power_w: f64,
     /// Height of the wheel's centre above the floor's plane, in metres.
@@ -106,6 +108,7 @@ impl WheelContact {
                         if normal_n > hardest_n {
                             hardest_n = normal_n;
                             contact.roller = slot.roller;
+                            contact.friction = f64::from(manifold.data.friction);
                             contact.roller_spin_rad_s = spin_rad_s;
                             // No sliding along the surface's own direction: (carried + spin surface) . surface = 0.
                             let tangent = surface - up * surface.dot(&up);

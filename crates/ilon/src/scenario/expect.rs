@@ -15,6 +15,69 @@ use crate::judge::quantities;
 pub struct Expect {
     /// The bounds, by the quantity's dotted name.
     pub bounds: BTreeMap<String, Bound>,
+    /// Bounds on signals over time: `[[expect.signals]]`.
+    pub signals: Vec<SignalBound>,
+    /// How far each signal may be from a baseline's, by its name: `[expect.tolerances]`.
+    pub tolerances: BTreeMap<String, f64>,
+}
+
+/// What a recorded signal must keep to over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SignalBound {
+    /// The signal: a column of the trace such as `truth_x_m`, with `wheel*_` in place of `wheel0_` for every wheel;
+    /// or `position_error_m` or `heading_error_rad`.
+    pub signal: String,
+    /// When the bound must hold.
+    #[serde(default)]
+    pub must: Must,
+    /// From when on the signal is looked at, in seconds.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// Until when: the end of the window, or the time by which the signal must have settled, in seconds; without it,
+    /// the end of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub until_s: Option<f64>,
+    /// At least this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// At most this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// This, up to `within`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equal: Option<f64>,
+    /// How far from `equal` it may be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub within: Option<f64>,
+}
+
+/// When a bound on a signal must hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Must {
+    /// At every instant of the window.
+    #[default]
+    Always,
+    /// At some instant of the window.
+    Eventually,
+    /// From the end of the window at the latest, and from then on to the end of the run.
+    Settle,
+}
+
+impl SignalBound {
+    /// The bound by itself.
+    pub fn bound(&self) -> Bound {
+        Bound {
+            min: self.min,
+            max: self.max,
+            equal: self.equal,
+            within: self.within,
+        }
+    }
 }
 
 /// What one quantity must keep to. Each part that stands must hold; a quantity that does not apply to the run fails.
@@ -39,17 +102,29 @@ pub struct Bound {
 impl Expect {
     /// Whether nothing is expected.
     pub fn is_empty(&self) -> bool {
-        self.bounds.is_empty()
+        self.bounds.is_empty() && self.signals.is_empty() && self.tolerances.is_empty()
     }
 }
 
 impl TryFrom<Table> for Expect {
     type Error = toml::de::Error;
 
-    fn try_from(table: Table) -> Result<Self, Self::Error> {
+    fn try_from(mut table: Table) -> Result<Self, Self::Error> {
+        let signals = match table.remove("signals") {
+            Some(signals) => signals.try_into()?,
+            None => Vec::new(),
+        };
+        let tolerances = match table.remove("tolerances") {
+            Some(tolerances) => tolerances.try_into()?,
+            None => BTreeMap::new(),
+        };
         let mut bounds = BTreeMap::new();
         collect(table, "", &mut bounds)?;
-        Ok(Self { bounds })
+        Ok(Self {
+            bounds,
+            signals,
+            tolerances,
+        })
     }
 }
 
@@ -92,6 +167,16 @@ impl From<Expect> for Table {
                 table.insert(leaf.to_owned(), value);
             }
         }
+        if let Ok(tolerances) = Value::try_from(&expect.tolerances)
+            && !expect.tolerances.is_empty()
+        {
+            root.insert("tolerances".to_owned(), tolerances);
+        }
+        if let Ok(signals) = Value::try_from(&expect.signals)
+            && !expect.signals.is_empty()
+        {
+            root.insert("signals".to_owned(), signals);
+        }
         root
     }
 }
@@ -120,6 +205,14 @@ impl JsonSchema for Expect {
             }
             *node = bound.clone();
         }
+        let signals = generator.subschema_for::<Vec<SignalBound>>().to_value();
+        root["properties"]["signals"] = signals;
+        root["properties"]["tolerances"] = serde_json::json!({
+            "description": "How far each signal may be from a baseline's, by its column's name (`wheel*_` for every \
+                            wheel); what is not named must be equal.",
+            "type": "object",
+            "additionalProperties": { "type": "number", "minimum": 0.0 },
+        });
         Schema::try_from(root).unwrap_or_default()
     }
 }

@@ -134,25 +134,28 @@ impl<'s> Checker<'s> {
             .flatten()
             .map(|(name, schema)| (name.as_str(), schema))
             .collect();
+        // Keys of any name, where the schema says what they hold.
+        let any_other = alternatives
+            .iter()
+            .filter_map(|schema| schema.get("additionalProperties"))
+            .find(|schema| schema.is_object());
         // In the order of the text, so that the first fault told is the first that a reader meets.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         for (key, value) in entries {
             self.path.push(key.get_ref().to_string());
             let schema = known.iter().find(|(name, _)| *name == key.get_ref());
-            match schema {
-                Some((_, schema)) => self.value(value, schema)?,
-                None => return Err(self.unknown_key(key, &known)),
+            match (schema, any_other) {
+                (Some((_, schema)), _) | (None, Some(schema)) => self.value(value, schema)?,
+                (None, None) => return Err(self.unknown_key(key, &known)),
             }
             self.path.pop();
         }
-        let mut is_choice_of_one = false;
-        if alternatives.len() > 1 {
-            is_choice_of_one = true;
-        }
-        let required = alternatives
-            .iter()
-            .filter(|_| !is_choice_of_one)
+        // Of a choice, which keys are required depends on what is chosen: serde tells.
+        let of_no_choice = (alternatives.len() == 1).then_some(alternatives);
+        let required = of_no_choice
+            .into_iter()
+            .flatten()
             .filter_map(|schema| schema.get("required").and_then(Json::as_array))
             .flatten()
             .filter_map(Json::as_str);

@@ -15,7 +15,7 @@ mod sensors;
 mod wheels;
 mod world;
 
-pub use expect::{Bound, Expect};
+pub use expect::{Bound, Expect, Must, SignalBound};
 pub use guidance::{Guidance, Kinematics, Priority, Saturation};
 pub use keys::nearest;
 pub use load::Setting;
@@ -24,7 +24,7 @@ pub use robot::{Robot, RollerBodies};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, PoseSensor, Sensors};
 pub use wheels::{DcMotor, Motors, WheelLaw, WheelLoop};
-pub use world::{Floor, Solver, World};
+pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;
 

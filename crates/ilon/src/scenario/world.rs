@@ -17,7 +17,7 @@ pub struct World {
     pub solver: Solver,
 }
 
-/// Even ground without end.
+/// The ground: an endless plane unless it is made rough, and what lies on it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FloorSection")]
@@ -28,6 +28,74 @@ pub struct Floor {
     /// The angle by which the floor falls towards +x, in degrees; 0 is level.
     #[schemars(range(min = -60.0, max = 60.0))]
     pub slope_deg: f64,
+    /// Rectangles along the world's axes with a friction of their own, later ones over earlier ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<FloorPatch>,
+    /// Boxes that stand on the floor: kerbs, thresholds, walls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boxes: Vec<FloorBox>,
+    /// A bumpy square around the origin in place of the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rough: Option<Rough>,
+}
+
+/// A rectangle of floor with a friction of its own.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FloorPatch {
+    /// x of its middle in the world, in metres.
+    pub x_m: f64,
+    /// y of its middle in the world, in metres.
+    pub y_m: f64,
+    /// Its length along x, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_x_m: f64,
+    /// Its length along y, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_y_m: f64,
+    /// Coulomb's coefficient of friction there.
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+}
+
+/// A box that stands on the floor.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FloorBox {
+    /// x of its middle in the world, in metres.
+    pub x_m: f64,
+    /// y of its middle in the world, in metres.
+    pub y_m: f64,
+    /// Its heading in the world, in degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// Its length along its own x axis, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_x_m: f64,
+    /// Its length along its own y axis, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_y_m: f64,
+    /// Its height above the floor, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub height_m: f64,
+}
+
+/// Bumps: a height drawn at random for every point of a square grid.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rough {
+    /// The largest height, in metres; heights lie evenly between 0 and this.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub height_m: f64,
+    /// Distance between neighbouring points, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub cell_m: f64,
+    /// Length of the square's sides, in metres, 500 cells at most. Beyond it there is no ground.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub side_m: f64,
+    /// The seed of the draw: the same seed gives the same ground.
+    #[serde(default)]
+    pub seed: u64,
 }
 
 /// How the physics is solved: for those who measure the solver itself.
@@ -68,6 +136,9 @@ impl Default for Floor {
         Self {
             friction: 0.6,
             slope_deg: 0.0,
+            patches: Vec::new(),
+            boxes: Vec::new(),
+            rough: None,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod clock;
 mod drive;
+mod floor;
 mod pilot;
 mod recorder;
 mod sensors;
@@ -119,7 +120,8 @@ impl Simulation {
             y_m: scenario.robot.y_m,
             heading_rad: scenario.robot.heading_deg.to_radians(),
         };
-        let (floor, settings) = world_settings(&mut scenario, physics_dt_s);
+        let floor = floor::floor(&scenario.world.floor)?;
+        let settings = world_settings(&mut scenario, physics_dt_s);
         let world = World::new(robot, &floor, start, &settings)?;
 
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
@@ -155,7 +157,6 @@ impl Simulation {
             kinematics,
             contact_kinematics,
             start,
-            scenario.world.floor.friction,
             clock.control_periods(),
         );
         Ok(Self {
@@ -260,15 +261,12 @@ fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     Ok(Robot::load(scenario.resolve(&scenario.robot.file))?)
 }
 
-/// Floor and solver of a scenario, with the solver's defaults written into the scenario.
-fn world_settings(
-    scenario: &mut Scenario,
-    physics_dt_s: f64,
-) -> (ilon_world::Floor, ilon_world::Settings) {
+/// The solver of a scenario, with its defaults written into the scenario.
+fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Settings {
     let world = &mut scenario.world;
     let defaults = ilon_world::Settings::default();
     let solver = &mut world.solver;
-    let settings = ilon_world::Settings {
+    ilon_world::Settings {
         dt_s: physics_dt_s,
         roller_bodies: match scenario.robot.roller_bodies {
             RollerBodies::All => ilon_world::RollerBodies::All,
@@ -286,13 +284,7 @@ fn world_settings(
             .get_or_insert(defaults.roller_armature_ratio),
         gravity_m_s2: world.gravity_m_s2,
         ..defaults
-    };
-    let floor = ilon_world::Floor {
-        friction: world.floor.friction,
-        slope_rad: world.floor.slope_deg.to_radians(),
-        ..ilon_world::Floor::default()
-    };
-    (floor, settings)
+    }
 }
 
 fn header(

@@ -14,7 +14,6 @@ pub(super) struct Recorder {
     trace: Trace,
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    friction: f64,
     odometry_ideal: Pose,
     odometry_contact: Pose,
     last_angles_rad: Vec<f64>,
@@ -40,7 +39,6 @@ impl Recorder {
         kinematics: Kinematics,
         contact_kinematics: ContactKinematics,
         start: Pose,
-        friction: f64,
         control_periods: usize,
     ) -> Self {
         let wheel_count = robot.wheels.len();
@@ -48,7 +46,6 @@ impl Recorder {
             trace: Trace::with_capacity(header, control_periods),
             kinematics,
             contact_kinematics,
-            friction,
             odometry_ideal: start,
             odometry_contact: start,
             last_angles_rad: vec![0.0; wheel_count],
@@ -183,7 +180,7 @@ impl Recorder {
                     normal_force_n: contact.normal_force_n,
                     force_x_n: contact.force_in_body_n.x,
                     force_y_n: contact.force_in_body_n.y,
-                    friction: self.friction,
+                    friction: contact.friction,
                     slip_x_m_s: contact.sliding_in_body_m_s.x,
                     slip_y_m_s: contact.sliding_in_body_m_s.y,
                     roller_spin_rad_s: contact.roller_spin_rad_s,

@@ -1,0 +1,65 @@
+//! The scenario's floor as the world's.
+
+use ilon_world::{Floor, GroundBox, Patch, Relief};
+use nalgebra::{Rotation3, Vector2, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::Error;
+use crate::scenario::{self, Rough};
+
+/// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
+const MOST_CELLS: f64 = 500.0;
+
+/// The floor of a scenario.
+///
+/// # Errors
+/// Where a rough floor has too many cells, or fewer than one.
+pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
+    let slope_rad = section.slope_deg.to_radians();
+    let patches = section.patches.iter().map(|patch| Patch {
+        center_m: Vector2::new(patch.x_m, patch.y_m),
+        half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
+        friction: patch.friction,
+    });
+    // A box stands on the slope where its place in the plane is, as deep in the ground as it is high above it.
+    let world_from_floor = Rotation3::from_axis_angle(&Vector3::y_axis(), slope_rad);
+    let boxes = section.boxes.iter().map(|solid| GroundBox {
+        center_m: world_from_floor * Vector3::new(solid.x_m, solid.y_m, 0.0),
+        half_sides_m: Vector3::new(
+            0.5 * solid.length_x_m,
+            0.5 * solid.length_y_m,
+            solid.height_m,
+        ),
+        heading_rad: solid.heading_deg.to_radians(),
+    });
+    Ok(Floor {
+        friction: section.friction,
+        slope_rad,
+        patches: patches.collect(),
+        boxes: boxes.collect(),
+        relief: section.rough.as_ref().map(relief).transpose()?,
+    })
+}
+
+fn relief(rough: &Rough) -> Result<Relief, Error> {
+    let cells = (rough.side_m / rough.cell_m).round();
+    if !(1.0..=MOST_CELLS).contains(&cells) {
+        return Err(Error::invalid(
+            format!(
+                "world.floor.rough has {cells:.0} cells along a side: its side of {} m holds cells of {} m",
+                rough.side_m, rough.cell_m
+            ),
+            format!("choose `cell_m` and `side_m` such that there are 1 to {MOST_CELLS} cells"),
+        ));
+    }
+    let points = cells as usize + 1;
+    let mut rng = ChaCha8Rng::seed_from_u64(rough.seed);
+    let mut height_m = || rough.height_m * f64::from(rng.next_u32()) / f64::from(u32::MAX);
+    Ok(Relief {
+        cell_m: rough.cell_m,
+        heights_m: (0..points)
+            .map(|_| (0..points).map(|_| height_m()).collect())
+            .collect(),
+    })
+}
