@@ -1,13 +1,18 @@
 //! `ilon check`: runs scenarios side by side and holds each against its own `[expect]`.
 
+mod junit;
+
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use ilon_trace::Trace;
 use rayon::prelude::*;
 
+use super::output::OutputFolder;
+use super::table::Table;
 use super::{Outcome, Settings};
-use crate::judge::{Verdict, judge};
+use crate::judge::{Difference, Verdict, differences, judge};
 use crate::simulate::{self, Run};
 use crate::{Error, Scenario};
 
@@ -23,6 +28,18 @@ pub(super) struct Arguments {
     /// Run only scenarios whose name contains this.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
+    /// Begin no further scenario once one has failed.
+    #[arg(long)]
+    fail_fast: bool,
+    /// Write the results of scenarios that fail below this folder.
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+    /// Write the trace of each scenario into this folder, as a baseline.
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// Hold the trace of each scenario against the baseline in this folder, within `[expect.tolerances]`.
+    #[arg(long, value_name = "DIR")]
+    against: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
 }
@@ -32,65 +49,75 @@ struct Checked {
     name: String,
     path: PathBuf,
     took: Duration,
-    result: Result<Judged, Error>,
+    result: Ended,
 }
 
-/// What came of one scenario that ran.
+/// How one scenario ended.
+enum Ended {
+    /// It ran, and this is what was found.
+    Judged(Judged),
+    /// It could not run.
+    Refused(Error),
+    /// It was not begun, because another had failed.
+    Skipped,
+}
+
+/// What was found of a scenario that ran.
 struct Judged {
     verdicts: Vec<Verdict>,
+    differences: Vec<Difference>,
 }
 
-impl Checked {
-    fn outcome(&self) -> Outcome {
-        match &self.result {
-            Err(_) => Outcome::BadInput,
-            Ok(judged) if judged.verdicts.iter().all(|verdict| verdict.held) => Outcome::Done,
-            Ok(_) => Outcome::Unexpected,
+impl Judged {
+    /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
+    fn failures(&self) -> Vec<String> {
+        const DIFFERENCES_TOLD: usize = 3;
+        let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
+        let mut lines: Vec<String> = failed.map(ToString::to_string).collect();
+        let told = self.differences.iter().take(DIFFERENCES_TOLD);
+        lines.extend(told.map(ToString::to_string));
+        if self.differences.len() > DIFFERENCES_TOLD {
+            let more = self.differences.len() - DIFFERENCES_TOLD;
+            lines.push(format!("{more} more signals leave their baseline"));
         }
+        lines
     }
 }
 
 /// Runs all scenarios and prints a line for each.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let paths = scenarios(&arguments.paths, arguments.filter.as_deref())?;
+    let stop = AtomicBool::new(false);
     let checked: Vec<Checked> = paths
         .par_iter()
         .map(|path| {
-            let checked = check(path, &arguments.settings);
+            let checked = check(path, arguments, &stop);
+            if arguments.fail_fast && !checked.held() {
+                stop.store(true, Ordering::Relaxed);
+            }
             // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
-            let _ = super::print(&line(&checked));
+            let _ = super::print(&checked.line());
             checked
         })
         .collect();
     if let Some(path) = &arguments.junit {
-        ilon_trace::file::write_text(path, &junit(&checked)?)?;
+        ilon_trace::file::write_text(path, &junit::xml(&checked)?)?;
     }
-    let count = |outcome| {
-        checked
-            .iter()
-            .filter(|one| one.outcome() == outcome)
-            .count()
-    };
-    let (held, failed, bad) = (
-        count(Outcome::Done),
-        count(Outcome::Unexpected),
-        count(Outcome::BadInput),
-    );
-    super::print(&format!(
-        "{} scenarios: {held} held, {failed} failed, {bad} could not run\n",
-        checked.len()
-    ))?;
+    super::print(&format!("\n{}", totals(&checked)))?;
+    let mut outcome = Outcome::Done;
     for one in checked {
-        if let Err(error) = one.result {
-            eprintln!("{}:", one.path.display());
-            super::tell(error);
+        let held = one.held();
+        match one.result {
+            Ended::Refused(error) => {
+                eprintln!("{}:", one.path.display());
+                super::tell(error);
+                outcome = Outcome::BadInput;
+            }
+            Ended::Judged(_) if !held && outcome == Outcome::Done => outcome = Outcome::Unexpected,
+            Ended::Judged(_) | Ended::Skipped => {}
         }
     }
-    Ok(match (failed, bad) {
-        (_, 1..) => Outcome::BadInput,
-        (1.., _) => Outcome::Unexpected,
-        _ => Outcome::Done,
-    })
+    Ok(outcome)
 }
 
 /// The scenario files named, and those in the folders named, in order of their names.
@@ -130,11 +157,16 @@ fn name_of(file: &Path) -> String {
         .unwrap_or_default()
 }
 
-fn check(path: &Path, settings: &Settings) -> Checked {
+fn check(path: &Path, arguments: &Arguments, stop: &AtomicBool) -> Checked {
     let start = Instant::now();
-    let result = Scenario::load_with(path, &settings.settings)
-        .and_then(|scenario| simulate::run(&scenario))
-        .and_then(|run| judged(&run));
+    let result = if stop.load(Ordering::Relaxed) {
+        Ended::Skipped
+    } else {
+        match run_and_judge(path, arguments) {
+            Ok(judged) => Ended::Judged(judged),
+            Err(error) => Ended::Refused(error),
+        }
+    };
     Checked {
         name: name_of(path),
         path: path.to_owned(),
@@ -143,81 +175,96 @@ fn check(path: &Path, settings: &Settings) -> Checked {
     }
 }
 
-fn judged(run: &Run) -> Result<Judged, Error> {
-    let summary = serde_json::to_value(&run.summary)
-        .map_err(|error| Error::invalid(error.to_string(), ""))?;
-    Ok(Judged {
-        verdicts: judge(&run.scenario.expect, &summary),
-    })
+fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
+    let scenario = Scenario::load_with(path, &arguments.settings.settings)?;
+    let run = simulate::run(&scenario)?;
+    let differences = match &arguments.against {
+        Some(folder) => against(&run, folder)?,
+        None => Vec::new(),
+    };
+    if let Some(folder) = &arguments.save {
+        std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
+        run.trace.write_parquet(&baseline_file(folder, &run))?;
+    }
+    let judged = Judged {
+        verdicts: judge(&run),
+        differences,
+    };
+    if let Some(folder) = &arguments.keep
+        && !judged.failures().is_empty()
+    {
+        OutputFolder::prepare(folder.join(&run.scenario.name))?.write(&run)?;
+    }
+    Ok(judged)
 }
 
-fn line(checked: &Checked) -> String {
-    let took_s = checked.took.as_secs_f64();
-    match &checked.result {
-        Err(error) => format!("ERROR  {}: {error}\n", checked.name),
-        Ok(judged) => {
-            let failed: Vec<&Verdict> = judged
-                .verdicts
-                .iter()
-                .filter(|verdict| !verdict.held)
-                .collect();
-            let mut text = match (failed.is_empty(), judged.verdicts.len()) {
-                (true, 0) => format!(
-                    "held   {} ({took_s:.1} s, nothing expected)\n",
-                    checked.name
-                ),
-                (true, count) => {
-                    format!("held   {} ({took_s:.1} s, {count} bounds)\n", checked.name)
-                }
-                (false, _) => format!("FAILED {} ({took_s:.1} s)\n", checked.name),
-            };
-            for verdict in failed {
-                text.push_str(&format!("         {verdict}\n"));
+fn against(run: &Run, folder: &Path) -> Result<Vec<Difference>, Error> {
+    let baseline = Trace::read_parquet(&baseline_file(folder, run))?;
+    Ok(differences(
+        &run.trace,
+        &baseline,
+        &run.scenario.expect.tolerances,
+    ))
+}
+
+fn baseline_file(folder: &Path, run: &Run) -> PathBuf {
+    folder.join(format!("{}.parquet", run.scenario.name))
+}
+
+impl Checked {
+    fn held(&self) -> bool {
+        match &self.result {
+            Ended::Judged(judged) => judged.failures().is_empty(),
+            Ended::Refused(_) => false,
+            Ended::Skipped => true,
+        }
+    }
+
+    fn line(&self) -> String {
+        let took_s = self.took.as_secs_f64();
+        let name = &self.name;
+        match &self.result {
+            Ended::Skipped => format!("skip   {name}\n"),
+            Ended::Refused(error) => format!("ERROR  {name}: {error}\n"),
+            Ended::Judged(judged) if self.held() => {
+                let expected = match judged.verdicts.len() {
+                    0 => "nothing expected".to_owned(),
+                    1 => "1 bound".to_owned(),
+                    count => format!("{count} bounds"),
+                };
+                format!("held   {name} ({took_s:.1} s, {expected})\n")
             }
-            if !text.starts_with("held") {
+            Ended::Judged(judged) => {
+                let mut text = format!("FAILED {name} ({took_s:.1} s)\n");
+                for failure in judged.failures() {
+                    text.push_str(&format!("         {failure}\n"));
+                }
                 text.push_str(&format!(
                     "         to see it: ilon run {}\n",
-                    checked.path.display()
+                    self.path.display()
                 ));
+                text
             }
-            text
         }
     }
 }
 
-fn junit(checked: &[Checked]) -> Result<String, Error> {
-    let mut suite = TestSuite::new("ilon check");
-    for one in checked {
-        let status = match &one.result {
-            Err(error) => {
-                let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
-                status.set_message(error.to_string());
-                status
-            }
-            Ok(judged) => {
-                let failed: Vec<String> = judged
-                    .verdicts
-                    .iter()
-                    .filter(|verdict| !verdict.held)
-                    .map(ToString::to_string)
-                    .collect();
-                if failed.is_empty() {
-                    TestCaseStatus::success()
-                } else {
-                    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-                    status.set_message(failed.join("; "));
-                    status
-                }
-            }
-        };
-        let mut case = TestCase::new(one.name.as_str(), status);
-        case.set_classname(one.path.display().to_string());
-        case.set_time(one.took);
-        suite.add_test_case(case);
-    }
-    let mut report = Report::new("ilon");
-    report.add_test_suite(suite);
-    report
-        .to_string()
-        .map_err(|error| Error::invalid(error.to_string(), ""))
+fn totals(checked: &[Checked]) -> String {
+    let mut table = Table::new();
+    table.heading(&format!("{} scenarios", checked.len()));
+    let mut row = |name: &str, of: fn(&Checked) -> bool| {
+        let count = checked.iter().filter(|one| of(one)).count();
+        table.row(name, Some(count as f64), 0, "");
+    };
+    row("held", |one| {
+        matches!(one.result, Ended::Judged(_)) && one.held()
+    });
+    row("failed", |one| {
+        matches!(one.result, Ended::Judged(_)) && !one.held()
+    });
+    row("could not run", |one| {
+        matches!(one.result, Ended::Refused(_))
+    });
+    row("skipped", |one| matches!(one.result, Ended::Skipped));
+    table.to_string()
 }

@@ -144,9 +144,12 @@ impl<'s> Checker<'s> {
         entries.sort_by_key(|(key, _)| key.span().start);
         for (key, value) in entries {
             self.path.push(key.get_ref().to_string());
-            let schema = known.iter().find(|(name, _)| *name == key.get_ref());
+            let schema = known
+                .iter()
+                .find(|(name, _)| *name == key.get_ref())
+                .map(|(_, schema)| *schema);
             match (schema, any_other) {
-                (Some((_, schema)), _) | (None, Some(schema)) => self.value(value, schema)?,
+                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema)?,
                 (None, None) => return Err(self.unknown_key(key, &known)),
             }
             self.path.pop();

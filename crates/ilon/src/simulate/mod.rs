@@ -19,8 +19,8 @@ use ilon_world::World;
 pub use pilot::{Controller, TwistProfile, WheelCommand};
 pub use sensors::Seen;
 
-use crate::Error;
 use crate::scenario::{Motion, RollerBodies, Scenario, Step};
+use crate::{Error, judge};
 use clock::{Clock, CpuTime};
 use drive::Drive;
 use pilot::Pilot;
@@ -151,6 +151,10 @@ impl Simulation {
         }
 
         let header = header(&scenario, robot, &pilot, physics_dt_s, limit_rad_s)?;
+        let expect = &scenario.expect;
+        let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
+        let tolerated = expect.tolerances.keys().map(String::as_str);
+        judge::check_names(expected.chain(tolerated), &header)?;
         let recorder = Recorder::new(
             header,
             robot,
