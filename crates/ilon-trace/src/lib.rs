@@ -23,6 +23,7 @@ pub mod odometry;
 pub mod record;
 #[cfg(test)]
 mod sample;
+mod signal;
 pub mod slip;
 pub mod trace;
 

@@ -1,0 +1,42 @@
+//! The recorded signals by name, as the file's columns are called.
+
+use crate::columns::signals;
+use crate::trace::{Header, Trace};
+
+impl Header {
+    /// The names of all signals that a trace with this header records, in the order of the file's columns.
+    pub fn signal_names(&self) -> Vec<String> {
+        signals(self).into_iter().map(|signal| signal.name).collect()
+    }
+}
+
+impl Trace {
+    /// A signal over the run by its column's name, such as `truth_x_m` or `wheel0_rate_rad_s`: one value a record,
+    /// `None` where it is absent; `None` altogether where there is no such signal.
+    pub fn signal(&self, name: &str) -> Option<Vec<Option<f64>>> {
+        let signals = signals(&self.header);
+        let signal = signals.iter().find(|signal| signal.name == name)?;
+        let steps = 0..self.records().len();
+        Some(steps.map(|step| signal.get(self, step)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::sample::made_up_trace;
+
+    #[test]
+    fn a_signal_is_found_by_its_name_and_holds_what_was_recorded() {
+        let trace = made_up_trace(3, 4, true);
+        let rates = trace.signal("wheel2_rate_rad_s").expect("it is recorded");
+        let recorded: Vec<_> = trace.wheel(2).map(|wheel| Some(wheel.rate_rad_s)).collect();
+        assert_eq!(rates, recorded);
+        assert!(trace.signal("wheel3_rate_rad_s").is_none());
+    }
+
+    #[test]
+    fn what_does_not_apply_to_a_run_is_a_signal_without_values() {
+        let trace = made_up_trace(3, 2, false);
+        assert_eq!(trace.signal("desired_x_m"), Some(vec![None, None]));
+    }
+}
