@@ -1,0 +1,169 @@
+//! Holds a whole trace against an earlier one, signal by signal.
+
+use std::collections::BTreeMap;
+
+use ilon_trace::Trace;
+
+/// Where a trace leaves its baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The signal, by its column's name.
+    pub signal: String,
+    /// When it is first further from the baseline than it may be, in seconds.
+    pub first_s: f64,
+    /// The baseline there; `None` where it has no value.
+    pub baseline: Option<f64>,
+    /// The run there; `None` where it has no value.
+    pub run: Option<f64>,
+    /// The largest difference at any time; infinite where only one of them has a value.
+    pub worst: f64,
+    /// How far it may be.
+    pub tolerance: f64,
+}
+
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let number =
+            |value: Option<f64>| value.map_or("nothing".to_owned(), |value| value.to_string());
+        write!(
+            f,
+            "{} leaves its baseline at {} s: {}, was {}; at worst {} off, where {} is allowed",
+            self.signal,
+            self.first_s,
+            number(self.run),
+            number(self.baseline),
+            self.worst,
+            self.tolerance
+        )
+    }
+}
+
+/// The signals of a run that leave their baseline, the earliest first. A signal without a tolerance must be equal to the
+/// bit; runs of different length differ in time itself.
+pub fn differences(
+    run: &Trace,
+    baseline: &Trace,
+    tolerances: &BTreeMap<String, f64>,
+) -> Vec<Difference> {
+    let mut names = run.header.signal_names();
+    let more = baseline.header.signal_names();
+    names.extend(more.into_iter().filter(|name| run.signal(name).is_none()));
+    let mut found: Vec<Difference> = names
+        .into_iter()
+        .filter_map(|name| {
+            let tolerance = tolerance_of(&name, tolerances);
+            difference(run, baseline, name, tolerance)
+        })
+        .collect();
+    found.sort_by(|a, b| a.first_s.total_cmp(&b.first_s));
+    found
+}
+
+fn difference(run: &Trace, baseline: &Trace, signal: String, tolerance: f64) -> Option<Difference> {
+    let (ours, theirs) = (
+        run.signal(&signal).unwrap_or_default(),
+        baseline.signal(&signal).unwrap_or_default(),
+    );
+    let rows = ours.len().max(theirs.len());
+    let at = |values: &[Option<f64>], row: usize| values.get(row).copied().flatten();
+    let off = |row: usize| match (at(&ours, row), at(&theirs, row)) {
+        (Some(a), Some(b)) if a.is_nan() && b.is_nan() => 0.0,
+        (Some(a), Some(b)) if a == b => 0.0,
+        (Some(a), Some(b)) if a.is_finite() && b.is_finite() => (a - b).abs(),
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    };
+    let first = (0..rows).find(|row| off(*row) > tolerance)?;
+    let dt_s = run.header.control_dt_s;
+    Some(Difference {
+        first_s: first as f64 * dt_s,
+        baseline: at(&theirs, first),
+        run: at(&ours, first),
+        worst: (0..rows).map(off).fold(0.0, f64::max),
+        tolerance,
+        signal,
+    })
+}
+
+/// The tolerance of a signal: its own, or that of every wheel, or none.
+fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> f64 {
+    let of_every_wheel = || {
+        let (wheel, rest) = name.strip_prefix("wheel")?.split_once('_')?;
+        let is_number = wheel.chars().all(|digit| digit.is_ascii_digit());
+        is_number.then(|| tolerances.get(&format!("wheel*_{rest}")))?
+    };
+    tolerances
+        .get(name)
+        .or_else(of_every_wheel)
+        .copied()
+        .unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::{Header, Record, WheelHeader, WheelSample};
+
+    use super::*;
+
+    fn trace(spoil: impl Fn(u32, &mut Record, &mut WheelSample)) -> Trace {
+        let header = Header {
+            wheels: vec![WheelHeader::default()],
+            control_dt_s: 0.5,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 4);
+        for step in 0..4 {
+            let mut record = Record {
+                t_s: 0.5 * f64::from(step),
+                ..Record::default()
+            };
+            let mut wheel = WheelSample::default();
+            spoil(step, &mut record, &mut wheel);
+            trace.push(record, &[wheel]);
+        }
+        trace
+    }
+
+    #[test]
+    fn equal_traces_do_not_differ_and_a_last_bit_does() {
+        let baseline = trace(|_, record, _| record.truth.pose.x_m = 1.0);
+        assert!(differences(&baseline, &baseline, &BTreeMap::new()).is_empty());
+        let run = trace(|step, record, _| {
+            record.truth.pose.x_m = if step < 2 { 1.0 } else { 1.0 + f64::EPSILON };
+        });
+        let found = differences(&run, &baseline, &BTreeMap::new());
+        assert_eq!(found.len(), 1);
+        assert_eq!(
+            (found[0].signal.as_str(), found[0].first_s),
+            ("truth_x_m", 1.0)
+        );
+    }
+
+    #[test]
+    fn a_tolerance_lets_a_signal_be_off_by_as_much_and_no_more() {
+        let baseline = trace(|_, _, _| ());
+        let run = trace(|step, _, wheel| wheel.torque_n_m = 0.1 * f64::from(step));
+        let allow = |tolerance| BTreeMap::from([("wheel*_torque_n_m".to_owned(), tolerance)]);
+        // 0.1 * 3 is a rounding above 0.3.
+        assert!(differences(&run, &baseline, &allow(0.3 + 1e-15)).is_empty());
+        let found = differences(&run, &baseline, &allow(0.15));
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].first_s, found[0].run), (1.0, Some(0.2)));
+    }
+
+    #[test]
+    fn a_shorter_run_differs_where_it_ends() {
+        let baseline = trace(|_, _, _| ());
+        let mut run = Trace::with_capacity(baseline.header.clone(), 2);
+        for step in 0..2 {
+            run.push(baseline.records()[step], baseline.wheels_at(step));
+        }
+        let found = differences(&run, &baseline, &BTreeMap::new());
+        assert!(
+            found
+                .iter()
+                .all(|one| one.first_s == 1.0 && one.worst.is_infinite())
+        );
+        assert!(!found.is_empty());
+    }
+}

@@ -1,0 +1,244 @@
+//! Bounds on signals over time.
+
+use ilon_trace::{Header, Trace, metrics};
+
+use super::Verdict;
+use crate::Error;
+use crate::scenario::{Bound, Must, SignalBound, nearest};
+
+/// Signals that follow from recorded ones: distance from the desired position, and magnitude of the heading error.
+const DERIVED: [&str; 2] = ["position_error_m", "heading_error_rad"];
+
+/// What stands in a name for every wheel.
+const EVERY_WHEEL: &str = "wheel*_";
+
+/// Slack on times, in seconds, so that the rounding of `12.3` does not leave a row out of a window that it edges.
+const TIME_SLACK_S: f64 = 1e-9;
+
+/// Makes sure that all signals are recorded of such a run.
+///
+/// # Errors
+/// [`Error::Invalid`] with the nearest name that is.
+pub fn check_names<'a>(
+    names: impl IntoIterator<Item = &'a str>,
+    header: &Header,
+) -> Result<(), Error> {
+    let recorded = header.signal_names();
+    for name in names {
+        let first = name.replace(EVERY_WHEEL, "wheel0_");
+        if recorded.contains(&first) || DERIVED.contains(&name) {
+            continue;
+        }
+        let known = recorded.iter().map(String::as_str).chain(DERIVED);
+        return Err(Error::invalid(
+            format!("there is no signal `{name}` in a trace of this run"),
+            match nearest(&first, known) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "signals are the columns of trace.parquet".to_owned(),
+            },
+        ));
+    }
+    Ok(())
+}
+
+/// Holds a trace against bounds; of a bound on every wheel the worst wheel is told.
+pub(super) fn judge(bounds: &[SignalBound], trace: &Trace) -> Vec<Verdict> {
+    let wheels = 0..trace.wheel_count();
+    bounds
+        .iter()
+        .map(|bound| {
+            if !bound.signal.contains(EVERY_WHEEL) {
+                return judge_one(bound, &bound.signal, trace).0;
+            }
+            wheels
+                .clone()
+                .map(|wheel| {
+                    let name = bound.signal.replace(EVERY_WHEEL, &format!("wheel{wheel}_"));
+                    judge_one(bound, &name, trace)
+                })
+                .max_by(|(_, a), (_, b)| a.total_cmp(b))
+                .map(|(verdict, _)| verdict)
+                .unwrap_or_else(|| told(bound, &bound.signal, None, false))
+        })
+        .collect()
+}
+
+/// The verdict on one signal, and how far it was beyond the bound where it counts.
+fn judge_one(bound: &SignalBound, name: &str, trace: &Trace) -> (Verdict, f64) {
+    let limits = bound.bound();
+    let until_s = bound.until_s.unwrap_or(f64::INFINITY);
+    let in_window = |t_s: f64| match bound.must {
+        Must::Always | Must::Eventually => {
+            t_s >= bound.from_s - TIME_SLACK_S && t_s <= until_s + TIME_SLACK_S
+        }
+        Must::Settle => t_s >= bound.until_s.unwrap_or(trace.duration_s()) - TIME_SLACK_S,
+    };
+    let values = values(trace, name);
+    let times_s = trace.records().iter().map(|record| record.t_s);
+    let rows: Vec<(f64, f64)> = times_s
+        .zip(values)
+        .filter_map(|(t_s, value)| Some((t_s, value?)))
+        .collect();
+    let window: Vec<(f64, f64)> = match (bound.must, bound.until_s) {
+        // Without a time to settle by, being there at the end is what counts.
+        (Must::Settle, None) => rows.last().copied().into_iter().collect(),
+        _ => rows
+            .into_iter()
+            .filter(|(t_s, _)| in_window(*t_s))
+            .collect(),
+    };
+    let breach = |row: &(f64, f64)| limits.breach(row.1);
+    let by_breach = |a: &&(f64, f64), b: &&(f64, f64)| breach(a).total_cmp(&breach(b));
+    let counts = match bound.must {
+        // Of equally bad instants the first.
+        Must::Always | Must::Settle => window.iter().rev().max_by(by_breach),
+        Must::Eventually => window.iter().min_by(by_breach),
+    };
+    match counts {
+        Some(row) => (
+            told(bound, name, Some(*row), breach(row) <= 0.0),
+            breach(row),
+        ),
+        None => (told(bound, name, None, false), f64::INFINITY),
+    }
+}
+
+fn told(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bool) -> Verdict {
+    let limits: Bound = bound.bound();
+    let window = match (bound.must, bound.until_s) {
+        (Must::Settle, Some(until_s)) => format!("from {until_s} s on"),
+        (Must::Settle, None) => "at the end".to_owned(),
+        (must, until_s) => {
+            let when = if must == Must::Always {
+                "always"
+            } else {
+                "at some time"
+            };
+            let from = match bound.from_s {
+                0.0 => String::new(),
+                from_s => format!(" from {from_s} s"),
+            };
+            let until = until_s.map_or(String::new(), |until_s| format!(" until {until_s} s"));
+            format!("{when}{from}{until}")
+        }
+    };
+    Verdict {
+        quantity: name.to_owned(),
+        bound: format!("{limits} {window}"),
+        measured: row.map(|(_, value)| value),
+        at_s: row.map(|(t_s, _)| t_s),
+        held,
+    }
+}
+
+fn values(trace: &Trace, name: &str) -> Vec<Option<f64>> {
+    let derived = |errors: Vec<f64>| {
+        // Of a run with a reference every record has an error; of one without, none has.
+        let mut values: Vec<Option<f64>> = errors.into_iter().map(Some).collect();
+        values.resize(trace.records().len(), None);
+        values
+    };
+    match name {
+        "position_error_m" => derived(metrics::errors(trace).0),
+        "heading_error_rad" => derived(metrics::errors(trace).1),
+        name => trace.signal(name).unwrap_or_default(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::{Record, WheelHeader, WheelSample};
+
+    use super::*;
+
+    /// Ten records a tenth of a second apart: x falls from 9 to 0, wheel 1 turns twice as fast as wheel 0.
+    fn falling() -> Trace {
+        let header = Header {
+            wheels: vec![WheelHeader::default(); 2],
+            control_dt_s: 0.1,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 10);
+        for step in 0..10 {
+            let mut record = Record {
+                t_s: 0.1 * f64::from(step),
+                ..Record::default()
+            };
+            record.truth.pose.x_m = f64::from(9 - step);
+            let wheel = |rate_rad_s| WheelSample {
+                rate_rad_s,
+                ..WheelSample::default()
+            };
+            trace.push(record, &[wheel(1.0), wheel(2.0)]);
+        }
+        trace
+    }
+
+    fn verdict(toml: &str) -> Verdict {
+        let bound: SignalBound = toml::from_str(toml).expect("a bound");
+        judge(&[bound], &falling()).remove(0)
+    }
+
+    #[test]
+    fn always_is_broken_by_one_instant_and_tells_the_worst() {
+        assert!(verdict("signal = 'truth_x_m'\nmax = 9").held);
+        let broken = verdict("signal = 'truth_x_m'\nmax = 5");
+        assert!(!broken.held);
+        assert_eq!((broken.measured, broken.at_s), (Some(9.0), Some(0.0)));
+        assert!(verdict("signal = 'truth_x_m'\nmax = 5\nfrom_s = 0.4").held);
+        assert!(!verdict("signal = 'truth_x_m'\nmax = 5\nfrom_s = 0.3").held);
+    }
+
+    #[test]
+    fn eventually_asks_for_one_instant_within_its_window() {
+        let text = "signal = 'truth_x_m'\nmust = 'eventually'\nequal = 4\n";
+        assert!(verdict(text).held);
+        let missed = verdict(&format!("{text}until_s = 0.4"));
+        assert!(!missed.held);
+        // The nearest that it came: 5 at 0.4 s.
+        assert_eq!((missed.measured, missed.at_s), (Some(5.0), Some(0.4)));
+        assert!(verdict(&format!("{text}until_s = 0.5")).held);
+    }
+
+    #[test]
+    fn settled_means_from_then_on_to_the_end() {
+        let text = "signal = 'truth_x_m'\nmust = 'settle'\nmax = 3\n";
+        assert!(verdict(&format!("{text}until_s = 0.6")).held);
+        assert!(!verdict(&format!("{text}until_s = 0.5")).held);
+        assert!(verdict(text).held);
+    }
+
+    #[test]
+    fn a_bound_on_every_wheel_tells_the_worst_wheel() {
+        let broken = verdict("signal = 'wheel*_rate_rad_s'\nmax = 1.5");
+        assert!(!broken.held);
+        assert_eq!(broken.quantity, "wheel1_rate_rad_s");
+        assert_eq!(
+            broken.to_string(),
+            "wheel1_rate_rad_s <= 1.5 always failed: measured 2 at 0 s"
+        );
+    }
+
+    #[test]
+    fn a_signal_that_does_not_exist_is_refused_with_the_nearest() {
+        let header = falling().header;
+        assert!(
+            check_names(
+                ["truth_x_m", "wheel*_rate_rad_s", "position_error_m"],
+                &header
+            )
+            .is_ok()
+        );
+        let refused = check_names(["wheel*_rat_rad_s"], &header);
+        match refused {
+            Err(Error::Invalid { message, help }) => {
+                assert_eq!(
+                    message,
+                    "there is no signal `wheel*_rat_rad_s` in a trace of this run"
+                );
+                assert_eq!(help, "did you mean `wheel0_rate_rad_s`?");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
