@@ -100,6 +100,7 @@ impl Scenario {
             }
         };
         from_there(&mut moved.robot.file);
+        moved.robot.packages.values_mut().for_each(from_there);
         if let Some(super::Reference::Waypoints { file, .. }) = &mut moved.reference {
             from_there(file);
         }
@@ -473,8 +474,11 @@ duration_s = 30
         let mut scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
         scenario.folder = PathBuf::from("/home/a/scenarios");
         scenario.robot.file = PathBuf::from("../robots/x.urdf");
+        let packages = &mut scenario.robot.packages;
+        packages.insert("x".to_owned(), PathBuf::from("../meshes"));
         let moved = scenario.moved_to(Path::new("/home/b/out"));
         assert_eq!(moved.robot.file, Path::new("../../a/robots/x.urdf"));
+        assert_eq!(moved.robot.packages["x"], Path::new("../../a/meshes"));
     }
 
     #[test]

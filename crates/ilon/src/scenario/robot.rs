@@ -1,7 +1,9 @@
 //! `[robot]`: which robot, and how it starts.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
+use ilon_robot::{Handedness, LoadOptions, Package, WheelOptions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +26,111 @@ pub struct Robot {
     /// Which rollers are bodies of their own in the simulated world.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
+    /// Whether what can be mended safely in the robot's file is mended, each change being told of: missing and impossible
+    /// inertias, elements that stand twice, gaps between rollers.
+    #[serde(default)]
+    pub mend: bool,
+    /// Folders of the ROS packages in which meshes lie: `NAME = "DIR"` for `package://NAME/mesh.stl`, relative to the
+    /// scenario file. A package that is not given is looked for in the folders above the robot's file, by its name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub packages: BTreeMap<String, PathBuf>,
+    /// Rollers for wheels that have none in the robot's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wheels: Option<Wheels>,
+}
+
+impl Robot {
+    /// How the robot's file is to be read, with paths that start from `folder`.
+    pub fn load_options(&self, folder: &Path) -> LoadOptions {
+        let package = |(name, dir): (&String, &PathBuf)| Package {
+            name: name.clone(),
+            folder: folder.join(dir),
+        };
+        LoadOptions {
+            packages: self.packages.iter().map(package).collect(),
+            mend: self.mend,
+            wheels: self.wheels.as_ref().map(Wheels::options),
+        }
+    }
+}
+
+/// Rollers for wheels that have none in the robot's file, as most published mobile bases have none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "RobotWheelsSection")]
+pub struct Wheels {
+    /// The wheels' joints. Left out: every turning joint on a level axis with nothing turning above or below it.
+    #[serde(default)]
+    pub joints: Vec<String>,
+    /// How many rollers each wheel carries.
+    #[schemars(range(min = 3, max = 1000))]
+    pub rollers: usize,
+    /// The wheels' radius, in metres; left out, it is taken from their collision geometry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius_m: Option<f64>,
+    /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
+    /// the neighbours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub roller_radius_m: Option<f64>,
+    /// Mass of one roller, in kg, taken from the wheel's; left out, that of solid rubber, and at most half of the wheel's
+    /// for all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub roller_mass_kg: Option<f64>,
+    /// Viscous damping of a roller's bearing, in N m s/rad.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub damping_n_m_s: f64,
+    /// Dry friction of a roller's bearing, in N m.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub friction_n_m: f64,
+    /// The angle from the hub axis to the rolling direction of the roller on the ground, counter-clockwise from above.
+    pub gamma: Gamma,
+}
+
+/// The angle gamma of each wheel, in degrees, with its sign.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Gamma {
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X; the sign of each follows from its place. All hub axes must lie
+    /// along y.
+    XDeg(f64),
+    /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
+    AllDeg(f64),
+    /// `gamma.each_deg = [-45, 45, 45, -45]`: one for each joint, in the order of `joints`.
+    EachDeg(Vec<f64>),
+}
+
+impl Wheels {
+    fn options(&self) -> WheelOptions {
+        let Self {
+            joints,
+            rollers,
+            radius_m,
+            roller_radius_m,
+            roller_mass_kg,
+            damping_n_m_s,
+            friction_n_m,
+            gamma,
+        } = self.clone();
+        WheelOptions {
+            joints,
+            gamma: match gamma {
+                Gamma::XDeg(gamma_deg) => Handedness::XDeg(gamma_deg),
+                Gamma::AllDeg(gamma_deg) => Handedness::AllDeg(gamma_deg),
+                Gamma::EachDeg(gammas_deg) => Handedness::EachDeg(gammas_deg),
+            },
+            rollers,
+            radius_m,
+            roller_radius_m,
+            roller_mass_kg,
+            damping_n_m_s,
+            friction_n_m,
+        }
+    }
 }
 
 /// Which rollers are bodies of their own in the simulated world.

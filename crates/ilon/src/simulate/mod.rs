@@ -262,7 +262,9 @@ impl Simulation {
 }
 
 fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
-    Ok(Robot::load(scenario.resolve(&scenario.robot.file))?)
+    let options = scenario.robot.load_options(&scenario.folder);
+    let loaded = Robot::load_with(scenario.resolve(&scenario.robot.file), &options)?;
+    Ok(loaded.robot)
 }
 
 /// The solver of a scenario, with its defaults written into the scenario.
