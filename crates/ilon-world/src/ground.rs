@@ -140,17 +140,12 @@ impl Floor {
     }
 
     /// Puts the ground into rapier, whose frame is the floor's.
-    pub(crate) fn insert(&self, colliders: &mut ColliderSet) -> Ground {
+    pub(crate) fn insert(&self, colliders: &mut ColliderSet, dt_s: f64) -> Ground {
         let solids = self.solids();
         let plane = self
             .relief
             .is_none()
             .then(|| SharedShape::halfspace(Vector::Z));
-        let hooks = if self.patches.is_empty() {
-            ActiveHooks::empty()
-        } else {
-            ActiveHooks::MODIFY_SOLVER_CONTACTS
-        };
         let mut insert = |shape: &SharedShape, floor_from_shape: &Isometry3<f64>| {
             colliders.insert(
                 ColliderBuilder::new(shape.clone())
@@ -158,7 +153,7 @@ impl Floor {
                     .friction(self.friction as Real)
                     .friction_combine_rule(CoefficientCombineRule::Min)
                     .restitution(0.0)
-                    .active_hooks(hooks)
+                    .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
                     .collision_groups(groups::GROUND),
             )
         };
@@ -177,6 +172,7 @@ impl Floor {
             patches: self.patches.clone(),
             world_from_floor: self.world_from_floor(),
             anchor_m: Vector3::zeros(),
+            dt_s: dt_s as Real,
         }
     }
 
@@ -240,6 +236,8 @@ pub(crate) struct Ground {
     world_from_floor: UnitQuaternion<f64>,
     /// rapier's origin in the floor's frame, in metres; it moves along the plane.
     anchor_m: Vector3<f64>,
+    /// Length of a physics step, in seconds.
+    dt_s: Real,
 }
 
 /// A part of the ground that is not the plane.
@@ -320,29 +318,54 @@ impl Ground {
     }
 }
 
-/// rapier asks at every contact how slippery the ground is there.
+/// What rapier lets us say about every contact before it solves them: how slippery the ground is there, and that a
+/// rounding of the contact point is no way to make good.
 impl PhysicsHooks for Ground {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
         let ground_first = context.rigid_body1.is_none();
-        let ground = if ground_first {
-            context.collider1
+        let (ground, body) = if ground_first {
+            (context.collider1, context.rigid_body2)
         } else {
-            context.collider2
+            (context.collider2, context.rigid_body1)
         };
-        let Some(rapier_from_ground) = context.colliders.get(ground).map(|c| *c.position()) else {
+        let (bodies, colliders) = (context.bodies, context.colliders);
+        let (Some(ground), Some(body)) = (colliders.get(ground), body.and_then(|b| bodies.get(b)))
+        else {
             return;
         };
         let Some(contact) = context.rigid_mut() else {
             return;
         };
-        if let Some(point) = contact.manifold.points.first() {
+        if !self.patches.is_empty()
+            && let Some(point) = contact.manifold.points.first()
+        {
             let local = if ground_first {
                 point.local_p1
             } else {
                 point.local_p2
             };
-            let in_floor_m = convert::to_f64(rapier_from_ground * local) + self.anchor_m;
+            let in_floor_m = convert::to_f64(ground.position() * local) + self.anchor_m;
             *contact.friction = self.friction_at(&(self.world_from_floor * in_floor_m)) as Real;
         }
+        let normal = *contact.normal;
+        for point in contact.solver_contacts.iter_mut() {
+            let shift = (point.anchor2 - point.anchor1).dot(normal) - point.dist;
+            let middle = (point.anchor1 + normal * shift + point.anchor2) * 0.5;
+            let rounding = rounding_of(middle, body);
+            let between = if ground_first { -rounding } else { rounding };
+            point.tangent_velocity -= between / self.dt_s;
+        }
     }
+}
+
+/// By how much rapier's friction misplaces a contact point on a body, in metres.
+///
+/// The solver keeps the point in the body's frame and takes it back to the world, in f32, and asks friction to close the
+/// gap to the other body's point within the step. The gap is some 1e-8 m of rounding, and a robot at rest would creep by
+/// that in every step. This repeats rapier's own operations to the letter, so that it can be taken off.
+fn rounding_of(point: Vector, body: &RigidBody) -> Vector {
+    let center = body.center_of_mass();
+    let kept = center + (point - center);
+    let pose = body.position();
+    pose * pose.inverse_transform_point(kept) - point
 }

@@ -91,7 +91,7 @@ impl World {
             narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
             ..PhysicsWorld::default()
         };
-        let mut ground = floor.insert(&mut rapier.colliders);
+        let mut ground = floor.insert(&mut rapier.colliders, settings.dt_s);
 
         let state = State::at_rest(robot, &standing(robot, floor, start));
         ground.follow(
