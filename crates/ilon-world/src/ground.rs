@@ -109,7 +109,8 @@ impl Floor {
         {
             return setting("friction", bad, "finite and not below 0");
         }
-        if !(self.slope_rad.abs() < std::f64::consts::FRAC_PI_2) {
+        let upright = std::f64::consts::FRAC_PI_2;
+        if !(-upright..=upright).contains(&self.slope_rad) {
             return setting("slope_rad", self.slope_rad, "between -pi/2 and pi/2");
         }
         let sides = self

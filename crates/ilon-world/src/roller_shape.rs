@@ -196,7 +196,7 @@ impl Shape for RollerShape {
     }
 
     fn ccd_angular_thickness(&self) -> Real {
-        std::f32::consts::FRAC_PI_2 as Real
+        std::f32::consts::FRAC_PI_2
     }
 
     fn is_convex(&self) -> bool {
