@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_robot::Robot;
+use ilon_robot::{LoadOptions, Package, Robot};
 
 use super::Outcome;
 use super::table::Table;
@@ -15,6 +15,12 @@ use crate::inspect::Inspection;
 pub(super) struct Arguments {
     /// The robot's URDF.
     robot: PathBuf,
+    /// The folder of a ROS package, for meshes at `package://NAME/...`.
+    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
+    packages: Vec<Package>,
+    /// Mend what is safe to mend in the file, and say what.
+    #[arg(long)]
+    mend: bool,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -22,7 +28,12 @@ pub(super) struct Arguments {
 
 /// Prints the robot; one that cannot be controlled is printed too, and then told of as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let robot = Robot::load(&arguments.robot)?;
+    let options = LoadOptions {
+        packages: arguments.packages.clone(),
+        mend: arguments.mend,
+        ..LoadOptions::default()
+    };
+    let robot = Robot::load_with(&arguments.robot, &options)?.robot;
     let inspection = Inspection::of(&robot)?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
@@ -33,6 +44,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     Kinematics::new(&robot)?;
     Ok(Outcome::Done)
+}
+
+fn package(text: &str) -> Result<Package, String> {
+    match text.split_once('=') {
+        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => Ok(Package {
+            name: name.to_owned(),
+            folder: PathBuf::from(folder),
+        }),
+        _ => Err("write NAME=DIR, such as my_robot=../my_robot".to_owned()),
+    }
 }
 
 fn text(robot: &Inspection) -> String {

@@ -4,6 +4,7 @@
 //! degrees exist here only, in keys that end in `_deg`.
 
 mod expect;
+mod faults;
 mod guidance;
 mod keys;
 mod load;
@@ -16,6 +17,7 @@ mod wheels;
 mod world;
 
 pub use expect::{Bound, Expect, Must, SignalBound};
+pub use faults::Fault;
 pub use guidance::{Guidance, Kinematics, Priority, Saturation};
 pub use keys::nearest;
 pub use load::Setting;
@@ -58,6 +60,9 @@ pub struct Scenario {
     /// What the robot knows of its own motion.
     #[serde(default)]
     pub sensors: Sensors,
+    /// What goes wrong on purpose.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
     /// Duration and time steps.
     pub run: Run,
     /// Bounds on what the run must come to, held by `ilon check`.

@@ -2,6 +2,7 @@
 
 mod clock;
 mod drive;
+mod faults;
 mod floor;
 mod pilot;
 mod recorder;
@@ -23,6 +24,7 @@ use crate::scenario::{Motion, RollerBodies, Scenario, Step};
 use crate::{Error, judge};
 use clock::{Clock, CpuTime};
 use drive::Drive;
+use faults::Faults;
 use pilot::Pilot;
 use recorder::Recorder;
 use sensors::Sensors;
@@ -65,6 +67,8 @@ pub struct Simulation {
     sensors: Sensors,
     pilot: Pilot,
     drive: Drive,
+    faults: Faults,
+    torques_n_m: Vec<f64>,
     recorder: Recorder,
     warnings: Vec<String>,
 }
@@ -163,6 +167,7 @@ impl Simulation {
             start,
             clock.control_periods(),
         );
+        let faults = scenario.faults.clone();
         Ok(Self {
             scenario,
             clock,
@@ -170,6 +175,8 @@ impl Simulation {
             sensors,
             pilot,
             drive,
+            faults: Faults::new(&faults, robot)?,
+            torques_n_m: vec![0.0; robot.wheels.len()],
             recorder,
             warnings,
         })
@@ -180,25 +187,24 @@ impl Simulation {
         let t_s = self.clock.time_s();
         let control_is_due = self.clock.control_is_due();
 
-        self.sensors.sense(t_s, control_is_due, &self.world);
+        self.sensors
+            .sense(t_s, control_is_due, &self.world, &self.faults);
+        let seen = self.sensors.seen();
         if control_is_due {
-            self.pilot.decide(t_s, self.sensors.seen());
+            self.pilot.decide(t_s, seen);
         }
         let torques_n_m = self.drive.torques(
             self.pilot.targets(),
-            &self.sensors.seen().wheel_rates_rad_s,
+            &seen.wheel_rates_rad_s,
             self.clock.physics_dt_s(),
         );
+        self.torques_n_m.copy_from_slice(torques_n_m);
+        self.faults.spoil_torques(t_s, &mut self.torques_n_m);
         if control_is_due {
-            self.recorder.record(
-                t_s,
-                &self.world,
-                self.sensors.seen(),
-                &self.pilot,
-                torques_n_m,
-            );
+            self.recorder
+                .record(t_s, &self.world, seen, &self.pilot, &self.torques_n_m);
         }
-        self.world.apply(torques_n_m);
+        self.world.apply(&self.torques_n_m);
         self.world.step();
         self.recorder
             .count_losses(&self.world, self.clock.physics_dt_s());

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::faults::Faults;
 use crate::scenario;
 
 /// What the robot knows at one moment.
@@ -68,15 +69,17 @@ impl Sensors {
     }
 
     /// Looks at the world at a physics step.
-    pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World) {
+    pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World, faults: &Faults) {
         let pose_is_due = match self.pose.rate_hz {
             Some(rate_hz) => t_s + TIME_SLACK_S >= self.poses_taken as f64 / rate_hz,
             None => control_is_due,
         };
         if pose_is_due {
             self.poses_taken += 1;
-            let pose = self.noisy(world.body().pose);
-            self.on_the_way.push_back((t_s + self.pose.latency_s, pose));
+            let pose = self.noisy(faults.pose(t_s, world.body().pose));
+            if !faults.pose_is_lost(t_s) {
+                self.on_the_way.push_back((t_s + self.pose.latency_s, pose));
+            }
         }
         while let Some((arrives_s, pose)) = self.on_the_way.front()
             && *arrives_s <= t_s + TIME_SLACK_S
@@ -95,6 +98,7 @@ impl Sensors {
         {
             *seen = rate + noise(&mut self.encoder_noise, self.rate_noise_rad_s);
         }
+        faults.spoil_rates(t_s, &mut self.seen.wheel_rates_rad_s);
     }
 
     /// What the robot knows now.
