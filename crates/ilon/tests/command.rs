@@ -233,6 +233,64 @@ fn a_baseline_holds_the_same_run_and_locates_where_another_leaves_it() {
 }
 
 #[test]
+fn neither_threads_nor_scenarios_beside_it_change_a_trace() {
+    let folder = Folder::new();
+    let slow = SCENARIO
+        .replace("vx_m_s = 0.2", "vy_m_s = 0.1")
+        .replace("contact.vx", "contact.vy");
+    folder.write("slow.toml", &slow);
+    let check = |threads: &str, arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_ilon"))
+            .current_dir(folder.0.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .arg("check")
+            .args(arguments)
+            .output()
+            .expect("the command runs")
+    };
+    assert_code(&check("1", &["good.toml", "--save", "base"]), 0);
+    assert_code(&check("1", &["slow.toml", "--save", "base"]), 0);
+    assert_code(
+        &check("4", &["good.toml", "slow.toml", "--against", "base"]),
+        0,
+    );
+}
+
+#[test]
+fn a_thinned_record_keeps_every_so_many_rows_of_the_same_run() {
+    let folder = Folder::new();
+    assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
+    let thin = [
+        "run",
+        "good.toml",
+        "--out",
+        "b",
+        "--set",
+        "run.record_every=5",
+    ];
+    assert_code(&folder.ilon(&thin), 0);
+    let trace =
+        |name: &str| ilon::trace::Trace::read_parquet(&folder.path(name)).expect("it was written");
+    let (all, thinned) = (trace("a/trace.parquet"), trace("b/trace.parquet"));
+    let kept: Vec<_> = all
+        .records()
+        .iter()
+        .step_by(5)
+        .map(|record| record.odometry_ideal)
+        .collect();
+    let rows: Vec<_> = thinned
+        .records()
+        .iter()
+        .map(|record| record.odometry_ideal)
+        .collect();
+    assert_eq!(kept, rows);
+    assert_eq!(
+        folder.json("a/summary.json")["steps"],
+        folder.json("b/summary.json")["steps"]
+    );
+}
+
+#[test]
 fn inspect_tells_scripts_of_wheels_and_m() {
     let folder = Folder::new();
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots/mecanum4.urdf");

@@ -6,6 +6,7 @@ use super::output::OutputFolder;
 use super::progress::Bar;
 use super::table::Table;
 use super::{Outcome, Settings};
+use crate::judge::judge;
 use crate::simulate::{self, Run};
 use crate::{Error, Scenario};
 
@@ -38,6 +39,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     bar.done();
 
     folder.write(&run)?;
+    for verdict in judge(&run).iter().filter(|verdict| !verdict.held) {
+        eprintln!("note: expected {verdict}");
+    }
     if arguments.json {
         super::print(&folder.summary_json(&run)?)?;
     } else {

@@ -14,10 +14,15 @@ pub struct Run {
     /// The step of physics and wheel loop in seconds, or `"auto"`: the longest that serves this robot and its loop.
     #[serde(default)]
     pub physics_dt_s: Step,
-    /// The period of the guidance in seconds, a whole number of physics steps; also that of the trace's rows.
+    /// The period of the guidance in seconds, a whole number of physics steps.
     #[serde(default = "default_control_dt_s")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
+    /// Control periods per row of the trace: more than 1 thins the record of a long run. Largest values and energies
+    /// between rows are then not seen.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1))]
+    pub record_every: u32,
 }
 
 /// A time step, given or chosen.
@@ -42,6 +47,10 @@ impl Default for Step {
     fn default() -> Self {
         Self::Auto(Auto::Auto)
     }
+}
+
+fn one() -> u32 {
+    1
 }
 
 fn default_control_dt_s() -> f64 {

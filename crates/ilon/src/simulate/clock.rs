@@ -9,6 +9,7 @@ pub(super) struct Clock {
     control_dt_s: f64,
     steps_per_control: u64,
     control_periods: u64,
+    record_every: u64,
     steps: u64,
 }
 
@@ -22,6 +23,7 @@ impl Clock {
             control_dt_s: run.control_dt_s,
             steps_per_control,
             control_periods,
+            record_every: u64::from(run.record_every.max(1)),
             steps: 0,
         }
     }
@@ -47,8 +49,15 @@ impl Clock {
         self.physics_dt_s
     }
 
-    pub fn control_periods(&self) -> usize {
-        self.control_periods as usize
+    /// How many rows the trace of the whole run has.
+    pub fn rows(&self) -> usize {
+        self.control_periods.div_ceil(self.record_every) as usize
+    }
+
+    /// Whether this instant is a row of the trace.
+    pub fn record_is_due(&self) -> bool {
+        self.steps
+            .is_multiple_of(self.steps_per_control * self.record_every)
     }
 
     pub fn control_is_due(&self) -> bool {
@@ -100,6 +109,7 @@ mod tests {
             duration_s: 1.0,
             physics_dt_s: scenario::Step::default(),
             control_dt_s: 0.1,
+            record_every: 1,
         };
         let mut clock = Clock::new(&run, 0.1 / 3.0);
         let mut instants = Vec::new();

@@ -165,7 +165,7 @@ impl Simulation {
             kinematics,
             contact_kinematics,
             start,
-            clock.control_periods(),
+            clock.rows(),
         );
         let faults = scenario.faults.clone();
         Ok(Self {
@@ -201,6 +201,9 @@ impl Simulation {
         self.torques_n_m.copy_from_slice(torques_n_m);
         self.faults.spoil_torques(t_s, &mut self.torques_n_m);
         if control_is_due {
+            self.recorder.reckon(self.world.wheel_angles_rad());
+        }
+        if self.clock.record_is_due() {
             self.recorder
                 .record(t_s, &self.world, seen, &self.pilot, &self.torques_n_m);
         }
@@ -312,7 +315,8 @@ fn header(
         scenario_toml: scenario.to_toml()?,
         task_names: pilot.task_names().iter().map(ToString::to_string).collect(),
         physics_dt_s,
-        control_dt_s: scenario.run.control_dt_s,
+        // Of a trace this is the time between its rows.
+        control_dt_s: scenario.run.control_dt_s * f64::from(scenario.run.record_every),
         measure_from_s: pilot.measure_from_s(),
         measure_to_s: scenario.run.duration_s,
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),

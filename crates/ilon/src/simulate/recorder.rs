@@ -1,4 +1,4 @@
-//! Writes down what happens, once a control period.
+//! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Joint, Pose, Robot, Twist, Wheel};
@@ -25,7 +25,7 @@ pub(super) struct Recorder {
     samples: Vec<WheelSample>,
 }
 
-/// Room for the wheel motion since the last row.
+/// Room for the wheel motion since the last control period.
 struct Increments {
     middle_rad: Vec<f64>,
     turned_rad: Vec<f64>,
@@ -83,7 +83,6 @@ impl Recorder {
     ) {
         let angles_rad = world.wheel_angles_rad();
         let rates_rad_s = world.wheel_rates_rad_s();
-        self.reckon(angles_rad);
         let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
 
         let body = world.body();
@@ -134,9 +133,9 @@ impl Recorder {
         self.trace
     }
 
-    /// Dead reckoning from the wheel angles turned since the last row, by both kinematics: what a robot with encoders
+    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with encoders
     /// would do once a control period.
-    fn reckon(&mut self, angles_rad: &[f64]) {
+    pub fn reckon(&mut self, angles_rad: &[f64]) {
         let Increments {
             middle_rad,
             turned_rad,
