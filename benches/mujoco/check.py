@@ -106,7 +106,7 @@ def _loop_difference(robot: Robot) -> float:
     model, data = explicit.model, explicit.data
     model.actuator_gainprm[:] = 0
     model.actuator_biasprm[:] = 0
-    kp, ki = wheel_loop_gains(robot, settings.dt_s)
+    kp, ki = wheel_loop_gains(robot, settings)
     limit = robot.wheel["motor_effort_n_m"]
     integral, worst = np.zeros(len(robot.wheels)), 0.0
     targets = native.controls("D5")[:, ::2]

@@ -21,7 +21,11 @@ DRIVES = {
     "D5": (0.3, 0.0, 0.5),
 }
 REST_S, RAMP_S, HOLD_S, MEASURED_S = 1.0, 0.5, 4.0, 3.0
+# A configuration whose wheels miss the rates asked for by more than this has not done the drive: its loop is too slow.
+RATE_SHORTFALL_MAX = 0.1
 DURATION_S = REST_S + RAMP_S + HOLD_S
+# Warnings of a simulation that blows up are counted in its data; MuJoCo would also print them and write a log file.
+mujoco.set_mju_user_warning(lambda message: None)
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
@@ -56,6 +60,11 @@ class Measured:
         return max(errors) if all(map(math.isfinite, errors)) else math.inf
 
     @property
+    def rate_shortfall(self) -> float:
+        """Worst deviation of the mean wheel rates from those asked for, relative."""
+        return max(abs(o.rate_ratio - 1) if math.isfinite(o.rate_ratio) else math.inf for o in self.outcomes.values())
+
+    @property
     def hub_ripple_m(self) -> float:
         return max(o.hub_ripple_m for o in self.outcomes.values())
 
@@ -74,6 +83,7 @@ class Measured:
             "settings": asdict(self.settings),
             "worst_error_pct": self.worst_error_pct,
             "hub_ripple_m": self.hub_ripple_m,
+            "rate_shortfall": self.rate_shortfall,
             "sim_s_per_cpu_s": self.sim_s_per_cpu_s,
             "steps_per_cpu_s": self.steps_per_cpu_s,
             "drives": {name: {"error_pct": o.error_pct, "ideal_ratio": o.ideal_ratio} for name, o in self.outcomes.items()},

@@ -18,6 +18,8 @@ class Settings:
     """One MuJoCo configuration. The defaults are MuJoCo's own, but for the step, shape and integrator.
 
     `drive`: "servo" is MuJoCo's velocity actuator; "pi" is the project's wheel loop, see `wheel_loop_gains`.
+    `loop_rad_s` is that loop's bandwidth on the ground, `loop_air_bound` whether its gain is held to what a wheel in the
+    air stands at this step (the project's own choice where a scenario sets no gains).
     `integrator`: "implicitfast" lets the servo be stiff; with "Euler" actuator torques are held over a step.
     """
 
@@ -34,8 +36,11 @@ class Settings:
     iterations: int = 100
     tolerance: float = 1e-8
     refsafe: bool = True
+    island: bool = True
     servo_n_m_s: float = 1.0
     armature_ratio: float = 0.0
+    loop_rad_s: float = 60.0
+    loop_air_bound: bool = True
 
     def words(self) -> str:
         """What differs from MuJoCo's defaults, in short; the step and the drive are columns of their own."""
@@ -75,7 +80,7 @@ def fitted(robot: Robot, gamma_rad: float, shape: str) -> tuple[float, float, fl
 def mjcf(robot: Robot, s: Settings) -> str:
     """The model as MJCF. Collisions: rollers against the floor only, as in the project's own world."""
     w, r = robot.wheel, robot.rollers
-    kp, ki = wheel_loop_gains(robot, s.dt_s) if s.drive == "pi" else (0.0, 0.0)
+    kp, ki = wheel_loop_gains(robot, s) if s.drive == "pi" else (0.0, 0.0)
     assets, wheels, actuators = {}, [], []
     for wheel in robot.wheels:
         geom = _roller_geom(robot, wheel, s.shape, assets)
@@ -111,7 +116,7 @@ def mjcf(robot: Robot, s: Settings) -> str:
     return f"""<mujoco model="{robot.name}">
 <option timestep="{s.dt_s:.12g}" gravity="0 0 -9.81" integrator="{s.integrator}" solver="{s.solver}" cone="{s.cone}"
  impratio="{s.impratio}" iterations="{s.iterations}" tolerance="{s.tolerance}" jacobian="{s.jacobian}">
- <flag refsafe="{'enable' if s.refsafe else 'disable'}"/></option>
+ <flag refsafe="{_switch(s.refsafe)}" island="{_switch(s.island)}"/></option>
 <default><geom condim="3" friction="{FRICTION} 0 0" solref="{_nums(s.solref)}" solimp="{_nums(s.solimp)}"/></default>
 <asset>{"".join(assets.values())}</asset>
 <worldbody><geom type="plane" size="0 0 1" contype="1" conaffinity="0"/>
@@ -121,13 +126,15 @@ def mjcf(robot: Robot, s: Settings) -> str:
 <actuator>{"".join(actuators)}</actuator></mujoco>"""
 
 
-def wheel_loop_gains(robot: Robot, dt_s: float, bandwidth_rad_s: float = 60.0) -> tuple[float, float]:
-    """The project's proposed gains of a wheel's PI loop: k_p in N m s/rad and k_i in N m/rad.
+def wheel_loop_gains(robot: Robot, s: Settings) -> tuple[float, float]:
+    """Gains of a wheel's PI loop as the project proposes them: k_p in N m s/rad and k_i in N m/rad.
 
-    k_p = J_ground w_b, but at most J_air / dt; k_i = k_p^2 / (4 J_ground).
+    k_p = J_ground w_b, but with the bound at most J_air / dt; k_i = k_p^2 / (4 J_ground).
     """
     ground, air = wheel_inertias_kg_m2(robot)
-    kp = min(ground * bandwidth_rad_s, air / dt_s)
+    kp = ground * s.loop_rad_s
+    if s.loop_air_bound:
+        kp = min(kp, air / s.dt_s)
     return kp, kp * kp / (4 * ground)
 
 
@@ -186,6 +193,10 @@ def _quat(rotation: np.ndarray) -> np.ndarray:
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(rotation).ravel())
     return quat
+
+
+def _switch(on: bool) -> str:
+    return "enable" if on else "disable"
 
 
 def _nums(values) -> str:
