@@ -36,8 +36,6 @@ pub(super) struct Figure {
 pub(super) enum Span {
     /// Half of the page.
     Half,
-    /// The whole page.
-    Whole,
     /// One of a row of small panels, without a caption of its own.
     Panel,
 }

@@ -227,3 +227,65 @@ fn footer(trace: &Trace) -> String {
         trace.records().len()
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report_of(duration_s: f64, open_loop: bool) -> (Summary, String) {
+        let trace = sample::made_up_run(duration_s, open_loop);
+        let summary = Summary::of(&trace, &Settings::default());
+        let page = html(&trace, &summary);
+        (summary, page)
+    }
+
+    #[test]
+    fn the_numbers_in_the_page_are_the_summary() {
+        for open_loop in [false, true] {
+            let (summary, page) = report_of(3.0, open_loop);
+            let after = page
+                .split("id=\"summary\">")
+                .nth(1)
+                .expect("the page carries its numbers");
+            let json = after.split("</script>").next().expect("a closed element");
+            let carried: serde_json::Value =
+                serde_json::from_str(&json.replace("\\u003c", "<")).expect("numbers as JSON");
+            assert_eq!(
+                carried,
+                serde_json::to_value(&summary).expect("numbers as JSON")
+            );
+        }
+    }
+
+    #[test]
+    fn the_page_asks_nothing_of_the_network() {
+        let (_, page) = report_of(2.0, false);
+        // Inside a script a reference is text, which no browser follows by itself; the page's own elements count.
+        let elements: String = page
+            .split("<script")
+            .map(|part| {
+                part.split_once("</script>")
+                    .map_or(part, |(_, after)| after)
+            })
+            .collect();
+        assert!(
+            elements.contains("<figure"),
+            "the elements are left to look at"
+        );
+        for reference in [
+            "src=\"http",
+            "href=\"http",
+            "src='http",
+            "@import",
+            "<link ",
+        ] {
+            assert!(!elements.contains(reference), "the page holds {reference}");
+        }
+    }
+
+    #[test]
+    fn a_minute_makes_less_than_ten_megabytes() {
+        let (_, page) = report_of(60.0, false);
+        assert!(page.len() < 10_000_000, "{} bytes", page.len());
+    }
+}

@@ -107,12 +107,8 @@ pub(super) fn grid(figures: &[Figure]) -> String {
 
 /// A figure on a card of its own.
 pub(super) fn card(figure: &Figure) -> String {
-    let class = match figure.span {
-        Span::Whole => " class=\"whole\"",
-        Span::Half | Span::Panel => "",
-    };
     format!(
-        "<figure{class}><figcaption><h3>{title}</h3><p>{caption}</p></figcaption>{plot}</figure>\n",
+        "<figure><figcaption><h3>{title}</h3><p>{caption}</p></figcaption>{plot}</figure>\n",
         title = escape(&figure.title),
         caption = figure.caption,
         plot = plot(figure),

@@ -236,12 +236,9 @@ pub(super) fn tiles(summary: &Summary) -> String {
             ("contact", components(&summary.twist_ratio_contact)),
         ] {
             let named = names.iter().zip(ratio);
-            tiles.extend(named.map(|(name, r)| {
-                (
-                    format!("real over {of}, {name}"),
-                    r.map(|r| percent_fine(r)),
-                )
-            }));
+            tiles.extend(
+                named.map(|(name, r)| (format!("real over {of}, {name}"), r.map(percent_fine))),
+            );
         }
     }
     tiles.extend([

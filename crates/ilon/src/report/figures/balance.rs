@@ -9,16 +9,18 @@ use plotly::layout::{Axis, BarMode, Layout};
 use crate::report::figure::{Figure, Span, axis, curve, exact_curve, layout, plot, solid};
 use crate::report::thin::{evenly, short};
 
+/// A quantity of the ledger, such as its x.
+type Quantity = fn(&Integral) -> f64;
+
 /// Colour names of the ledger's terms, in its order.
 pub(in crate::report) const TERM_COLORS: [&str; 5] =
     ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
 
 /// The ledger: net bars, and how the terms grew.
 pub(in crate::report) fn ledger(trace: &Trace, summary: &Summary) -> Vec<Figure> {
-    let mm = |i: &Integral, f: fn(&Integral) -> f64| 1e3 * f(i);
-    let position: [(&str, fn(&Integral) -> f64); 2] =
-        [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
-    let heading: [(&str, fn(&Integral) -> f64); 1] = [("heading", |i| i.heading_rad)];
+    let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
+    let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
+    let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
     vec![
         Figure {
             id: "ledger-position".to_owned(),
@@ -109,8 +111,8 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
 /// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
 fn bars(
     ledger: &Ledger,
-    rows: &[(&str, fn(&Integral) -> f64)],
-    value: fn(&Integral, fn(&Integral) -> f64) -> f64,
+    rows: &[(&str, Quantity)],
+    value: fn(&Integral, Quantity) -> f64,
     unit: &str,
 ) -> plotly::Plot {
     let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();

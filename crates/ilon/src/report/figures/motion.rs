@@ -105,9 +105,12 @@ pub(in crate::report) fn errors(trace: &Trace, settings: &Settings) -> Vec<Figur
     ]
 }
 
+/// A component of a twist.
+type Component = fn(&Twist) -> f64;
+
 /// The three components of the twist: asked, ideal, by the contacts, real.
 pub(in crate::report) fn twist(trace: &Trace) -> Vec<Figure> {
-    let components: [(&str, &str, &str, fn(&Twist) -> f64); 3] = [
+    let components: [(&str, &str, &str, Component); 3] = [
         ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
         ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
             v.vy_m_s
