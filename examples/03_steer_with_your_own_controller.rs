@@ -22,8 +22,7 @@ impl Controller for Proportional {
             let twist_in_body = error_in_world
                 .scaled(self.gain_per_s)
                 .rotated(-here.heading_rad);
-            self.kinematics
-                .wheel_rates(twist_in_body, &mut rates_rad_s);
+            self.kinematics.wheel_rates(twist_in_body, &mut rates_rad_s);
         }
         WheelCommand::Rates(rates_rad_s)
     }

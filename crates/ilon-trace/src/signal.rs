@@ -6,7 +6,10 @@ use crate::trace::{Header, Trace};
 impl Header {
     /// The names of all signals that a trace with this header records, in the order of the file's columns.
     pub fn signal_names(&self) -> Vec<String> {
-        signals(self).into_iter().map(|signal| signal.name).collect()
+        signals(self)
+            .into_iter()
+            .map(|signal| signal.name)
+            .collect()
     }
 }
 
