@@ -16,7 +16,7 @@
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
-//! | [`bench`] | how right and how fast the simulation is |
+//! | [`mod@bench`] | how right and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`cli`] | the `ilon` command |
 
