@@ -21,6 +21,8 @@ DRIVES = {
     "D5": (0.3, 0.0, 0.5),
 }
 REST_S, RAMP_S, HOLD_S, MEASURED_S = 1.0, 0.5, 4.0, 3.0
+# The drives are also run slower and faster than that, to see what of an accuracy holds beyond the speed it was found at.
+OTHER_SPEEDS = (0.5, 1.5)
 # A configuration whose wheels miss the rates asked for by more than this has not done the drive: its loop is too slow.
 RATE_SHORTFALL_MAX = 0.1
 DURATION_S = REST_S + RAMP_S + HOLD_S
@@ -52,12 +54,18 @@ class Measured:
 
     settings: Settings
     outcomes: dict[str, Outcome] = field(default_factory=dict)
+    other_speeds: dict[tuple[str, float], Outcome] = field(default_factory=dict)
     cpu_s_per_sim_s: dict[str, float] = field(default_factory=dict)
 
     @property
     def worst_error_pct(self) -> float:
         errors = [o.error_pct for o in self.outcomes.values()]
         return max(errors) if all(map(math.isfinite, errors)) else math.inf
+
+    @property
+    def any_speed_error_pct(self) -> float:
+        """The worst error at all speeds."""
+        return max([self.worst_error_pct] + [o.error_pct for o in self.other_speeds.values()])
 
     @property
     def rate_shortfall(self) -> float:
@@ -82,6 +90,7 @@ class Measured:
         return {
             "settings": asdict(self.settings),
             "worst_error_pct": self.worst_error_pct,
+            "any_speed_error_pct": self.any_speed_error_pct,
             "hub_ripple_m": self.hub_ripple_m,
             "rate_shortfall": self.rate_shortfall,
             "sim_s_per_cpu_s": self.sim_s_per_cpu_s,
@@ -102,20 +111,20 @@ class Bench:
         self.angle_at = [j.qposadr[0] for j in joints]
         self.rate_at = [j.dofadr[0] for j in joints]
 
-    def controls(self, drive: str) -> np.ndarray:
+    def controls(self, drive: str, speed: float = 1.0) -> np.ndarray:
         """The actuators' inputs of every step: rest, ramp, hold. They depend on time alone."""
         dt_s = self.measured.settings.dt_s
         t = np.arange(round(DURATION_S / dt_s)) * dt_s
-        rates = np.clip((t - REST_S) / RAMP_S, 0, 1)[:, None] * (self.robot.rate_matrix @ DRIVES[drive])
+        rates = np.clip((t - REST_S) / RAMP_S, 0, 1)[:, None] * (speed * self.robot.rate_matrix @ DRIVES[drive])
         # The loop's two actuators a wheel stand side by side and take the same rate.
         return np.repeat(rates, self.model.nu // len(self.robot.wheels), axis=1)
 
-    def run(self, drive: str) -> np.ndarray:
+    def run(self, drive: str, speed: float = 1.0) -> np.ndarray:
         """Simulates a drive: states after every step (T, size)."""
         mujoco.mj_resetData(self.model, self.data)
         start = np.zeros((1, mujoco.mj_stateSize(self.model, FULL)))
         mujoco.mj_getState(self.model, self.data, start[0], FULL)
-        states, _ = rollout.rollout(self.model, [self.data], start, self.controls(drive)[None])
+        states, _ = rollout.rollout(self.model, [self.data], start, self.controls(drive, speed)[None])
         return states[0]
 
     def split(self, states: np.ndarray):
@@ -123,14 +132,20 @@ class Bench:
         nq, nv = self.model.nq, self.model.nv
         return states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
 
-    def accuracy(self, drive: str) -> Outcome:
-        """Runs a drive and measures its last three seconds."""
-        robot, states = self.robot, self.run(drive)
+    def accuracy(self, drive: str, speed: float = 1.0) -> Outcome:
+        """Runs a drive, at a multiple of its speed, and measures its last three seconds."""
+        outcome = self._outcome(drive, speed)
+        if speed == 1.0:
+            self.measured.outcomes[drive] = outcome
+        else:
+            self.measured.other_speeds[drive, speed] = outcome
+        return outcome
+
+    def _outcome(self, drive: str, speed: float) -> Outcome:
+        robot, states = self.robot, self.run(drive, speed)
         q, v = self.split(states[-round(MEASURED_S / self.measured.settings.dt_s) :])
         if not np.isfinite(q).all() or any(w.number for w in self.data.warning):
-            outcome = Outcome(math.inf, [], math.inf, math.nan, math.nan, states[-1])
-            self.measured.outcomes[drive] = outcome
-            return outcome
+            return Outcome(math.inf, [], math.inf, math.nan, math.nan, states[-1].copy())
         rotation = _rotations(q[:, 3:7])
         # MuJoCo gives a free body's linear velocity in the world and its angular one in the body; both in the body here.
         linear, angular = np.einsum("tij,ti->tj", rotation, v[:, :3]), v[:, 3:6]
@@ -141,17 +156,15 @@ class Bench:
         driven = np.array(DRIVES[drive]) != 0
         centers = np.array([w.center_m for w in robot.wheels])
         heights = q[:, 2:3] + rotation[:, 2] @ centers.T
-        asked = robot.rate_matrix @ DRIVES[drive]
-        outcome = Outcome(
+        asked = speed * robot.rate_matrix @ DRIVES[drive]
+        return Outcome(
             error_pct=float(100 * np.abs(real[driven] / contact[driven] - 1).max()),
             ideal_ratio=[float(r / i) if on else None for r, i, on in zip(real, ideal, driven)],
             hub_ripple_m=float(np.ptp(heights, axis=0).max()),
             hub_height_m=float(heights.mean()),
             rate_ratio=float(np.linalg.norm(rates.mean(axis=0)) / np.linalg.norm(asked)),
-            final_state=states[-1],
+            final_state=states[-1].copy(),
         )
-        self.measured.outcomes[drive] = outcome
-        return outcome
 
     def time(self, drive: str, stretches: int, stretch_s: float = 1.0) -> None:
         """CPU time of pure stepping, inside MuJoCo, on at the held speed; the best of all stretches so far stands."""
@@ -166,10 +179,10 @@ class Bench:
             best = min(best, (time.process_time() - start) / simulated_s)
         self.measured.cpu_s_per_sim_s[drive] = best
 
-    def all(self, stretches: int, give_up_pct: float = math.inf) -> Measured:
+    def all(self, stretches: int, give_up_pct: float = math.inf, speeds: tuple = ()) -> Measured:
         """Accuracy and speed over all drives; drives left out once one is worse than `give_up_pct`."""
-        for drive in DRIVES:
-            if self.accuracy(drive).error_pct > give_up_pct:
+        for drive, speed in [(d, s) for s in (1.0, *speeds) for d in DRIVES]:
+            if self.accuracy(drive, speed).error_pct > give_up_pct:
                 break
         for drive in self.measured.outcomes:
             self.time(drive, stretches)

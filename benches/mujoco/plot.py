@@ -1,7 +1,13 @@
-"""The work-precision plot as SVG: worst error against speed, both on logarithmic axes; right and low is better."""
+"""The work-precision plot as SVG: worst error against speed, both on logarithmic axes; right and low is better.
+
+A line joins the configurations of a series than which none of it is both faster and more accurate. Configurations that
+do not do the drives are left out.
+"""
 from __future__ import annotations
 
 import math
+
+from drives import RATE_SHORTFALL_MAX
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 470, 360, 58, 12, 34, 46
 # Range of the axes: simulated seconds per CPU second, and per cent.
@@ -49,9 +55,11 @@ def _panel(robot: str, rows: list[dict], at: float) -> str:
     out.append(f'<text x="{middle}" y="{HEIGHT - 12}" text-anchor="middle">simulated seconds per CPU second</text>')
     for _, colour, kind, belongs in SERIES:
         shown = [r for r in rows if belongs(r) and r["worst_error_pct"] <= ERROR[1] and r["sim_s_per_cpu_s"] > 0]
+        shown = [r for r in shown if (r["rate_shortfall"] or 0.0) <= RATE_SHORTFALL_MAX]
         points = sorted((x(r["sim_s_per_cpu_s"]), y(r["worst_error_pct"])) for r in shown)
-        if kind == "line" and points:
-            path = "L".join(f"{px:.1f} {py:.1f}" for px, py in points)
+        front = [p for i, p in enumerate(points) if all(p[1] > q[1] for q in points[i + 1 :])]
+        if kind == "line" and front:
+            path = "L".join(f"{px:.1f} {py:.1f}" for px, py in front)
             out.append(f'<path d="M{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
         radius = 3.5 if kind == "line" else 2.2
         out += [f'<circle cx="{px:.1f}" cy="{py:.1f}" r="{radius}" fill="{colour}"/>' for px, py in points]
