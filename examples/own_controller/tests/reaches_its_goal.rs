@@ -57,8 +57,9 @@ fn it_arrives_and_keeps_to_its_speed() -> Result<(), ilon::Error> {
     assert!(off_m < 0.01, "{off_m} m off the goal");
     for record in run.trace.records() {
         let speed_m_s = record.truth.twist_in_body.linear_m_s().norm();
-        // A tenth above the top speed for what rollers and servo add.
-        assert!(speed_m_s < 1.1 * 0.4, "{speed_m_s} m/s at {} s", record.t_s);
+        // From rest the rates are asked for in one step, to which a critically damped PI answers with an overshoot of
+        // e^-2 = 13.5 %; the rest is for noise of the camera.
+        assert!(speed_m_s < 1.2 * 0.4, "{speed_m_s} m/s at {} s", record.t_s);
     }
     Ok(())
 }
