@@ -1,4 +1,5 @@
 """Holds the MuJoCo model against the description it was built from: masses, places, axes, loop, rates, kinematics."""
+
 from __future__ import annotations
 
 import re
@@ -19,8 +20,9 @@ def check(robot: Robot) -> list[str]:
     assert abs(mass_kg - robot.mass_kg) < 1e-9, (mass_kg, robot.mass_kg)
     worst = _against_urdf(bench.model, robot)
     lines.append(
-        f"{robot.name}: {mass_kg:.2f} kg, {bench.model.nv} degrees of freedom; places, axes, masses and inertias of all "
-        f"{bench.model.nbody - 1} bodies are those of {robot.path.stem}.urdf (largest difference {worst:.0e} in SI units)"
+        f"{robot.name}: {mass_kg:.2f} kg, {bench.model.nv} degrees of freedom; places, axes, masses and "
+        f"inertias of all {bench.model.nbody - 1} bodies are those of {robot.path.stem}.urdf "
+        f"(largest difference {worst:.0e} in SI units)"
     )
     radius, half, error = fitted(robot, robot.wheels[0].gamma_rad, "ellipsoid")
     lines.append(

@@ -1,4 +1,5 @@
 """The five open-loop drives, the measure of their accuracy, and the speed of pure stepping."""
+
 from __future__ import annotations
 
 import math
@@ -21,7 +22,7 @@ DRIVES = {
     "D5": (0.3, 0.0, 0.5),
 }
 REST_S, RAMP_S, HOLD_S, MEASURED_S = 1.0, 0.5, 4.0, 3.0
-# The drives are also run slower and faster than that, to see what of an accuracy holds beyond the speed it was found at.
+# The drives are also run slower and faster, to see what of an accuracy holds beyond the speed it was found at.
 OTHER_SPEEDS = (0.5, 1.5)
 # A configuration whose wheels miss the rates asked for by more than this has not done the drive: its loop is too slow.
 RATE_SHORTFALL_MAX = 0.1
@@ -95,7 +96,9 @@ class Measured:
             "rate_shortfall": self.rate_shortfall,
             "sim_s_per_cpu_s": self.sim_s_per_cpu_s,
             "steps_per_cpu_s": self.steps_per_cpu_s,
-            "drives": {name: {"error_pct": o.error_pct, "ideal_ratio": o.ideal_ratio} for name, o in self.outcomes.items()},
+            "drives": {
+                name: {"error_pct": o.error_pct, "ideal_ratio": o.ideal_ratio} for name, o in self.outcomes.items()
+            },
         }
 
 
@@ -147,7 +150,7 @@ class Bench:
         if not np.isfinite(q).all() or any(w.number for w in self.data.warning):
             return Outcome(math.inf, [], math.inf, math.nan, math.nan, states[-1].copy())
         rotation = _rotations(q[:, 3:7])
-        # MuJoCo gives a free body's linear velocity in the world and its angular one in the body; both in the body here.
+        # MuJoCo gives a free body's linear velocity in the world, its angular one in the body; here both in the body.
         linear, angular = np.einsum("tij,ti->tj", rotation, v[:, :3]), v[:, 3:6]
         real = np.stack([linear[:, 0], linear[:, 1], angular[:, 2]], axis=1).mean(axis=0)
         rates = v[:, self.rate_at]
@@ -192,8 +195,16 @@ class Bench:
 def _rotations(quaternions: np.ndarray) -> np.ndarray:
     w, x, y, z = quaternions.T
     return np.stack(
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-         2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-         2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        [
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        ],
         axis=-1,
     ).reshape(-1, 3, 3)

@@ -1,11 +1,11 @@
 """ilon's half: what `ilon bench` measures, and longer steps through `ilon run`."""
+
 from __future__ import annotations
 
 import json
 import math
 import subprocess
 import tempfile
-from pathlib import Path
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from model import Settings, wheel_loop_gains
 from robot import Robot
 
 SCENARIOS = {"D1": "forward", "D2": "lateral", "D3": "yaw", "D4": "diagonal", "D5": "arc"}
-# Steps a second beyond those of `ilon bench`, in the contact window, and bandwidths of the wheel loop: None is ilon's own
-# choice, which keeps a wheel in the air stable at any step and grows slow with long ones.
+# Steps a second beyond those of `ilon bench`, in the contact window, and bandwidths of the wheel loop: None is ilon's
+# own choice, which keeps a wheel in the air stable at any step and grows slow with long ones.
 LONG_RATES_HZ = (60.0, 40.0, 30.0, 20.0)
 LOOPS_RAD_S = (None, 10.0, 4.0)
 
@@ -30,8 +30,13 @@ def bench_rows(path: str, robots: list[Robot]) -> dict[str, list[dict]]:
     return {
         robot.name: [
             _row(
-                f"{c['roller_bodies']} rollers", None, c["physics_dt_s"], c["worst_error_pct"], c["hub_ripple_m"],
-                c["sim_s_per_cpu_s"] or 0.0, None,
+                f"{c['roller_bodies']} rollers",
+                None,
+                c["physics_dt_s"],
+                c["worst_error_pct"],
+                c["hub_ripple_m"],
+                c["sim_s_per_cpu_s"] or 0.0,
+                None,
             )
             for c in report["robots"][robot.name]["configurations"]
         ]
@@ -82,7 +87,15 @@ def _run(path: str, robot: Robot, dt_s: float, loop_rad_s: float | None, speed: 
         ripples.append(summary["hub_ripple_m"])
         sim_s += summary["duration_s"]
         cpu_s += summary["duration_s"] / summary["sim_seconds_per_cpu_second"]
-    return _row("near rollers", loop_rad_s, dt_s, 100 * max(errors), max(ripples, key=lambda r: r or 0.0), sim_s / cpu_s, max(shortfalls))
+    return _row(
+        "near rollers",
+        loop_rad_s,
+        dt_s,
+        100 * max(errors),
+        max(ripples, key=lambda r: r or 0.0),
+        sim_s / cpu_s,
+        max(shortfalls),
+    )
 
 
 def _row(name, loop_rad_s, dt_s, error_pct, ripple_m, speed, shortfall) -> dict:

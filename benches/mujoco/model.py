@@ -1,4 +1,5 @@
 """A described robot as a MuJoCo model: every roller an explicit body on a passive hinge."""
+
 from __future__ import annotations
 
 import math
@@ -18,8 +19,8 @@ class Settings:
     """One MuJoCo configuration. The defaults are MuJoCo's own, but for the step, shape and integrator.
 
     `drive`: "servo" is MuJoCo's velocity actuator; "pi" is the project's wheel loop, see `wheel_loop_gains`.
-    `loop_rad_s` is that loop's bandwidth on the ground, `loop_air_bound` whether its gain is held to what a wheel in the
-    air stands at this step (the project's own choice where a scenario sets no gains).
+    `loop_rad_s` is that loop's bandwidth on the ground, `loop_air_bound` whether its gain is held to what a wheel in
+    the air stands at this step (the project's own choice where a scenario sets no gains).
     `integrator`: "implicitfast" lets the servo be stiff; with "Euler" actuator torques are held over a step.
     """
 

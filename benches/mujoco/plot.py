@@ -3,6 +3,7 @@
 A line joins the configurations of a series than which none of it is both faster and more accurate. Configurations that
 do not do the drives are left out.
 """
+
 from __future__ import annotations
 
 import math
@@ -32,7 +33,7 @@ def svg(rows_by_robot: dict[str, list[dict]]) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
         f'font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/>'
-        f'{"".join(panels)}{"".join(legend)}</svg>\n'
+        f"{''.join(panels)}{''.join(legend)}</svg>\n"
     )
 
 

@@ -5,6 +5,7 @@ centre, z along the hub axis n, x straight down at wheel angle zero. Symbols: rh
 largest radius, a = rho - r, gamma the angle from the hub axis to the rolling direction of the roller that points down,
 k = cos gamma the sine of the angle between roller axis and hub axis, N the rollers around one wheel.
 """
+
 from __future__ import annotations
 
 import math
@@ -141,7 +142,7 @@ class Robot:
 
     @property
     def rate_matrix(self) -> np.ndarray:
-        """Ideal wheel rates per twist (wheels, 3), Indiveri 2009, eq. (9): the roller in touch lies flat, below the hub."""
+        """Ideal wheel rates per twist (wheels, 3), Indiveri 2009, eq. (9): the touching roller flat, below the hub."""
         rows = []
         for wheel in self.wheels:
             turn = wheel.body_from_hub
@@ -164,10 +165,11 @@ def cylinder_moments_kg_m2(mass_kg: float, radius_m: float, length_m: float) -> 
 
 def _placed(arrangement: dict, radius_m: float) -> list[Wheel]:
     """The wheels of a description one by one, in the order in which the project writes them."""
+
     def wheel(name, x, y, axis_deg, gamma_deg):
         return Wheel(name, np.array([x, y, radius_m]), math.radians(axis_deg), math.radians(gamma_deg))
 
-    (kind, w), = arrangement.items() if isinstance(arrangement, dict) else (("list", arrangement),)
+    ((kind, w),) = arrangement.items() if isinstance(arrangement, dict) else (("list", arrangement),)
     if kind == "list":
         return [wheel(p["name"], *p["position_m"], p["axis_deg"], p["gamma_deg"]) for p in w]
     if kind == "ring":

@@ -7,6 +7,7 @@ both faster and more accurate) are tried; what joins the front is changed furthe
 
   search.py --evaluations 300 --robots ../../assets/robots/mecanum4.toml ../../assets/robots/volksbot.toml
 """
+
 from __future__ import annotations
 
 import argparse
@@ -88,7 +89,9 @@ def front(candidates: list[Measured]) -> list[Measured]:
     return out
 
 
-def search(robot: Robot, drive: str, evaluations: int, seed: int, known: list[Settings], speeds: tuple) -> list[Measured]:
+def search(
+    robot: Robot, drive: str, evaluations: int, seed: int, known: list[Settings], speeds: tuple
+) -> list[Measured]:
     rng = random.Random(seed)
     seen, done = set(), []
     queue = [*known, *beginnings(drive)]
@@ -117,7 +120,9 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", default=[robots / "mecanum4.toml", robots / "volksbot.toml"])
     parser.add_argument("--drives", nargs="+", default=["servo", "pi"], choices=["servo", "pi"])
     parser.add_argument("--evaluations", type=int, default=300, help="candidates a robot and wheel drive")
-    parser.add_argument("--any-speed", action="store_true", help="accuracy that holds at half and 1.5 times the speed too")
+    parser.add_argument(
+        "--any-speed", action="store_true", help="accuracy that holds at half and 1.5 times the speed too"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--core", type=int, help="run on this core only")
     parser.add_argument("--out", type=Path, default=HERE / "tuned.json")
@@ -141,7 +146,7 @@ def main() -> None:
                 )
     lines = []
     for name, drives in found.items():
-        for drive, settings in drives.items():
+        for settings in drives.values():
             lines += [json.dumps({"robot": name, "settings": s}) for s in settings]
     args.out.write_text("[\n  " + ",\n  ".join(lines) + "\n]\n")
 

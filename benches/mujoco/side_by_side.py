@@ -3,10 +3,11 @@
 
   side_by_side.py --ilon ../../target/release/ilon --json speed.json --svg ../../docs/speed.svg > table.md
 
-Without --ilon only the MuJoCo half runs. Speed is simulated seconds per CPU second. MuJoCo's is pure stepping inside the
-library, the best of all stretches; ilon's is that of `ilon bench`, which counts the wheel loops and the recording too,
+Without --ilon only the MuJoCo half runs. Speed is simulated seconds per CPU second. MuJoCo's is pure stepping inside
+the library, the best of all stretches; ilon's is that of `ilon bench`, which counts the wheel loops and the recording too,
 the best of its rounds. The rounds of both alternate, so that both meet the same noise of the machine.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -29,13 +30,14 @@ from search import load
 
 HERE = Path(__file__).parent
 ROBOTS = HERE.parent.parent / "assets" / "robots"
-# The error in per cent up to which a configuration counts, for each robot; the first of each is the one that is asked of
-# a simulation of this robot, the others show the rest of the curve.
+# The error in per cent up to which a configuration counts, for each robot; the first of each is the one that is asked
+# of a simulation of this robot, the others show the rest of the curve.
 LIMITS_PCT = {"mecanum4": (0.4, 0.2, 0.1, 0.05), "volksbot": (0.1, 0.05, 0.03)}
 
 
 def sweeps(drive: str):
     """Hand-set configurations over a range of steps: name and settings."""
+
     def at(name, milliseconds, **settings):
         return [(name, Settings(dt_s=1e-3 * ms, drive=drive, **settings)) for ms in milliseconds]
 
@@ -139,7 +141,7 @@ def line(row: dict) -> str:
 def equal_accuracy(robot: str, rows: list[dict], title: str, error: str) -> list[str]:
     out = [
         f"\n### {robot}: {title}\n",
-        "| error at most, % | ilon, sim s/CPU s | MuJoCo, servo | MuJoCo, PI loop | ilon over servo | ilon over PI loop |",
+        "| error at most, % | ilon, sim s/CPU s | MuJoCo, servo | MuJoCo, PI loop | ilon over servo | over PI loop |",
         "|---|---|---|---|---|---|",
     ]
     show = lambda b: f"{b['sim_s_per_cpu_s']:.0f} ({1e3 * b['dt_s']:.3g} ms)" if b else "none"
@@ -154,16 +156,17 @@ def equal_accuracy(robot: str, rows: list[dict], title: str, error: str) -> list
 def equal_steps(robot: str, rows: list[dict]) -> list[str]:
     out = [
         f"\n### {robot}: equal steps\n",
-        "| step, ms | ilon all, steps/CPU s (error, %) | ilon near | MuJoCo, servo | MuJoCo, PI loop | near over servo |",
+        "| step, ms | ilon all, steps/CPU s (error, %) | ilon near | MuJoCo, servo | MuJoCo, PI loop | near/servo |",
         "|---|---|---|---|---|---|",
     ]
     show = lambda r: f"{r['sim_s_per_cpu_s'] / r['dt_s']:.0f} ({r['worst_error_pct']:.3f})" if r else "none"
     for step_s in (0.001, 0.002, 0.004, 0.008, 0.016):
         # ilon's steps are whole parts of a second: 240, 120 and 60 Hz stand beside 4, 8 and 16 ms.
         here = [r for r in rows if abs(r["dt_s"] / step_s - 1) < 0.05]
-        named = lambda name: fastest([r for r in here if r["name"] == name], "ilon", None, LIMITS_PCT[robot][0])
-        cells = [named("all rollers"), named("near rollers")]
-        cells += [fastest(here, "MuJoCo", drive, LIMITS_PCT[robot][0]) for drive in ("servo", "pi")]
+        limit_pct = LIMITS_PCT[robot][0]
+        of_ilon = [[r for r in here if r["name"] == name] for name in ("all rollers", "near rollers")]
+        cells = [fastest(rows, "ilon", None, limit_pct) for rows in of_ilon]
+        cells += [fastest(here, "MuJoCo", drive, limit_pct) for drive in ("servo", "pi")]
         near, servo = cells[1], cells[2]
         ratio = ""
         if near and servo:
@@ -181,19 +184,23 @@ def thinned(rows: list[dict]) -> list[dict]:
                 continue
             fastest_yet[row["drive"]] = row["sim_s_per_cpu_s"]
         out.append(row)
-    return sorted(out, key=lambda r: (r["engine"] != "ilon", r["name"] == "tuned", r["drive"] == "pi" and r["name"] == "tuned"))
+    return sorted(
+        out, key=lambda r: (r["engine"] != "ilon", r["name"] == "tuned", r["drive"] == "pi" and r["name"] == "tuned")
+    )
 
 
 def tables(rows: dict[str, list[dict]]) -> str:
     out = []
     for robot, all_rows in rows.items():
         out += equal_accuracy(robot, all_rows, "equal accuracy", "worst_error_pct")
-        out += equal_accuracy(robot, all_rows, "equal accuracy at half, full and 1.5 times the speed", "any_speed_error_pct")
+        out += equal_accuracy(
+            robot, all_rows, "equal accuracy at half, full and 1.5 times the speed", "any_speed_error_pct"
+        )
         out += equal_steps(robot, all_rows)
         out += [
             f"\n### {robot}: work against precision\n",
-            "| configuration | wheel drive | step, ms | worst error, % | at 0.5-1.5 times the speed | hub ripple, mm | rates missed by, % "
-            "| sim s/CPU s | steps/CPU s |",
+            "| configuration | wheel drive | step, ms | worst error, % | at 0.5-1.5 times the speed | hub ripple, mm "
+            "| rates missed by, % | sim s/CPU s | steps/CPU s |",
             "|---|---|---|---|---|---|---|---|---|",
         ]
         out += [line(row) for row in thinned(all_rows)]
@@ -207,7 +214,9 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", type=Path, default=[ROBOTS / "mecanum4.toml", ROBOTS / "volksbot.toml"])
     parser.add_argument("--tuned", type=Path, default=HERE / "tuned.json", help="settings that search.py found")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--stretches", type=int, default=3, help="timed stretches a drive and round, one simulated s each")
+    parser.add_argument(
+        "--stretches", type=int, default=3, help="timed stretches a drive and round, one simulated s each"
+    )
     parser.add_argument("--core", type=int, help="run all on this core only")
     parser.add_argument("--json", type=Path, help="write everything that was measured")
     parser.add_argument("--svg", type=Path, help="draw error against speed")
