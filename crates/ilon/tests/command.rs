@@ -257,6 +257,47 @@ fn neither_threads_nor_scenarios_beside_it_change_a_trace() {
 }
 
 #[test]
+fn a_run_killed_on_its_way_leaves_nothing_that_looks_complete() {
+    let folder = Folder::new();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ilon"))
+        .current_dir(folder.0.path())
+        .args([
+            "run",
+            "good.toml",
+            "--out",
+            "a",
+            "--set",
+            "run.duration_s=1000",
+        ])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the command runs");
+    // A thousand seconds take longer than this on any machine.
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    child.kill().expect("it is still running");
+    child.wait().expect("it ends");
+    let left = std::fs::read_dir(folder.path("a")).map_or(0, Iterator::count);
+    assert_eq!(left, 0);
+}
+
+#[test]
+fn updated_bounds_hold_the_run_that_they_were_taken_from() {
+    let folder = Folder::new();
+    folder.write(
+        "good.toml",
+        &SCENARIO.replace("min = 0.98, max = 1.02", "min = 1.5, max = 2.0"),
+    );
+    assert_code(&folder.ilon(&["check", "good.toml"]), 1);
+    let updating = folder.ilon(&["check", "good.toml", "--update", "0.01"]);
+    assert!(
+        stdout(&updating).contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
+        "{}",
+        stdout(&updating)
+    );
+    assert_code(&folder.ilon(&["check", "good.toml"]), 0);
+}
+
+#[test]
 fn a_thinned_record_keeps_every_so_many_rows_of_the_same_run() {
     let folder = Folder::new();
     assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);

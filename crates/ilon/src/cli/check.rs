@@ -1,6 +1,7 @@
 //! `ilon check`: runs scenarios side by side and holds each against its own `[expect]`.
 
 mod junit;
+mod update;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,8 +41,19 @@ pub(super) struct Arguments {
     /// Hold the trace of each scenario against the baseline in this folder, within `[expect.tolerances]`.
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
+    /// Rewrite the bounds on quantities of the summary in each scenario's file to what was measured, with this margin as
+    /// a share of it; every change is told.
+    #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
+    update: Option<f64>,
     #[command(flatten)]
     settings: Settings,
+}
+
+fn margin(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(margin) if margin.is_finite() && margin >= 0.0 => Ok(margin),
+        _ => Err("write a share of 0 or more, such as 0.1 for 10 %".to_owned()),
+    }
 }
 
 /// What came of one scenario.
@@ -66,6 +78,8 @@ enum Ended {
 struct Judged {
     verdicts: Vec<Verdict>,
     differences: Vec<Difference>,
+    /// What `--update` changed in the file.
+    changes: String,
 }
 
 impl Judged {
@@ -186,9 +200,15 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
         std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
         run.trace.write_parquet(&baseline_file(folder, &run))?;
     }
+    let verdicts = judge(&run);
+    let changes = match arguments.update {
+        Some(margin) => update::update(path, &verdicts, margin)?,
+        None => String::new(),
+    };
     let judged = Judged {
-        verdicts: judge(&run),
+        verdicts,
         differences,
+        changes,
     };
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
@@ -232,7 +252,10 @@ impl Checked {
                     1 => "1 bound".to_owned(),
                     count => format!("{count} bounds"),
                 };
-                format!("held   {name} ({took_s:.1} s, {expected})\n")
+                format!(
+                    "held   {name} ({took_s:.1} s, {expected})\n{}",
+                    judged.changes
+                )
             }
             Ended::Judged(judged) => {
                 let mut text = format!("FAILED {name} ({took_s:.1} s)\n");
@@ -243,6 +266,7 @@ impl Checked {
                     "         to see it: ilon run {}\n",
                     self.path.display()
                 ));
+                text.push_str(&judged.changes);
                 text
             }
         }

@@ -1,0 +1,123 @@
+//! `ilon check --update`: bounds rewritten around what was measured.
+
+use std::path::Path;
+
+use toml_edit::{DocumentMut, Item, TableLike, value};
+
+use crate::Error;
+use crate::judge::Verdict;
+
+/// Sets every bound of the summary in a scenario's file to what was measured, with a margin as a share of it, and tells
+/// what changed. Comments and layout stay; bounds on signals, and on what does not apply, are left alone.
+///
+/// # Errors
+/// Where the file cannot be read or written.
+pub(super) fn update(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<String, Error> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
+    let (text, changes) = updated(&text, verdicts, margin)?;
+    if !changes.is_empty() {
+        ilon_trace::file::write_text(path, &text)?;
+    }
+    Ok(changes)
+}
+
+fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Error> {
+    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+        Error::invalid(error.to_string(), "mend the file")
+    })?;
+    let mut changes = String::new();
+    for verdict in verdicts.iter().filter(|verdict| verdict.at_s.is_none()) {
+        let Some(measured) = verdict.measured else {
+            continue;
+        };
+        let room = margin * measured.abs();
+        if let Some(bound) = bound_of(&mut document, &verdict.quantity) {
+            let wanted = [
+                ("min", rounded(measured - room, f64::floor)),
+                ("max", rounded(measured + room, f64::ceil)),
+                ("equal", measured),
+                ("within", rounded(room, f64::ceil)),
+            ];
+            for (key, new) in wanted {
+                let Some(item) = bound.get_mut(key) else {
+                    continue;
+                };
+                let old = item.to_string().trim().to_owned();
+                let decor = item.as_value().map(|value| value.decor().clone());
+                *item = value(new);
+                if let (Some(value), Some(decor)) = (item.as_value_mut(), decor) {
+                    *value.decor_mut() = decor;
+                }
+                changes.push_str(&format!(
+                    "         {}.{key}: {old} -> {new} (measured {measured})\n",
+                    verdict.quantity
+                ));
+            }
+        }
+    }
+    Ok((document.to_string(), changes))
+}
+
+/// The table of a bound, by the quantity's dotted name.
+fn bound_of<'d>(document: &'d mut DocumentMut, quantity: &str) -> Option<&'d mut dyn TableLike> {
+    let mut item: &mut Item = document.get_mut("expect")?;
+    for part in quantity.split('.') {
+        item = item.as_table_like_mut()?.get_mut(part)?;
+    }
+    item.as_table_like_mut()
+}
+
+/// A number to three digits, rounded away from what it bounds.
+fn rounded(number: f64, away: fn(f64) -> f64) -> f64 {
+    if number == 0.0 || !number.is_finite() {
+        return number;
+    }
+    // Through text, so that 0.3 * 0.001 is written as a person would, not with all the digits of the product.
+    let exponent = number.abs().log10().floor() as i32 - 2;
+    let digits = away(number / 10f64.powi(exponent));
+    format!("{digits}e{exponent}").parse().unwrap_or(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(quantity: &str, measured: f64) -> Verdict {
+        Verdict {
+            quantity: quantity.to_owned(),
+            bound: String::new(),
+            measured: Some(measured),
+            at_s: None,
+            held: false,
+        }
+    }
+
+    #[test]
+    fn bounds_move_around_what_was_measured_and_the_rest_of_the_file_stays() {
+        let text = "# why\n[expect]\nslip_energy_j = { max = 9.0 } # joules\n\
+                    twist_ratio_contact.vx = { min = 0.5, max = 2 }\n[run]\nduration_s = 1\n";
+        let verdicts = [
+            verdict("slip_energy_j", 0.012_34),
+            verdict("twist_ratio_contact.vx", 1.0),
+        ];
+        let (updated, changes) = updated(text, &verdicts, 0.1).expect("it is TOML");
+        // 0.01234 * 1.1 = 0.013574, to three digits upwards; 1 -+ 0.1.
+        assert_eq!(
+            updated,
+            "# why\n[expect]\nslip_energy_j = { max = 0.0136 } # joules\n\
+             twist_ratio_contact.vx = { min = 0.9, max = 1.1 }\n[run]\nduration_s = 1\n"
+        );
+        assert!(
+            changes.contains("slip_energy_j.max: 9.0 -> 0.0136 (measured 0.01234)"),
+            "{changes}"
+        );
+    }
+
+    #[test]
+    fn numbers_are_rounded_away_from_what_they_bound() {
+        assert_eq!(rounded(0.012_341, f64::ceil), 0.0124);
+        assert_eq!(rounded(-0.012_341, f64::floor), -0.0124);
+        assert_eq!(rounded(1234.5, f64::floor), 1230.0);
+        assert_eq!(rounded(0.0, f64::ceil), 0.0);
+    }
+}
