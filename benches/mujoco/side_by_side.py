@@ -4,8 +4,8 @@
   side_by_side.py --ilon ../../target/release/ilon --json speed.json --svg ../../docs/speed.svg > table.md
 
 Without --ilon only the MuJoCo half runs. Speed is simulated seconds per CPU second. MuJoCo's is pure stepping inside
-the library, the best of all stretches; ilon's is that of `ilon bench`, which counts the wheel loops and the recording too,
-the best of its rounds. The rounds of both alternate, so that both meet the same noise of the machine.
+the library, the best of all stretches; ilon's is that of `ilon bench`, which counts the wheel loops and the recording
+too, the best of its rounds. The rounds of both alternate, so that both meet the same noise of the machine.
 """
 
 from __future__ import annotations
