@@ -8,6 +8,7 @@
 mod assembly;
 mod contact;
 mod convert;
+mod energy;
 mod error;
 mod ground;
 mod groups;
@@ -20,6 +21,7 @@ mod window;
 mod world;
 
 pub use contact::WheelContact;
+pub use energy::Energy;
 pub use error::WorldError;
 pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use roller_contact::RollerDispatcher;

@@ -123,13 +123,14 @@ impl RollerState {
 
     /// Lets a roller that touches nothing spin on for `dt_s`: only its bearing acts,
     /// I d(spin)/dt = -damping spin - friction sign(spin), solved exactly for the damping; dry friction never reverses
-    /// the spin.
-    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) {
+    /// the spin. Gives back the energy that the bearing took, in J.
+    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
         let damped = spin * (-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s).exp();
         let stopping = self.friction_n_m / self.spin_inertia_kg_m2 * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
         self.set_spin(slowed, hub_rate_in_hub_rad_s);
+        0.5 * self.spin_inertia_kg_m2 * (spin * spin - slowed * slowed)
     }
 }
 

@@ -6,6 +6,7 @@ use rapier3d::prelude::*;
 
 use crate::assembly::Assembly;
 use crate::contact::WheelContact;
+use crate::energy::{Energy, energy};
 use crate::ground::Ground;
 use crate::state::State;
 use crate::wheel_body::{self, RollerState, WheelBody};
@@ -36,6 +37,7 @@ pub struct World {
     torques_n_m: Vec<f64>,
     slip_energy_j: f64,
     motor_energy_j: f64,
+    bearing_energy_j: f64,
     steps: u64,
 }
 
@@ -146,6 +148,7 @@ impl World {
             torques_n_m: vec![0.0; robot.wheels.len()],
             slip_energy_j: 0.0,
             motor_energy_j: 0.0,
+            bearing_energy_j: 0.0,
             steps: 0,
             robot: robot.clone(),
             settings: settings.clone(),
@@ -182,6 +185,7 @@ impl World {
         self.steps += 1;
         self.read_state();
         self.read_contacts();
+        self.count_bearings();
         self.write_back();
         self.move_windows();
     }
@@ -245,6 +249,20 @@ impl World {
         self.motor_energy_j
     }
 
+    /// Energy that the bearings of wheels and rollers have turned into heat since the start, in J.
+    pub fn bearing_energy_j(&self) -> f64 {
+        self.bearing_energy_j
+    }
+
+    /// Kinetic and potential energy of the robot now.
+    pub fn energy(&self) -> Energy {
+        let down = Vector3::z() * -self.settings.gravity_m_s2;
+        let gravity = self.ground.world_from_floor().inverse() * down;
+        let spins = |wheel: usize| self.roller_spins_rad_s(wheel);
+        let armature_ratio = self.settings.roller_armature_ratio;
+        energy(&self.robot, &self.state, &gravity, spins, armature_ratio)
+    }
+
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
         let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
@@ -302,6 +320,23 @@ impl World {
             *contact = WheelContact::read(&self.rapier, anchor_m, wheel, before, after, dt_s, spin);
             self.slip_energy_j += contact.slip_power_w * dt_s;
         }
+    }
+
+    /// Sums what damping and dry friction took out of the joints that rapier solved; rollers without a body are counted
+    /// where they coast.
+    fn count_bearings(&mut self) {
+        let power_w = |joint: &ilon_robot::Joint, rate_rad_s: f64| {
+            (joint.damping_n_m_s * rate_rad_s.abs() + joint.friction_n_m) * rate_rad_s.abs()
+        };
+        let mut lost_w = 0.0;
+        for (body, wheel) in self.assembly.wheels.iter().zip(&self.robot.wheels) {
+            lost_w += power_w(&wheel.joint, self.assembly.rate(&self.rapier, body.hub_dof));
+            for slot in &body.slots {
+                let spin = self.assembly.rate(&self.rapier, slot.dof);
+                lost_w += power_w(&wheel.rollers[slot.roller].joint, spin);
+            }
+        }
+        self.bearing_energy_j += lost_w * self.settings.dt_s;
     }
 
     /// Hands rapier the f64 sums, counted from its own origin and rounded: the chassis's pose, and wheel angles within
@@ -362,7 +397,7 @@ impl World {
         let WheelBody { slots, rollers, .. } = &mut self.assembly.wheels[index];
         for (i, roller) in rollers.iter_mut().enumerate() {
             if slots.iter().all(|slot| slot.roller != i) {
-                roller.coast(&hub_rate_in_hub, self.settings.dt_s);
+                self.bearing_energy_j += roller.coast(&hub_rate_in_hub, self.settings.dt_s);
             }
         }
     }

@@ -61,6 +61,8 @@
   }
 
   const config = {
+    // Where nothing can hover, as on a phone, the tools would cover the legend for good.
+    displayModeBar: window.matchMedia('(hover: hover)').matches ? 'hover' : false,
     displaylogo: false, responsive: true, modeBarButtonsToRemove: ['lasso2d', 'select2d', 'autoScale2d'],
   };
 

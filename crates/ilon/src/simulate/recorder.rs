@@ -1,7 +1,7 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Joint, Pose, Robot, Twist, Wheel};
+use ilon_robot::{Pose, Robot, Twist, Wheel};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
 use ilon_world::{BodyState, World};
 use nalgebra::Vector3;
@@ -18,9 +18,7 @@ pub(super) struct Recorder {
     odometry_contact: Pose,
     last_angles_rad: Vec<f64>,
     increments: Increments,
-    wheel_joints: Vec<Joint>,
     wheel_positions_m: Vec<Vector3<f64>>,
-    bearing_energy_j: f64,
     wheel_slip_energy_j: Vec<f64>,
     samples: Vec<WheelSample>,
 }
@@ -53,9 +51,7 @@ impl Recorder {
                 middle_rad: vec![0.0; wheel_count],
                 turned_rad: vec![0.0; wheel_count],
             },
-            wheel_joints: robot.wheels.iter().map(|wheel| wheel.joint).collect(),
             wheel_positions_m: robot.wheels.iter().map(Wheel::position_m).collect(),
-            bearing_energy_j: 0.0,
             wheel_slip_energy_j: vec![0.0; wheel_count],
             samples: vec![WheelSample::default(); wheel_count],
         }
@@ -65,10 +61,6 @@ impl Recorder {
     pub fn count_losses(&mut self, world: &World, dt_s: f64) {
         for (energy_j, contact) in self.wheel_slip_energy_j.iter_mut().zip(world.contacts()) {
             *energy_j += contact.slip_power_w * dt_s;
-        }
-        for (joint, rate_rad_s) in self.wheel_joints.iter().zip(world.wheel_rates_rad_s()) {
-            let torque_n_m = joint.damping_n_m_s * rate_rad_s.abs() + joint.friction_n_m;
-            self.bearing_energy_j += torque_n_m * rate_rad_s.abs() * dt_s;
         }
     }
 
@@ -96,6 +88,7 @@ impl Recorder {
                 asked_twist_in_body: task.asked_twist_in_body,
             };
         }
+        let energy = world.energy();
         let record = Record {
             t_s,
             truth: Truth {
@@ -120,9 +113,9 @@ impl Recorder {
             tasks,
             slip_energy_j: world.slip_energy_j(),
             motor_energy_j: world.motor_energy_j(),
-            bearing_energy_j: self.bearing_energy_j,
-            kinetic_energy_j: f64::NAN,
-            potential_energy_j: f64::NAN,
+            bearing_energy_j: world.bearing_energy_j(),
+            kinetic_energy_j: energy.kinetic_j,
+            potential_energy_j: energy.potential_j,
         };
         self.sample_wheels(world, pilot, torques_n_m);
         self.trace.push(record, &self.samples);
