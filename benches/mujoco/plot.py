@@ -62,6 +62,8 @@ def _panel(robot: str, rows: list[dict], at: float) -> str:
         if kind == "line" and front:
             path = "L".join(f"{px:.1f} {py:.1f}" for px, py in front)
             out.append(f'<path d="M{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
-        radius = 3.5 if kind == "line" else 2.2
-        out += [f'<circle cx="{px:.1f}" cy="{py:.1f}" r="{radius}" fill="{colour}"/>' for px, py in points]
+        for px, py in points:
+            prominent = kind == "line" and (px, py) in front
+            look = 'r="3.5"' if prominent else 'r="2" fill-opacity="0.5"'
+            out.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" {look} fill="{colour}"/>')
     return "".join(out)

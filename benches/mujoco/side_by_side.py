@@ -42,10 +42,16 @@ def sweeps(drive: str):
         return [(name, Settings(dt_s=1e-3 * ms, drive=drive, **settings)) for ms in milliseconds]
 
     hard = {"cone": "elliptic", "solimp": (0.99, 0.999, 1e-4), "jacobian": "sparse"}
+
+    def looped(loop_rad_s):
+        loop = {"loop_rad_s": loop_rad_s, "loop_air_bound": False}
+        return at(f"hard, loop {loop_rad_s:g} rad/s", (4, 8, 12, 16), **loop, **hard)
+
     return [
         *at("defaults", (1, 2, 4, 8, 12)),
         *at("stiff", (0.5, 1, 2, 4, 8), cone="elliptic", solref=(0.002, 1.0)),
         *at("hard", (2, 4, 8, 12, 16), **hard),
+        *[row for loop in (10.0, 4.0) if drive == "pi" for row in looped(loop)],
         *at("friction first", (2, 4, 8, 12), impratio=10.0, jacobian="sparse"),
         *at("hard, capsules", (4, 8), shape="capsule", **hard),
         *at("stiff, capsules", (1, 2), shape="capsule", cone="elliptic", solref=(0.002, 1.0)),
@@ -141,15 +147,40 @@ def line(row: dict) -> str:
 def equal_accuracy(robot: str, rows: list[dict], title: str, error: str) -> list[str]:
     out = [
         f"\n### {robot}: {title}\n",
-        "| error at most, % | ilon, sim s/CPU s | MuJoCo, servo | MuJoCo, PI loop | ilon over servo | over PI loop |",
-        "|---|---|---|---|---|---|",
+        "| error at most, % | ilon, own gains | ilon, any loop | MuJoCo, servo | MuJoCo, PI loop "
+        "| any loop over servo | over PI loop |",
+        "|---|---|---|---|---|---|---|",
     ]
     show = lambda b: f"{b['sim_s_per_cpu_s']:.0f} ({1e3 * b['dt_s']:.3g} ms)" if b else "none"
     for limit_pct in LIMITS_PCT[robot]:
-        own = fastest(rows, "ilon", None, limit_pct, error)
+        own = fastest([r for r in rows if not r["words"]], "ilon", None, limit_pct, error)
+        any_loop = fastest(rows, "ilon", None, limit_pct, error)
         others = [fastest(rows, "MuJoCo", drive, limit_pct, error) for drive in ("servo", "pi")]
-        ratios = [f"{own['sim_s_per_cpu_s'] / o['sim_s_per_cpu_s']:.2f}" if own and o else "" for o in others]
-        out.append(f"| {limit_pct} | {' | '.join(map(show, [own, *others]))} | {' | '.join(ratios)} |")
+        over = lambda one, o: f"{one['sim_s_per_cpu_s'] / o['sim_s_per_cpu_s']:.2f}" if one and o else ""
+        ratios = [over(any_loop, o) for o in others]
+        out.append(f"| {limit_pct} | {' | '.join(map(show, [own, any_loop, *others]))} | {' | '.join(ratios)} |")
+    return out
+
+
+def same_loop(robot: str, rows: list[dict]) -> list[str]:
+    """Both engines under one and the same wheel loop, each at its own best step."""
+    limit_pct = LIMITS_PCT[robot][0]
+    out = [
+        f"\n### {robot}: the same wheel loop, error at most {limit_pct} %\n",
+        "| bandwidth on the ground | ilon, sim s/CPU s | MuJoCo | ilon over MuJoCo |",
+        "|---|---|---|---|",
+    ]
+    show = lambda r: f"{r['sim_s_per_cpu_s']:.0f} ({1e3 * r['dt_s']:.3g} ms)" if r else "none"
+    for loop in ilon.LOOPS_RAD_S:
+        asked = (60.0, True) if loop is None else (loop, False)
+        given = [r for r in rows if r["engine"] == "ilon" and r["loop_rad_s"] == loop]
+        for r in rows:
+            if r["drive"] == "pi" and r["engine"] == "MuJoCo":
+                given += [r] if (r["settings"]["loop_rad_s"], r["settings"]["loop_air_bound"]) == asked else []
+        own, other = (fastest(given, engine, None, limit_pct) for engine in ("ilon", "MuJoCo"))
+        ratio = f"{own['sim_s_per_cpu_s'] / other['sim_s_per_cpu_s']:.2f}" if own and other else ""
+        name = "60 rad/s, or what a wheel in the air allows" if loop is None else f"{loop:g} rad/s"
+        out.append(f"| {name} | {show(own)} | {show(other)} | {ratio} |")
     return out
 
 
@@ -196,6 +227,7 @@ def tables(rows: dict[str, list[dict]]) -> str:
         out += equal_accuracy(
             robot, all_rows, "equal accuracy at half, full and 1.5 times the speed", "any_speed_error_pct"
         )
+        out += same_loop(robot, all_rows)
         out += equal_steps(robot, all_rows)
         out += [
             f"\n### {robot}: work against precision\n",
@@ -254,7 +286,7 @@ def _finite(value):
 
 def _processor() -> str:
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
-    names = [l.split(":", 1)[1].strip() for l in lines if l.startswith("model name")]
+    names = [text.split(":", 1)[1].strip() for text in lines if text.startswith("model name")]
     return names[0] if names else platform.processor()
 
 
