@@ -100,21 +100,39 @@ impl Motor {
     /// drive's current limit, taken to be the stall current, is what holds it there. Beyond the no-load rate the
     /// motor is let coast: its range never leaves zero out, so that no torque is forced upon the wheel.
     pub fn range(&self, rate_rad_s: f64) -> TorqueRange {
+        self.range_on(rate_rad_s, 1.0)
+    }
+
+    /// The torques it can give at a wheel rate while a share of the supply's voltage is left, 0 to 1.
+    ///
+    /// Of the DC line stall torque and no-load rate are both proportional to the supply (K U / R and U / K), so that it
+    /// shifts in parallel. Of a motor without a curve the limits of torque and rate shrink by the share.
+    pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
+        // A share of nothing is nothing, also of a limit that is infinite.
+        let share_of = |limit: f64| match supply_share {
+            0.0 => 0.0,
+            share => share * limit,
+        };
         let speed_rad_s = rate_rad_s.abs();
-        let brake_n_m = self.peak_torque_n_m();
-        let drive_n_m = if speed_rad_s >= self.velocity_rad_s {
+        let (brake_n_m, drive_n_m, velocity_rad_s) = match self.curve {
+            MotorCurve::Flat => {
+                let effort_n_m = share_of(self.effort_n_m);
+                (effort_n_m, effort_n_m, share_of(self.velocity_rad_s))
+            }
+            MotorCurve::DcLine {
+                stall_torque_n_m,
+                no_load_rate_rad_s,
+            } => {
+                let brake_n_m = self.effort_n_m.min(share_of(stall_torque_n_m));
+                let line_n_m = stall_torque_n_m * (supply_share - speed_rad_s / no_load_rate_rad_s);
+                let drive_n_m = line_n_m.clamp(0.0, brake_n_m);
+                (brake_n_m, drive_n_m, self.velocity_rad_s)
+            }
+        };
+        let drive_n_m = if speed_rad_s >= velocity_rad_s {
             0.0
         } else {
-            match self.curve {
-                MotorCurve::Flat => self.effort_n_m,
-                MotorCurve::DcLine {
-                    stall_torque_n_m,
-                    no_load_rate_rad_s,
-                } => {
-                    let line_n_m = stall_torque_n_m * (1.0 - speed_rad_s / no_load_rate_rad_s);
-                    line_n_m.clamp(0.0, brake_n_m)
-                }
-            }
+            drive_n_m
         };
         if rate_rad_s >= 0.0 {
             TorqueRange {
@@ -179,6 +197,31 @@ mod tests {
         let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
         assert_eq!(motor.limit(-9.0, 15.0), -4.0);
         assert_eq!(motor.limit(9.0, -30.0), 4.0);
+    }
+
+    #[test]
+    fn on_half_of_its_supply_a_dc_motor_has_half_its_stall_torque_and_no_load_rate() {
+        let limits = MotorLimits::default();
+        let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
+        let drives_n_m = |rate_rad_s| motor.range_on(rate_rad_s, 0.5).max_n_m;
+        // 4 (0.5 - w/20): 2 at rest, 1 at 5 rad/s, nothing from 10 rad/s on; it brakes with 2.
+        assert_eq!([0.0, 5.0, 10.0, 15.0].map(drives_n_m), [2.0, 1.0, 0.0, 0.0]);
+        assert_eq!(motor.range_on(5.0, 0.5).min_n_m, -2.0);
+        assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
+    }
+
+    #[test]
+    fn on_half_of_its_supply_a_motor_without_a_curve_has_half_its_limits() {
+        let limits = MotorLimits {
+            effort_n_m: 3.0,
+            velocity_rad_s: 18.0,
+        };
+        let motor = Motor::new(&limits, MotorCurve::Flat).unwrap();
+        let drives_n_m = |rate_rad_s| motor.range_on(rate_rad_s, 0.5).max_n_m;
+        assert_eq!([0.0, 8.9, 9.0].map(drives_n_m), [1.5, 1.5, 0.0]);
+        let dead = Motor::new(&MotorLimits::default(), MotorCurve::Flat).unwrap();
+        assert_eq!(dead.range_on(1.0, 0.0), motor.range_on(1.0, 0.0));
+        assert_eq!(dead.range_on(1.0, 0.0).max_n_m, 0.0);
     }
 
     #[test]

@@ -124,11 +124,14 @@ pub struct TwistRatio {
     pub omega: Option<f64>,
 }
 
-/// Where the motors' work went, in J: motor = stored + slip + bearing + unexplained.
+/// Where the motors' work went, and what came from outside, in J:
+/// motor + outside = stored + slip + bearing + unexplained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Work of all motors.
     pub motor_j: Option<f64>,
+    /// Brought by pushes and payloads.
+    pub outside_j: Option<f64>,
     /// Gain of kinetic and potential energy.
     pub stored_j: Option<f64>,
     /// Lost to sliding.
@@ -306,15 +309,17 @@ fn energy(trace: &Trace) -> Energy {
     };
     let gain = |f: fn(&Record) -> f64| f(last) - f(first);
     let motor_j = gain(|r| r.motor_energy_j);
+    let outside_j = gain(|r| r.outside_energy_j);
     let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
     let slip_j = gain(|r| r.slip_energy_j);
     let bearing_j = gain(|r| r.bearing_energy_j);
     Energy {
         motor_j: finite(motor_j),
+        outside_j: finite(outside_j),
         stored_j: finite(stored_j),
         slip_j: finite(slip_j),
         bearing_j: finite(bearing_j),
-        unexplained_j: finite(motor_j - stored_j - slip_j - bearing_j),
+        unexplained_j: finite(motor_j + outside_j - stored_j - slip_j - bearing_j),
     }
 }
 
@@ -490,15 +495,18 @@ mod tests {
                 motor_energy_j: 10.0 * t,
                 slip_energy_j: 2.0 * t,
                 bearing_energy_j: 1.0 * t,
+                outside_energy_j: 7.0 + 0.5 * t,
                 kinetic_energy_j: 3.0 + 4.0 * t,
                 potential_energy_j: 2.0 * t,
                 ..Record::default()
             };
             (record, WheelSample::default())
         });
-        // At 9.99 s, 1 J/s is not accounted for.
+        // At 9.99 s.
         assert!((s.energy.stored_j.unwrap() - 59.94).abs() < 1e-12);
-        assert!((s.energy.unexplained_j.unwrap() - 9.99).abs() < 1e-12);
+        assert!((s.energy.outside_j.unwrap() - 4.995).abs() < 1e-12);
+        // 10 + 0.5 - (4 + 2) - 2 - 1 = 1.5 a second.
+        assert!((s.energy.unexplained_j.unwrap() - 14.985).abs() < 1e-12);
         assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
     }
 }

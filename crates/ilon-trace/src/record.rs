@@ -47,6 +47,8 @@ pub struct Record {
     pub motor_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers since the start, in J.
     pub bearing_energy_j: f64,
+    /// Energy that pushes and payloads have brought from outside since the start, in J.
+    pub outside_energy_j: f64,
     /// Kinetic energy of all bodies now, in J.
     pub kinetic_energy_j: f64,
     /// Potential energy of all bodies now, against the start, in J.

@@ -58,7 +58,7 @@ impl Assembly {
             })
             .collect();
         let multibody = index_links(rapier, &mut wheels);
-        set_joint_dynamics(rapier, multibody, robot, &wheels, settings);
+        set_joint_dynamics(rapier, multibody, robot, &wheels);
         let ndofs = rapier.multibody_joints[multibody].ndofs();
         let mut assembly = Self {
             chassis,
@@ -235,7 +235,6 @@ fn set_joint_dynamics(
     multibody: MultibodyIndex,
     robot: &Robot,
     wheels: &[WheelBody],
-    settings: &Settings,
 ) {
     let multibody = link_owner(&mut rapier.multibody_joints, multibody);
     multibody.damping_mut().fill(0.0);
@@ -248,8 +247,11 @@ fn set_joint_dynamics(
         set(body.hub_dof, &wheel.joint, 0.0);
         for slot in &body.slots {
             let roller = &wheel.rollers[slot.roller];
-            let armature = settings.roller_armature_ratio * roller.axial_inertia_kg_m2;
-            set(slot.dof, &roller.joint, armature);
+            set(
+                slot.dof,
+                &roller.joint,
+                body.rollers[slot.roller].armature_kg_m2(),
+            );
         }
     }
 }

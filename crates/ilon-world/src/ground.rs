@@ -171,6 +171,7 @@ impl Floor {
             has_plane: plane.is_some(),
             friction: self.friction,
             patches: self.patches.clone(),
+            has_its_own_friction: !self.patches.is_empty(),
             world_from_floor: self.world_from_floor(),
             anchor_m: Vector3::zeros(),
             dt_s: dt_s as Real,
@@ -233,6 +234,8 @@ pub(crate) struct Ground {
     has_plane: bool,
     friction: f64,
     patches: Vec<Patch>,
+    /// Whether the friction is another than the one that rapier knows, somewhere or by now.
+    has_its_own_friction: bool,
     solids: Vec<Solid>,
     world_from_floor: UnitQuaternion<f64>,
     /// rapier's origin in the floor's frame, in metres; it moves along the plane.
@@ -305,6 +308,13 @@ impl Ground {
         self.world_from_floor
     }
 
+    /// Changes the friction from now on.
+    pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
+        self.friction = friction;
+        self.patches = patches.to_vec();
+        self.has_its_own_friction = true;
+    }
+
     /// The friction at a place of the world.
     fn friction_at(&self, in_world_m: &Vector3<f64>) -> f64 {
         let inside = |p: &&Patch| {
@@ -316,6 +326,7 @@ impl Ground {
             .rev()
             .find(inside)
             .map_or(self.friction, |p| p.friction)
+            .max(0.0)
     }
 }
 
@@ -337,7 +348,7 @@ impl PhysicsHooks for Ground {
         let Some(contact) = context.rigid_mut() else {
             return;
         };
-        if !self.patches.is_empty()
+        if self.has_its_own_friction
             && let Some(point) = contact.manifold.points.first()
         {
             let local = if ground_first {

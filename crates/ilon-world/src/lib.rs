@@ -27,4 +27,4 @@ pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use roller_contact::RollerDispatcher;
 pub use roller_shape::RollerShape;
 pub use settings::{RollerBodies, Settings};
-pub use world::{BodyState, World};
+pub use world::{BodyState, Payload, Push, World};

@@ -53,6 +53,17 @@ impl State {
         hub_from_floor * self.angular_rad_s + Vector3::z() * self.wheel_rates_rad_s[wheel]
     }
 
+    /// Counts the state of the chassis at another point of it, further by `moved_m` in the body's axes: where its centre
+    /// of mass is now.
+    pub fn recenter(&mut self, moved_m: Vector3<f64>) {
+        let lever_m = self.floor_from_chassis.rotation * moved_m;
+        self.floor_from_chassis.translation.vector += lever_m;
+        self.velocity_m_s += self.angular_rad_s.cross(&lever_m);
+        for chassis_from_hub in &mut self.chassis_from_hub {
+            chassis_from_hub.translation.vector -= moved_m;
+        }
+    }
+
     /// The same state counted from another origin of the floor's frame.
     pub fn seen_from(&self, origin_m: Vector3<f64>) -> Self {
         let mut seen = self.clone();

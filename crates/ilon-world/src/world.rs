@@ -1,6 +1,8 @@
 //! The world: a robot on a floor, stepped by rapier.
 
-use ilon_robot::{Pose as PlanarPose, Robot, Roller, Twist, Wheel};
+mod disturbance;
+
+use ilon_robot::{MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, Twist, Wheel};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
@@ -12,6 +14,8 @@ use crate::state::State;
 use crate::wheel_body::{self, RollerState, WheelBody};
 use crate::window;
 use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError, convert};
+use disturbance::ActingPush;
+pub use disturbance::{Payload, Push};
 
 /// A wheel whose window is wider than needed for this long is built narrower, in seconds.
 const WINDOW_PATIENCE_S: f64 = 0.2;
@@ -38,6 +42,12 @@ pub struct World {
     slip_energy_j: f64,
     motor_energy_j: f64,
     bearing_energy_j: f64,
+    outside_energy_j: f64,
+    /// The chassis without what it carries.
+    bare_chassis: RobotMass,
+    payloads: Vec<Payload>,
+    /// What pushes during the coming step.
+    pushes: Vec<ActingPush>,
     steps: u64,
 }
 
@@ -149,6 +159,10 @@ impl World {
             slip_energy_j: 0.0,
             motor_energy_j: 0.0,
             bearing_energy_j: 0.0,
+            outside_energy_j: 0.0,
+            bare_chassis: robot.chassis.mass.clone(),
+            payloads: Vec::new(),
+            pushes: Vec::new(),
             steps: 0,
             robot: robot.clone(),
             settings: settings.clone(),
@@ -181,9 +195,11 @@ impl World {
     /// Advances the world by one physics step.
     pub fn step(&mut self) {
         self.before.copy_from(&self.state);
+        self.begin_pushes();
         self.rapier.step_with_events(&self.ground, &());
         self.steps += 1;
         self.read_state();
+        self.end_pushes();
         self.read_contacts();
         self.count_bearings();
         self.write_back();
@@ -425,10 +441,12 @@ impl World {
                 let (hub, dof, link, body) = (*hub, slot.dof, slot.link, slot.body);
                 let entering = &rollers[entering];
                 let spin = entering.spin_rad_s(&hub_rate_in_hub);
+                let armature = entering.armature_kg_m2();
                 let frame = wheel_body::joint_frame(&entering.hub_from_roller);
 
                 let multibody = self.assembly.multibody_mut(&mut self.rapier);
                 multibody.generalized_velocity_mut()[dof] = spin as Real;
+                multibody.armature_mut()[dof] = armature as Real;
                 let link = multibody
                     .link_mut(link)
                     .expect("links are indexed when built");

@@ -445,3 +445,58 @@ fn a_reference_too_fast_to_track_is_a_warning_with_the_figures() {
     assert!(stderr.lines().any(|line| line == note), "{stderr}");
     assert!(bench.path("results/summary.json").exists());
 }
+
+#[test]
+fn a_fault_of_a_wheel_that_is_not_there() {
+    let bench = Bench::new();
+    let fault = "[[faults]]\nroller_stuck = { wheel = \"wheel_4\", roller = 0 }\n";
+    bench.write("scenario.toml", &format!("{SCENARIO}\n{fault}"));
+    assert_eq!(
+        bench.refused(&[]),
+        told(
+            "a fault is about the wheel `wheel_4`, which the robot does not have",
+            None,
+            "did you mean `wheel_3`?",
+        )
+    );
+}
+
+#[test]
+fn a_roller_that_is_not_there_cannot_seize() {
+    let bench = Bench::new();
+    let fault = "[[faults]]\nroller_stuck = { wheel = \"wheel_2\", roller = 8 }\n";
+    bench.write("scenario.toml", &format!("{SCENARIO}\n{fault}"));
+    assert_eq!(
+        bench.refused(&[]),
+        told(
+            "roller 8 of the wheel `wheel_2` is to seize, but that has 8 rollers",
+            None,
+            "they count from 0 to 7",
+        )
+    );
+}
+
+#[test]
+fn a_push_of_no_duration_and_a_payload_of_no_mass() {
+    for (fault, what) in [
+        (
+            "push = { impulse_x_n_s = 1, lasts_s = 0 }",
+            "`faults.0.push.lasts_s` is 0, but must be greater than 0",
+        ),
+        (
+            "payload = { mass_kg = 0 }",
+            "`faults.0.payload.mass_kg` is 0, but must be greater than 0",
+        ),
+        (
+            "friction_changed = { friction = -0.1 }",
+            "`faults.0.friction_changed.friction` is -0.1, but must be 0 or more",
+        ),
+    ] {
+        let bench = Bench::new();
+        bench.write(
+            "scenario.toml",
+            &format!("{SCENARIO}\n[[faults]]\n{fault}\n"),
+        );
+        assert_eq!(bench.refused(&[]).what, what);
+    }
+}

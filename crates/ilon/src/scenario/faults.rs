@@ -80,9 +80,10 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The battery sags: every motor gives only a share of its torque.
+    /// The battery sags. Of motors with `[motors.dc]` stall torque and no-load rate fall with the supply, of others the
+    /// limits of torque and rate.
     BatterySag {
-        /// What is left of the torque, from 0 to 1.
+        /// What is left of the supply's voltage, from 0 to 1.
         #[schemars(range(min = 0.0, max = 1.0))]
         share: f64,
         /// When it begins, in seconds.
@@ -94,28 +95,154 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
+    /// Something pushes the chassis.
+    Push {
+        /// The push along x, in N s: force times time, spread evenly over the time that it lasts.
+        #[serde(default)]
+        impulse_x_n_s: f64,
+        /// The push along y, in N s.
+        #[serde(default)]
+        impulse_y_n_s: f64,
+        /// The push along z, upwards, in N s.
+        #[serde(default)]
+        impulse_z_n_s: f64,
+        /// Whose x and y these are.
+        #[serde(default)]
+        frame: Frame,
+        /// Where on the chassis, along the body's x axis, in metres; without it, at the chassis's centre of mass.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        x_m: Option<f64>,
+        /// The same along the body's y axis.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        y_m: Option<f64>,
+        /// The same along the body's z axis.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        z_m: Option<f64>,
+        /// When it begins, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        from_s: f64,
+        /// How long it lasts, in seconds.
+        #[serde(default = "a_tenth")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        lasts_s: f64,
+    },
+    /// A mass is put on the chassis and stays fixed to it: a point, so that what is large is written as several. It has
+    /// the velocity of its place when it comes, and goes with it.
+    Payload {
+        /// Its mass, in kg.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        mass_kg: f64,
+        /// Where on the chassis, along the body's x axis, in metres; without it, at the chassis's centre of mass.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        x_m: Option<f64>,
+        /// The same along the body's y axis.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        y_m: Option<f64>,
+        /// The same along the body's z axis.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        z_m: Option<f64>,
+        /// When it begins, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        from_s: f64,
+        /// When it ends, in seconds; without it, never.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(range(min = 0.0))]
+        until_s: Option<f64>,
+    },
+    /// A roller seizes on its axle: it stands still against its wheel.
+    RollerStuck {
+        /// The wheel's joint.
+        wheel: String,
+        /// Which of its rollers, as `wheel0_roller` of the trace counts them, from 0.
+        roller: u32,
+        /// When it begins, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        from_s: f64,
+        /// When it ends, in seconds; without it, never.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(range(min = 0.0))]
+        until_s: Option<f64>,
+    },
+    /// The floor turns slippery, or less so: another friction everywhere but on its patches.
+    FrictionChanged {
+        /// Coulomb's coefficient of friction.
+        #[schemars(range(min = 0.0))]
+        friction: f64,
+        /// When it begins, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        from_s: f64,
+        /// When it ends, in seconds; without it, never.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(range(min = 0.0))]
+        until_s: Option<f64>,
+    },
+}
+
+/// The axes that a push is given along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Frame {
+    /// The world's.
+    #[default]
+    World,
+    /// The robot's own, turned level: ahead, to the left, up.
+    Body,
+}
+
+fn a_tenth() -> f64 {
+    0.1
+}
+
+/// Whether a time lies in a window that may be open towards the end.
+pub(crate) fn within(t_s: f64, from_s: f64, until_s: Option<f64>) -> bool {
+    // Times are sums of steps: a part in 10^9 of a second keeps rounding from moving an edge by a step.
+    const SLACK_S: f64 = 1e-9;
+    t_s >= from_s - SLACK_S && until_s.is_none_or(|until_s| t_s < until_s - SLACK_S)
 }
 
 impl Fault {
     /// Whether it is there at a time in seconds.
     pub fn is_on(&self, t_s: f64) -> bool {
-        let (Self::MotorLost {
-            from_s, until_s, ..
+        let (from_s, until_s) = self.window_s();
+        within(t_s, from_s, until_s)
+    }
+
+    /// When it begins, and when it ends, if it does.
+    pub fn window_s(&self) -> (f64, Option<f64>) {
+        match *self {
+            Self::MotorLost {
+                from_s, until_s, ..
+            }
+            | Self::EncoderLost {
+                from_s, until_s, ..
+            }
+            | Self::EncoderScaled {
+                from_s, until_s, ..
+            }
+            | Self::PoseLost { from_s, until_s }
+            | Self::PoseShifted {
+                from_s, until_s, ..
+            }
+            | Self::BatterySag {
+                from_s, until_s, ..
+            }
+            | Self::Payload {
+                from_s, until_s, ..
+            }
+            | Self::RollerStuck {
+                from_s, until_s, ..
+            }
+            | Self::FrictionChanged {
+                from_s, until_s, ..
+            } => (from_s, until_s),
+            Self::Push {
+                from_s, lasts_s, ..
+            } => (from_s, Some(from_s + lasts_s)),
         }
-        | Self::EncoderLost {
-            from_s, until_s, ..
-        }
-        | Self::EncoderScaled {
-            from_s, until_s, ..
-        }
-        | Self::PoseLost { from_s, until_s }
-        | Self::PoseShifted {
-            from_s, until_s, ..
-        }
-        | Self::BatterySag {
-            from_s, until_s, ..
-        }) = self;
-        t_s >= *from_s && until_s.is_none_or(|until_s| t_s < until_s)
     }
 
     /// The wheel that it is about, if it is about one.
@@ -123,8 +250,14 @@ impl Fault {
         match self {
             Self::MotorLost { wheel, .. }
             | Self::EncoderLost { wheel, .. }
-            | Self::EncoderScaled { wheel, .. } => Some(wheel),
-            Self::PoseLost { .. } | Self::PoseShifted { .. } | Self::BatterySag { .. } => None,
+            | Self::EncoderScaled { wheel, .. }
+            | Self::RollerStuck { wheel, .. } => Some(wheel),
+            Self::PoseLost { .. }
+            | Self::PoseShifted { .. }
+            | Self::BatterySag { .. }
+            | Self::Push { .. }
+            | Self::Payload { .. }
+            | Self::FrictionChanged { .. } => None,
         }
     }
 }

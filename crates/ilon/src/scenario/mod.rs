@@ -17,7 +17,8 @@ mod wheels;
 mod world;
 
 pub use expect::{Bound, Expect, Must, SignalBound};
-pub use faults::Fault;
+pub(crate) use faults::within;
+pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, Saturation};
 pub use keys::nearest;
 pub use load::Setting;

@@ -56,6 +56,14 @@ pub struct FloorPatch {
     /// Coulomb's coefficient of friction there.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
+    /// When it appears, in seconds.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// When it is gone, in seconds; without it, never.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub until_s: Option<f64>,
 }
 
 /// A box that stands on the floor.

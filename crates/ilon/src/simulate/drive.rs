@@ -59,12 +59,19 @@ impl Drive {
         })
     }
 
-    /// The torques of the next physics step, in N m, within what each motor can give at its rate.
-    pub fn torques(&mut self, targets: Targets<'_>, rates_rad_s: &[f64], dt_s: f64) -> &[f64] {
+    /// The torques of the next physics step, in N m, within what each motor can give at its rate while a share of the
+    /// supply is left.
+    pub fn torques(
+        &mut self,
+        targets: Targets<'_>,
+        rates_rad_s: &[f64],
+        supply_share: f64,
+        dt_s: f64,
+    ) -> &[f64] {
         for ((limit, motor), rate_rad_s) in
             self.limits.iter_mut().zip(&self.motors).zip(rates_rad_s)
         {
-            *limit = motor.range(*rate_rad_s);
+            *limit = motor.range_on(*rate_rad_s, supply_share);
         }
         match (targets, &mut self.law) {
             (Targets::Rates(rates), Law::Pid(pid)) => {

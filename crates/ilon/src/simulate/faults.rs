@@ -1,11 +1,28 @@
-//! What goes wrong on purpose, while it does.
+//! What goes wrong on purpose with the robot's own sensors and motors, while it does.
 
 use ilon_robot::{Pose, Robot, wrap_angle};
 
 use crate::Error;
 use crate::scenario::{Fault, nearest};
 
-/// The faults of a run.
+/// The index of a wheel by its joint's name.
+///
+/// # Errors
+/// [`Error::Invalid`] for a wheel that the robot does not have.
+pub(super) fn wheel_index(name: &str, robot: &Robot) -> Result<usize, Error> {
+    let names = || robot.wheels.iter().map(|wheel| wheel.name.as_str());
+    names().position(|known| known == name).ok_or_else(|| {
+        Error::invalid(
+            format!("a fault is about the wheel `{name}`, which the robot does not have"),
+            match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("its wheels are {}", names().collect::<Vec<_>>().join(", ")),
+            },
+        )
+    })
+}
+
+/// The faults of a run within the robot; what comes from outside is [`super::disturbances`].
 pub(super) struct Faults {
     faults: Vec<Fault>,
     /// For each fault the index of its wheel; 0 where it is about none.
@@ -16,20 +33,9 @@ impl Faults {
     /// # Errors
     /// [`Error::Invalid`] for a wheel that the robot does not have.
     pub fn new(faults: &[Fault], robot: &Robot) -> Result<Self, Error> {
-        let names = || robot.wheels.iter().map(|wheel| wheel.name.as_str());
         let index_of = |fault: &Fault| match fault.wheel() {
             None => Ok(0),
-            Some(name) => names().position(|known| known == name).ok_or_else(|| {
-                Error::invalid(
-                    format!("a fault is about the wheel `{name}`, which the robot does not have"),
-                    match nearest(name, names()) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => {
-                            format!("its wheels are {}", names().collect::<Vec<_>>().join(", "))
-                        }
-                    },
-                )
-            }),
+            Some(name) => wheel_index(name, robot),
         };
         Ok(Self {
             wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,
@@ -61,33 +67,34 @@ impl Faults {
         pose
     }
 
-    /// Spoils the wheel rates that the encoders tell, in rad/s.
-    pub fn spoil_rates(&self, t_s: f64, rates_rad_s: &mut [f64]) {
-        for (fault, wheel) in self.on(t_s) {
-            let factor = match fault {
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should.
+    pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
+        self.on(t_s)
+            .filter(|(_, of)| *of == wheel)
+            .map(|(fault, _)| match fault {
                 Fault::EncoderLost { .. } => 0.0,
                 Fault::EncoderScaled { factor, .. } => *factor,
-                _ => continue,
-            };
-            if let Some(rate_rad_s) = rates_rad_s.get_mut(wheel) {
-                *rate_rad_s *= factor;
-            }
-        }
+                _ => 1.0,
+            })
+            .product()
     }
 
-    /// Spoils the torques that the motors give, in N m.
+    /// What is left of the motors' supply, from 0 to 1.
+    pub fn supply_share(&self, t_s: f64) -> f64 {
+        self.on(t_s)
+            .map(|(fault, _)| match fault {
+                Fault::BatterySag { share, .. } => *share,
+                _ => 1.0,
+            })
+            .product()
+    }
+
+    /// Takes the torques of lost motors away.
     pub fn spoil_torques(&self, t_s: f64, torques_n_m: &mut [f64]) {
         for (fault, wheel) in self.on(t_s) {
-            match fault {
-                Fault::MotorLost { .. } => {
-                    if let Some(torque_n_m) = torques_n_m.get_mut(wheel) {
-                        *torque_n_m = 0.0;
-                    }
-                }
-                Fault::BatterySag { share, .. } => {
-                    torques_n_m.iter_mut().for_each(|torque| *torque *= share);
-                }
-                _ => {}
+            if let (Fault::MotorLost { .. }, Some(torque_n_m)) = (fault, torques_n_m.get_mut(wheel))
+            {
+                *torque_n_m = 0.0;
             }
         }
     }
@@ -133,16 +140,17 @@ mod tests {
     fn faults_add_up() {
         let faults = faults(
             "[[faults]]\nencoder_scaled = { wheel = 'b', factor = 2 }\n\
+             [[faults]]\nencoder_scaled = { wheel = 'b', factor = 3, until_s = 5 }\n\
              [[faults]]\nbattery_sag = { share = 0.5 }\n\
+             [[faults]]\nbattery_sag = { share = 0.8, from_s = 2 }\n\
              [[faults]]\npose_shifted = { x_m = 0.5, heading_deg = 270 }\n\
              [[faults]]\npose_lost = { from_s = 9 }",
         );
-        let mut rates_rad_s = [3.0, 3.0];
-        faults.spoil_rates(0.0, &mut rates_rad_s);
-        assert_eq!(rates_rad_s, [3.0, 6.0]);
-        let mut torques_n_m = [1.0, -2.0];
-        faults.spoil_torques(0.0, &mut torques_n_m);
-        assert_eq!(torques_n_m, [0.5, -1.0]);
+        assert_eq!(
+            [0, 1].map(|wheel| faults.encoder_factor(0.0, wheel)),
+            [1.0, 6.0]
+        );
+        assert_eq!([0.0, 2.0].map(|t_s| faults.supply_share(t_s)), [0.5, 0.4]);
         let pose = faults.pose(0.0, Pose::default());
         assert_eq!(pose.x_m, 0.5);
         // 270 deg wrapped is a quarter turn clockwise; rounding of one sum of numbers below 8.

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::Error;
-use crate::scenario::{self, Rough};
+use crate::scenario::{self, FloorPatch, Rough};
 
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
@@ -17,11 +17,6 @@ const MOST_CELLS: f64 = 500.0;
 /// Where a rough floor has too many cells, or fewer than one.
 pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
     let slope_rad = section.slope_deg.to_radians();
-    let patches = section.patches.iter().map(|patch| Patch {
-        center_m: Vector2::new(patch.x_m, patch.y_m),
-        half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
-        friction: patch.friction,
-    });
     // A box stands on the slope where its place in the plane is, as deep in the ground as it is high above it.
     let world_from_floor = Rotation3::from_axis_angle(&Vector3::y_axis(), slope_rad);
     let boxes = section.boxes.iter().map(|solid| GroundBox {
@@ -36,9 +31,19 @@ pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
     Ok(Floor {
         friction: section.friction,
         slope_rad,
-        patches: patches.collect(),
+        patches: patches(section, 0.0).collect(),
         boxes: boxes.collect(),
         relief: section.rough.as_ref().map(relief).transpose()?,
+    })
+}
+
+/// The patches that are there at a time in seconds.
+pub(super) fn patches(section: &scenario::Floor, t_s: f64) -> impl Iterator<Item = Patch> {
+    let there = move |patch: &&FloorPatch| scenario::within(t_s, patch.from_s, patch.until_s);
+    section.patches.iter().filter(there).map(|patch| Patch {
+        center_m: Vector2::new(patch.x_m, patch.y_m),
+        half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
+        friction: patch.friction,
     })
 }
 

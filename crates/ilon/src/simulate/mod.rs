@@ -1,6 +1,7 @@
 //! The loop: a robot under its guidance and wheel loops, in the world, recorded.
 
 mod clock;
+mod disturbances;
 mod drive;
 mod faults;
 mod floor;
@@ -23,6 +24,7 @@ pub use sensors::Seen;
 use crate::scenario::{Motion, RollerBodies, Scenario, Step};
 use crate::{Error, judge};
 use clock::{Clock, CpuTime};
+use disturbances::Disturbances;
 use drive::Drive;
 use faults::Faults;
 use pilot::Pilot;
@@ -68,6 +70,7 @@ pub struct Simulation {
     pilot: Pilot,
     drive: Drive,
     faults: Faults,
+    disturbances: Disturbances,
     torques_n_m: Vec<f64>,
     recorder: Recorder,
     warnings: Vec<String>,
@@ -168,6 +171,7 @@ impl Simulation {
             clock.rows(),
         );
         let faults = scenario.faults.clone();
+        let disturbances = Disturbances::new(&faults, &scenario.world.floor, robot)?;
         Ok(Self {
             scenario,
             clock,
@@ -176,6 +180,7 @@ impl Simulation {
             pilot,
             drive,
             faults: Faults::new(&faults, robot)?,
+            disturbances,
             torques_n_m: vec![0.0; robot.wheels.len()],
             recorder,
             warnings,
@@ -196,17 +201,20 @@ impl Simulation {
         let torques_n_m = self.drive.torques(
             self.pilot.targets(),
             &seen.wheel_rates_rad_s,
+            self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
         self.torques_n_m.copy_from_slice(torques_n_m);
         self.faults.spoil_torques(t_s, &mut self.torques_n_m);
         if control_is_due {
-            self.recorder.reckon(self.world.wheel_angles_rad());
+            self.recorder.reckon(&seen.wheel_angles_rad);
         }
         if self.clock.record_is_due() {
             self.recorder
                 .record(t_s, &self.world, seen, &self.pilot, &self.torques_n_m);
         }
+        self.disturbances
+            .act(t_s, self.clock.physics_dt_s(), &mut self.world);
         self.world.apply(&self.torques_n_m);
         self.world.step();
         self.recorder

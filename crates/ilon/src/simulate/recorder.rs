@@ -114,6 +114,7 @@ impl Recorder {
             slip_energy_j: world.slip_energy_j(),
             motor_energy_j: world.motor_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),
+            outside_energy_j: world.outside_energy_j(),
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
         };

@@ -18,7 +18,7 @@ pub struct Seen {
     pub pose: Pose,
     /// The wheels' rates, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// The wheels' angles since the start, in rad.
+    /// The wheels' angles since the start, as the encoders counted them, in rad.
     pub wheel_angles_rad: Vec<f64>,
 }
 
@@ -41,8 +41,18 @@ pub(super) struct Sensors {
     on_the_way: VecDeque<(f64, Pose)>,
     poses_taken: u64,
     seen: Seen,
+    miscounts: Vec<Miscount>,
     pose_noise: ChaCha8Rng,
     encoder_noise: ChaCha8Rng,
+}
+
+/// What an encoder that counted wrong has lost or gained.
+#[derive(Clone, Copy, Debug, Default)]
+struct Miscount {
+    /// The wheel's angle when it was last looked at, in rad.
+    angle_rad: f64,
+    /// What was counted too much since the start, in rad.
+    off_rad: f64,
 }
 
 /// Slack on times, in seconds, that keeps the rounding of sums from delaying a sample by a whole step.
@@ -63,6 +73,7 @@ impl Sensors {
             on_the_way: VecDeque::new(),
             poses_taken: 0,
             seen: Seen::at(start, wheel_count),
+            miscounts: vec![Miscount::default(); wheel_count],
             pose_noise: stream(1),
             encoder_noise: stream(2),
         }
@@ -87,18 +98,18 @@ impl Sensors {
             self.seen.pose = *pose;
             self.on_the_way.pop_front();
         }
-        self.seen
-            .wheel_angles_rad
-            .copy_from_slice(world.wheel_angles_rad());
-        for (seen, rate) in self
-            .seen
-            .wheel_rates_rad_s
-            .iter_mut()
-            .zip(world.wheel_rates_rad_s())
-        {
-            *seen = rate + noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+        for (wheel, miscount) in self.miscounts.iter_mut().enumerate() {
+            let (angle_rad, rate_rad_s) = (
+                world.wheel_angles_rad()[wheel],
+                world.wheel_rates_rad_s()[wheel],
+            );
+            let factor = faults.encoder_factor(t_s, wheel);
+            miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);
+            miscount.angle_rad = angle_rad;
+            self.seen.wheel_angles_rad[wheel] = angle_rad + miscount.off_rad;
+            let noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+            self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + noise_rad_s);
         }
-        faults.spoil_rates(t_s, &mut self.seen.wheel_rates_rad_s);
     }
 
     /// What the robot knows now.

@@ -90,16 +90,17 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
             "@contact",
         ),
         curve(
-            "motors' work",
-            of(|r, _| r.motor_energy_j),
+            "put in",
+            of(|r, _| r.motor_energy_j + r.outside_energy_j),
             solid("@asked").width(2.2),
         ),
     ];
     Figure {
         id: "energy".to_owned(),
         title: "Where the motors' work went".to_owned(),
-        caption: "Lost to slip and bearings, or stored as motion. What lies between the stack and the line of the \
-                  motors' work is unexplained: contacts pressed in, and the solver's own loss."
+        caption: "Lost to slip and bearings, or stored as motion. The line is what was put in: the motors' work and, where \
+                  the scenario has any, that of pushes and payloads. What lies between it and the stack is unexplained: \
+                  contacts pressed in, and the solver's own loss."
             .to_owned(),
         height_px: 320,
         span: Span::Half,

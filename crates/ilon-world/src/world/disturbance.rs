@@ -1,0 +1,184 @@
+//! What comes over the robot from outside: pushes, loads put on its chassis, rollers that seize, floors that change.
+//!
+//! Whatever energy enters or leaves that way is counted, so that the balance
+//! motors + outside = stored + slip + bearings stays one.
+
+use ilon_robot::MassProperties;
+use nalgebra::{Matrix3, Vector3};
+
+use super::World;
+use crate::{Patch, WorldError, convert};
+
+/// A force on the chassis for one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// The force, in the world frame, in N.
+    pub force_in_world_n: Vector3<f64>,
+    /// Where on the chassis it acts, in the body frame, in metres.
+    pub place_in_body_m: Vector3<f64>,
+}
+
+/// A mass fixed to the chassis: a point, so that what is large is given as several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Payload {
+    mass_kg: f64,
+    place_in_body_m: Vector3<f64>,
+}
+
+impl Payload {
+    /// A payload of a mass in kg at a place in the body frame, in metres.
+    ///
+    /// # Errors
+    /// [`WorldError::Setting`] for a mass that is not above 0, or a place that is nowhere.
+    pub fn new(mass_kg: f64, place_in_body_m: Vector3<f64>) -> Result<Self, WorldError> {
+        if !(mass_kg.is_finite() && mass_kg > 0.0) {
+            return Err(WorldError::Setting {
+                name: "mass_kg",
+                value: mass_kg,
+                range: "finite and above 0",
+            });
+        }
+        if let Some(bad) = place_in_body_m.iter().find(|x| !x.is_finite()) {
+            return Err(WorldError::Setting {
+                name: "place_in_body_m",
+                value: *bad,
+                range: "finite",
+            });
+        }
+        Ok(Self {
+            mass_kg,
+            place_in_body_m,
+        })
+    }
+}
+
+/// A push as it stands at the start of the step that it acts in, in the floor's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ActingPush {
+    force_n: Vector3<f64>,
+    /// From the chassis's centre of mass to the place pushed.
+    lever_m: Vector3<f64>,
+}
+
+impl World {
+    /// Pushes the chassis during the next step, and only then. Several pushes add up.
+    pub fn push(&mut self, push: &Push) {
+        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let floor_from_world = self.ground.world_from_floor().inverse();
+        let floor_from_body = self.state.floor_from_chassis.rotation;
+        self.pushes.push(ActingPush {
+            force_n: floor_from_world * push.force_in_world_n,
+            lever_m: floor_from_body * (push.place_in_body_m - center_m),
+        });
+    }
+
+    /// What the chassis carries from now on besides itself; nothing, where nothing is given.
+    ///
+    /// A payload is put on, or taken off, in passing: it has the velocity of its place on the chassis, so that the robot
+    /// moves on as it did. The energy that it has then comes from outside, or goes there.
+    pub fn carry(&mut self, payloads: &[Payload]) {
+        let outside_j = |payload: &Payload| self.payload_energy_j(payload);
+        let gone_j: f64 = self.payloads.iter().map(outside_j).sum();
+        let come_j: f64 = payloads.iter().map(outside_j).sum();
+        self.outside_energy_j += come_j - gone_j;
+
+        let center_before_m = self.robot.chassis.mass.center_of_mass_m;
+        self.robot.chassis.mass = loaded(&self.bare_chassis, payloads);
+        let moved_m = self.robot.chassis.mass.center_of_mass_m - center_before_m;
+        self.state.recenter(moved_m);
+        self.before.recenter(moved_m);
+        self.payloads = payloads.to_vec();
+        self.rebuild();
+    }
+
+    /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have changes nothing.
+    ///
+    /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
+    pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
+        let kinetic_before_j = self.energy().kinetic_j;
+        let hubs = &mut self.assembly.wheels;
+        let Some(state) = hubs
+            .get_mut(wheel)
+            .and_then(|hub| hub.rollers.get_mut(roller))
+        else {
+            return;
+        };
+        state.seize(seized, &self.state.hub_rate_in_hub(wheel));
+        self.rebuild();
+        self.bearing_energy_j += kinetic_before_j - self.energy().kinetic_j;
+    }
+
+    /// Changes how slippery the ground is from now on: everywhere, and in places, later ones over earlier ones. A
+    /// coefficient below 0 counts as 0.
+    pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
+        self.ground.set_friction(friction, patches);
+    }
+
+    /// Energy that pushes and payloads have brought since the start, in J; negative where they took some.
+    pub fn outside_energy_j(&self) -> f64 {
+        self.outside_energy_j
+    }
+
+    /// Hands the pushes of the coming step to rapier.
+    pub(super) fn begin_pushes(&mut self) {
+        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        for push in &self.pushes {
+            chassis.add_force(convert::vector(&push.force_n), false);
+            let torque = push.lever_m.cross(&push.force_n);
+            chassis.add_torque(convert::vector(&torque), false);
+        }
+    }
+
+    /// Takes the pushes of the step off again, and counts their work: force times the mean velocity of the place before
+    /// and after, which is the energy that a constant force gives a body over a step.
+    pub(super) fn end_pushes(&mut self) {
+        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        for push in self.pushes.drain(..) {
+            chassis.reset_forces(false);
+            let torque = push.lever_m.cross(&push.force_n);
+            chassis.add_torque(convert::vector(&-torque), false);
+            let velocity = 0.5 * (self.before.velocity_m_s + self.state.velocity_m_s);
+            let angular = 0.5 * (self.before.angular_rad_s + self.state.angular_rad_s);
+            let of_place = velocity + angular.cross(&push.lever_m);
+            self.outside_energy_j += push.force_n.dot(&of_place) * self.settings.dt_s;
+        }
+    }
+
+    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
+    fn payload_energy_j(&self, payload: &Payload) -> f64 {
+        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let lever_m = self.state.floor_from_chassis.rotation * (payload.place_in_body_m - center_m);
+        let place_m = self.state.floor_from_chassis.translation.vector + lever_m;
+        let velocity_m_s = self.state.velocity_m_s + self.state.angular_rad_s.cross(&lever_m);
+        let up = self.ground.world_from_floor().inverse() * Vector3::z();
+        let height_m = up.dot(&place_m);
+        payload.mass_kg
+            * (0.5 * velocity_m_s.norm_squared() + self.settings.gravity_m_s2 * height_m)
+    }
+}
+
+/// A chassis and what it carries, as one rigid body.
+fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
+    let carried_kg: f64 = payloads.iter().map(|p| p.mass_kg).sum();
+    let mass_kg = bare.mass_kg + carried_kg;
+    let first_moment: Vector3<f64> = payloads
+        .iter()
+        .fold(bare.mass_kg * bare.center_of_mass_m, |sum, payload| {
+            sum + payload.mass_kg * payload.place_in_body_m
+        });
+    let center_of_mass_m = first_moment / mass_kg;
+    // Steiner: a mass at an offset r from the common centre adds m (r^2 1 - r r^T).
+    let about_center = |mass_kg: f64, at_m: &Vector3<f64>| {
+        let r = at_m - center_of_mass_m;
+        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
+    };
+    let inertia_kg_m2 = payloads.iter().fold(
+        bare.inertia_kg_m2 + about_center(bare.mass_kg, &bare.center_of_mass_m),
+        |sum, payload| sum + about_center(payload.mass_kg, &payload.place_in_body_m),
+    );
+    MassProperties {
+        mass_kg,
+        center_of_mass_m,
+        inertia_kg_m2,
+    }
+}
