@@ -198,7 +198,7 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
         "{gained_j} J instead of {own_j} J"
     );
 
-    world.apply(&vec![0.0; 4]);
+    world.apply(&[0.0; 4]);
     world.step();
     let next = world.body().twist_in_body - after.twist_in_body;
     // One step of rolling friction and of contacts that take up the weight: millimetres per second.
