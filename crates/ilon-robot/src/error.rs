@@ -458,13 +458,17 @@ impl Fault {
             Self::MissingElement { child } => {
                 return match *child {
                     "inertia" => "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" \
-                                  izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12"
+                                  izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12. Or let it be \
+                                  mended: `--mend`, or `mend = true` in a scenario's `[robot]`, takes that of a ball"
                         .to_owned(),
                     child => format!("add `<{child}>` to the element"),
                 };
             }
             Self::Repeated { child } => {
-                return format!("keep one `<{child}>` and remove the other");
+                return format!(
+                    "keep one `<{child}>` and remove the other; `--mend`, or `mend = true` in a scenario's `[robot]`, keeps \
+                     the first"
+                );
             }
             Self::NotNumbers { count, .. } => {
                 return format!("write {count} number(s), separated by spaces");
@@ -487,7 +491,8 @@ impl Fault {
                 "write a finite number; a limit that does not exist is left out"
             }
             Self::InertiaNotPositive { .. } | Self::InertiaImpossible { .. } => {
-                "take the inertia from a CAD program, or from the formula of a solid box: ixx = m (y^2 + z^2) / 12"
+                "take the inertia from a CAD program, or from the formula of a solid box: ixx = m (y^2 + z^2) / 12. Or let it \
+                 be mended: `--mend`, or `mend = true` in a scenario's `[robot]`, takes that of a ball of the same mass"
             }
             Self::UnknownGeometry => "give the collision one of these geometries",
             Self::UnknownJointType { .. } => {
@@ -505,11 +510,12 @@ impl Fault {
                 "a wheel is a continuous joint with three or more continuous roller joints below it, on a ring"
             }
             Self::NoRollers { .. } => {
-                "say in `[robot.wheels]` which rollers they carry, and they are put in"
+                "say which rollers they carry, and they are put in: `--rollers 12 --gamma-x-deg 45`, or `[robot.wheels]` in \
+                 a scenario"
             }
             Self::Steered { .. } => {
-                "steered wheels need another tool; if these stand for Swedish wheels, name their joints in \
-                 `[robot.wheels]` to hold the upright joints and put rollers in"
+                "steered wheels need another tool; if these stand for Swedish wheels, name their joints with `--wheels`, or in \
+                 a scenario's `[robot.wheels]`, to hold the upright joints and put rollers in"
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
             Self::ChassisBelowFloor { .. } => {
@@ -541,7 +547,8 @@ impl Fault {
             Self::NotInX { .. } => "give gamma for each wheel instead: `gamma.each_deg = [...]`",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersHaveGaps { .. } => {
-                "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
+                "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma). Or let it be mended: \
+                 `--mend`, or `mend = true` in a scenario's `[robot]`, makes them so long"
             }
             Self::UnevenWheels { .. } => {
                 "let all wheels reach the same height in the frame of the root link"

@@ -94,7 +94,7 @@ fn of_the_good_robot_only_what_is_not_read_is_remarked() {
     r#"<limit effort="1" velocity="20"/><limit effort="2" velocity="20"/>"#,
     r#"<limit effort="2""#,
     "joint `wheel_1`, `<limit>`: `<limit>` stands here a second time",
-    "keep one `<limit>` and remove the other"
+    "keep one `<limit>` and remove the other; `--mend`, or `mend = true` in a scenario's `[robot]`, keeps the first"
 )]
 #[case::unexpanded_value(
     r#"<mass value="5"/>"#,

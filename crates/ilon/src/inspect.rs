@@ -1,7 +1,7 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
 use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
-use ilon_robot::{Robot, Wheel};
+use ilon_robot::{Loaded, Robot, Wheel, WheelOutline};
 use serde::Serialize;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
@@ -30,7 +30,10 @@ pub struct Inspection {
     pub decoupling_point_m: Option<[f64; 2]>,
     /// How fast the robot can be within its wheels' rates; `None` where they have no limit.
     pub speed_limits: Option<SpeedLimits>,
-    /// What of the file was ignored, assumed or doubted.
+    /// The outline of each wheel as its file models it, beside the wheel that was fitted to it; empty where rollers were
+    /// put in.
+    pub outlines: Vec<WheelOutline>,
+    /// What of the file was ignored, mended, assumed or doubted.
     pub remarks: Vec<String>,
 }
 
@@ -73,7 +76,18 @@ pub struct SpeedLimits {
 }
 
 impl Inspection {
-    /// Looks at a robot, even one that cannot be controlled.
+    /// Looks at a robot as it was read, even one that cannot be controlled.
+    ///
+    /// # Errors
+    /// [`ControlError::TooFewWheels`].
+    pub fn of_loaded(loaded: &Loaded) -> Result<Self, ControlError> {
+        Ok(Self {
+            outlines: loaded.outlines.clone(),
+            ..Self::of(&loaded.robot)?
+        })
+    }
+
+    /// Looks at a robot of which only the model is known, not how well its file models it.
     ///
     /// # Errors
     /// [`ControlError::TooFewWheels`].
@@ -106,6 +120,7 @@ impl Inspection {
             speed_limits: kinematics
                 .map(|kinematics| control::SpeedLimits::new(&kinematics, &limits_rad_s))
                 .and_then(|limits| SpeedLimits::of(&limits)),
+            outlines: Vec::new(),
             remarks: robot
                 .remarks
                 .iter()

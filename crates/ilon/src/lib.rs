@@ -16,12 +16,14 @@
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
+//! | [`drawing`] | a robot as a picture from above |
 //! | [`mod@bench`] | how right and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`cli`] | the `ilon` command |
 
 pub mod bench;
 pub mod cli;
+pub mod drawing;
 mod error;
 pub mod inspect;
 pub mod judge;

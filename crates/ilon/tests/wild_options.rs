@@ -143,6 +143,66 @@ fn a_scenario_puts_rollers_into_plain_wheels_and_drives_sideways() {
 }
 
 #[test]
+fn inspect_puts_rollers_into_plain_wheels_and_draws_them() {
+    let bench = Bench::new();
+    bench.write("base.urdf", &base(CYLINDER));
+    let x = bench.ilon(&[
+        "inspect",
+        "base.urdf",
+        "--mend",
+        "--rollers",
+        "9",
+        "--gamma-x-deg",
+        "45",
+        "--svg",
+        "base.svg",
+        "--json",
+    ]);
+    let wheels = json(&x)["wheels"].clone();
+    let gammas_deg = |wheels: &serde_json::Value| -> Vec<i64> {
+        let each = wheels.as_array().unwrap().iter();
+        each.map(|w| w["gamma_rad"].as_f64().unwrap().to_degrees().round() as i64)
+            .collect()
+    };
+    assert_eq!(gammas_deg(&wheels), [-45, 45, 45, -45]);
+    assert_eq!(wheels[0]["rollers"], 9);
+    let svg = std::fs::read_to_string(bench.path("base.svg")).unwrap();
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    let texts: Vec<&str> = picture
+        .descendants()
+        .filter_map(|n| n.text())
+        .map(str::trim)
+        .collect();
+    for text in ["fl", "rr", "b\u{2084}", "\u{3b3} -45.0\u{b0}"] {
+        assert!(texts.contains(&text), "{text}: {texts:?}");
+    }
+
+    let each = bench.ilon(&[
+        "inspect",
+        "base.urdf",
+        "--mend",
+        "--rollers",
+        "7",
+        "--wheels",
+        "fl,fr,rr",
+        "--gamma-deg",
+        "-30,30,45",
+        "--json",
+    ]);
+    assert_eq!(gammas_deg(&json(&each)["wheels"]), [-30, 30, 45]);
+
+    // Rollers want an angle, and an angle wants rollers.
+    for lone in [
+        ["--rollers", "9"],
+        ["--gamma-x-deg", "45"],
+        ["--wheels", "fl"],
+    ] {
+        let refused = bench.ilon(&["inspect", "base.urdf", lone[0], lone[1]]);
+        assert_eq!(refused.status.code(), Some(2), "{lone:?}");
+    }
+}
+
+#[test]
 fn the_scenario_schema_refuses_what_rollers_cannot_be() {
     let bench = Bench::new();
     bench.write("robots/base.urdf", &base(CYLINDER));

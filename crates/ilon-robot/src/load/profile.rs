@@ -40,6 +40,14 @@ impl Profile {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// The part that reaches furthest in a unit direction with component `w` along the axis.
+    pub(super) fn furthest(&self, w: f64) -> Part {
+        let across = (1.0 - w * w).max(0.0).sqrt();
+        let reach = |p: &Part| p.t_m * w + p.ring_m * across + p.ball_m;
+        let furthest = |a: Part, b: &Part| if reach(b) > reach(&a) { *b } else { a };
+        self.parts.iter().skip(1).fold(self.parts[0], furthest)
+    }
+
     /// First and last place along the axis that has a part.
     pub(super) fn span_m(&self) -> (f64, f64) {
         self.parts

@@ -161,7 +161,7 @@ pub(super) fn measure(
     handover.remark(&joint.name, radius_m, remarks);
     remark_motor(&joint.name, &joint.limits, remarks);
 
-    let modelled: Vec<modelled::Modelled> = seen
+    let mut modelled: Vec<modelled::Modelled> = seen
         .into_iter()
         .map(|s| modelled::Modelled {
             foot_in_hub_m: s.skew.foot.coords - Vector3::z() * middle_z_m,
@@ -169,11 +169,14 @@ pub(super) fn measure(
             profile: s.profile,
         })
         .collect();
+    let place_rad = |m: &modelled::Modelled| m.foot_in_hub_m.y.atan2(m.foot_in_hub_m.x);
+    modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
     let outline = modelled::outline(&joint.name, radius_m, &modelled, &handover);
     // Of lone spheres it is said already.
     if lone_spheres == 0 {
-        outline.remark(remarks);
+        outline.remark_rolling(remarks);
     }
+    remark_crowd(&joint.name, &rollers, remarks);
     loading.outlines.push(outline);
     Ok(Wheel {
         name: joint.name.clone(),
@@ -185,6 +188,29 @@ pub(super) fn measure(
         motor: joint.limits,
         joint: joint.losses,
     })
+}
+
+/// Says where rollers run into each other at their middles. That their ends do is the rule in one closed row.
+fn remark_crowd(wheel: &str, rollers: &[Roller], remarks: &mut Vec<Remark>) {
+    let neighbours = rollers.iter().zip(rollers.iter().cycle().skip(1));
+    let closest = neighbours
+        .map(|(p, q)| {
+            let apart_m = (p.center_in_hub_m - q.center_in_hub_m).norm();
+            (apart_m, p.radius_m + q.radius_m)
+        })
+        .min_by(|p, q| (p.0 - p.1).total_cmp(&(q.0 - q.1)));
+    if let Some((apart_m, thick_m)) = closest.filter(|(apart_m, thick_m)| *apart_m < 0.99 * thick_m)
+    {
+        remarks.push(remark(
+            format!("wheel `{wheel}`"),
+            format!(
+                "neighbouring rollers stand {:.2} mm apart, but are {:.2} mm thick: they run into each other, which here \
+                 does nothing, but jams wheels in simulators where rollers collide. Make them slimmer, or use fewer",
+                1e3 * apart_m,
+                1e3 * thick_m
+            ),
+        ));
+    }
 }
 
 /// Says which limits of a motor are missing.

@@ -48,11 +48,11 @@ impl Table {
         });
     }
 
-    /// A row of words.
+    /// A row of words, of which some may be numbers.
     pub fn words(&mut self, name: &str, words: &[String]) {
         self.lines.push(Line::Row {
             name: name.to_owned(),
-            values: words.to_vec(),
+            values: words.iter().cloned().map(unsigned_zero).collect(),
             unit: String::new(),
         });
     }
@@ -62,7 +62,7 @@ impl Table {
 fn unsigned_zero(text: String) -> String {
     let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     match text.strip_prefix('-') {
-        Some(digits) if is_zero => digits.to_owned(),
+        Some(digits) if is_zero && !digits.is_empty() => digits.to_owned(),
         _ => text,
     }
 }

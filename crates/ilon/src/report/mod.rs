@@ -17,6 +17,7 @@ use std::path::Path;
 use ilon_trace::file::write_text;
 use ilon_trace::{Settings, Summary, Trace, TraceError};
 
+use crate::drawing;
 use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, wheels};
 use page::{Head, Section, card, escape, grid, panels};
@@ -174,8 +175,20 @@ fn wheels_section(trace: &Trace) -> Section {
         id: "wheels",
         title: "Wheels",
         lead: String::new(),
-        body: format!("<div class=\"grid\">\n{rates}{rest}</div>\n"),
+        body: format!(
+            "<div class=\"grid\">\n{rates}{rest}{}</div>\n",
+            robot_from_above(trace)
+        ),
     }
+}
+
+/// The robot itself: where its wheels sit and which way their rollers lie.
+fn robot_from_above(trace: &Trace) -> String {
+    format!(
+        "<figure class=\"whole\"><figcaption><h3>The robot from above</h3><p>At rest, in the body frame: chassis, wheels, \
+         the axes of the rollers on the ground, and the vectors b of equation (2).</p></figcaption>\n{}</figure>\n",
+        drawing::svg_of_trace(&trace.header)
+    )
 }
 
 fn contacts_section(trace: &Trace, summary: &Summary) -> Section {
