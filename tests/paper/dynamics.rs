@@ -22,9 +22,7 @@ fn torques_for(model: &DynamicModel, twist_rate: Twist) -> Vec<f64> {
 fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, Twist) {
     let settings = Settings::default();
     let model_settings = DynamicsSettings {
-        // The world's rollers carry an armature of this many times their own inertia.
-        roller_armature_kg_m2: settings.roller_armature_ratio
-            * robot.wheels[0].rollers[0].axial_inertia_kg_m2,
+        roller_armature_ratio: settings.roller_armature_ratio,
         ..DynamicsSettings::default()
     };
     let model = DynamicModel::new(robot, &model_settings).unwrap();

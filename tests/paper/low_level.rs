@@ -14,16 +14,15 @@ use crate::robots::shipped;
 /// A low-level law: torques from targets, rates, limits and period.
 type Law<'a> = Box<dyn FnMut(&[f64], &[f64], &[TorqueRange], f64) -> Vec<f64> + 'a>;
 
-fn dynamics(robot: &Robot, settings: &Settings) -> DynamicsSettings {
+fn dynamics(settings: &Settings) -> DynamicsSettings {
     DynamicsSettings {
-        roller_armature_kg_m2: settings.roller_armature_ratio
-            * robot.wheels[0].rollers[0].axial_inertia_kg_m2,
+        roller_armature_ratio: settings.roller_armature_ratio,
         ..DynamicsSettings::default()
     }
 }
 
 fn computed_torque(robot: &Robot, settings: &Settings) -> Law<'static> {
-    let model = DynamicModel::new(robot, &dynamics(robot, settings)).unwrap();
+    let model = DynamicModel::new(robot, &dynamics(settings)).unwrap();
     let law_settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,
         target_filter_s: 0.0,
@@ -42,7 +41,7 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static
         friction,
         gravity_m_s2: 9.81,
     };
-    let mut law = PrioritisedTorque::new(robot, &dynamics(robot, settings), &law_settings).unwrap();
+    let mut law = PrioritisedTorque::new(robot, &dynamics(settings), &law_settings).unwrap();
     Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
 }
 

@@ -4,3 +4,4 @@
 mod dynamics;
 mod low_level;
 mod robots;
+mod section_iv;

@@ -50,8 +50,9 @@ use crate::{ControlError, Kinematics};
 pub struct DynamicsSettings {
     /// Inertia that each wheel's motor and gear add to the wheel, at the wheel, in kg m^2.
     pub wheel_armature_kg_m2: f64,
-    /// Inertia added to each roller's bearing, in kg m^2: zero on a real robot; a simulated one may need a little.
-    pub roller_armature_kg_m2: f64,
+    /// Inertia added to each roller's bearing, as a multiple of the roller's own about its axis: zero on a real robot; a
+    /// simulated one may need a little.
+    pub roller_armature_ratio: f64,
 }
 
 /// I, C(omega) and F of eq. (11), and what they are made of.
@@ -89,9 +90,9 @@ impl DynamicModel {
             "the wheel's armature in kg m^2",
             settings.wheel_armature_kg_m2,
         )?;
-        let roller_armature = not_negative(
-            "the roller's armature in kg m^2",
-            settings.roller_armature_kg_m2,
+        let armature_ratio = not_negative(
+            "the roller's armature over its own inertia",
+            settings.roller_armature_ratio,
         )?;
         let kinematics = Kinematics::new(robot)?;
         let n = kinematics.wheel_count();
@@ -114,6 +115,7 @@ impl DynamicModel {
             in_space[h] += spin.roller_on_axis;
             inertia[(h, h)] += spin.wheel_inertia_kg_m2 + wheel_armature;
             inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
+            let roller_armature = armature_ratio * spin.roller_inertia_kg_m2;
             inertia += against_hub.transpose() * against_hub * roller_armature;
             roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
         }

@@ -8,6 +8,7 @@
 //!
 //! From the outside in, one control step reads:
 //!
+//! 0. [`PoseFilter`] says where the robot is, from wheel odometry and late, noisy poses (section IV).
 //! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
 //! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel, or [`ComputedTorque::update`] all wheels
@@ -69,6 +70,7 @@ mod guidance;
 mod kinematics;
 mod loads;
 mod motor;
+mod pose_filter;
 mod prioritised_torque;
 mod priority;
 mod reference;
@@ -86,6 +88,7 @@ pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Prior
 pub use kinematics::Kinematics;
 pub use loads::WheelLoads;
 pub use motor::{Motor, MotorCurve, TorqueRange};
+pub use pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares};
 pub use priority::{Task, TaskShare, share_capacity, sigma};
 pub use reference::{Desired, Heading, Reference};

@@ -7,9 +7,9 @@ mod fixtures;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, DynamicsSettings,
-    Gain, Guidance, GuidanceSettings, Heading, Kinematics, Motor, MotorCurve, PrioritisedTorque,
-    PrioritisedTorqueSettings, Priority, Reference, Saturation, TorqueRange, WheelGains, WheelLoop,
-    WheelLoopSettings,
+    Gain, Guidance, GuidanceSettings, Heading, Kinematics, Motor, MotorCurve, PoseFilter,
+    PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference,
+    Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
 use nalgebra::Vector2;
@@ -70,6 +70,15 @@ fn a_control_step_allocates_nothing() {
         let mut guidance = Guidance::new(kinematics.clone(), &settings).unwrap();
         let (mut angles, mut rates) = ([0.0; 4], [0.0; 4]);
         let mut spins = [0.0; 4];
+        let filter_settings = PoseFilterSettings {
+            measured_position_m: 0.02,
+            measured_heading_rad: 0.03,
+            drift_position_m: 0.01,
+            drift_heading_rad: 0.02,
+            size_m: 0.22,
+            memory: 8,
+        };
+        let mut filter = PoseFilter::new(0.0, Pose::default(), &filter_settings).unwrap();
         assert_no_alloc(|| {
             for k in 0..200 {
                 let t_s = 0.03 * f64::from(k);
@@ -81,6 +90,9 @@ fn a_control_step_allocates_nothing() {
                     y_m: 0.1,
                     heading_rad: t_s,
                 };
+                filter.predict(t_s, twist.scaled(0.03));
+                // Taken amid a step: the step is split.
+                let _ = filter.correct(t_s - 0.1, &seen);
                 let _ = guidance.update(&seen, &desired);
                 let targets = &guidance
                     .update_on_contact(&seen, &desired, &contact)

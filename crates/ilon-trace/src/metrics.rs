@@ -66,6 +66,13 @@ pub struct Summary {
     /// The time from which on the heading error stays below its threshold, in seconds.
     pub heading_converged_s: Option<f64>,
 
+    /// Rms distance of the pose that the robot takes for its own from the real one, in metres.
+    pub seen_position_error_rms_m: Option<f64>,
+    /// Rms difference of the heading that the robot takes for its own from the real one, in radians.
+    pub seen_heading_error_rms_rad: Option<f64>,
+
+    /// Rms difference of commanded and real wheel rate, over all wheels, in rad/s.
+    pub wheel_rate_error_rms_rad_s: Option<f64>,
     /// The largest commanded wheel rate of any wheel, its magnitude, in rad/s.
     pub wheel_rate_command_max_rad_s: Option<f64>,
     /// The largest wheel torque of any wheel, its magnitude, in N m.
@@ -156,6 +163,13 @@ impl Summary {
         let odometry_ideal = odometry::ideal_drift(trace);
         let samples = || (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
         let last = trace.records().last();
+        let seen = || {
+            trace.records().iter().map(|record| {
+                let (seen, truth) = (record.seen_pose, record.truth.pose);
+                let off_m = (seen.position_m() - truth.position_m()).norm();
+                (off_m, wrap_angle(seen.heading_rad - truth.heading_rad))
+            })
+        };
         Self {
             scenario: header.scenario_name.clone(),
             robot: header.robot_name.clone(),
@@ -171,6 +185,9 @@ impl Summary {
             heading_error_final_rad: heading.last().copied(),
             position_converged_s: converged_s(trace, &position, settings.position_threshold_m),
             heading_converged_s: converged_s(trace, &heading, settings.heading_threshold_rad),
+            seen_position_error_rms_m: slip::rms(seen().map(|(off_m, _)| off_m)),
+            seen_heading_error_rms_rad: slip::rms(seen().map(|(_, off_rad)| off_rad)),
+            wheel_rate_error_rms_rad_s: slip::rms(samples().map(|s| s.target_rad_s - s.rate_rad_s)),
             wheel_rate_command_max_rad_s: samples().map(|s| s.target_rad_s.abs()).reduce(f64::max),
             wheel_torque_max_n_m: samples().map(|s| s.torque_n_m.abs()).reduce(f64::max),
             saturated_share: saturated_share(trace),

@@ -500,3 +500,27 @@ fn a_push_of_no_duration_and_a_payload_of_no_mass() {
         assert_eq!(bench.refused(&[]).what, what);
     }
 }
+
+#[test]
+fn a_filter_that_trusts_odometry_less_than_not_at_all() {
+    let bench = Bench::new();
+    bench.spoil(
+        "scenario.toml",
+        "[run]",
+        "[sensors.fusion]\nposition_drift_m = -0.01\n\n[run]",
+    );
+    assert_eq!(
+        bench.refused(&[]),
+        told(
+            "`sensors.fusion.position_drift_m` is -0.01, but must be 0 or more",
+            "scenario.toml:9:20",
+            "write a number that is 0 or more"
+        )
+    );
+    assert_eq!(
+        Bench::new()
+            .refused(&["--set", "sensors.fusion.drift_m=1"])
+            .what,
+        "unknown key `sensors.fusion.drift_m`"
+    );
+}

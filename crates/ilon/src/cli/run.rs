@@ -92,6 +92,21 @@ fn summary_table(run: &Run) -> String {
             "deg",
         );
         table.row("heading under 3 deg from", s.heading_converged_s, 2, "s");
+        // Of sensors that see the truth there is nothing to say.
+        if s.seen_position_error_rms_m > Some(0.0) {
+            table.row(
+                "pose seen is off by, rms",
+                mm(s.seen_position_error_rms_m),
+                2,
+                "mm",
+            );
+            table.row(
+                "heading seen is off by, rms",
+                deg(s.seen_heading_error_rms_rad),
+                3,
+                "deg",
+            );
+        }
     } else {
         table.heading("twist: real, ideal by equation (7), by the touching rollers");
         let means = [s.twist_mean, s.twist_ideal_mean, s.twist_contact_mean];
@@ -113,6 +128,7 @@ fn summary_table(run: &Run) -> String {
         3,
         "rad/s",
     );
+    table.row("rate error, rms", s.wheel_rate_error_rms_rad_s, 3, "rad/s");
     table.row("largest torque", s.wheel_torque_max_n_m, 3, "N m");
     table.row("hub ripple", mm(s.hub_ripple_m), 4, "mm");
 

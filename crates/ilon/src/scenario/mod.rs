@@ -25,7 +25,7 @@ pub use load::Setting;
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use robot::{Gamma, Robot, RollerBodies, Wheels};
 pub use run::{Auto, Run, Step};
-pub use sensors::{Encoders, PoseSensor, Sensors};
+pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use wheels::{DcMotor, Motors, WheelLaw, WheelLoop};
 pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
 

@@ -14,6 +14,33 @@ pub struct Sensors {
     pub pose: PoseSensor,
     /// Where the wheel rates come from.
     pub encoders: Encoders,
+    /// Joins poses and wheel odometry in an extended Kalman filter, each pose at the time at which it was taken. Without
+    /// it the robot takes the newest pose that has arrived for its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fusion: Option<Fusion>,
+}
+
+/// How far the filter trusts the wheels. How far it trusts the poses is their own noise.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "FusionSection")]
+pub struct Fusion {
+    /// Standard deviation of x, and y, by odometry after the wheels have rolled 1 m, in metres; it grows with the root of
+    /// the way.
+    #[schemars(range(min = 0.0))]
+    pub position_drift_m: f64,
+    /// Standard deviation of the heading by odometry after the wheels have rolled 1 m, in degrees.
+    #[schemars(range(min = 0.0))]
+    pub heading_drift_deg: f64,
+}
+
+impl Default for Fusion {
+    fn default() -> Self {
+        Self {
+            position_drift_m: 0.01,
+            heading_drift_deg: 1.0,
+        }
+    }
 }
 
 /// A sensor that sees the robot's pose, such as a camera.

@@ -26,7 +26,7 @@ enum Law {
 impl Drive {
     /// The drive of a scenario; the gains that it chooses are written into the scenario.
     pub fn new(scenario: &mut Scenario, robot: &Robot, physics_dt_s: f64) -> Result<Self, Error> {
-        let model = DynamicModel::new(robot, &dynamics_settings(scenario, robot))?;
+        let model = DynamicModel::new(robot, &dynamics_settings(scenario))?;
         let law = match scenario.wheel_loop.law {
             WheelLaw::Pid => {
                 let section = &mut scenario.wheel_loop;
@@ -114,15 +114,15 @@ fn pid(
     Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)
 }
 
-/// The model's settings: the roller armature of the simulated robot, that of its heaviest roller.
-fn dynamics_settings(scenario: &Scenario, robot: &Robot) -> DynamicsSettings {
-    let armature_ratio = scenario.world.solver.roller_armature_ratio.unwrap_or(0.0);
-    let rollers = robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
-    let heaviest_kg_m2 = rollers
-        .map(|roller| roller.axial_inertia_kg_m2)
-        .fold(0.0, f64::max);
+/// The model's settings: the roller armature of the simulated robot.
+fn dynamics_settings(scenario: &Scenario) -> DynamicsSettings {
+    let defaults = ilon_world::Settings::default();
     DynamicsSettings {
-        roller_armature_kg_m2: armature_ratio * heaviest_kg_m2,
+        roller_armature_ratio: scenario
+            .world
+            .solver
+            .roller_armature_ratio
+            .unwrap_or(defaults.roller_armature_ratio),
         ..DynamicsSettings::default()
     }
 }

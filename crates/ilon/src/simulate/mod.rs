@@ -5,6 +5,7 @@ mod disturbances;
 mod drive;
 mod faults;
 mod floor;
+mod fusion;
 mod pilot;
 mod recorder;
 mod sensors;
@@ -144,7 +145,12 @@ impl Simulation {
             controller,
         )?;
         let drive = Drive::new(&mut scenario, robot, physics_dt_s)?;
-        let sensors = Sensors::new(&scenario.sensors, start, robot.wheels.len());
+        let sensors = Sensors::new(
+            &scenario.sensors,
+            start,
+            &kinematics,
+            scenario.run.control_dt_s,
+        )?;
 
         let mut warnings: Vec<String> = robot
             .remarks

@@ -1,7 +1,8 @@
-//! What the robot sees of its own motion: the truth, late, now and then, and with noise.
+//! What the robot sees of its own motion: the truth, late, now and then, and with noise; and what it makes of that.
 
 use std::collections::VecDeque;
 
+use ilon_control::Kinematics;
 use ilon_robot::{Pose, wrap_angle};
 use ilon_world::World;
 use rand_chacha::ChaCha8Rng;
@@ -9,12 +10,13 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::faults::Faults;
-use crate::scenario;
+use super::fusion::Fusion;
+use crate::{Error, scenario};
 
 /// What the robot knows at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
-    /// The newest pose that has arrived.
+    /// The newest pose that has arrived; with fusion, the pose now by the filter.
     pub pose: Pose,
     /// The wheels' rates, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
@@ -37,13 +39,21 @@ impl Seen {
 pub(super) struct Sensors {
     pose: scenario::PoseSensor,
     rate_noise_rad_s: f64,
-    /// Poses taken but not yet arrived, with the time at which they arrive.
-    on_the_way: VecDeque<(f64, Pose)>,
+    /// Poses taken but not yet arrived.
+    on_the_way: VecDeque<Taken>,
     poses_taken: u64,
+    fusion: Option<Fusion>,
     seen: Seen,
     miscounts: Vec<Miscount>,
     pose_noise: ChaCha8Rng,
     encoder_noise: ChaCha8Rng,
+}
+
+/// A pose on its way from the sensor to the robot.
+struct Taken {
+    taken_s: f64,
+    arrives_s: f64,
+    pose: Pose,
 }
 
 /// What an encoder that counted wrong has lost or gained.
@@ -59,24 +69,44 @@ struct Miscount {
 const TIME_SLACK_S: f64 = 1e-9;
 
 impl Sensors {
-    /// Sensors that know the start.
-    pub fn new(section: &scenario::Sensors, start: Pose, wheel_count: usize) -> Self {
+    /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of `control_dt_s`.
+    ///
+    /// # Errors
+    /// [`Error::Control`] for a filter that cannot be.
+    pub fn new(
+        section: &scenario::Sensors,
+        start: Pose,
+        kinematics: &Kinematics,
+        control_dt_s: f64,
+    ) -> Result<Self, Error> {
+        let wheel_count = kinematics.wheel_count();
+        let fusion = match &section.fusion {
+            Some(fusion) => Some(Fusion::new(
+                fusion,
+                &section.pose,
+                start,
+                kinematics,
+                control_dt_s,
+            )?),
+            None => None,
+        };
         // One stream of random numbers a sensor, so that a change of one leaves the others' noise as it was.
         let stream = |number| {
             let mut rng = ChaCha8Rng::seed_from_u64(section.seed);
             rng.set_stream(number);
             rng
         };
-        Self {
+        Ok(Self {
             pose: section.pose.clone(),
             rate_noise_rad_s: section.encoders.rate_noise_rad_s,
             on_the_way: VecDeque::new(),
             poses_taken: 0,
+            fusion,
             seen: Seen::at(start, wheel_count),
             miscounts: vec![Miscount::default(); wheel_count],
             pose_noise: stream(1),
             encoder_noise: stream(2),
-        }
+        })
     }
 
     /// Looks at the world at a physics step.
@@ -89,14 +119,12 @@ impl Sensors {
             self.poses_taken += 1;
             let pose = self.noisy(faults.pose(t_s, world.body().pose));
             if !faults.pose_is_lost(t_s) {
-                self.on_the_way.push_back((t_s + self.pose.latency_s, pose));
+                self.on_the_way.push_back(Taken {
+                    taken_s: t_s,
+                    arrives_s: t_s + self.pose.latency_s,
+                    pose,
+                });
             }
-        }
-        while let Some((arrives_s, pose)) = self.on_the_way.front()
-            && *arrives_s <= t_s + TIME_SLACK_S
-        {
-            self.seen.pose = *pose;
-            self.on_the_way.pop_front();
         }
         for (wheel, miscount) in self.miscounts.iter_mut().enumerate() {
             let (angle_rad, rate_rad_s) = (
@@ -109,6 +137,31 @@ impl Sensors {
             self.seen.wheel_angles_rad[wheel] = angle_rad + miscount.off_rad;
             let noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
             self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + noise_rad_s);
+        }
+        self.receive(t_s, control_is_due);
+    }
+
+    /// Takes in the poses that have arrived, and reckons on where the robot joins them with odometry.
+    fn receive(&mut self, t_s: f64, control_is_due: bool) {
+        if let Some(fusion) = &mut self.fusion
+            && control_is_due
+        {
+            fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+        }
+        while let Some(taken) = self.on_the_way.front()
+            && taken.arrives_s <= t_s + TIME_SLACK_S
+        {
+            match &mut self.fusion {
+                Some(fusion) => {
+                    fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+                    fusion.correct(taken.taken_s, &taken.pose);
+                }
+                None => self.seen.pose = taken.pose,
+            }
+            self.on_the_way.pop_front();
+        }
+        if let Some(fusion) = &self.fusion {
+            self.seen.pose = fusion.pose();
         }
     }
 

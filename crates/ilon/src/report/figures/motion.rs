@@ -20,6 +20,10 @@ pub(in crate::report) fn path(trace: &Trace) -> Figure {
     }
     let truth: Vec<_> = records.iter().map(|r| r.truth.pose).collect();
     curves.push(way("driven", &truth, solid("@real").width(2.4)));
+    if sees_otherwise(trace) {
+        let seen: Vec<_> = records.iter().map(|r| r.seen_pose).collect();
+        curves.push(way("as the robot saw it", &seen, dotted("@contact")));
+    }
     let arrows = heading_arrows(&truth);
     curves
         .push(exact_curve("heading", arrows.into_iter(), solid("@real").width(1.4)).opacity(0.75));
@@ -42,40 +46,45 @@ pub(in crate::report) fn path(trace: &Trace) -> Figure {
 
 /// Position and heading error over time; `None` without a reference.
 pub(in crate::report) fn errors(trace: &Trace, settings: &Settings) -> Vec<Figure> {
-    let with_reference = || {
-        let records = trace.records().iter();
-        records.filter_map(|r| r.desired.map(|d| (r.t_s, d.pose, r.truth.pose)))
-    };
-    if with_reference().next().is_none() {
+    let real = tracking(trace, |r| r.truth.pose);
+    if real.is_empty() {
         return Vec::new();
     }
-    let position = with_reference()
-        .map(|(t, desired, truth)| (t, (desired.position_m() - truth.position_m()).norm()));
-    let heading = with_reference().map(|(t, desired, truth)| {
-        (
-            t,
-            wrap_angle(desired.heading_rad - truth.heading_rad).to_degrees(),
-        )
-    });
+    let drawn = |of: fn(&Off) -> f64, name: &str| {
+        let over_time = |offs: &[Off]| -> Vec<(f64, f64)> {
+            offs.iter().map(|off| (off.t_s, of(off))).collect()
+        };
+        let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+        if sees_otherwise(trace) {
+            let seen = over_time(&tracking(trace, |r| r.seen_pose));
+            let pen = solid("@contact").width(1.0);
+            curves.push(curve("as the robot saw it", seen.into_iter(), pen));
+        }
+        curves.push(curve(name, over_time(&real).into_iter(), solid("@real")));
+        curves
+    };
     let position_threshold_m = settings.position_threshold_m;
     let heading_threshold_deg = settings.heading_threshold_rad.to_degrees();
+    let mut position_curves = drawn(|off| off.position_m, "position error");
+    position_curves.push(level(
+        trace,
+        "threshold",
+        position_threshold_m,
+        dotted("@limit"),
+    ));
+    let mut heading_curves = drawn(|off| off.heading_deg, "heading error");
+    heading_curves.extend([
+        level(trace, "threshold", heading_threshold_deg, dotted("@limit"))
+            as Box<dyn plotly::Trace>,
+        level(trace, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
+    ]);
     let position_plot = plot(
-        vec![
-            curve("position error", position, solid("@real")),
-            level(trace, "threshold", position_threshold_m, dotted("@limit")),
-        ],
+        position_curves,
         Layout::new()
             .x_axis(axis("t in s"))
             .y_axis(axis("distance in m").range_mode(plotly::layout::RangeMode::ToZero)),
     );
-    let heading_plot = plot(
-        vec![
-            curve("heading error", heading, solid("@real")),
-            level(trace, "threshold", heading_threshold_deg, dotted("@limit")),
-            level(trace, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
-        ],
-        layout("t in s", "angle in deg"),
-    );
+    let heading_plot = plot(heading_curves, layout("t in s", "angle in deg"));
     vec![
         Figure {
             id: "position-error".to_owned(),
@@ -103,6 +112,32 @@ pub(in crate::report) fn errors(trace: &Trace, settings: &Settings) -> Vec<Figur
             plot: heading_plot,
         },
     ]
+}
+
+/// How far a pose is off the reference.
+struct Off {
+    t_s: f64,
+    position_m: f64,
+    heading_deg: f64,
+}
+
+/// How far a pose is off the reference at every step that has one.
+fn tracking(trace: &Trace, pose: fn(&Record) -> Pose) -> Vec<Off> {
+    let records = trace.records().iter();
+    let with_reference = records.filter_map(|r| Some((r.t_s, r.desired?.pose, pose(r))));
+    with_reference
+        .map(|(t_s, desired, pose)| Off {
+            t_s,
+            position_m: (desired.position_m() - pose.position_m()).norm(),
+            heading_deg: wrap_angle(desired.heading_rad - pose.heading_rad).to_degrees(),
+        })
+        .collect()
+}
+
+/// Whether what the robot takes for its pose is ever another than the real one.
+fn sees_otherwise(trace: &Trace) -> bool {
+    let records = trace.records();
+    records.iter().any(|r| r.seen_pose != r.truth.pose)
 }
 
 /// A component of a twist.
