@@ -23,8 +23,14 @@ pub struct WheelContact {
     pub sliding_in_body_m_s: Vector2<f64>,
     /// Coulomb friction coefficient under the roller that pressed hardest.
     pub friction: f64,
-    /// Power that sliding turns into heat, in W.
+    /// Power that sliding turns into heat, in W: the mean over the step, so that it holds what it takes to bring an
+    /// entering roller up to its spin.
     pub slip_power_w: f64,
+    /// Power that the normal forces take, in W: hits that do not bounce, less what pushing rollers out of the ground
+    /// gives back.
+    pub impact_power_w: f64,
+    /// The share of the normal force that the roller which pressed hardest carries: below 1 while two rollers hand over.
+    pub load_share: f64,
     /// Height of the wheel's centre above the floor's plane, in metres.
     pub hub_height_m: f64,
     /// Spin of that roller about its axis against the hub, in rad/s.
@@ -37,8 +43,10 @@ impl WheelContact {
     /// Reads a wheel's contacts out of rapier's narrow phase.
     ///
     /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so
-    /// that a contact which the solver held still reads as still. `rate_of` gives the rate of a degree of freedom of
-    /// the robot's multibody, in rad/s; `anchor_m` is rapier's origin in the floor's frame.
+    /// that a contact which the solver held still reads as still. The work of an impulse is its product with the mean
+    /// of the velocities before and after it, which is exact for a body of constant inertia: the powers are such.
+    /// `rate_of` gives the rate of a degree of freedom of the robot's multibody, in rad/s; `anchor_m` is rapier's
+    /// origin in the floor's frame.
     pub(crate) fn read(
         rapier: &PhysicsWorld,
         anchor_m: Vector3<f64>,
@@ -51,9 +59,13 @@ impl WheelContact {
         let floor_from_hub = before.floor_from_hub(index);
         let hub = floor_from_hub.translation.vector;
         let hub_axis = floor_from_hub.rotation * Vector3::z();
-        let hub_angular = after.angular_rad_s + hub_axis * after.wheel_rates_rad_s[index];
         let center = before.floor_from_chassis.translation.vector;
-        let hub_velocity = after.velocity_m_s + after.angular_rad_s.cross(&(hub - center));
+        // Velocity of a point of the hub as the poses were before the step, with the rates of a state.
+        let carried = |state: &State, at: &Vector3<f64>| {
+            let angular = state.angular_rad_s + hub_axis * state.wheel_rates_rad_s[index];
+            let of_hub = state.velocity_m_s + state.angular_rad_s.cross(&(hub - center));
+            of_hub + angular.cross(&(at - hub))
+        };
 
         let mut contact = WheelContact {
             hub_height_m: after.floor_from_hub(index).translation.vector.z,
@@ -94,17 +106,20 @@ impl WheelContact {
                         };
                         let at = convert::to_f64(rapier_from_ground * on_ground) + anchor_m;
 
-                        let carried = hub_velocity + hub_angular.cross(&(at - hub));
                         let lever = at - roller_center.coords;
                         let surface = roller_axis.cross(&lever);
-                        let velocity = carried + spin_rad_s * surface;
+                        let carried_on = carried(after, &at);
+                        let velocity = carried_on + spin_rad_s * surface;
                         let slip = velocity - up * velocity.dot(&up);
+                        let came = carried(before, &at) + slot.spin_before_rad_s * surface;
+                        let mean = 0.5 * (came + velocity);
 
                         contact.touching = true;
                         contact.normal_force_n += normal_n;
                         force += tangential_n;
                         sliding += normal_n * slip;
-                        contact.slip_power_w -= tangential_n.dot(&slip);
+                        contact.slip_power_w -= tangential_n.dot(&mean);
+                        contact.impact_power_w -= normal_n * up.dot(&mean);
                         if normal_n > hardest_n {
                             hardest_n = normal_n;
                             contact.roller = slot.roller;
@@ -114,7 +129,7 @@ impl WheelContact {
                             let tangent = surface - up * surface.dot(&up);
                             let reach = tangent.norm_squared();
                             contact.roller_spin_ideal_rad_s = if reach > 0.0 {
-                                -carried.dot(&tangent) / reach
+                                -carried_on.dot(&tangent) / reach
                             } else {
                                 0.0
                             };
@@ -126,6 +141,7 @@ impl WheelContact {
         if contact.touching {
             let body_from_floor = before.floor_from_chassis.rotation.inverse();
             contact.force_in_body_n = (body_from_floor * force).xy();
+            contact.load_share = hardest_n / contact.normal_force_n;
             contact.sliding_in_body_m_s = (body_from_floor * sliding / contact.normal_force_n).xy();
         }
         contact

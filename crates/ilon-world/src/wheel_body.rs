@@ -34,6 +34,8 @@ pub(crate) struct Slot {
     pub dof: usize,
     /// The roller it stands for now.
     pub roller: usize,
+    /// Its spin when the step began, in rad/s.
+    pub spin_before_rad_s: f64,
 }
 
 /// A roller's place on its wheel and, while no body carries it, its spin.
@@ -262,6 +264,7 @@ pub(crate) fn insert(
             link: 0,
             dof: 0,
             roller,
+            spin_before_rad_s: 0.0,
         }
     });
     WheelBody {

@@ -40,6 +40,7 @@ pub struct World {
     contacts: Vec<WheelContact>,
     torques_n_m: Vec<f64>,
     slip_energy_j: f64,
+    impact_energy_j: f64,
     motor_energy_j: f64,
     bearing_energy_j: f64,
     outside_energy_j: f64,
@@ -157,6 +158,7 @@ impl World {
             contacts: vec![WheelContact::default(); robot.wheels.len()],
             torques_n_m: vec![0.0; robot.wheels.len()],
             slip_energy_j: 0.0,
+            impact_energy_j: 0.0,
             motor_energy_j: 0.0,
             bearing_energy_j: 0.0,
             outside_energy_j: 0.0,
@@ -196,6 +198,7 @@ impl World {
     pub fn step(&mut self) {
         self.before.copy_from(&self.state);
         self.begin_pushes();
+        self.keep_spins();
         self.rapier.step_with_events(&self.ground, &());
         self.steps += 1;
         self.read_state();
@@ -260,6 +263,12 @@ impl World {
         self.slip_energy_j
     }
 
+    /// Energy that the contacts' normal forces have taken since the start, in J: hits that do not bounce, less what
+    /// pushing rollers out of the ground gave back.
+    pub fn impact_energy_j(&self) -> f64 {
+        self.impact_energy_j
+    }
+
     /// Work of the motors on the wheels since the start, in J; negative where they braked.
     pub fn motor_energy_j(&self) -> f64 {
         self.motor_energy_j
@@ -321,7 +330,8 @@ impl World {
             let rate_rad_s = rate(wheel.hub_dof);
             state.wheel_rates_rad_s[index] = rate_rad_s;
             state.wheel_angles_rad[index] += dt_s * rate_rad_s;
-            self.motor_energy_j += dt_s * self.torques_n_m[index] * rate_rad_s;
+            let mean_rad_s = 0.5 * (self.before.wheel_rates_rad_s[index] + rate_rad_s);
+            self.motor_energy_j += dt_s * self.torques_n_m[index] * mean_rad_s;
         }
     }
 
@@ -335,21 +345,47 @@ impl World {
             let (before, after) = (&self.before, &self.state);
             *contact = WheelContact::read(&self.rapier, anchor_m, wheel, before, after, dt_s, spin);
             self.slip_energy_j += contact.slip_power_w * dt_s;
+            self.impact_energy_j += contact.impact_power_w * dt_s;
+        }
+    }
+
+    /// Notes the spins with which the rollers go into the step.
+    fn keep_spins(&mut self) {
+        let Assembly {
+            wheels, multibody, ..
+        } = &mut self.assembly;
+        let rates = self.rapier.multibody_joints[*multibody].generalized_velocity();
+        for slot in wheels.iter_mut().flat_map(|wheel| &mut wheel.slots) {
+            slot.spin_before_rad_s = f64::from(rates[slot.dof]);
         }
     }
 
     /// Sums what damping and dry friction took out of the joints that rapier solved; rollers without a body are counted
-    /// where they coast.
+    /// where they coast. The torque is that of the rate after the step, with which rapier solves it; its work goes with
+    /// the mean rate.
     fn count_bearings(&mut self) {
-        let power_w = |joint: &ilon_robot::Joint, rate_rad_s: f64| {
-            (joint.damping_n_m_s * rate_rad_s.abs() + joint.friction_n_m) * rate_rad_s.abs()
+        let power_w = |joint: &ilon_robot::Joint, before_rad_s: f64, after_rad_s: f64| {
+            let mean_rad_s = 0.5 * (before_rad_s + after_rad_s);
+            joint.damping_n_m_s * after_rad_s * mean_rad_s + joint.friction_n_m * mean_rad_s.abs()
         };
         let mut lost_w = 0.0;
-        for (body, wheel) in self.assembly.wheels.iter().zip(&self.robot.wheels) {
-            lost_w += power_w(&wheel.joint, self.assembly.rate(&self.rapier, body.hub_dof));
+        for (index, (body, wheel)) in self
+            .assembly
+            .wheels
+            .iter()
+            .zip(&self.robot.wheels)
+            .enumerate()
+        {
+            let before_rad_s = self.before.wheel_rates_rad_s[index];
+            let after_rad_s = self.state.wheel_rates_rad_s[index];
+            lost_w += power_w(&wheel.joint, before_rad_s, after_rad_s);
             for slot in &body.slots {
                 let spin = self.assembly.rate(&self.rapier, slot.dof);
-                lost_w += power_w(&wheel.rollers[slot.roller].joint, spin);
+                lost_w += power_w(
+                    &wheel.rollers[slot.roller].joint,
+                    slot.spin_before_rad_s,
+                    spin,
+                );
             }
         }
         self.bearing_energy_j += lost_w * self.settings.dt_s;
