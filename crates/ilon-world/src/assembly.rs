@@ -128,6 +128,14 @@ impl Assembly {
         }
     }
 
+    /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its bearing's damping.
+    pub fn set_droops(&self, rapier: &mut PhysicsWorld, robot: &Robot, droops_n_m_s: &[f64]) {
+        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
+        for ((body, wheel), droop) in self.wheels.iter().zip(&robot.wheels).zip(droops_n_m_s) {
+            multibody.damping_mut()[body.hub_dof] = (wheel.joint.damping_n_m_s + droop) as Real;
+        }
+    }
+
     fn set_velocities(
         &self,
         rapier: &mut PhysicsWorld,

@@ -19,6 +19,17 @@ pub(crate) struct WheelBody {
     pub slots: Vec<Slot>,
     /// What every roller carries along, in or out of a slot.
     pub rollers: Vec<RollerState>,
+    /// What the bearings of the rollers without a body put on the hub now, in its frame, in N m.
+    pub coasting_torque_in_hub_n_m: Vector3<f64>,
+}
+
+/// What a step of coasting did.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coasted {
+    /// Energy that the bearing took, in J.
+    pub lost_j: f64,
+    /// Torque of the bearing on the hub about the roller's axis, in N m.
+    pub torque_on_hub_n_m: f64,
 }
 
 /// A body that stands for one roller at a time.
@@ -153,14 +164,21 @@ impl RollerState {
 
     /// Lets a roller that touches nothing spin on for `dt_s`: only its bearing acts,
     /// I d(spin)/dt = -damping spin - friction sign(spin), solved exactly for the damping; dry friction never reverses
-    /// the spin. Gives back the energy that the bearing took, in J.
-    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+    /// the spin.
+    ///
+    /// What the bearing takes from the roller it gives to the hub, but for the armature's share, which has no body to
+    /// lose it.
+    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Coasted {
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
         let damped = spin * (-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s).exp();
         let stopping = self.friction_n_m / self.spin_inertia_kg_m2 * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
         self.set_spin(slowed, hub_rate_in_hub_rad_s);
-        0.5 * self.spin_inertia_kg_m2 * (spin * spin - slowed * slowed)
+        let inertia = self.spin_inertia_kg_m2;
+        Coasted {
+            lost_j: 0.5 * inertia * (spin * spin - slowed * slowed),
+            torque_on_hub_n_m: self.carried_share * inertia * (spin - slowed) / dt_s,
+        }
     }
 }
 
@@ -171,11 +189,16 @@ impl RollerState {
 /// spin inertia to the slot, so that moving a slot from one roller to the next moves no momentum. rapier cannot invert
 /// an inertia about one axis alone, so a slot is round and the hub gives up the mean of what it has too much: about
 /// the hub axis, where wheels turn fast, that is exact because all rollers stand at the same angle to it.
-fn hub_mass_properties(wheel: &Wheel, roller_bodies: RollerBodies, slots: usize) -> MassProperties {
-    let parts: &[Roller] = match roller_bodies {
+///
+/// A roller that coasts keeps its axial momentum p = I (c + s) + A s, with c the hub's rate about its axis, s its spin
+/// and A its armature. Of that the hub's own share is I (c + s) = (p + A c) I / (I + A): its bearing gives the hub p's
+/// change over 1 + A/I, see [`RollerState::coast`], and the hub carries I A / (I + A) of inertia about the axis.
+fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> MassProperties {
+    let parts: &[Roller] = match settings.roller_bodies {
         RollerBodies::All => &[],
         RollerBodies::Near => &wheel.rollers,
     };
+    let armature_share = settings.roller_armature_ratio / (1.0 + settings.roller_armature_ratio);
     let mut mass_kg = wheel.hub.mass_kg;
     let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
     for roller in parts {
@@ -192,9 +215,11 @@ fn hub_mass_properties(wheel: &Wheel, roller_bodies: RollerBodies, slots: usize)
     for roller in parts {
         let d = roller.axis_in_hub.into_inner();
         let in_slots = slots as f64 / parts.len() as f64 * roller.axial_inertia_kg_m2;
+        let coasting = roller.axial_inertia_kg_m2 - in_slots;
         inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
             + (roller.transverse_inertia_kg_m2 - in_slots)
-                * (Matrix3::identity() - d * d.transpose());
+                * (Matrix3::identity() - d * d.transpose())
+            + armature_share * coasting * d * d.transpose();
     }
     MassProperties::with_inertia_matrix(
         convert::vector(&center_m),
@@ -234,7 +259,7 @@ pub(crate) fn insert(
         RigidBodyBuilder::dynamic()
             .pose(world_from_hub)
             .can_sleep(false)
-            .additional_mass_properties(hub_mass_properties(wheel, roller_bodies, window.len())),
+            .additional_mass_properties(hub_mass_properties(wheel, settings, window.len())),
     );
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
 
@@ -273,5 +298,6 @@ pub(crate) fn insert(
         hub_link: 0,
         hub_dof: 0,
         rollers: rollers.to_vec(),
+        coasting_torque_in_hub_n_m: Vector3::zeros(),
     }
 }

@@ -38,7 +38,12 @@ pub struct World {
     state: State,
     before: State,
     contacts: Vec<WheelContact>,
+    /// Of the motors, at the rates with which the coming step begins.
     torques_n_m: Vec<f64>,
+    /// How the torques fall per rate gained.
+    droops_n_m_s: Vec<f64>,
+    /// What the motors put on the wheels at the end of the last step.
+    acted_n_m: Vec<f64>,
     slip_energy_j: f64,
     impact_energy_j: f64,
     motor_energy_j: f64,
@@ -157,6 +162,8 @@ impl World {
             state,
             contacts: vec![WheelContact::default(); robot.wheels.len()],
             torques_n_m: vec![0.0; robot.wheels.len()],
+            droops_n_m_s: vec![0.0; robot.wheels.len()],
+            acted_n_m: vec![0.0; robot.wheels.len()],
             slip_energy_j: 0.0,
             impact_energy_j: 0.0,
             motor_energy_j: 0.0,
@@ -180,33 +187,35 @@ impl World {
     /// the opposite. They hold for one step.
     pub fn apply(&mut self, torques_n_m: &[f64]) {
         self.torques_n_m.copy_from_slice(torques_n_m);
-        let mut reaction = Vector3::zeros();
-        for (index, torque_n_m) in torques_n_m.iter().enumerate() {
-            let axis = self.state.floor_from_hub(index).rotation * Vector3::z();
-            let torque = axis * *torque_n_m;
-            let hub = &mut self.rapier.bodies[self.assembly.wheels[index].hub];
-            hub.reset_torques(false);
-            hub.add_torque(convert::vector(&torque), false);
-            reaction -= torque;
-        }
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        chassis.reset_torques(false);
-        chassis.add_torque(convert::vector(&reaction), false);
+        self.droops_n_m_s.fill(0.0);
+    }
+
+    /// As [`World::apply`], with torques that fall as the wheels gain speed during the step: by `droops_n_m_s`, in
+    /// N m s/rad and not below 0, times the rate gained since the step began.
+    ///
+    /// A motor with back-EMF is of that kind, and a wheel loop that runs faster than the step. It is solved implicitly,
+    /// and stable for any droop.
+    pub fn apply_with_droop(&mut self, torques_n_m: &[f64], droops_n_m_s: &[f64]) {
+        self.torques_n_m.copy_from_slice(torques_n_m);
+        self.droops_n_m_s.copy_from_slice(droops_n_m_s);
     }
 
     /// Advances the world by one physics step.
     pub fn step(&mut self) {
         self.before.copy_from(&self.state);
-        self.begin_pushes();
         self.keep_spins();
+        self.drive();
+        self.begin_pushes();
         self.rapier.step_with_events(&self.ground, &());
         self.steps += 1;
         self.read_state();
-        self.end_pushes();
         self.read_contacts();
         self.count_bearings();
+        self.end_pushes();
         self.write_back();
         self.move_windows();
+        self.torques_n_m.fill(0.0);
+        self.droops_n_m_s.fill(0.0);
     }
 
     /// Simulated time since the start, in seconds.
@@ -251,6 +260,11 @@ impl World {
     /// Rates of the wheels about their hub axes, in rad/s.
     pub fn wheel_rates_rad_s(&self) -> &[f64] {
         &self.state.wheel_rates_rad_s
+    }
+
+    /// Torques that the motors put on the wheels during the last step, in N m.
+    pub fn motor_torques_n_m(&self) -> &[f64] {
+        &self.acted_n_m
     }
 
     /// What each wheel's rollers did to the ground during the last step.
@@ -312,6 +326,28 @@ impl World {
             .collect()
     }
 
+    /// Hands rapier the motors' torques, and what the bearings of coasting rollers put on the hubs.
+    fn drive(&mut self) {
+        let mut reaction = Vector3::zeros();
+        for (index, torque_n_m) in self.torques_n_m.iter().enumerate() {
+            let wheel = &self.assembly.wheels[index];
+            let floor_from_hub = self.state.floor_from_hub(index).rotation;
+            // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
+            let undamped_n_m = self.droops_n_m_s[index] * self.state.wheel_rates_rad_s[index];
+            let torque = floor_from_hub * Vector3::z() * (torque_n_m + undamped_n_m);
+            let hub = &mut self.rapier.bodies[wheel.hub];
+            hub.reset_torques(false);
+            let bearings = floor_from_hub * wheel.coasting_torque_in_hub_n_m;
+            hub.add_torque(convert::vector(&(torque + bearings)), false);
+            reaction -= torque;
+        }
+        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        chassis.reset_torques(false);
+        chassis.add_torque(convert::vector(&reaction), false);
+        self.assembly
+            .set_droops(&mut self.rapier, &self.robot, &self.droops_n_m_s);
+    }
+
     /// Takes rapier's velocities over and sums positions and angles in f64 as rapier does in f32: with the velocity
     /// after the step.
     fn read_state(&mut self) {
@@ -330,8 +366,11 @@ impl World {
             let rate_rad_s = rate(wheel.hub_dof);
             state.wheel_rates_rad_s[index] = rate_rad_s;
             state.wheel_angles_rad[index] += dt_s * rate_rad_s;
-            let mean_rad_s = 0.5 * (self.before.wheel_rates_rad_s[index] + rate_rad_s);
-            self.motor_energy_j += dt_s * self.torques_n_m[index] * mean_rad_s;
+            let before_rad_s = self.before.wheel_rates_rad_s[index];
+            let fallen_n_m = self.droops_n_m_s[index] * (rate_rad_s - before_rad_s);
+            self.acted_n_m[index] = self.torques_n_m[index] - fallen_n_m;
+            let mean_rad_s = 0.5 * (before_rad_s + rate_rad_s);
+            self.motor_energy_j += dt_s * self.acted_n_m[index] * mean_rad_s;
         }
     }
 
@@ -446,10 +485,18 @@ impl World {
     /// Lets the rollers of a wheel that have no body spin on.
     fn coast(&mut self, index: usize) {
         let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-        let WheelBody { slots, rollers, .. } = &mut self.assembly.wheels[index];
+        let WheelBody {
+            slots,
+            rollers,
+            coasting_torque_in_hub_n_m,
+            ..
+        } = &mut self.assembly.wheels[index];
+        *coasting_torque_in_hub_n_m = Vector3::zeros();
         for (i, roller) in rollers.iter_mut().enumerate() {
             if slots.iter().all(|slot| slot.roller != i) {
-                self.bearing_energy_j += roller.coast(&hub_rate_in_hub, self.settings.dt_s);
+                let coasted = roller.coast(&hub_rate_in_hub, self.settings.dt_s);
+                self.bearing_energy_j += coasted.lost_j;
+                *coasting_torque_in_hub_n_m += coasted.torque_on_hub_n_m * roller.axis_in_hub();
             }
         }
     }

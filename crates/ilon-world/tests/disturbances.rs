@@ -245,9 +245,7 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(#[case] roller_bodies
         let heat_j = world.slip_energy_j() - slip_j;
         free(&mut world, 0.3);
         let end = world.body().twist_in_body.vy_m_s;
-        // Heat is counted at each step's end, where the robot is slower by a dt / 2 than in the step's middle.
-        let late = 1.0 - MU * G * world.dt_s() / (fast + slow);
-        ((fast - slow) / 0.1, heat_j / lost_j / late, end)
+        ((fast - slow) / 0.1, heat_j / lost_j, end)
     };
     let (deceleration, heat_share, end) = slowed_by(true);
     // Rocking on the contacts' springs shifts single steps, not the mean over fifty.

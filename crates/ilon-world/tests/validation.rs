@@ -53,6 +53,7 @@ struct Rig {
     world: World,
     integral: Vec<f64>,
     targets: Vec<f64>,
+    proportional_n_m_s: f64,
 }
 
 impl Rig {
@@ -66,6 +67,7 @@ impl Rig {
             world: World::new(robot, floor, start, settings).expect("a valid world"),
             integral: vec![0.0; n],
             targets: vec![0.0; n],
+            proportional_n_m_s: 0.1,
         }
     }
 
@@ -77,7 +79,7 @@ impl Rig {
                 .map(|i| {
                     let error = self.targets[i] - rates[i];
                     self.integral[i] += error * dt_s;
-                    0.1 * error + self.integral[i]
+                    self.proportional_n_m_s * error + self.integral[i]
                 })
                 .collect();
             self.world.apply(&torques);
@@ -483,10 +485,9 @@ fn over_a_kerb_the_window_opens_and_ends_where_the_full_model_ends() {
     }
 }
 
-#[test]
-fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
-    // A fixed bumpy surface, 2 mm high, from a small linear congruential generator.
-    let mut state = 7u64;
+/// A bumpy surface, 2 mm high, from a small linear congruential generator.
+fn bumps(seed: u64) -> Floor {
+    let mut state = seed;
     let mut height_m = || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -496,23 +497,100 @@ fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
     let heights_m = (0..61)
         .map(|_| (0..61).map(|_| height_m()).collect())
         .collect();
-    let floor = Floor {
+    Floor {
         relief: Some(Relief {
             cell_m: 0.05,
             heights_m,
         }),
         ..Floor::default()
-    };
-    let (full, _) = end_of_course(&floor, &all(500.0));
-    let (window, rig) = end_of_course(&floor, &near(500.0));
-    // Bumps make wheels lift and land: of 0.85 m of way the two differ by half a per cent at most.
-    assert!((full.position_m() - window.position_m()).norm() < 5e-3);
+    }
+}
+
+/// Bumps make wheels lift and land, and where one lands depends on the last digit: two ways of solving the same drive
+/// part by millimetres. What can be asked of the window is to part less from the full model than either parts from
+/// itself at another step.
+#[test]
+fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
+    let (mut from_full_m, mut from_finer_m) = (0.0, 0.0);
+    for seed in 7..11 {
+        let floor = bumps(seed);
+        let (full, _) = end_of_course(&floor, &all(500.0));
+        let (window, rig) = end_of_course(&floor, &near(500.0));
+        let (finer, _) = end_of_course(&floor, &near(1000.0));
+        from_full_m += 0.25 * (full.position_m() - window.position_m()).norm();
+        from_finer_m += 0.25 * (finer.position_m() - window.position_m()).norm();
+        let bodies = rig.world.roller_body_counts();
+        assert!(bodies.iter().all(|&bodies| bodies < 9));
+    }
     assert!(
-        rig.world
-            .roller_body_counts()
-            .iter()
-            .all(|&bodies| bodies < 9)
+        from_full_m < from_finer_m,
+        "{from_full_m} m from the full model, {from_finer_m} m from a finer step"
     );
+    // 0.85 m of way: 1 %.
+    assert!(from_full_m < 8.5e-3, "{from_full_m} m");
+}
+
+/// Every joule of the motors is stored, slid away, rubbed away in a bearing, or lost where a roller lands.
+///
+/// The work of every impulse is counted exactly for a constant inertia; what is left comes from the robot's turning on
+/// during a step and from f32.
+#[test]
+fn the_energy_balance_closes() {
+    let kerb = Floor {
+        boxes: vec![GroundBox {
+            center_m: Vector3::new(0.45, 0.0, 0.0),
+            half_sides_m: Vector3::new(0.1, 1.0, 0.005),
+            heading_rad: 0.1,
+        }],
+        ..Floor::default()
+    };
+    let slope = Floor {
+        slope_rad: 0.1,
+        ..Floor::default()
+    };
+    for floor in [Floor::default(), slope, kerb, bumps(7)] {
+        for (robot, twist) in [
+            (mecanum4(), Twist::new(0.3, 0.0, 0.0)),
+            (mecanum4(), Twist::new(0.0, 0.3, 0.0)),
+            (volksbot(), Twist::new(0.2, 0.2, 0.5)),
+        ] {
+            for settings in [all(500.0), near(500.0), near(60.0)] {
+                let mut rig = Rig::new(&robot, &floor, 0.3, &settings);
+                if settings.dt_s > 0.01 {
+                    // The rig's own loop is too stiff for so long a step.
+                    rig.proportional_n_m_s = 0.01;
+                }
+                rig.run_s(0.3);
+                let energies = |world: &World| {
+                    let stored = world.energy();
+                    [
+                        world.motor_energy_j(),
+                        -stored.kinetic_j,
+                        -stored.potential_j,
+                        -world.slip_energy_j(),
+                        -world.bearing_energy_j(),
+                        -world.impact_energy_j(),
+                    ]
+                };
+                let before = energies(&rig.world);
+                rig.targets = ideal_rates(&robot, twist);
+                rig.run_s(1.5);
+                let terms = energies(&rig.world);
+                let terms: Vec<f64> = terms.iter().zip(before).map(|(a, b)| a - b).collect();
+                let turnover_j: f64 = 0.5 * terms.iter().map(|j| j.abs()).sum::<f64>();
+                let share = terms.iter().sum::<f64>() / turnover_j;
+                println!(
+                    "{share:.2e} {:?} {} {:?}",
+                    settings.roller_bodies, robot.name, terms
+                );
+                assert!(
+                    share.abs() < 0.01,
+                    "{share:.2e} of {turnover_j:.3} J are missing: {}, {twist:?}, {floor:?}, {settings:?}",
+                    robot.name
+                );
+            }
+        }
+    }
 }
 
 #[test]
