@@ -33,7 +33,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 40] = reals! { Record;
+static RECORD: [Column<Record>; 41] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -71,6 +71,7 @@ static RECORD: [Column<Record>; 40] = reals! { Record;
     "slip_energy_j" => slip_energy_j,
     "motor_energy_j" => motor_energy_j,
     "bearing_energy_j" => bearing_energy_j,
+    "impact_energy_j" => impact_energy_j,
     "outside_energy_j" => outside_energy_j,
     "kinetic_energy_j" => kinetic_energy_j,
     "potential_energy_j" => potential_energy_j,

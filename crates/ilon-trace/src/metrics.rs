@@ -132,7 +132,7 @@ pub struct TwistRatio {
 }
 
 /// Where the motors' work went, and what came from outside, in J:
-/// motor + outside = stored + slip + bearing + unexplained.
+/// motor + outside = stored + slip + bearing + impact + unexplained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Work of all motors.
@@ -145,7 +145,9 @@ pub struct Energy {
     pub slip_j: Option<f64>,
     /// Lost in bearings.
     pub bearing_j: Option<f64>,
-    /// What is left: contacts pressed in and out, and the solver's own loss or gain.
+    /// Lost where rollers land on the ground and do not bounce.
+    pub impact_j: Option<f64>,
+    /// What is left: the solver's own loss or gain.
     pub unexplained_j: Option<f64>,
 }
 
@@ -330,13 +332,16 @@ fn energy(trace: &Trace) -> Energy {
     let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
     let slip_j = gain(|r| r.slip_energy_j);
     let bearing_j = gain(|r| r.bearing_energy_j);
+    let impact_j = gain(|r| r.impact_energy_j);
+    let lost_j = slip_j + bearing_j + impact_j;
     Energy {
         motor_j: finite(motor_j),
         outside_j: finite(outside_j),
         stored_j: finite(stored_j),
         slip_j: finite(slip_j),
         bearing_j: finite(bearing_j),
-        unexplained_j: finite(motor_j + outside_j - stored_j - slip_j - bearing_j),
+        impact_j: finite(impact_j),
+        unexplained_j: finite(motor_j + outside_j - stored_j - lost_j),
     }
 }
 
@@ -512,6 +517,7 @@ mod tests {
                 motor_energy_j: 10.0 * t,
                 slip_energy_j: 2.0 * t,
                 bearing_energy_j: 1.0 * t,
+                impact_energy_j: 0.25 * t,
                 outside_energy_j: 7.0 + 0.5 * t,
                 kinetic_energy_j: 3.0 + 4.0 * t,
                 potential_energy_j: 2.0 * t,
@@ -522,8 +528,8 @@ mod tests {
         // At 9.99 s.
         assert!((s.energy.stored_j.unwrap() - 59.94).abs() < 1e-12);
         assert!((s.energy.outside_j.unwrap() - 4.995).abs() < 1e-12);
-        // 10 + 0.5 - (4 + 2) - 2 - 1 = 1.5 a second.
-        assert!((s.energy.unexplained_j.unwrap() - 14.985).abs() < 1e-12);
+        // 10 + 0.5 - (4 + 2) - 2 - 1 - 0.25 = 1.25 a second.
+        assert!((s.energy.unexplained_j.unwrap() - 12.4875).abs() < 1e-12);
         assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
     }
 }

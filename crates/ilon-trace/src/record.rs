@@ -47,6 +47,9 @@ pub struct Record {
     pub motor_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers since the start, in J.
     pub bearing_energy_j: f64,
+    /// Energy that the contacts' normal forces have taken since the start, in J: rollers that land, less what pushing
+    /// them out of the ground gave back.
+    pub impact_energy_j: f64,
     /// Energy that pushes and payloads have brought from outside since the start, in J.
     pub outside_energy_j: f64,
     /// Kinetic energy of all bodies now, in J.

@@ -126,6 +126,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 slip_energy_j: slip_j,
                 motor_energy_j: motor_j,
                 outside_energy_j: 0.0,
+                impact_energy_j: 0.0,
                 bearing_energy_j: (motor_j - slip_j - kinetic_j).max(0.0) * 0.97,
                 kinetic_energy_j: kinetic_j,
                 potential_energy_j: 0.0,

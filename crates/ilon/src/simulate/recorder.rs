@@ -114,6 +114,7 @@ impl Recorder {
             slip_energy_j: world.slip_energy_j(),
             motor_energy_j: world.motor_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),
+            impact_energy_j: world.impact_energy_j(),
             outside_energy_j: world.outside_energy_j(),
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
@@ -167,7 +168,7 @@ impl Recorder {
             };
             if contact.touching {
                 *sample = WheelSample {
-                    load_share: 1.0,
+                    load_share: contact.load_share,
                     contact_x_m: place.x,
                     contact_y_m: place.y,
                     normal_force_n: contact.normal_force_n,

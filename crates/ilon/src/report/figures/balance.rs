@@ -80,6 +80,7 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
     let traces = vec![
         stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
         stacked("bearings", &mut of(|r, _| r.bearing_energy_j), "@servo"),
+        stacked("landing", &mut of(|r, _| r.impact_energy_j), "@w3"),
         stacked(
             "stored",
             &mut of(|r, first| {
@@ -98,9 +99,9 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
     Figure {
         id: "energy".to_owned(),
         title: "Where the motors' work went".to_owned(),
-        caption: "Lost to slip and bearings, or stored as motion. The line is what was put in: the motors' work and, where \
+        caption: "Lost to slip, bearings and rollers that land, or stored as motion. The line is what was put in: the motors' work and, where \
                   the scenario has any, that of pushes and payloads. What lies between it and the stack is unexplained: \
-                  contacts pressed in, and the solver's own loss."
+                  the solver's own loss or gain."
             .to_owned(),
         height_px: 320,
         span: Span::Half,
