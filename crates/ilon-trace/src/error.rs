@@ -37,6 +37,15 @@ pub enum TraceError {
         /// The file.
         path: PathBuf,
     },
+    /// The folder holds no part of a trace.
+    #[error(
+        "the folder `{}` holds no part of a trace; `ilon run` writes them there while it runs, and removes them once the whole trace is written",
+        path.display()
+    )]
+    NoParts {
+        /// The folder.
+        path: PathBuf,
+    },
     /// The header in the file's metadata cannot be understood.
     #[error("the header of the trace `{}` cannot be understood ({source}); it was written by another version: run the scenario again", path.display())]
     Header {

@@ -42,11 +42,14 @@ impl Trace {
         })
     }
 
-    /// Reads a trace back from its file, bit for bit.
+    /// Reads a trace back from its file, bit for bit, or from a folder of [`crate::parts`].
     ///
     /// # Errors
     /// Says which file is missing, broken, or no trace, and which column it lacks.
     pub fn read_parquet(path: &Path) -> Result<Self, TraceError> {
+        if path.is_dir() {
+            return crate::parts::read(path);
+        }
         let file = File::open(path).map_err(|source| TraceError::Io {
             doing: "read",
             path: path.to_owned(),

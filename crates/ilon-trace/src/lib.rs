@@ -12,6 +12,7 @@
 //! | [`slip`] | how the contacts slid |
 //! | [`odometry`] | how far dead reckoning strays |
 //! | [`file`](mod@file) | the trace as a Parquet file |
+//! | [`parts`] | the trace while it grows |
 
 mod columns;
 mod error;
@@ -20,6 +21,7 @@ mod hash;
 pub mod ledger;
 pub mod metrics;
 pub mod odometry;
+pub mod parts;
 pub mod record;
 #[cfg(test)]
 mod sample;

@@ -98,6 +98,25 @@ impl Trace {
             .resize(self.records.len() * wheel_count, WheelSample::default());
     }
 
+    /// A trace of some of the rows alone; of those that there are.
+    pub fn rows(&self, rows: std::ops::Range<usize>) -> Self {
+        let end = rows.end.min(self.records.len());
+        let start = rows.start.min(end);
+        let wheel_count = self.wheel_count();
+        Self {
+            header: self.header.clone(),
+            records: self.records[start..end].to_vec(),
+            wheels: self.wheels[start * wheel_count..end * wheel_count].to_vec(),
+        }
+    }
+
+    /// Adds the rows of another trace of the same robot.
+    pub fn append(&mut self, other: &Self) {
+        for (record, wheels) in other.steps() {
+            self.push(*record, wheels);
+        }
+    }
+
     /// The records, one a control step.
     pub fn records(&self) -> &[Record] {
         &self.records

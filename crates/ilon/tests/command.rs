@@ -256,28 +256,56 @@ fn neither_threads_nor_scenarios_beside_it_change_a_trace() {
     );
 }
 
+#[cfg(unix)]
 #[test]
-fn a_run_killed_on_its_way_leaves_nothing_that_looks_complete() {
+fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_complete() {
     let folder = Folder::new();
+    // An earlier run's results must not be taken for those of the one that is killed.
+    assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
     let mut child = Command::new(env!("CARGO_BIN_EXE_ilon"))
         .current_dir(folder.0.path())
-        .args([
-            "run",
-            "good.toml",
-            "--out",
-            "a",
-            "--set",
-            "run.duration_s=1000",
-        ])
+        .args(["run", "good.toml", "--out", "a"])
+        // A thousand seconds take longer than this test on any machine.
+        .args(["--set", "run.duration_s=1000"])
         .stderr(std::process::Stdio::null())
         .spawn()
         .expect("the command runs");
-    // A thousand seconds take longer than this on any machine.
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    let third = folder.path("a/trace.partial/0000002.parquet");
+    for _ in 0..600 {
+        if third.exists() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    assert_eq!(child.try_wait().expect("it can be asked"), None);
+    // SIGKILL: nothing of the process runs any more.
     child.kill().expect("it is still running");
     child.wait().expect("it ends");
-    let left = std::fs::read_dir(folder.path("a")).map_or(0, Iterator::count);
-    assert_eq!(left, 0);
+
+    let mut left: Vec<_> = std::fs::read_dir(folder.path("a"))
+        .expect("the folder of results")
+        .map(|entry| entry.expect("a file").file_name())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["scenario.toml", "trace.partial"]);
+
+    // The rows are those of a run that is left alone, without a gap.
+    let read = |name: &str| ilon::trace::Trace::read_parquet(&folder.path(name)).expect("a trace");
+    let partial = read("a/trace.partial");
+    assert!(partial.duration_s() >= 3.0, "{} s", partial.duration_s());
+    let undisturbed = ["run", "a/scenario.toml", "--out", "b", "--set"];
+    let duration = format!("run.duration_s={}", partial.duration_s());
+    assert_code(&folder.ilon(&[&undisturbed[..], &[&duration]].concat()), 0);
+    let whole = read("b/trace.parquet");
+    let hash = ilon::trace::trace_hash;
+    assert_eq!(hash(&partial), hash(&whole));
+
+    // The next run into the folder ends as if nothing had been.
+    assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
+    assert_eq!(
+        std::fs::read_dir(folder.path("a")).map_or(0, Iterator::count),
+        4
+    );
 }
 
 #[test]

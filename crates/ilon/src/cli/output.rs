@@ -1,14 +1,48 @@
 //! The folder of results. Files appear whole or not at all, and the summary last: where there is one, all is there.
+//!
+//! While a run is under way its trace grows beside them in parts, so that one which is stopped, however, leaves a trace
+//! up to its last second and nothing that looks complete.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use crate::simulate::Run;
+use ilon_trace::parts::Parts;
+
+use crate::simulate::{Run, Simulation};
 use crate::{Error, report};
+
+/// The files of a finished run, the one that stands for all of them first.
+const RESULTS: [&str; 4] = [
+    "summary.json",
+    "report.html",
+    "trace.parquet",
+    "scenario.toml",
+];
+
+/// Where the trace stands while it grows.
+const GROWING: &str = "trace.partial";
+
+/// A part of a growing trace covers at least this much of simulated time, in seconds.
+const PART_S: f64 = 1.0;
+
+/// Time between parts: writing one takes a few milliseconds, which runs far faster than real time would feel.
+const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 
 /// A folder that results can be written to.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     path: PathBuf,
+    growing: Option<Growing>,
+}
+
+/// The trace of a run under way.
+#[derive(Debug)]
+struct Growing {
+    parts: Parts,
+    /// Simulated time up to which it is written, in seconds.
+    until_s: f64,
+    /// When it was last written.
+    written: Instant,
 }
 
 impl OutputFolder {
@@ -19,31 +53,70 @@ impl OutputFolder {
         std::fs::write(&probe, b"")
             .and_then(|()| std::fs::remove_file(&probe))
             .map_err(|source| Error::write(&path, &source))?;
-        Ok(Self { path })
+        Ok(Self {
+            path,
+            growing: None,
+        })
     }
 
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes scenario, trace, report and summary.
-    pub fn write(&self, run: &Run) -> Result<(), Error> {
-        let summary_path = self.path.join("summary.json");
-        // An older summary would make the new files look complete before they are.
-        if summary_path.exists() {
-            std::fs::remove_file(&summary_path)
-                .map_err(|source| Error::write(&summary_path, &source))?;
+    /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
+    /// its own.
+    pub fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
+        for name in RESULTS {
+            self.remove(&self.path.join(name))?;
         }
-        let text =
-            |name: &str, text: &str| ilon_trace::file::write_text(&self.path.join(name), text);
-        text(
-            "scenario.toml",
-            &run.scenario.moved_to(&self.path).to_toml()?,
-        )?;
-        run.trace.write_parquet(&self.path.join("trace.parquet"))?;
-        report::write(&self.path.join("report.html"), &run.trace, &run.summary)?;
-        text("summary.json", &self.summary_json(run)?)?;
+        for entry in std::fs::read_dir(&self.path).map_err(|e| Error::write(&self.path, &e))? {
+            let path = entry.map_err(|e| Error::write(&self.path, &e))?.path();
+            // What a process that was killed in the middle of writing has left.
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if RESULTS
+                .iter()
+                .any(|result| name.starts_with(&format!(".{result}.")))
+                && name.ends_with(".partial")
+            {
+                self.remove(&path)?;
+            }
+        }
+        let scenario = simulation.scenario().moved_to(&self.path).to_toml()?;
+        self.write_text("scenario.toml", &scenario)?;
+        self.growing = Some(Growing {
+            parts: Parts::begin(self.path.join(GROWING))?,
+            until_s: 0.0,
+            written: Instant::now(),
+        });
         Ok(())
+    }
+
+    /// Writes what has been recorded since, once that is a second's worth.
+    pub fn keep_up(&mut self, simulation: &Simulation) -> Result<(), Error> {
+        let time_s = simulation.progress().time_s;
+        if let Some(growing) = &mut self.growing
+            && time_s >= growing.until_s + PART_S
+            && growing.written.elapsed() >= BETWEEN_PARTS
+        {
+            growing.parts.write(simulation.trace())?;
+            growing.until_s = time_s;
+            growing.written = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Writes scenario, trace, report and summary.
+    pub fn write(&mut self, run: &Run) -> Result<(), Error> {
+        // An older summary would make the new files look complete before they are.
+        self.remove(&self.path.join("summary.json"))?;
+        let scenario = run.scenario.moved_to(&self.path).to_toml()?;
+        self.write_text("scenario.toml", &scenario)?;
+        run.trace.write_parquet(&self.path.join("trace.parquet"))?;
+        if let Some(growing) = self.growing.take() {
+            growing.parts.remove()?;
+        }
+        report::write(&self.path.join("report.html"), &run.trace, &run.summary)?;
+        self.write_text("summary.json", &self.summary_json(run)?)
     }
 
     /// The content of `summary.json`.
@@ -51,5 +124,19 @@ impl OutputFolder {
         let json = serde_json::to_string_pretty(&run.summary)
             .map_err(|error| Error::invalid(error.to_string(), ""))?;
         Ok(json + "\n")
+    }
+
+    fn write_text(&self, name: &str, text: &str) -> Result<(), Error> {
+        Ok(ilon_trace::file::write_text(&self.path.join(name), text)?)
+    }
+
+    /// Removes a file if it is there.
+    fn remove(&self, path: &Path) -> Result<(), Error> {
+        match std::fs::remove_file(path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(Error::write(path, &error))
+            }
+            _ => Ok(()),
+        }
     }
 }

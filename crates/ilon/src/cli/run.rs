@@ -28,14 +28,18 @@ pub(super) struct Arguments {
 /// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let scenario = Scenario::load_with(&arguments.scenario, &arguments.settings.settings)?;
-    let folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
+    let mut folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
 
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = simulate::Simulation::new(&scenario)?;
     for warning in simulation.warnings() {
         bar.note(&format!("note: {warning}"));
     }
-    let run = simulation.run_observed(|progress| bar.show(progress));
+    folder.begin(&simulation)?;
+    let run = simulation.run_watched(|simulation| {
+        bar.show(simulation.progress());
+        folder.keep_up(simulation)
+    })?;
     bar.done();
 
     folder.write(&run)?;

@@ -13,6 +13,7 @@ mod tuning;
 mod waypoints;
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Feasibility, Kinematics};
 use ilon_robot::{Pose, Robot};
@@ -241,6 +242,16 @@ impl Simulation {
         }
     }
 
+    /// What was recorded so far.
+    pub fn trace(&self) -> &Trace {
+        self.recorder.trace()
+    }
+
+    /// The scenario as it is run: every default and everything chosen by the program spelled out.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
     /// The world as it is now.
     pub fn world(&self) -> &World {
         &self.world
@@ -257,16 +268,34 @@ impl Simulation {
     }
 
     /// Runs to the end and tells of its progress once a control period.
-    pub fn run_observed(mut self, mut observe: impl FnMut(Progress)) -> Run {
+    pub fn run_observed(self, mut observe: impl FnMut(Progress)) -> Run {
+        let watched = self.run_watched(|simulation| {
+            observe(simulation.progress());
+            Ok::<(), Infallible>(())
+        });
+        match watched {
+            Ok(run) => run,
+            Err(never) => match never {},
+        }
+    }
+
+    /// Runs to the end and shows itself once a control period; ends early where it is told so.
+    ///
+    /// # Errors
+    /// What `watch` gives, as soon as it does.
+    pub fn run_watched<E>(
+        mut self,
+        mut watch: impl FnMut(&Self) -> Result<(), E>,
+    ) -> Result<Run, E> {
         let cpu = CpuTime::now();
         while !self.is_done() {
             if self.clock.control_is_due() {
-                observe(self.progress());
+                watch(&self)?;
             }
             self.step();
         }
-        observe(self.progress());
-        self.finish(cpu.elapsed_s())
+        watch(&self)?;
+        Ok(self.finish(cpu.elapsed_s()))
     }
 
     fn finish(self, cpu_s: Option<f64>) -> Run {

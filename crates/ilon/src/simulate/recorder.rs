@@ -123,6 +123,11 @@ impl Recorder {
         self.trace.push(record, &self.samples);
     }
 
+    /// What was recorded so far.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
     /// The finished trace.
     pub fn into_trace(self) -> Trace {
         self.trace
