@@ -19,7 +19,7 @@
 //! tan(delta_eff) = tan(delta) cos(phi). Driving sideways at gamma = 45 deg the wheel rate buys cos(phi) of what (9)
 //! says: sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight ahead, and for gamma = 0, it changes nothing.
 
-use ilon_robot::{Barrel, Robot, Twist};
+use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist};
 use nalgebra::{Isometry3, Matrix3, MatrixXx3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use crate::error::finite;
@@ -37,7 +37,8 @@ pub struct RollerContact {
     pub point_in_body_m: Vector3<f64>,
     /// The roller's axis in the body frame, in the sense of its joint.
     pub axis_in_body: Unit<Vector3<f64>>,
-    /// Distance from the roller's axis to the contact point, straight up, in metres: s(t*) of the barrel.
+    /// Distance from the roller's axis to the contact point, straight up, in metres: s(t*) of the barrel, and
+    /// ring / |d_g| + ball of a roller that has the shapes of its file (see [`Profile`]).
     pub radius_m: f64,
 }
 
@@ -76,7 +77,40 @@ struct WheelContacts {
 struct RollerGeometry {
     center_in_hub_m: Vector3<f64>,
     axis_in_hub: Unit<Vector3<f64>>,
-    barrel: Barrel,
+    outline: Outline,
+}
+
+/// The outline of a roller about its axis.
+#[derive(Clone, Debug)]
+enum Outline {
+    /// The exact barrel.
+    Barrel(Barrel),
+    /// What its file models.
+    Modelled(Profile),
+}
+
+impl Outline {
+    /// The point that reaches furthest in a unit direction `w`, from the roller's centre, and its distance from the axis
+    /// against `w`, in metres. `axis` is the roller's.
+    fn support_m(&self, axis: &Vector3<f64>, w: &Vector3<f64>) -> (Vector3<f64>, f64) {
+        let w_axial = axis.dot(w);
+        match self {
+            Self::Barrel(barrel) => {
+                let t_m = barrel.support_place_m(w_axial);
+                let radius_m = barrel.sphere_radius_m(t_m);
+                (t_m * axis + radius_m * w, radius_m)
+            }
+            Self::Modelled(profile) => {
+                let (part, _) = profile.furthest(w_axial);
+                // The point lies in the plane of axis and w, ring + ball |w_across| off the axis, and against w the axis
+                // comes nearer by |w_across| a metre. Rollers whose axes stand upright never touch.
+                let across = w - w_axial * axis;
+                let length = across.norm().max(f64::EPSILON);
+                let point_m = part.t_m * axis + part.ring_m / length * across + part.ball_m * w;
+                (point_m, part.ring_m / length + part.ball_m)
+            }
+        }
+    }
 }
 
 impl ContactKinematics {
@@ -96,7 +130,10 @@ impl ContactKinematics {
             let geometry = |r: &ilon_robot::Roller| RollerGeometry {
                 center_in_hub_m: r.center_in_hub_m,
                 axis_in_hub: r.axis_in_hub,
-                barrel: w.barrel(r),
+                outline: match &r.form {
+                    RollerForm::Barrel => Outline::Barrel(w.barrel(r)),
+                    RollerForm::AsModelled(modelled) => Outline::Modelled(modelled.profile.clone()),
+                },
             };
             wheels.push(WheelContacts {
                 body_from_hub: w.body_from_hub,
@@ -250,7 +287,7 @@ impl ContactKinematics {
 }
 
 impl WheelContacts {
-    /// The roller whose barrel reaches lowest at this wheel angle. Where several reach equally low (overlapping
+    /// The roller that reaches lowest at this wheel angle. Where several reach equally low (overlapping
     /// barrels, or two rows at once) the one nearest to straight down.
     fn touching(&self, wheel_angle_rad: f64) -> RollerContact {
         // Below this share of the radius depths count as equal: far above rounding, far below what a contact feels.
@@ -260,15 +297,14 @@ impl WheelContacts {
         let mut best: Option<(f64, f64, RollerContact)> = None;
         for (index, roller) in self.rollers.iter().enumerate() {
             let center = turn * roller.center_in_hub_m;
-            let nearness = center.dot(&w) / roller.barrel.ring_radius_m;
+            let nearness = center.dot(&w) / center.xy().norm();
             // A barrel beyond a quarter turn from down never touches flat ground.
             if nearness <= 0.0 && best.is_some() {
                 continue;
             }
             let axis = turn * roller.axis_in_hub;
-            let t_m = roller.barrel.support_place_m(axis.dot(&w));
-            let radius_m = roller.barrel.sphere_radius_m(t_m);
-            let point = center + t_m * axis.into_inner() + radius_m * w;
+            let (from_center_m, radius_m) = roller.outline.support_m(&axis, &w);
+            let point = center + from_center_m;
             let depth_m = point.dot(&w);
             let better = best
                 .as_ref()
@@ -324,6 +360,7 @@ impl WheelContacts {
 mod tests {
     use super::*;
     use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use ilon_robot::{ModelledRoller, ProfilePart};
     use std::f64::consts::{PI, TAU};
 
     /// Mean twist while every wheel turns at its ideal rate for `ideal`, over a whole number of roller pitches of
@@ -534,6 +571,81 @@ mod tests {
             assert!(c.angle_rad.abs() <= PI / 10.0 + 1e-9);
         }
         assert!(seen.iter().all(|s| *s));
+    }
+
+    /// The robot with the rollers' outlines as given, by their barrel.
+    fn modelled(mut robot: Robot, profile: impl Fn(&Barrel) -> Vec<ProfilePart>) -> Robot {
+        for wheel in &mut robot.wheels {
+            let barrels: Vec<Barrel> = wheel.rollers.iter().map(|r| wheel.barrel(r)).collect();
+            for (roller, barrel) in wheel.rollers.iter_mut().zip(barrels) {
+                roller.form = RollerForm::AsModelled(ModelledRoller {
+                    shapes: Vec::new(),
+                    profile: Profile::new(profile(&barrel)).unwrap(),
+                });
+            }
+        }
+        robot
+    }
+
+    #[test]
+    fn a_barrel_written_down_as_spheres_touches_where_the_barrel_does() {
+        const SPHERES: usize = 400;
+        let spheres = |barrel: &Barrel| {
+            let sphere = |i: usize| {
+                let t_m = barrel.half_length_m * (2.0 * i as f64 / SPHERES as f64 - 1.0);
+                ProfilePart {
+                    t_m,
+                    ring_m: 0.0,
+                    ball_m: barrel.sphere_radius_m(t_m),
+                }
+            };
+            (0..=SPHERES).map(sphere).collect()
+        };
+        let mut exact = ContactKinematics::new(&mecanum4()).unwrap();
+        let mut written = ContactKinematics::new(&modelled(mecanum4(), spheres)).unwrap();
+        for i in 0..50 {
+            let angles = [0.123 * f64::from(i); 4];
+            exact.update(&angles);
+            written.update(&angles);
+            for (p, q) in exact.contacts().iter().zip(written.contacts()) {
+                assert_eq!(p.roller, q.roller);
+                // The spheres are 0.1 mm apart, and the nearest to the one that touches is half of that away.
+                assert!((p.point_in_body_m - q.point_in_body_m).norm() < 6e-5);
+                assert!((p.radius_m - q.radius_m).abs() < 6e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn a_cylinder_touches_at_its_lower_edge() {
+        // At gamma = 0 and phi from down the axis is tilted by phi: the lower edge is r straight across the axis, and the
+        // axis r / cos phi above it.
+        let (r, l) = (0.012, 0.01);
+        let ends = |_: &Barrel| {
+            let end = |t_m| ProfilePart {
+                t_m,
+                ring_m: r,
+                ball_m: 0.0,
+            };
+            vec![end(-l), end(l)]
+        };
+        let robot = modelled(volksbot(), ends);
+        let a = robot.wheels[0].rollers[0].ring_radius_m();
+        let hub_z_m = robot.wheels[0].position_m().z;
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        for phi in [0.05f64, 0.2, 0.35] {
+            contact.update(&[phi; 3]);
+            let height_m = a * phi.cos() + l * phi.sin() + r * phi.cos();
+            for touching in contact.contacts() {
+                // A handful of roundings.
+                assert!((hub_z_m - touching.point_in_body_m.z - height_m).abs() < 1e-15);
+                assert!((touching.radius_m - r / phi.cos()).abs() < 1e-15);
+            }
+            // A wheel that turns rolls on its height: q' h = |b| omega for each.
+            let twist = contact.twist_here(&[1.0; 3]);
+            let arm_m = robot.wheels[0].position_m().xy().norm();
+            assert!((twist.omega_rad_s.abs() - height_m / arm_m).abs() < 1e-12);
+        }
     }
 
     #[test]

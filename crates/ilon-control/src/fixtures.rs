@@ -84,6 +84,7 @@ impl WheelSpec {
                     transverse_inertia_kg_m2: 0.01 * (3.0 * 0.009 * 0.009 + length_m * length_m)
                         / 12.0,
                     joint: Joint::default(),
+                    form: ilon_robot::RollerForm::Barrel,
                 }
             })
             .collect();

@@ -548,7 +548,8 @@ impl Fault {
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersHaveGaps { .. } => {
                 "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma). Or let it be mended: \
-                 `--mend`, or `mend = true` in a scenario's `[robot]`, makes them so long"
+                 `--mend`, or `mend = true` in a scenario's `[robot]`, makes them so long; or take the gaps as they are: \
+                 `--as-modelled`, or `rollers = \"as_modelled\"` there"
             }
             Self::UnevenWheels { .. } => {
                 "let all wheels reach the same height in the frame of the root link"

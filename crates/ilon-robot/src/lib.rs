@@ -54,15 +54,17 @@ mod generate;
 mod load;
 mod model;
 mod planar;
+pub mod profile;
 mod spec;
 
 pub use barrel::Barrel;
 pub use error::{Fault, Place, RobotError};
 pub use generate::generate;
-pub use load::{Handedness, LoadOptions, Loaded, Package, WheelOptions, WheelOutline};
+pub use load::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
 pub use model::{
-    Chassis, Collision, CollisionShape, Joint, MassProperties, MotorLimits, Remark, Robot, Roller,
-    Wheel,
+    Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits, Remark,
+    Robot, Roller, RollerForm, Wheel,
 };
 pub use planar::{Pose, Twist, wrap_angle};
+pub use profile::{Profile, ProfilePart};
 pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};

@@ -27,7 +27,7 @@ use crate::error::{Fault, RobotError};
 use crate::model::{Remark, Robot, Wheel};
 use mesh::Meshes;
 pub use modelled::WheelOutline;
-pub use options::{Handedness, LoadOptions, Package, WheelOptions};
+pub use options::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 use source::Source;
 use tree::Tree;
 

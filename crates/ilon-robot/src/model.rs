@@ -1,8 +1,10 @@
 //! The robot as the rest of the project sees it, whatever file it came from.
 
-use nalgebra::{Isometry3, Matrix3, Unit, Vector2, Vector3};
+use std::sync::Arc;
 
-use crate::wrap_angle;
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector2, Vector3};
+
+use crate::{Profile, wrap_angle};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
 #[derive(Clone, Debug)]
@@ -48,7 +50,7 @@ pub struct Collision {
     pub shape: CollisionShape,
 }
 
-/// The collision shapes of URDF, all centred on their own frame.
+/// The collision shapes of URDF, all but the hull centred on their own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
     /// A box with sides along the axes.
@@ -75,6 +77,32 @@ pub enum CollisionShape {
         /// Radius in metres.
         radius_m: f64,
     },
+    /// The convex hull of a mesh's vertices.
+    ConvexHull {
+        /// The vertices, in metres.
+        points_m: Arc<[Point3<f64>]>,
+    },
+}
+
+impl Collision {
+    /// How far the shape reaches from the origin of the body that carries it, in a unit direction of that body's frame, in
+    /// metres.
+    pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
+        let d = self.body_from_shape.rotation.inverse() * direction;
+        let from_middle_m = match &self.shape {
+            CollisionShape::Box { half_extents_m } => half_extents_m.dot(&d.abs()),
+            CollisionShape::Cylinder { radius_m, length_m } => {
+                radius_m * d.xy().norm() + 0.5 * length_m * d.z.abs()
+            }
+            CollisionShape::Capsule { radius_m, length_m } => radius_m + 0.5 * length_m * d.z.abs(),
+            CollisionShape::Sphere { radius_m } => *radius_m,
+            CollisionShape::ConvexHull { points_m } => points_m
+                .iter()
+                .map(|p| p.coords.dot(&d))
+                .fold(f64::NEG_INFINITY, f64::max),
+        };
+        self.body_from_shape.translation.vector.dot(direction) + from_middle_m
+    }
 }
 
 /// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
@@ -122,6 +150,27 @@ pub struct Roller {
     pub transverse_inertia_kg_m2: f64,
     /// Damping and friction of its bearing.
     pub joint: Joint,
+    /// What it touches the world with.
+    pub form: RollerForm,
+}
+
+/// What a roller touches the world with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum RollerForm {
+    /// The exact barrel of its figures (see [`crate::barrel`]).
+    #[default]
+    Barrel,
+    /// The collision shapes of its file.
+    AsModelled(ModelledRoller),
+}
+
+/// A roller as its file models it, in the roller frame (see [`Roller::hub_from_roller`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelledRoller {
+    /// Its collision shapes, at least one.
+    pub shapes: Vec<Collision>,
+    /// Their outline about the roller's axis.
+    pub profile: Profile,
 }
 
 /// Damping and dry friction of a joint (URDF `dynamics`).
@@ -190,6 +239,16 @@ impl Roller {
         self.center_in_hub_m.xy().norm()
     }
 
+    /// Pose of the roller frame in the hub frame: origin at the roller's centre, z along its axis.
+    pub fn hub_from_roller(&self) -> Isometry3<f64> {
+        let z = Vector3::z();
+        let rotation =
+            UnitQuaternion::rotation_between(&z, &self.axis_in_hub).unwrap_or_else(|| {
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+            });
+        Isometry3::from_parts(self.center_in_hub_m.into(), rotation)
+    }
+
     /// Where the roller sits along the hub axis, from the wheel's centre, in metres: non-zero in wheels of two rows.
     pub fn row_offset_m(&self) -> f64 {
         self.center_in_hub_m.z
@@ -212,9 +271,9 @@ impl Robot {
         self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>()
     }
 
-    /// Height of the body frame's origin above the ground when the robot stands level, in metres.
+    /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles zero, in metres.
     pub fn ride_height_m(&self) -> f64 {
-        let lowest = |w: &Wheel| w.position_m().z - w.radius_m;
+        let lowest = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
         -self.wheels.iter().map(lowest).fold(f64::INFINITY, f64::min)
     }
 
@@ -228,6 +287,24 @@ impl Robot {
 }
 
 impl Wheel {
+    /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius, but for rollers that have
+    /// the shapes of their file.
+    pub fn reach_at_rest_m(&self) -> f64 {
+        let down_in_hub = self.body_from_hub.rotation.inverse() * -Vector3::z();
+        let reach_m = |roller: &Roller| match &roller.form {
+            RollerForm::Barrel => self.radius_m,
+            RollerForm::AsModelled(modelled) => {
+                let hub_from_roller = roller.hub_from_roller();
+                let down = hub_from_roller.rotation.inverse() * down_in_hub;
+                let reaches = modelled.shapes.iter().map(|shape| shape.reach_m(&down));
+                hub_from_roller.translation.vector.dot(&down_in_hub)
+                    + reaches.fold(f64::NEG_INFINITY, f64::max)
+            }
+        };
+        let reaches = self.rollers.iter().map(reach_m);
+        reaches.reduce(f64::max).unwrap_or(self.radius_m)
+    }
+
     /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]).
     pub fn barrel(&self, roller: &Roller) -> crate::Barrel {
         crate::Barrel {

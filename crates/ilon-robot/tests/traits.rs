@@ -6,7 +6,11 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::{Path, PathBuf};
 
 use common::{SPEC, line_of, small};
-use ilon_robot::{Fault, Handedness, LoadOptions, Package, Robot, Spec, WheelOptions, generate};
+use ilon_robot::{
+    Fault, Handedness, LoadOptions, Package, Robot, RollerForm, RollerForms, Spec, WheelOptions,
+    generate,
+};
+use nalgebra::Vector3;
 use rstest::rstest;
 
 fn load(text: &str) -> Robot {
@@ -248,6 +252,55 @@ fn a_capsule_spans_the_centres_of_its_ends() {
     for roller in &robot.wheels[0].rollers {
         assert!((roller.length_m - 0.032).abs() < 1e-15);
     }
+}
+
+#[test]
+fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
+    // Short cylinders with gaps between them, and a ball off the middle of each: as barrels they would be refused.
+    let text = with_roller_collision(
+        &small(),
+        r#"<collision><geometry><cylinder radius="0.012" length="0.01"/></geometry></collision>
+        <collision><origin xyz="0 0 0.004"/><geometry><sphere radius="0.01"/></geometry></collision>"#,
+    );
+    assert!(matches!(fault_of(&text), Fault::RollersHaveGaps { .. }));
+    let options = LoadOptions {
+        rollers: RollerForms::AsModelled,
+        ..LoadOptions::default()
+    };
+    let loaded = Robot::from_urdf_str_with(&text, "short.urdf", &options).expect("as it is");
+    assert!(loaded.outlines[0].gap_share > 0.1);
+    let wheel = &loaded.robot.wheels[0];
+    for roller in &wheel.rollers {
+        let RollerForm::AsModelled(modelled) = &roller.form else {
+            panic!("{:?}", roller.form);
+        };
+        // Along its axis, either way: the cylinder to 5 mm, the ball to 14 mm on its side.
+        let reach = |z: f64| {
+            let reaches = modelled
+                .shapes
+                .iter()
+                .map(|s| s.reach_m(&Vector3::new(0.0, 0.0, z)));
+            reaches.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let mut ends = [reach(1.0), reach(-1.0)];
+        ends.sort_by(f64::total_cmp);
+        // The file's turns are written with ten digits or so.
+        assert!(
+            (ends[0] - 0.006).abs() < 1e-8 && (ends[1] - 0.014).abs() < 1e-8,
+            "{ends:?}"
+        );
+        // The profile tells the same.
+        assert!((modelled.profile.support_m(1.0) - reach(1.0)).abs() < 1e-8);
+        assert!((modelled.profile.support_m(-1.0) - reach(-1.0)).abs() < 1e-8);
+        // Across the axis it is as thick as the cylinder.
+        assert!((modelled.profile.support_m(0.0) - 0.012).abs() < 1e-15);
+    }
+    // A roller points straight down: the wheel stands on its cylinder.
+    assert!(
+        (wheel.reach_at_rest_m() - 0.05).abs() < 1e-6,
+        "{}",
+        wheel.reach_at_rest_m()
+    );
 }
 
 #[rstest]

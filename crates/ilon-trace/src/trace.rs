@@ -252,6 +252,7 @@ fn silhouette_points_m(shape: &CollisionShape) -> Vec<Vector3<f64>> {
         })
     };
     match *shape {
+        CollisionShape::ConvexHull { ref points_m } => points_m.iter().map(|p| p.coords).collect(),
         CollisionShape::Box { half_extents_m: h } => [-1.0, 1.0]
             .iter()
             .flat_map(|&x| [-1.0, 1.0].iter().map(move |&y| (x, y)))

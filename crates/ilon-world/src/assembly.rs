@@ -1,9 +1,10 @@
 //! Building the robot's multibody: chassis, hubs, and a body for every roller that shall have one.
 
-use ilon_robot::{Collision, CollisionShape, Joint, MassProperties as RobotMass, Robot};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use ilon_robot::{Collision, Joint, MassProperties as RobotMass, Robot};
+use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
+use crate::collision::shape_of;
 use crate::state::State;
 use crate::wheel_body::{self, RollerState, WheelBody};
 use crate::{Settings, convert, groups};
@@ -43,8 +44,9 @@ impl Assembly {
         );
         let chassis_from_body = Isometry3::from(-robot.chassis.mass.center_of_mass_m);
         for collision in &robot.chassis.collisions {
-            let collider = chassis_collider(&chassis_from_body, collision, friction);
-            rapier.insert_collider(collider, Some(chassis));
+            if let Some(collider) = chassis_collider(&chassis_from_body, collision, friction) {
+                rapier.insert_collider(collider, Some(chassis));
+            }
         }
         let mut wheels: Vec<WheelBody> = (0..robot.wheels.len())
             .map(|i| {
@@ -176,34 +178,15 @@ fn chassis_collider(
     chassis_from_body: &Isometry3<f64>,
     collision: &Collision,
     friction: f64,
-) -> ColliderBuilder {
-    // URDF's cylinders and capsules stand along z, parry's along y.
-    let y_to_z = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-    let (shape, turn) = match &collision.shape {
-        CollisionShape::Box { half_extents_m: h } => (
-            SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real),
-            UnitQuaternion::identity(),
-        ),
-        CollisionShape::Cylinder { radius_m, length_m } => (
-            SharedShape::cylinder(0.5 * *length_m as Real, *radius_m as Real),
-            y_to_z,
-        ),
-        CollisionShape::Capsule { radius_m, length_m } => (
-            SharedShape::capsule_z(0.5 * *length_m as Real, *radius_m as Real),
-            UnitQuaternion::identity(),
-        ),
-        CollisionShape::Sphere { radius_m } => (
-            SharedShape::ball(*radius_m as Real),
-            UnitQuaternion::identity(),
-        ),
-    };
-    let placed = chassis_from_body * collision.body_from_shape * turn;
-    ColliderBuilder::new(shape)
-        .position(convert::pose(&placed))
+) -> Option<ColliderBuilder> {
+    let (body_from_shape, shape) = shape_of(collision)?;
+    let collider = ColliderBuilder::new(shape)
+        .position(convert::pose(&(chassis_from_body * body_from_shape)))
         .density(0.0)
         .friction(friction as Real)
         .friction_combine_rule(CoefficientCombineRule::Min)
-        .collision_groups(groups::CHASSIS)
+        .collision_groups(groups::CHASSIS);
+    Some(collider)
 }
 
 /// Looks up, once, where each hub and slot stands in the robot's multibody.

@@ -24,4 +24,23 @@ pub enum WorldError {
         /// By how much the end sphere's radius is negative, in millimetres.
         missing_mm: f64,
     },
+    /// A roller shall have the shapes of its file, but one of them is a mesh without volume.
+    #[error(
+        "wheel `{wheel}`: roller `{roller}` has a collision mesh without volume; take barrels, or mend the mesh"
+    )]
+    FlatRoller {
+        /// The wheel's name.
+        wheel: String,
+        /// The roller's name.
+        roller: String,
+    },
+    /// Rollers shall have the shapes of their file, and bodies only near the ground.
+    #[error(
+        "wheel `{wheel}`: its rollers have the shapes of their file, and which of them can touch is known of barrels only; \
+         give every roller a body"
+    )]
+    ModelledRollersNear {
+        /// The wheel's name.
+        wheel: String,
+    },
 }

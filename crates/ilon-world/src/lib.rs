@@ -6,6 +6,7 @@
 //! Only this crate of the project names rapier or parry.
 
 mod assembly;
+mod collision;
 mod contact;
 mod convert;
 mod energy;

@@ -4,7 +4,8 @@ use ilon_robot::{Roller, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::{RollerBodies, RollerShape, Settings, convert};
+use crate::collision::shape_of_roller;
+use crate::{RollerBodies, Settings, convert};
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -37,7 +38,7 @@ pub(crate) struct Coasted {
 pub(crate) struct Slot {
     /// The body.
     pub body: RigidBodyHandle,
-    /// Its collider, the exact barrel.
+    /// Its collider: the exact barrel, or the shapes of the roller's file.
     pub collider: ColliderHandle,
     /// Its link in the robot's multibody.
     pub link: usize,
@@ -99,20 +100,11 @@ pub(crate) fn joint_frame(parent_from_child: &Isometry3<f64>) -> Pose {
     convert::pose(&(parent_from_child * child_from_joint))
 }
 
-/// The pose of a roller's frame in the hub frame: z along its axis.
-pub(crate) fn hub_from_roller(roller: &Roller) -> Isometry3<f64> {
-    let z = Vector3::z();
-    let rotation = UnitQuaternion::rotation_between(&z, &roller.axis_in_hub).unwrap_or_else(|| {
-        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-    });
-    Isometry3::from_parts(roller.center_in_hub_m.into(), rotation)
-}
-
 impl RollerState {
     /// A roller at rest, with armature as a multiple of its own inertia.
     pub fn new(roller: &Roller, armature_ratio: f64) -> Self {
         Self {
-            hub_from_roller: hub_from_roller(roller),
+            hub_from_roller: roller.hub_from_roller(),
             place_rad: roller.place_rad(),
             steady_rate_rad_s: 0.0,
             spin_inertia_kg_m2: (1.0 + armature_ratio) * roller.axial_inertia_kg_m2,
@@ -273,9 +265,10 @@ pub(crate) fn insert(
                 .additional_mass_properties(mass),
         );
         rapier.insert_multibody_joint(hub, body, joint_about_z(hub_from_roller));
-        let shape = RollerShape::new(&wheel.barrel(&wheel.rollers[roller]));
+        let shape = shape_of_roller(wheel, &wheel.rollers[roller])
+            .expect("the shapes are checked before the robot is built");
         let collider = rapier.insert_collider(
-            ColliderBuilder::new(SharedShape::new(shape))
+            ColliderBuilder::new(shape)
                 .density(0.0)
                 .friction(friction as Real)
                 .friction_combine_rule(CoefficientCombineRule::Min)

@@ -2,11 +2,14 @@
 
 mod disturbance;
 
-use ilon_robot::{MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, Twist, Wheel};
+use ilon_robot::{
+    MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, RollerForm, Twist, Wheel,
+};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::assembly::Assembly;
+use crate::collision::shape_of_roller;
 use crate::contact::WheelContact;
 use crate::energy::{Energy, energy};
 use crate::ground::Ground;
@@ -652,6 +655,19 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
     floor.check()?;
     for wheel in &robot.wheels {
         for roller in &wheel.rollers {
+            if let RollerForm::AsModelled(_) = roller.form {
+                let wheel_name = wheel.name.clone();
+                if settings.roller_bodies == RollerBodies::Near {
+                    return Err(WorldError::ModelledRollersNear { wheel: wheel_name });
+                }
+                if shape_of_roller(wheel, roller).is_none() {
+                    return Err(WorldError::FlatRoller {
+                        wheel: wheel_name,
+                        roller: roller.name.clone(),
+                    });
+                }
+                continue;
+            }
             let barrel = wheel.barrel(roller);
             let end_radius_m = barrel.sphere_radius_m(barrel.half_length_m);
             if end_radius_m <= 0.0 {

@@ -11,7 +11,7 @@ use super::wheels::{Candidate, check_level, hub_frame, remark_motor};
 use super::{Loading, remark};
 use crate::Barrel;
 use crate::error::{Fault, RobotError};
-use crate::model::{Joint, MassProperties, Roller, Wheel};
+use crate::model::{Joint, MassProperties, Roller, RollerForm, Wheel};
 
 /// Density of rubber, for rollers of which no mass is said, in kg/m^3.
 const RUBBER_KG_M3: f64 = 1100.0;
@@ -219,6 +219,7 @@ pub(super) fn wheel(
                     damping_n_m_s: options.damping_n_m_s,
                     friction_n_m: options.friction_n_m,
                 },
+                form: RollerForm::Barrel,
             }
         })
         .collect();

@@ -10,9 +10,10 @@ use nalgebra::{Unit, Vector2, Vector3};
 use serde::Serialize;
 
 use super::handover::Handover;
-use super::profile::Profile;
+use super::options::RollerForms;
 use super::remark;
 use crate::model::Remark;
+use crate::profile::Profile;
 
 /// Directions in which the hull is sampled: a tenth of a degree apart.
 const SAMPLES: usize = 3600;
@@ -51,14 +52,18 @@ pub struct WheelOutline {
 
 impl WheelOutline {
     /// Says where the geometry rolls otherwise than the wheel that was fitted to it, by more than one per cent.
-    pub(super) fn remark_rolling(&self, remarks: &mut Vec<Remark>) {
+    pub(super) fn remark_rolling(&self, form: RollerForms, remarks: &mut Vec<Remark>) {
         let off_m = (self.rolling_radius_m - self.fitted_radius_m).abs();
         if off_m.max(self.ripple_m) > 0.01 * self.fitted_radius_m {
+            let taken = match form {
+                RollerForms::Barrel => "it is taken as a wheel with barrels for rollers of",
+                RollerForms::AsModelled => "it rolls so, and the control takes it for a wheel of",
+            };
             remarks.push(remark(
                 format!("wheel `{}`", self.wheel),
                 format!(
-                    "its collision geometry rolls on a radius of {:.2} mm and rises and falls by {:.2} mm a turn; it is \
-                     taken as a wheel of {:.2} mm with barrels for rollers",
+                    "its collision geometry rolls on a radius of {:.2} mm and rises and falls by {:.2} mm a turn; {taken} \
+                     {:.2} mm",
                     1e3 * self.rolling_radius_m,
                     1e3 * self.ripple_m,
                     1e3 * self.fitted_radius_m
@@ -85,7 +90,7 @@ impl Modelled {
     /// The point that reaches furthest in a unit direction across the hub axis, seen along the hub axis, in metres.
     fn point_m(&self, outward: &Vector3<f64>) -> Vector2<f64> {
         let w = self.axis_in_hub.dot(outward);
-        let part = self.profile.furthest(w);
+        let (part, _) = self.profile.furthest(w);
         // Outward across the roller's axis; on the axis itself any direction is as good.
         let across = outward - self.axis_in_hub.into_inner() * w;
         let across = across.try_normalize(1e-12).unwrap_or_default();
@@ -255,20 +260,19 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::load::profile::Part;
+    use crate::profile::ProfilePart;
 
     /// `count` spheres of a radius on a ring.
     fn spheres(count: usize, ring_m: f64, radius_m: f64) -> Vec<Modelled> {
         let sphere = |i: usize| Modelled {
             foot_in_hub_m: outward(TAU * i as f64 / count as f64) * ring_m,
             axis_in_hub: Vector3::z_axis(),
-            profile: Profile {
-                parts: vec![Part {
-                    t_m: 0.0,
-                    ring_m: 0.0,
-                    ball_m: radius_m,
-                }],
-            },
+            profile: Profile::new(vec![ProfilePart {
+                t_m: 0.0,
+                ring_m: 0.0,
+                ball_m: radius_m,
+            }])
+            .unwrap(),
         };
         (0..count).map(sphere).collect()
     }

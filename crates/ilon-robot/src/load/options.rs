@@ -14,8 +14,21 @@ pub struct LoadOptions {
     /// Mends what can be mended safely, and remarks each change: missing and impossible inertias, elements that stand
     /// twice, gaps between rollers.
     pub mend: bool,
+    /// What rollers touch the ground with.
+    pub rollers: RollerForms,
     /// Puts rollers into wheels that have none in the file.
     pub wheels: Option<WheelOptions>,
+}
+
+/// What the rollers of a robot touch the ground with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RollerForms {
+    /// The exact barrel that is fitted to what the file models.
+    #[default]
+    Barrel,
+    /// The file's own collision shapes, gaps and ripple included; rollers that are put in are barrels all the same.
+    AsModelled,
 }
 
 /// A ROS package and its folder.

@@ -1,9 +1,5 @@
-//! A roller's collision geometry as a body of revolution about the roller's axis.
-//!
-//! Every part is a circle about the axis, at t from the point nearest to the hub axis, thickened by a ball: a sphere is a
-//! ball on the axis, a cylinder two circles without a ball, a mesh the circles of its outermost vertices. What the ground
-//! meets is the convex hull, and its support in a unit direction with component w along the axis is the largest
-//! t w + ring sqrt(1 - w^2) + ball over the parts.
+//! Reads a roller's collision geometry as a [`Profile`] about the roller's axis, with t counted from the point nearest to
+//! the hub axis.
 
 use nalgebra::{Point3, Unit, Vector3};
 use urdf_rs::Geometry;
@@ -11,68 +7,20 @@ use urdf_rs::Geometry;
 use super::mesh::Meshes;
 use super::tree::PlacedShape;
 use crate::error::Fault;
+use crate::profile::{Profile, ProfilePart as Part};
 
-/// A circle about the axis, thickened by a ball.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Part {
-    /// Place along the axis, in metres.
-    pub(super) t_m: f64,
-    /// Radius of the circle, in metres.
-    pub(super) ring_m: f64,
-    /// Radius of the ball, in metres.
-    pub(super) ball_m: f64,
-}
-
-/// A body of revolution, at least one part.
-#[derive(Clone, Debug)]
-pub(super) struct Profile {
-    pub(super) parts: Vec<Part>,
-}
-
-impl Profile {
-    /// The convex hull's reach in a unit direction with component `w` along the axis, in metres.
-    pub(super) fn support_m(&self, w: f64) -> f64 {
-        let across = (1.0 - w * w).max(0.0).sqrt();
-        let reach = |p: &Part| p.t_m * w + p.ring_m * across + p.ball_m;
-        self.parts
-            .iter()
-            .map(reach)
-            .fold(f64::NEG_INFINITY, f64::max)
+/// Reads collision shapes, all in one frame with the axis, which passes through `foot`.
+pub(super) fn read(
+    foot: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    shapes: &[PlacedShape],
+    meshes: &Meshes,
+) -> Result<Profile, Fault> {
+    let mut parts = Vec::new();
+    for shape in shapes {
+        read_shape(foot, axis, shape, meshes, &mut parts)?;
     }
-
-    /// The part that reaches furthest in a unit direction with component `w` along the axis.
-    pub(super) fn furthest(&self, w: f64) -> Part {
-        let across = (1.0 - w * w).max(0.0).sqrt();
-        let reach = |p: &Part| p.t_m * w + p.ring_m * across + p.ball_m;
-        let furthest = |a: Part, b: &Part| if reach(b) > reach(&a) { *b } else { a };
-        self.parts.iter().skip(1).fold(self.parts[0], furthest)
-    }
-
-    /// First and last place along the axis that has a part.
-    pub(super) fn span_m(&self) -> (f64, f64) {
-        self.parts
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), p| {
-                (first.min(p.t_m), last.max(p.t_m))
-            })
-    }
-
-    /// Reads collision shapes, all in one frame with the axis, which passes through `foot`.
-    pub(super) fn read(
-        foot: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-        shapes: &[PlacedShape],
-        meshes: &Meshes,
-    ) -> Result<Self, Fault> {
-        let mut parts = Vec::new();
-        for shape in shapes {
-            read_shape(foot, axis, shape, meshes, &mut parts)?;
-        }
-        if parts.is_empty() {
-            return Err(Fault::RollerWithoutShape);
-        }
-        Ok(Self { parts })
-    }
+    Profile::new(parts).ok_or(Fault::RollerWithoutShape)
 }
 
 fn read_shape(

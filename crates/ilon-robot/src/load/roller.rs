@@ -5,7 +5,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::profile::{Part, Profile};
+use crate::profile::{Profile, ProfilePart as Part};
 
 /// The common perpendicular of hub axis and roller axis, in the hub frame.
 pub(super) struct Skew {
@@ -71,9 +71,9 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
     let k = skew.gamma_rad.cos();
     let (first, last) = profile.span_m();
     let half_extent_m = 0.5 * (last - first);
-    let balls = profile.parts.iter().all(|p| p.ring_m == 0.0);
+    let balls = profile.parts().iter().all(|p| p.ring_m == 0.0);
     let alike = |p: &Part| {
-        let q = &profile.parts[0];
+        let q = &profile.parts()[0];
         (p.ring_m - q.ring_m).abs() + (p.ball_m - q.ball_m).abs() < 1e-6 * a
     };
     let of_rho = |wheel_radius_m, half_length_m, error_m| Outline {
@@ -82,9 +82,9 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
         middle_m: 0.5 * (first + last),
         error_m,
     };
-    match profile.parts[..] {
+    match *profile.parts() {
         [ref ball] if balls => of_rho(a + ball.ball_m, None, 0.0),
-        [ref end, _] if profile.parts.iter().all(alike) => {
+        [ref end, _] if profile.parts().iter().all(alike) => {
             let rho = a + end.ring_m + end.ball_m;
             let half_length_m = if balls {
                 half_extent_m
@@ -94,8 +94,13 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
             of_rho(rho, Some(half_length_m), 0.0)
         }
         _ if balls => {
-            let reaches = || profile.parts.iter().map(|p| a.hypot(p.t_m * k) + p.ball_m);
-            let rho = reaches().sum::<f64>() / profile.parts.len() as f64;
+            let reaches = || {
+                profile
+                    .parts()
+                    .iter()
+                    .map(|p| a.hypot(p.t_m * k) + p.ball_m)
+            };
+            let rho = reaches().sum::<f64>() / profile.parts().len() as f64;
             let error_m = reaches().map(|r| (r - rho).abs()).fold(0.0, f64::max);
             of_rho(rho, Some(half_extent_m), error_m)
         }

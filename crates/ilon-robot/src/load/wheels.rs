@@ -7,15 +7,24 @@ use nalgebra::{
     Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
 };
 
+use urdf_rs::Geometry;
+
 use super::handover::{Handover, WIDEST_GAP_RAD, barrel_half_length_m, close_gaps};
+use super::mesh::Meshes;
 use super::modelled;
-use super::profile::Profile;
+use super::options::RollerForms;
+use super::profile;
 use super::roller::{self, Outline, Skew};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, RigidBody, Tree, TreeJoint, transformed};
+use super::whole::primitive;
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
-use crate::model::{MassProperties, MotorLimits, Remark, Roller, Wheel};
+use crate::model::{
+    Collision, CollisionShape, MassProperties, ModelledRoller, MotorLimits, Remark, Roller,
+    RollerForm, Wheel,
+};
+use crate::profile::Profile;
 
 /// Fewest rollers that make a wheel.
 const LEAST_ROLLERS: usize = 3;
@@ -86,6 +95,8 @@ struct Seen {
     body: RigidBody,
     axis: Unit<Vector3<f64>>,
     skew: Skew,
+    /// In the frame of the axis and foot.
+    shapes: Vec<PlacedShape>,
     profile: Profile,
     outline: Outline,
 }
@@ -119,13 +130,20 @@ pub(super) fn measure(
     let radius_m = seen.iter().map(|s| s.outline.wheel_radius_m).sum::<f64>() / count;
     check_alike(source, tree, &seen, gamma_rad, radius_m)?;
     let remarks = &mut loading.remarks;
-    let lone_spheres = give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, remarks);
+    let forms = loading.options.rollers;
+    // What barrels make of the geometry is of no interest where there are none.
+    let mut unsaid = Vec::new();
+    let of_barrels = match forms {
+        RollerForms::Barrel => &mut *remarks,
+        RollerForms::AsModelled => &mut unsaid,
+    };
+    let lone_spheres = give_lone_spheres_a_length(&joint.name, &mut seen, radius_m, of_barrels);
+    remark_outline(&joint.name, &seen, radius_m, of_barrels);
 
     let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
         let link = &tree.links[hub_body.link].name;
         source.inertial_error(link, Fault::NoMass)
     })?;
-    remark_outline(&joint.name, &seen, radius_m, remarks);
     let mut rollers = Vec::with_capacity(seen.len());
     for s in &seen {
         rollers.push(roller(
@@ -138,9 +156,16 @@ pub(super) fn measure(
             remarks,
         )?);
     }
+    if forms == RollerForms::AsModelled {
+        for (roller, s) in rollers.iter_mut().zip(&seen) {
+            let modelled = as_modelled(roller, s, middle_z_m, &loading.meshes)
+                .map_err(|fault| source.link_error(&tree.links[s.body.link].name, fault))?;
+            roller.form = RollerForm::AsModelled(modelled);
+        }
+    }
     rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
     let mut handover = Handover::between(&rollers, gamma_rad);
-    if handover.widest_gap_rad > WIDEST_GAP_RAD {
+    if handover.widest_gap_rad > WIDEST_GAP_RAD && forms == RollerForms::Barrel {
         if !loading.options.mend {
             return Err(source.joint_error(&joint.name, handover.fault()));
         }
@@ -158,7 +183,9 @@ pub(super) fn measure(
             return Err(source.joint_error(&joint.name, handover.fault()));
         }
     }
-    handover.remark(&joint.name, radius_m, remarks);
+    if forms == RollerForms::Barrel {
+        handover.remark(&joint.name, radius_m, remarks);
+    }
     remark_motor(&joint.name, &joint.limits, remarks);
 
     let mut modelled: Vec<modelled::Modelled> = seen
@@ -172,9 +199,9 @@ pub(super) fn measure(
     let place_rad = |m: &modelled::Modelled| m.foot_in_hub_m.y.atan2(m.foot_in_hub_m.x);
     modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
     let outline = modelled::outline(&joint.name, radius_m, &modelled, &handover);
-    // Of lone spheres it is said already.
-    if lone_spheres == 0 {
-        outline.remark_rolling(remarks);
+    // Of lone spheres it is said already what barrels make of them.
+    if lone_spheres == 0 || forms == RollerForms::AsModelled {
+        outline.remark_rolling(forms, remarks);
     }
     remark_crowd(&joint.name, &rollers, remarks);
     loading.outlines.push(outline);
@@ -275,7 +302,7 @@ fn see(
             geometry: s.geometry.clone(),
         })
         .collect();
-    let profile = Profile::read(&skew.foot, &axis, &shapes, &loading.meshes)
+    let profile = profile::read(&skew.foot, &axis, &shapes, &loading.meshes)
         .map_err(|fault| source.link_error(&tree.links[joint.child].name, fault))?;
     let outline = roller::outline(&skew, &profile, half_pitch_rad);
     Ok(Seen {
@@ -283,6 +310,7 @@ fn see(
         body,
         axis,
         skew,
+        shapes,
         profile,
         outline,
     })
@@ -472,5 +500,48 @@ fn roller(
         // The trace is the same in every frame.
         transverse_inertia_kg_m2: 0.5 * (inertia_kg_m2.trace() - axial_inertia_kg_m2),
         joint: joint.losses,
+        form: RollerForm::Barrel,
+    })
+}
+
+/// The file's own shapes of a roller, in its frame.
+fn as_modelled(
+    roller: &Roller,
+    seen: &Seen,
+    middle_z_m: f64,
+    meshes: &Meshes,
+) -> Result<ModelledRoller, Fault> {
+    // What was seen is placed in the frame about the joint's origin; the hub's frame has the wheel's middle.
+    let hub_from_seen = Translation3::new(0.0, 0.0, -middle_z_m);
+    let roller_from_seen = roller.hub_from_roller().inverse() * hub_from_seen;
+    let mut shapes = Vec::with_capacity(seen.shapes.len());
+    for PlacedShape {
+        body_from_shape,
+        geometry,
+    } in &seen.shapes
+    {
+        let shape = match (primitive(geometry), geometry) {
+            (Some(shape), _) => shape,
+            (None, Geometry::Mesh { filename, scale }) => {
+                let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
+                let vertices = meshes.vertices(filename)?;
+                let points_m = vertices
+                    .iter()
+                    .map(|v| Point3::from(v.coords.component_mul(&scale)));
+                CollisionShape::ConvexHull {
+                    points_m: points_m.collect(),
+                }
+            }
+            (None, _) => continue,
+        };
+        shapes.push(Collision {
+            body_from_shape: roller_from_seen * body_from_shape,
+            shape,
+        });
+    }
+    Ok(ModelledRoller {
+        shapes,
+        // Counted from the foot, which is the roller's centre, along the joint's axis, which is z of its frame.
+        profile: seen.profile.clone(),
     })
 }

@@ -78,23 +78,9 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
         geometry,
     } in body.shapes
     {
-        let shape = match geometry {
-            Geometry::Box { size } => CollisionShape::Box {
-                half_extents_m: Vector3::from(*size) * 0.5,
-            },
-            Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
-                radius_m: radius,
-                length_m: length,
-            },
-            Geometry::Capsule { radius, length } => CollisionShape::Capsule {
-                radius_m: radius,
-                length_m: length,
-            },
-            Geometry::Sphere { radius } => CollisionShape::Sphere { radius_m: radius },
-            Geometry::Mesh { .. } => {
-                meshes += 1;
-                continue;
-            }
+        let Some(shape) = primitive(&geometry) else {
+            meshes += 1;
+            continue;
         };
         collisions.push(Collision {
             body_from_shape,
@@ -113,6 +99,25 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
         name,
         mass,
         collisions,
+    })
+}
+
+/// A geometry of URDF but for meshes.
+pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
+    Some(match geometry {
+        Geometry::Box { size } => CollisionShape::Box {
+            half_extents_m: Vector3::from(**size) * 0.5,
+        },
+        Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
+            radius_m: *radius,
+            length_m: *length,
+        },
+        Geometry::Capsule { radius, length } => CollisionShape::Capsule {
+            radius_m: *radius,
+            length_m: *length,
+        },
+        Geometry::Sphere { radius } => CollisionShape::Sphere { radius_m: *radius },
+        Geometry::Mesh { .. } => return None,
     })
 }
 
@@ -145,7 +150,7 @@ pub(super) fn check(source: &Source, robot: Robot) -> Result<Robot, RobotError> 
         .chassis
         .collisions
         .iter()
-        .map(lowest_point_m)
+        .map(|collision| -collision.reach_m(&-Vector3::z()))
         .fold(f64::INFINITY, f64::min);
     let radius_m = robot
         .wheels
@@ -159,19 +164,4 @@ pub(super) fn check(source: &Source, robot: Robot) -> Result<Robot, RobotError> 
         return Err(source.link_error(&robot.chassis.name, fault));
     }
     Ok(robot)
-}
-
-/// Height of the lowest point of a shape in the body frame, in metres.
-fn lowest_point_m(collision: &Collision) -> f64 {
-    // Down in the shape's frame; the reach of each shape in a unit direction is its support.
-    let d = collision.body_from_shape.rotation.inverse() * -Vector3::z();
-    let reach_m = match collision.shape {
-        CollisionShape::Box { half_extents_m } => half_extents_m.dot(&d.abs()),
-        CollisionShape::Cylinder { radius_m, length_m } => {
-            radius_m * d.xy().norm() + 0.5 * length_m * d.z.abs()
-        }
-        CollisionShape::Capsule { radius_m, length_m } => radius_m + 0.5 * length_m * d.z.abs(),
-        CollisionShape::Sphere { radius_m } => radius_m,
-    };
-    collision.body_from_shape.translation.vector.z - reach_m
 }

@@ -35,6 +35,7 @@ pub fn wheel(position_m: Vector3<f64>, axis_yaw_rad: f64, gamma_rad: f64, count:
                     damping_n_m_s: 1e-6,
                     friction_n_m: 0.0,
                 },
+                form: ilon_robot::RollerForm::Barrel,
             }
         })
         .collect();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_robot::{Handedness, LoadOptions, Package, Robot, WheelOptions};
+use ilon_robot::{Handedness, LoadOptions, Package, Robot, RollerForms, WheelOptions};
 
 use super::Outcome;
 use super::table::Table;
@@ -21,6 +21,10 @@ pub(super) struct Arguments {
     /// Mend what is safe to mend in the file, and say what.
     #[arg(long)]
     mend: bool,
+    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
+    /// between rollers are no fault then.
+    #[arg(long)]
+    as_modelled: bool,
     #[command(flatten)]
     wheels: Wheels,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
@@ -98,6 +102,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = LoadOptions {
         packages: arguments.packages.clone(),
         mend: arguments.mend,
+        rollers: if arguments.as_modelled {
+            RollerForms::AsModelled
+        } else {
+            RollerForms::Barrel
+        },
         wheels: arguments.wheels.options(),
     };
     let loaded = Robot::load_with(&arguments.robot, &options)?;

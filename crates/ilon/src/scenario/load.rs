@@ -7,7 +7,7 @@ use miette::{NamedSource, SourceSpan};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-use super::{Motion, Scenario, Step, keys};
+use super::{Motion, Robot, RollerBodies, Rollers, Scenario, Step, keys};
 use crate::{Error, ScenarioFault};
 
 /// A key changed from outside the file: `--set KEY=VALUE`.
@@ -127,6 +127,18 @@ impl Scenario {
                     "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop",
                 ));
             }
+        }
+        let Robot {
+            rollers,
+            roller_bodies,
+            ..
+        } = self.robot;
+        if (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near) {
+            return Err(Error::invalid(
+                "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
+                 can touch the ground is known of barrels only",
+                "give every roller a body, `robot.roller_bodies` = \"all\", or take barrels",
+            ));
         }
         if let Step::Seconds(dt_s) = self.run.physics_dt_s {
             let steps = self.run.control_dt_s / dt_s;

@@ -23,7 +23,7 @@ pub use guidance::{Guidance, Kinematics, Priority, Saturation};
 pub use keys::nearest;
 pub use load::Setting;
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
-pub use robot::{Gamma, Robot, RollerBodies, Wheels};
+pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use wheels::{DcMotor, Motors, WheelLaw, WheelLoop};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{Handedness, LoadOptions, Package, WheelOptions};
+use ilon_robot::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,9 @@ pub struct Robot {
     /// Which rollers are bodies of their own in the simulated world.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
+    /// What the rollers touch the ground with.
+    #[serde(default)]
+    pub rollers: Rollers,
     /// Whether what can be mended safely in the robot's file is mended, each change being told of: missing and impossible
     /// inertias, elements that stand twice, gaps between rollers.
     #[serde(default)]
@@ -49,6 +52,10 @@ impl Robot {
         LoadOptions {
             packages: self.packages.iter().map(package).collect(),
             mend: self.mend,
+            rollers: match self.rollers {
+                Rollers::Barrel => RollerForms::Barrel,
+                Rollers::AsModelled => RollerForms::AsModelled,
+            },
             wheels: self.wheels.as_ref().map(Wheels::options),
         }
     }
@@ -131,6 +138,18 @@ impl Wheels {
             friction_n_m,
         }
     }
+}
+
+/// What rollers touch the ground with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rollers {
+    /// The exact barrel, fitted to what the robot's file models.
+    #[default]
+    Barrel,
+    /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other simulators roll on.
+    /// Every roller must be a body. Rollers that are put in by `robot.wheels` stay barrels.
+    AsModelled,
 }
 
 /// Which rollers are bodies of their own in the simulated world.
