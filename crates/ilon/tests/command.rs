@@ -182,7 +182,10 @@ fn check_ends_with_1_where_an_expectation_fails_and_tells_what_when_and_how_to_s
         text.contains("_target_rad_s >= -4.62 and <= 4.62 always failed: measured"),
         "{text}"
     );
-    assert!(text.contains("to see it: ilon run good.toml"), "{text}");
+    assert!(
+        text.contains("to see it: ilon run good.toml --set 'twist.vx_m_s=0.3'\n"),
+        "{text}"
+    );
     assert!(folder.path("kept/good/report.html").exists());
 }
 
@@ -222,13 +225,21 @@ fn a_baseline_holds_the_same_run_and_locates_where_another_leaves_it() {
         "base",
         "--set",
         "twist.vx_m_s=0.199",
+        "--keep",
+        "kept",
     ];
     let output = folder.ilon(&slower);
     assert_code(&output, 1);
+    let text = stdout(&output);
+    assert!(text.contains("leaves its baseline at 0.11 s"), "{text}");
     assert!(
-        stdout(&output).contains("leaves its baseline at 0.11 s"),
-        "{}",
-        stdout(&output)
+        text.contains("drawn in kept/good/difference.html"),
+        "{text}"
+    );
+    let page = std::fs::read_to_string(folder.path("kept/good/difference.html"));
+    assert!(
+        page.expect("it was drawn")
+            .contains("leaves its baseline at 0.11 s")
     );
 }
 

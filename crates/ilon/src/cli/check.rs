@@ -14,6 +14,7 @@ use super::output::OutputFolder;
 use super::table::Table;
 use super::{Outcome, Settings};
 use crate::judge::{Difference, Verdict, differences, judge};
+use crate::report::difference;
 use crate::simulate::{self, Run};
 use crate::{Error, Scenario};
 
@@ -38,7 +39,8 @@ pub(super) struct Arguments {
     /// Write the trace of each scenario into this folder, as a baseline.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
-    /// Hold the trace of each scenario against the baseline in this folder, within `[expect.tolerances]`.
+    /// Hold the trace of each scenario against the baseline in this folder, within `[expect.tolerances]`; a difference is
+    /// drawn in `difference.html` below `--keep`, or below `out/check`.
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
     /// Rewrite the bounds on quantities of the summary in each scenario's file to what was measured, with this margin as
@@ -78,6 +80,8 @@ enum Ended {
 struct Judged {
     verdicts: Vec<Verdict>,
     differences: Vec<Difference>,
+    /// Where the differences are drawn, if there are any.
+    drawn: Option<PathBuf>,
     /// What `--update` changed in the file.
     changes: String,
 }
@@ -94,6 +98,9 @@ impl Judged {
             let more = self.differences.len() - DIFFERENCES_TOLD;
             lines.push(format!("{more} more signals leave their baseline"));
         }
+        if let Some(drawn) = &self.drawn {
+            lines.push(format!("drawn in {}", drawn.display()));
+        }
         lines
     }
 }
@@ -102,6 +109,11 @@ impl Judged {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let paths = scenarios(&arguments.paths, arguments.filter.as_deref())?;
     let stop = AtomicBool::new(false);
+    let settings = &arguments.settings.settings;
+    let settings: String = settings
+        .iter()
+        .map(|setting| format!(" --set '{setting}'"))
+        .collect();
     let checked: Vec<Checked> = paths
         .par_iter()
         .map(|path| {
@@ -110,7 +122,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
                 stop.store(true, Ordering::Relaxed);
             }
             // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
-            let _ = super::print(&checked.line());
+            let _ = super::print(&checked.line(&settings));
             checked
         })
         .collect();
@@ -192,9 +204,9 @@ fn check(path: &Path, arguments: &Arguments, stop: &AtomicBool) -> Checked {
 fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     let scenario = Scenario::load_with(path, &arguments.settings.settings)?;
     let run = simulate::run(&scenario)?;
-    let differences = match &arguments.against {
-        Some(folder) => against(&run, folder)?,
-        None => Vec::new(),
+    let (differences, drawn) = match &arguments.against {
+        Some(folder) => against(&run, folder, arguments)?,
+        None => (Vec::new(), None),
     };
     if let Some(folder) = &arguments.save {
         std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
@@ -208,6 +220,7 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     let judged = Judged {
         verdicts,
         differences,
+        drawn,
         changes,
     };
     if let Some(folder) = &arguments.keep
@@ -218,13 +231,26 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     Ok(judged)
 }
 
-fn against(run: &Run, folder: &Path) -> Result<Vec<Difference>, Error> {
+/// Holds a run against its baseline, and draws where it leaves it.
+fn against(
+    run: &Run,
+    folder: &Path,
+    arguments: &Arguments,
+) -> Result<(Vec<Difference>, Option<PathBuf>), Error> {
     let baseline = Trace::read_parquet(&baseline_file(folder, run))?;
-    Ok(differences(
-        &run.trace,
-        &baseline,
-        &run.scenario.expect.tolerances,
-    ))
+    let found = differences(&run.trace, &baseline, &run.scenario.expect.tolerances);
+    if found.is_empty() {
+        return Ok((found, None));
+    }
+    let below = match &arguments.keep {
+        Some(keep) => keep.clone(),
+        None => Path::new("out").join("check"),
+    };
+    let kept = below.join(&run.scenario.name);
+    std::fs::create_dir_all(&kept).map_err(|source| Error::write(&kept, &source))?;
+    let drawn = kept.join("difference.html");
+    difference::write(&drawn, &run.trace, &baseline, &found)?;
+    Ok((found, Some(drawn)))
 }
 
 fn baseline_file(folder: &Path, run: &Run) -> PathBuf {
@@ -240,7 +266,8 @@ impl Checked {
         }
     }
 
-    fn line(&self) -> String {
+    /// What came of it, with the `settings` under which it would be seen again.
+    fn line(&self, settings: &str) -> String {
         let took_s = self.took.as_secs_f64();
         let name = &self.name;
         match &self.result {
@@ -263,7 +290,7 @@ impl Checked {
                     text.push_str(&format!("         {failure}\n"));
                 }
                 text.push_str(&format!(
-                    "         to see it: ilon run {}\n",
+                    "         to see it: ilon run {}{settings}\n",
                     self.path.display()
                 ));
                 text.push_str(&judged.changes);

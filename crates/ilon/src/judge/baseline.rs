@@ -23,18 +23,27 @@ pub struct Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let number =
-            |value: Option<f64>| value.map_or("nothing".to_owned(), |value| value.to_string());
+        let value = |value: Option<f64>| value.map_or("nothing".to_owned(), number);
         write!(
             f,
             "{} leaves its baseline at {} s: {}, was {}; at worst {} off, where {} is allowed",
             self.signal,
             self.first_s,
-            number(self.run),
-            number(self.baseline),
-            self.worst,
-            self.tolerance
+            value(self.run),
+            value(self.baseline),
+            number(self.worst),
+            number(self.tolerance)
         )
+    }
+}
+
+/// A number with all its digits, and with an exponent where zeros would hide them.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        size if size == 0.0 || (1e-3..1e6).contains(&size) || !size.is_finite() => {
+            value.to_string()
+        }
+        _ => format!("{value:e}"),
     }
 }
 
@@ -149,6 +158,15 @@ mod tests {
         let found = differences(&run, &baseline, &allow(0.15));
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].first_s, found[0].run), (1.0, Some(0.2)));
+    }
+
+    #[test]
+    fn numbers_keep_their_digits_without_rows_of_zeros() {
+        let told = [0.0, -0.25, 1234.5, 2.977_733e-9, -1.5e7, f64::INFINITY].map(number);
+        assert_eq!(
+            told,
+            ["0", "-0.25", "1234.5", "2.977733e-9", "-1.5e7", "inf"]
+        );
     }
 
     #[test]

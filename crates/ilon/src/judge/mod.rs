@@ -3,7 +3,7 @@
 mod baseline;
 mod signals;
 
-pub use baseline::{Difference, differences};
+pub use baseline::{Difference, differences, number};
 pub use signals::check_names;
 
 use std::sync::OnceLock;
@@ -74,8 +74,10 @@ impl std::fmt::Display for Verdict {
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         match (measured, at_s) {
-            (Some(measured), Some(at_s)) => write!(f, "measured {measured} at {at_s} s"),
-            (Some(measured), None) => write!(f, "measured {measured}"),
+            (Some(measured), Some(at_s)) => {
+                write!(f, "measured {} at {at_s} s", number(*measured))
+            }
+            (Some(measured), None) => write!(f, "measured {}", number(*measured)),
             (None, _) => write!(f, "it does not apply to this run"),
         }
     }

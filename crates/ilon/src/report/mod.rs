@@ -3,6 +3,7 @@
 //! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
 //! summary's; its curves are thinned for the screen, and say so.
 
+pub mod difference;
 mod figure;
 mod figures;
 mod page;

@@ -31,6 +31,13 @@ impl std::str::FromStr for Setting {
     }
 }
 
+impl std::fmt::Display for Setting {
+    /// As it is written on the command line.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.key, self.value)
+    }
+}
+
 impl Setting {
     /// The setting as a line of TOML. A value that is no TOML is taken as text, so that no quotes are needed in a shell.
     fn as_toml(&self) -> String {

@@ -1,0 +1,273 @@
+//! A run that left its baseline, drawn: where it began, what it came to, and every signal that took part.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use ilon_trace::file::write_text;
+use ilon_trace::{Trace, TraceError};
+
+use super::figure::{
+    Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot, solid,
+};
+use super::page::{self, Head, Section, escape, grid};
+use crate::judge::{Difference, number};
+
+/// Rows before and after the first difference that are drawn one by one.
+const ROWS_AROUND: usize = 25;
+
+/// How many signals are drawn; the table has them all.
+const DRAWN: usize = 6;
+
+const RUN: Pen = solid("@real").width(2.2);
+const BASELINE: Pen = dashed("@asked");
+
+/// Writes what `differences` found, the earliest first, to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(
+    path: &Path,
+    run: &Trace,
+    baseline: &Trace,
+    found: &[Difference],
+) -> Result<(), TraceError> {
+    write_text(path, &html(run, baseline, found))
+}
+
+/// The differences between a run and its baseline as one HTML file that needs nothing else.
+pub fn html(run: &Trace, baseline: &Trace, found: &[Difference]) -> String {
+    let lead = match found.first() {
+        None => "<p class=\"lead\">The run is its baseline.</p>".to_owned(),
+        Some(first) => format!("<p class=\"lead\">{}.</p>", escape(&first.to_string())),
+    };
+    let head = Head {
+        title: format!("{} against its baseline", run.header.scenario_name),
+        facts: vec![
+            format!("robot <b>{}</b>", escape(&run.header.robot_name)),
+            format!(
+                "<b>{}</b> of {} signals differ",
+                found.len(),
+                run.header.signal_names().len()
+            ),
+            format!(
+                "<b>{:.2} s</b>, the baseline {:.2} s",
+                run.duration_s(),
+                baseline.duration_s()
+            ),
+        ],
+        lead,
+    };
+    let drawn = || found.iter().take(DRAWN).enumerate();
+    let began: Vec<Figure> = drawn()
+        .map(|(index, one)| around_the_first(index, one, run, baseline))
+        .collect();
+    let came_to: Vec<Figure> = std::iter::once(paths(run, baseline))
+        .chain(drawn().map(|(index, one)| over_the_run(index, one, run, baseline)))
+        .collect();
+    let sections = [
+        Section {
+            id: "began",
+            title: "Where it began",
+            lead: format!(
+                "The signals that left first, {ROWS_AROUND} rows before and after: a dot is a row of the trace."
+            ),
+            body: grid(&began),
+        },
+        Section {
+            id: "came-to",
+            title: "What it came to",
+            lead: "Over the whole run.".to_owned(),
+            body: grid(&came_to),
+        },
+        Section {
+            id: "signals",
+            title: "Every signal that differs",
+            lead: "In the order in which they left.".to_owned(),
+            body: table(found),
+        },
+    ];
+    let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
+                  the bit. Curves over the whole run are thinned for the screen.</p>";
+    page::page(&head, &sections, footer, &[])
+}
+
+/// The signal in both traces: time in seconds and value, where there is one.
+fn points(trace: &Trace, signal: &str) -> Vec<(f64, f64)> {
+    let times_s = trace.records().iter().map(|record| record.t_s);
+    let values = trace.signal(signal).unwrap_or_default();
+    times_s
+        .zip(values)
+        .filter_map(|(t_s, value)| Some((t_s, value?)))
+        .collect()
+}
+
+/// Both traces row by row around the first difference.
+fn around_the_first(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -> Figure {
+    let half_s = ROWS_AROUND as f64 * run.header.control_dt_s;
+    let near = |trace: &Trace| -> Vec<(f64, f64)> {
+        let mut points = points(trace, &one.signal);
+        points.retain(|(t_s, _)| (t_s - one.first_s).abs() <= half_s);
+        points
+    };
+    let (ours, theirs) = (near(run), near(baseline));
+    let values = || ours.iter().chain(&theirs).map(|(_, value)| *value);
+    let (low, high) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let mut curves: Vec<Box<dyn plotly::Trace>> = vec![
+        exact_curve("baseline", theirs.iter().copied(), BASELINE),
+        exact_curve("run", ours.iter().copied(), RUN),
+        dots("rows of the run", ours.iter().copied(), "@real", 6).show_legend(false),
+    ];
+    if one.tolerance > 0.0 {
+        for (name, sign) in [("tolerance", 1.0), ("", -1.0)] {
+            let edge = theirs
+                .iter()
+                .map(|(t_s, value)| (*t_s, value + sign * one.tolerance));
+            curves.push(exact_curve(name, edge, dotted("@limit")).show_legend(!name.is_empty()));
+        }
+    }
+    if low.is_finite() && high.is_finite() {
+        let mark = [(one.first_s, low), (one.first_s, high)];
+        curves.push(exact_curve(
+            "first difference",
+            mark.into_iter(),
+            dotted("@fg"),
+        ));
+    }
+    Figure {
+        id: format!("began-{index}"),
+        title: one.signal.clone(),
+        caption: format!("{}.", escape(&one.to_string())),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, layout("t in s", &one.signal)),
+    }
+}
+
+/// By how much a signal is off over the whole run. Rows are compared as the judge compares them: one by one.
+fn over_the_run(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -> Figure {
+    let times_s = run.records().iter().map(|record| record.t_s);
+    let values = |trace: &Trace| trace.signal(&one.signal).unwrap_or_default();
+    let pairs = times_s.zip(values(run).into_iter().zip(values(baseline)));
+    let off: Vec<(f64, f64)> = pairs
+        .filter_map(|(t_s, (ours, theirs))| Some((t_s, ours? - theirs?)))
+        .collect();
+    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    if let (Some(first), Some(last), true) = (off.first(), off.last(), one.tolerance > 0.0) {
+        for sign in [1.0, -1.0] {
+            let edge = [first.0, last.0].map(|t_s| (t_s, sign * one.tolerance));
+            curves.push(
+                exact_curve("tolerance", edge.into_iter(), dotted("@limit"))
+                    .show_legend(sign > 0.0),
+            );
+        }
+    }
+    curves.push(curve("run minus baseline", off.into_iter(), RUN));
+    Figure {
+        id: format!("came-to-{index}"),
+        title: format!("{}: run minus baseline", one.signal),
+        caption: format!(
+            "At worst {} off, where {} is allowed.",
+            number(one.worst),
+            number(one.tolerance)
+        ),
+        height_px: 300,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(curves, layout("t in s", &one.signal)),
+    }
+}
+
+/// Both ways from above.
+fn paths(run: &Trace, baseline: &Trace) -> Figure {
+    let way = |trace: &Trace| -> Vec<(f64, f64)> {
+        let poses = trace.records().iter().map(|record| record.truth.pose);
+        poses.map(|pose| (pose.x_m, pose.y_m)).collect()
+    };
+    let thin = |way: Vec<(f64, f64)>| {
+        super::thin::evenly(way.len(), super::thin::MAX_POINTS)
+            .into_iter()
+            .map(move |row| way[row])
+    };
+    let curves: Vec<Box<dyn plotly::Trace>> = vec![
+        exact_curve("baseline", thin(way(baseline)), BASELINE),
+        exact_curve("run", thin(way(run)), RUN),
+    ];
+    Figure {
+        id: "paths".to_owned(),
+        title: "The way, from above".to_owned(),
+        caption: "Where the body frame's origin really went.".to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, map_layout()),
+    }
+}
+
+fn table(found: &[Difference]) -> String {
+    let value = |value: Option<f64>| value.map_or("–".to_owned(), number);
+    let mut rows = String::new();
+    for one in found {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            rows,
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            escape(&one.signal),
+            one.first_s,
+            value(one.baseline),
+            value(one.run),
+            number(one.worst),
+            number(one.tolerance),
+        );
+    }
+    format!(
+        "<div class=\"card whole scroll\"><table><thead><tr><th>signal</th><th>first at, s</th><th>baseline there</th>\
+         <th>run there</th><th>largest difference</th><th>allowed</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::judge::differences;
+    use crate::report::sample::made_up_run;
+
+    #[test]
+    fn the_page_draws_the_signal_that_left_first_and_tells_all_of_them() {
+        let baseline = made_up_run(2.0, true);
+        let mut run = Trace::with_capacity(baseline.header.clone(), baseline.records().len());
+        for (record, wheels) in baseline.steps() {
+            let (mut record, mut wheels) = (*record, wheels.to_vec());
+            if record.t_s >= 0.5 {
+                wheels[1].torque_n_m += 0.01;
+            }
+            if record.t_s >= 1.0 {
+                record.truth.pose.x_m += 0.001;
+            }
+            run.push(record, &wheels);
+        }
+        let found = differences(&run, &baseline, &BTreeMap::new());
+        let html = html(&run, &baseline, &found);
+        assert!(html.contains("wheel1_torque_n_m leaves its baseline at 0.5 s"));
+        assert!(html.contains("<b>2</b> of"));
+        for place in ["began-0", "began-1", "came-to-1", "paths"] {
+            assert!(
+                html.contains(&format!("data-figure=\"{place}\"")),
+                "{place}"
+            );
+        }
+        assert_eq!(html.matches("<tr><th scope=\"row\">").count(), 2);
+    }
+
+    #[test]
+    fn a_run_of_other_signals_is_drawn_too() {
+        let (open, closed) = (made_up_run(1.0, true), made_up_run(1.0, false));
+        let found = differences(&open, &closed, &BTreeMap::new());
+        assert!(html(&open, &closed, &found).contains("desired_x_m"));
+    }
+}
