@@ -93,4 +93,4 @@ pub use prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings, Torqu
 pub use priority::{Task, TaskShare, share_capacity, sigma};
 pub use reference::{Desired, Heading, Reference};
 pub use singularity::{Singularity, SingularityKind};
-pub use wheel_loop::{WheelGains, WheelLoop, WheelLoopSettings};
+pub use wheel_loop::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};

@@ -11,6 +11,11 @@
 //! error's characteristic polynomial is z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when
 //! a > 0, b > 0 and 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
 //! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does not swing about it.
+//!
+//! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such limit. Within a step its
+//! torque falls as the wheel gains rate: tau(q' + x) = tau(q') - D x with D = k_p + k_i dt + k_d / (T + dt), T the
+//! derivative's time constant, which is the backward Euler rule. A plant that solves its step with that droop is stable
+//! for any gains and any dt.
 
 use crate::error::{not_negative, positive};
 use crate::motor::TorqueRange;
@@ -42,17 +47,14 @@ impl WheelGains {
         dt_s: f64,
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
-        let j_ground = positive(
-            "the wheel's inertia on the ground in kg m^2",
-            ground_inertia_kg_m2,
-        )?;
+        let j_ground = ground_inertia_kg_m2;
+        let continuous = Self::propose_continuous(j_ground, bandwidth_rad_s)?;
         let j_air = positive(
             "the wheel's inertia in the air in kg m^2",
             air_inertia_kg_m2,
         )?;
         let dt_s = positive("the wheel loop's period in s", dt_s)?;
-        let w_b = positive("the wheel loop's bandwidth in rad/s", bandwidth_rad_s)?;
-        let k_p = (j_ground * w_b).min(j_air / dt_s);
+        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s);
         Ok(Self {
             proportional_n_m_s: k_p,
             integral_n_m: 0.25 * k_p * k_p / j_ground,
@@ -60,21 +62,44 @@ impl WheelGains {
         })
     }
 
-    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`].
+    /// Gains of a loop that is faster than the steps, for a bandwidth in rad/s, from the largest inertia that a wheel
+    /// feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no derivative.
     ///
     /// # Errors
-    /// As [`Self::propose`].
+    /// [`ControlError::NotPositive`].
+    pub fn propose_continuous(
+        ground_inertia_kg_m2: f64,
+        bandwidth_rad_s: f64,
+    ) -> Result<Self, ControlError> {
+        let j_ground = positive(
+            "the wheel's inertia on the ground in kg m^2",
+            ground_inertia_kg_m2,
+        )?;
+        let w_b = positive("the wheel loop's bandwidth in rad/s", bandwidth_rad_s)?;
+        Ok(Self {
+            proportional_n_m_s: j_ground * w_b,
+            integral_n_m: 0.25 * j_ground * w_b * w_b,
+            derivative_n_m_s2: 0.0,
+        })
+    }
+
+    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`] or [`Self::propose_continuous`].
+    ///
+    /// # Errors
+    /// As those.
     pub fn for_robot(
         model: &DynamicModel,
+        timing: LoopTiming,
         dt_s: f64,
         bandwidth_rad_s: f64,
     ) -> Result<Self, ControlError> {
-        Self::propose(
-            model.ground_inertia_kg_m2(),
-            model.air_inertia_kg_m2(),
-            dt_s,
-            bandwidth_rad_s,
-        )
+        let j_ground = model.ground_inertia_kg_m2();
+        match timing {
+            LoopTiming::Sampled => {
+                Self::propose(j_ground, model.air_inertia_kg_m2(), dt_s, bandwidth_rad_s)
+            }
+            LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
+        }
     }
 
     /// The loop bandwidth that these gains give a wheel of this inertia, in rad/s: k_p / J. Less than what was asked
@@ -92,11 +117,23 @@ impl WheelGains {
     }
 }
 
+/// How a wheel loop's torque goes with the simulation's steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LoopTiming {
+    /// Computed once a step and held over it: a digital loop whose period is the step.
+    Sampled,
+    /// Falling within the step as the wheel gains rate: a loop that is much faster than the step.
+    #[default]
+    Continuous,
+}
+
 /// Settings of the wheel loops, the same for every wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelLoopSettings {
     /// Gains of the PID.
     pub gains: WheelGains,
+    /// How the torque goes with the steps.
+    pub timing: LoopTiming,
     /// Time constant of the low-pass on the derivative, in seconds; 0 for none.
     pub derivative_filter_s: f64,
     /// Viscous damping of the wheel's joint made up for at the target rate, in N m s/rad; 0 for none.
@@ -106,10 +143,11 @@ pub struct WheelLoopSettings {
 }
 
 impl WheelLoopSettings {
-    /// A PID with these gains, without derivative filter and feedforward.
+    /// A PID with these gains, held over each step, without derivative filter and feedforward.
     pub fn new(gains: WheelGains) -> Self {
         Self {
             gains,
+            timing: LoopTiming::Sampled,
             derivative_filter_s: 0.0,
             feedforward_damping_n_m_s: 0.0,
             feedforward_friction_n_m: 0.0,
@@ -126,6 +164,7 @@ pub struct WheelLoop {
     settings: WheelLoopSettings,
     wheels: Vec<WheelState>,
     torques_n_m: Vec<f64>,
+    droops_n_m_s: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -136,6 +175,8 @@ struct WheelState {
     acceleration_rad_s2: f64,
     /// The rate one step ago.
     previous_rate_rad_s: Option<f64>,
+    /// k_i dt of the step that has passed, where its integral was taken at the rate with which it began; in N m s/rad.
+    taken_early_n_m_s: f64,
 }
 
 impl WheelLoop {
@@ -174,6 +215,7 @@ impl WheelLoop {
             settings,
             wheels: vec![WheelState::default(); wheel_count],
             torques_n_m: vec![0.0; wheel_count],
+            droops_n_m_s: vec![0.0; wheel_count],
         })
     }
 
@@ -183,7 +225,8 @@ impl WheelLoop {
     }
 
     /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s. The loop's period
-    /// `dt_s` may change from call to call; without a positive one the torques stay as they were.
+    /// `dt_s` may change from call to call; without a positive one the torques stay as they were. Of a continuous loop
+    /// they are those that it would hold if the rates stayed; [`Self::droops_n_m_s`] says how they fall.
     pub fn update(
         &mut self,
         targets_rad_s: &[f64],
@@ -193,22 +236,38 @@ impl WheelLoop {
     ) -> &[f64] {
         if dt_s > 0.0 {
             let inputs = targets_rad_s.iter().zip(rates_rad_s).zip(limits);
-            let wheels = self.wheels.iter_mut().zip(&mut self.torques_n_m);
-            for ((wheel, torque_n_m), ((target, rate), limit)) in wheels.zip(inputs) {
-                *torque_n_m = wheel.update(&self.settings, *target, *rate, limit, dt_s);
+            let outputs = self.torques_n_m.iter_mut().zip(&mut self.droops_n_m_s);
+            let wheels = self.wheels.iter_mut().zip(outputs);
+            for ((wheel, (torque_n_m, droop_n_m_s)), ((target, rate), limit)) in wheels.zip(inputs)
+            {
+                (*torque_n_m, *droop_n_m_s) =
+                    wheel.update(&self.settings, *target, *rate, limit, dt_s);
             }
         }
         &self.torques_n_m
+    }
+
+    /// The torques of the last update, in N m.
+    pub fn torques_n_m(&self) -> &[f64] {
+        &self.torques_n_m
+    }
+
+    /// How much torque each wheel loses per rate that it gains before the next update, in N m s/rad: zero for a sampled
+    /// loop, and where the torque is at its limit.
+    pub fn droops_n_m_s(&self) -> &[f64] {
+        &self.droops_n_m_s
     }
 
     /// Forgets integrals and past rates.
     pub fn reset(&mut self) {
         self.wheels.fill(WheelState::default());
         self.torques_n_m.fill(0.0);
+        self.droops_n_m_s.fill(0.0);
     }
 }
 
 impl WheelState {
+    /// The torque at the rate now, and its droop.
     fn update(
         &mut self,
         settings: &WheelLoopSettings,
@@ -216,7 +275,7 @@ impl WheelState {
         rate_rad_s: f64,
         limit: &TorqueRange,
         dt_s: f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         let gains = &settings.gains;
         let e = target_rad_s - rate_rad_s;
 
@@ -235,8 +294,20 @@ impl WheelState {
         } else {
             target_rad_s.signum()
         };
-        let direct = gains.proportional_n_m_s * e
-            - gains.derivative_n_m_s2 * self.acceleration_rad_s2
+        // A continuous loop counts with the rate at the end of the coming step. Its torque is given as if the rate
+        // stayed as it is, and the droop holds what it does not stay: of the proportional part, of the integral over
+        // the step, which is put right when the rate is known, and of the filtered acceleration.
+        self.integral_n_m -= self.taken_early_n_m_s * (rate_rad_s - previous);
+        let (held, droop) = match settings.timing {
+            LoopTiming::Sampled => (self.acceleration_rad_s2, 0.0),
+            LoopTiming::Continuous => (
+                (1.0 - share) * self.acceleration_rad_s2,
+                gains.proportional_n_m_s
+                    + gains.integral_n_m * dt_s
+                    + gains.derivative_n_m_s2 * share / dt_s,
+            ),
+        };
+        let direct = gains.proportional_n_m_s * e - gains.derivative_n_m_s2 * held
             + settings.feedforward_damping_n_m_s * target_rad_s
             + settings.feedforward_friction_n_m * friction_sign;
 
@@ -246,7 +317,14 @@ impl WheelState {
         if !winds_up {
             self.integral_n_m = integral;
         }
-        limit.clamp(wanted)
+        let given = limit.clamp(wanted);
+        let droop = if given == wanted { droop } else { 0.0 };
+        self.taken_early_n_m_s = if droop > 0.0 {
+            gains.integral_n_m * dt_s
+        } else {
+            0.0
+        };
+        (given, droop)
     }
 }
 
@@ -312,6 +390,58 @@ mod tests {
             assert_eq!(gains.is_stable(j, dt_s), share < 1.0);
             assert_eq!(off < 5.0, share < 1.0, "{integral} {share}: {off}");
         }
+    }
+
+    /// The same wheel under a continuous loop: J x = dt (tau - D x) for the rate x gained, solved with the droop D.
+    fn run_continuous(settings: WheelLoopSettings, j: f64, dt_s: f64, steps: usize) -> Vec<f64> {
+        let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+        let mut rate = 0.0;
+        (0..steps)
+            .map(|_| {
+                let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+                rate += dt_s * torque / (j + dt_s * wheel_loop.droops_n_m_s()[0]);
+                rate
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_does() {
+        let (j_ground, j_air) = (7e-3, 2.4e-4);
+        let gains = WheelGains::propose_continuous(j_ground, 60.0).unwrap();
+        for derivative in [0.0, 1e-3] {
+            let settings = WheelLoopSettings {
+                gains: WheelGains {
+                    derivative_n_m_s2: derivative,
+                    ..gains
+                },
+                timing: LoopTiming::Continuous,
+                derivative_filter_s: 0.01,
+                ..WheelLoopSettings::new(gains)
+            };
+            for dt_s in [1e-3, 1e-2, 0.1] {
+                // A sampled loop of these gains swings itself to pieces at 1 ms already: 60 J_ground / J_air dt > 1.
+                let rates = run_continuous(settings, j_air, dt_s, 2000);
+                // Closing in on the target at 5 rad/s, and no more beyond it than the integral's overshoot.
+                assert!(rates.iter().all(|r| *r > 0.0 && *r < 5.0 * 1.2), "{dt_s}");
+                assert!((rates[1999] / 5.0 - 1.0).abs() < 1e-6, "{dt_s}");
+            }
+        }
+        // On the ground, 0.05 s after the start, against the exact answer of J e'' + k_p e' + k_i e = 0 with
+        // e(0) = 5 and e'(0) = -60 e(0), both poles on 30 rad/s: e(t) = 5 (1 - 30 t) exp(-30 t). Backward Euler is off
+        // by its order: half as much for half the step.
+        let settings = WheelLoopSettings {
+            timing: LoopTiming::Continuous,
+            ..WheelLoopSettings::new(gains)
+        };
+        let exact = 5.0 - 5.0 * (1.0 - 30.0 * 0.05) * (-30.0f64 * 0.05).exp();
+        let off = |dt_s: f64| {
+            let steps = (0.05 / dt_s).round() as usize;
+            run_continuous(settings, j_ground, dt_s, steps)[steps - 1] - exact
+        };
+        let (coarse, fine) = (off(1e-3), off(5e-4));
+        assert!(coarse.abs() < 0.1, "{coarse}");
+        assert!((coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
     }
 
     #[test]

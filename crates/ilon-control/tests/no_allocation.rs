@@ -7,9 +7,9 @@ mod fixtures;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, DynamicsSettings,
-    Gain, Guidance, GuidanceSettings, Heading, Kinematics, Motor, MotorCurve, PoseFilter,
-    PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference,
-    Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    Gain, Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve,
+    PoseFilter, PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority,
+    Reference, Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
 use nalgebra::Vector2;
@@ -30,7 +30,7 @@ fn a_control_step_allocates_nothing() {
     let along = Heading::Tangent { offset_rad: 0.1 };
     let reference = Reference::waypoints_at_speed(points, 0.3, along).unwrap();
     let model = DynamicModel::new(&robot, &DynamicsSettings::default()).unwrap();
-    let gains = WheelGains::for_robot(&model, 1e-3, 20.0).unwrap();
+    let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, 1e-3, 20.0).unwrap();
     let mut wheel_loop = WheelLoop::new(4, WheelLoopSettings::new(gains)).unwrap();
     let settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,

@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, GroundBox, Patch, Relief, RollerBodies, Settings, World};
 use nalgebra::{Vector2, Vector3};
-use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, volksbot};
+use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, mecanum6, volksbot, with_phases};
 
 const G: f64 = 9.81;
 
@@ -191,6 +191,40 @@ fn every_drive_follows_the_contact_kinematics_at_every_heading() {
             }
         }
     }
+}
+
+/// Wheels whose rollers stand at phases of their own: no two hand over at the same time.
+#[test]
+fn wheels_at_any_phase_follow_it_too() {
+    // Fixed draws between 0 and a roller's arc of 40 degrees, in radians.
+    for phases_rad in [[0.113, 0.562, 0.347, 0.671], [0.034, 0.201, 0.598, 0.455]] {
+        let robot = with_phases(mecanum4(), &phases_rad);
+        for (name, command) in DRIVES {
+            let seen = run(&robot, command, 20.0, &Floor::default(), &near(500.0));
+            let worst = seen.worst(command);
+            assert!(worst < 2e-3, "{name}: {:.3} % off", 100.0 * worst);
+        }
+    }
+}
+
+/// Six wheels are more than three motions need: rollers at different tilts ask for different twists, and some must slide.
+/// The mean twist is still that of least squares over all six.
+#[test]
+fn six_wheels_follow_it_too() {
+    let robot = mecanum6();
+    for (name, command) in DRIVES {
+        let seen = run(&robot, command, 20.0, &Floor::default(), &near(500.0));
+        let worst = seen.worst(command);
+        assert!(worst < 1e-3, "{name}: {:.3} % off", 100.0 * worst);
+    }
+    let lateral = [0.0, 0.3, 0.0];
+    let seen = run(&robot, lateral, 20.0, &Floor::default(), &all(500.0));
+    let worst = seen.worst(lateral);
+    assert!(
+        worst < 1e-3,
+        "every roller a body: {:.3} % off",
+        100.0 * worst
+    );
 }
 
 #[test]

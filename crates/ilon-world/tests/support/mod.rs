@@ -116,6 +116,37 @@ pub fn volksbot() -> Robot {
     robot("volksbot", m, Vector3::new(0.0, 0.0, 0.06), inertia, wheels)
 }
 
+/// Six mecanum wheels of twelve rollers each, 20 kg.
+pub fn mecanum6() -> Robot {
+    let (m, a, b, c): (f64, f64, f64, f64) = (18.0, 0.7, 0.24, 0.1);
+    let inertia = m / 12.0 * Vector3::new(b * b + c * c, a * a + c * c, a * a + b * b);
+    let g = FRAC_PI_4;
+    let yaw = TAU / 4.0;
+    let at = |x: f64, y: f64, g: f64| wheel(Vector3::new(x, y, 0.05), yaw, g, 12);
+    // The middle pair turns the front pair's way: its axes pass the centre on the same side.
+    let wheels = vec![
+        at(0.3, 0.16, -g),
+        at(0.3, -0.16, g),
+        at(0.02, 0.16, -g),
+        at(0.02, -0.16, g),
+        at(-0.3, 0.16, g),
+        at(-0.3, -0.16, -g),
+    ];
+    robot("mecanum6", m, Vector3::new(0.0, 0.0, 0.06), inertia, wheels)
+}
+
+/// The same robot with each wheel's rollers turned about the hub by an angle, in radians.
+pub fn with_phases(mut robot: Robot, phases_rad: &[f64]) -> Robot {
+    for (wheel, phase_rad) in robot.wheels.iter_mut().zip(phases_rad) {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), *phase_rad);
+        for roller in &mut wheel.rollers {
+            roller.center_in_hub_m = turn * roller.center_in_hub_m;
+            roller.axis_in_hub = turn * roller.axis_in_hub;
+        }
+    }
+    robot
+}
+
 /// Eq. (9) written out on its own: wheel rates of a body twist.
 pub fn ideal_rates(robot: &Robot, twist: Twist) -> Vec<f64> {
     robot

@@ -26,7 +26,7 @@ pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
-pub use wheels::{DcMotor, Motors, WheelLaw, WheelLoop};
+pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
 pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct WheelLoop {
     /// Which law it is.
     pub law: WheelLaw,
+    /// How the PID's torque goes with the physics steps.
+    pub timing: LoopTiming,
     /// The bandwidth of the computed torque, and that which gains left out aim at, in rad/s; a wheel in the air, being
     /// light, may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -36,6 +38,18 @@ pub struct WheelLoop {
     pub feedforward_friction_n_m: f64,
 }
 
+/// How a wheel loop's torque goes with the physics steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoopTiming {
+    /// Computed once a physics step and held over it: a digital loop whose period is the step, with its limits of
+    /// stability.
+    Sampled,
+    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at any.
+    #[default]
+    Continuous,
+}
+
 /// A law from wheel rates to torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -51,6 +65,7 @@ impl Default for WheelLoop {
     fn default() -> Self {
         Self {
             law: WheelLaw::default(),
+            timing: LoopTiming::default(),
             bandwidth_rad_s: 60.0,
             proportional_n_m_s: None,
             integral_n_m: None,

@@ -74,6 +74,7 @@ pub struct Simulation {
     faults: Faults,
     disturbances: Disturbances,
     torques_n_m: Vec<f64>,
+    droops_n_m_s: Vec<f64>,
     recorder: Recorder,
     warnings: Vec<String>,
 }
@@ -117,9 +118,10 @@ impl Simulation {
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
 
+        let model = drive::dynamic_model(&scenario, robot)?;
         let physics_dt_s = match scenario.run.physics_dt_s {
             Step::Seconds(dt_s) => dt_s,
-            Step::Auto(_) => tuning::physics_dt_s(scenario.run.control_dt_s),
+            Step::Auto(_) => tuning::physics_dt_s(&scenario, robot, &model),
         };
         scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
         let clock = Clock::new(&scenario.run, physics_dt_s);
@@ -145,7 +147,7 @@ impl Simulation {
             limit_rad_s,
             controller,
         )?;
-        let drive = Drive::new(&mut scenario, robot, physics_dt_s)?;
+        let drive = Drive::new(&mut scenario, robot, model, physics_dt_s)?;
         let sensors = Sensors::new(
             &scenario.sensors,
             start,
@@ -189,6 +191,7 @@ impl Simulation {
             faults: Faults::new(&faults, robot)?,
             disturbances,
             torques_n_m: vec![0.0; robot.wheels.len()],
+            droops_n_m_s: vec![0.0; robot.wheels.len()],
             recorder,
             warnings,
         })
@@ -205,14 +208,23 @@ impl Simulation {
         if control_is_due {
             self.pilot.decide(t_s, seen);
         }
-        let torques_n_m = self.drive.torques(
+        let (torques_n_m, droops_n_m_s) = self.drive.torques(
             self.pilot.targets(),
             &seen.wheel_rates_rad_s,
             self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
         self.torques_n_m.copy_from_slice(torques_n_m);
+        self.droops_n_m_s.copy_from_slice(droops_n_m_s);
         self.faults.spoil_torques(t_s, &mut self.torques_n_m);
+        for (droop, (spoiled, given)) in
+            (self.droops_n_m_s.iter_mut()).zip(self.torques_n_m.iter().zip(torques_n_m))
+        {
+            // A motor that does not do what its loop asks has no loop.
+            if spoiled != given {
+                *droop = 0.0;
+            }
+        }
         if control_is_due {
             self.recorder.reckon(&seen.wheel_angles_rad);
         }
@@ -222,7 +234,8 @@ impl Simulation {
         }
         self.disturbances
             .act(t_s, self.clock.physics_dt_s(), &mut self.world);
-        self.world.apply(&self.torques_n_m);
+        self.world
+            .apply_with_droop(&self.torques_n_m, &self.droops_n_m_s);
         self.world.step();
         self.recorder
             .count_losses(&self.world, self.clock.physics_dt_s());
