@@ -7,7 +7,15 @@ use std::path::{Path, PathBuf};
 
 use ilon_robot::{Spec, generate};
 
-const NAMES: [&str; 3] = ["mecanum4", "volksbot", "mecanum6"];
+const NAMES: [&str; 7] = [
+    "mecanum4",
+    "mecanum4_6_rollers",
+    "mecanum4_12_rollers",
+    "mecanum4_payload",
+    "mecanum4_hard_rollers",
+    "volksbot",
+    "mecanum6",
+];
 
 fn asset(name: &str, extension: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -82,6 +82,9 @@ pub struct Summary {
 
     /// Mean real twist in the body frame within the window of the means.
     pub twist_mean: Option<Twist>,
+    /// Rms deviation of the real twist from its mean within that window: how much an open-loop drive shakes; `None` in
+    /// closed loop, where the twist is meant to change.
+    pub twist_ripple: Option<Twist>,
     /// Mean of the twist that Indiveri 2009, eq. (7), gives for the real wheel rates.
     pub twist_ideal_mean: Option<Twist>,
     /// Mean of the twist that the contact kinematics gives for the real wheel rates.
@@ -194,6 +197,9 @@ impl Summary {
             wheel_torque_max_n_m: samples().map(|s| s.torque_n_m.abs()).reduce(f64::max),
             saturated_share: saturated_share(trace),
             twist_mean,
+            twist_ripple: twist_mean
+                .filter(|_| header.open_loop)
+                .map(|mean| ripple(trace, mean)),
             twist_ideal_mean,
             twist_contact_mean,
             twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
@@ -261,6 +267,16 @@ fn mean_twist(trace: &Trace, twist: impl Fn(&Record) -> Twist) -> Option<Twist> 
         let sum = measured().fold(Twist::default(), |sum, r| sum + twist(r));
         sum.scaled(1.0 / count as f64)
     })
+}
+
+/// Rms deviation of the real twist from its mean within the window of the means, component by component.
+fn ripple(trace: &Trace, mean: Twist) -> Twist {
+    let off = |component: fn(&Twist) -> f64| {
+        let measured = trace.records().iter().filter(|r| trace.is_measured(r.t_s));
+        let off = measured.map(|r| component(&(r.truth.twist_in_body - mean)));
+        slip::rms(off).unwrap_or(0.0)
+    };
+    Twist::new(off(|v| v.vx_m_s), off(|v| v.vy_m_s), off(|v| v.omega_rad_s))
 }
 
 /// Which components of the twist are driven.

@@ -19,11 +19,13 @@
 //! | [`drawing`] | a robot as a picture from above |
 //! | [`mod@bench`] | how right and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
+//! | [`compare`] | several runs beside each other |
 //! | [`cli`] | the `ilon` command |
 
 pub mod bench;
 pub mod cli;
 pub mod drawing;
+pub mod compare;
 mod error;
 pub mod inspect;
 pub mod judge;

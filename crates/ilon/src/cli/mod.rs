@@ -2,6 +2,7 @@
 
 mod bench;
 mod check;
+mod compare;
 mod generate;
 mod inspect;
 mod output;
@@ -36,6 +37,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Run scenarios and hold each against its own `[expect]`.
     Check(check::Arguments),
+    /// Lay several runs beside each other, as a table and as one page.
+    Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
     /// Measure how right and how fast the simulation is on this machine.
@@ -83,6 +86,7 @@ fn dispatch(command: Command) -> Result<Outcome, Error> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Schema => schema::run(),

@@ -24,6 +24,7 @@ pub fn quantities() -> &'static [String] {
         let some = Some(Twist::default());
         let summary = Summary {
             twist_mean: some,
+            twist_ripple: some,
             twist_ideal_mean: some,
             twist_contact_mean: some,
             ..Summary::default()

@@ -1,8 +1,9 @@
 //! The report: one HTML file that opens offline and shows what the robot really did, and why.
 //!
 //! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
-//! summary's; its curves are thinned for the screen, and say so.
+//! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
 
+pub mod compare;
 pub mod difference;
 mod figure;
 mod figures;
@@ -28,6 +29,7 @@ use words::{angle, length};
 pub fn html(trace: &Trace, summary: &Summary) -> String {
     let settings = Settings::default();
     let head = Head {
+        kind: "run report",
         title: trace.header.scenario_name.clone(),
         facts: facts(trace, summary),
         lead: words::story(trace, summary) + &words::tiles(summary),

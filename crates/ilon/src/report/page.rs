@@ -47,6 +47,8 @@ pub(super) struct Section {
 
 /// What stands above the sections.
 pub(super) struct Head {
+    /// What the page is, beside the project's mark.
+    pub kind: &'static str,
     /// The page's title, as text.
     pub title: String,
     /// Facts under the title, as HTML.
@@ -71,10 +73,11 @@ pub(super) fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title} · ilon</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
-         <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · run report</span>\
+         <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
          <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\
          <h1>{title}</h1>\n<ul class=\"facts\">{facts}</ul>\n{lead}\n</header>\n\
          <nav aria-label=\"Sections\"><ul>{links}</ul></nav>\n<main id=\"main\">\n",
+        kind = head.kind,
         lead = head.lead,
     );
     for section in sections {
@@ -124,7 +127,7 @@ pub(super) fn panels(
 ) -> String {
     let items: String = legend
         .iter()
-        .map(|(name, pen)| format!("<li>{}{name}</li>", swatch(*pen)))
+        .map(|(name, pen)| format!("<li>{}{}</li>", swatch(*pen), escape(name)))
         .collect();
     let cells: String = figures
         .iter()
@@ -144,7 +147,7 @@ pub(super) fn panels(
 }
 
 /// A piece of line as it is drawn.
-fn swatch(pen: Pen) -> String {
+pub(super) fn swatch(pen: Pen) -> String {
     let dashes = match pen.dash {
         DashKind::Solid => "none",
         DashKind::Dash => "7 4",

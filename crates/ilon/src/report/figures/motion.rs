@@ -258,7 +258,7 @@ pub(in crate::report) fn odometry(trace: &Trace) -> Vec<Figure> {
 }
 
 /// A way over the floor, evenly thinned: a map has no up and down to keep.
-fn way(
+pub(in crate::report) fn way(
     name: &str,
     poses: &[Pose],
     pen: super::super::figure::Pen,

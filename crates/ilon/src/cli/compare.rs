@@ -1,0 +1,101 @@
+//! `ilon compare`: several runs beside each other, as a table and as one page.
+
+use std::path::{Path, PathBuf};
+
+use super::Outcome;
+use super::progress::Bar;
+use super::table::Table;
+use crate::compare::{Compared, Comparison};
+use crate::simulate::Simulation;
+use crate::{Error, Scenario, report};
+
+/// Arguments of `ilon compare`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Folders that `ilon run` wrote, trace files, or scenario files, which are then run.
+    #[arg(required = true, num_args = 2.., value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Where to write the page.
+    #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
+    out: PathBuf,
+    /// Print names, differing keys and summaries as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads or simulates, writes, prints.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let runs: Result<Vec<_>, Error> = arguments.runs.iter().map(|path| load(path)).collect();
+    let comparison = Comparison::of(runs?, &arguments.runs)?;
+    if let Some(folder) = arguments.out.parent().filter(|f| !f.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
+    }
+    report::compare::write(&arguments.out, &comparison)?;
+    if arguments.json {
+        super::print(&json(&comparison)?)?;
+    } else {
+        super::print(&format!(
+            "{}\nwritten to {}\n",
+            table(&comparison),
+            arguments.out.display()
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// A run from its folder or trace; a scenario is run.
+fn load(path: &Path) -> Result<Compared, Error> {
+    let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
+    if !is_scenario {
+        return Compared::load(path);
+    }
+    let scenario = Scenario::load(path)?;
+    let bar = Bar::new(&scenario.name, scenario.run.duration_s);
+    let simulation = Simulation::new(&scenario)?;
+    for warning in simulation.warnings() {
+        bar.note(&format!("note: {warning}"));
+    }
+    let run = simulation.run_observed(|progress| bar.show(progress));
+    bar.done();
+    Ok(Compared::of(run))
+}
+
+/// What differs, and the figures, a column a run.
+fn table(comparison: &Comparison) -> Table {
+    let mut table = Table::new();
+    let names: Vec<String> = comparison.runs.iter().map(|run| run.name.clone()).collect();
+    table.heading("runs");
+    table.words("", &names);
+    if !comparison.differences.is_empty() {
+        table.heading("set differently");
+        for row in &comparison.differences {
+            let values = row.values.iter();
+            let words = values.map(|value| value.clone().unwrap_or_else(|| "-".to_owned()));
+            table.words(&row.key, &words.collect::<Vec<_>>());
+        }
+    }
+    for (heading, quantities) in comparison.groups() {
+        table.heading(heading);
+        for quantity in quantities {
+            let values: Vec<_> = comparison
+                .runs
+                .iter()
+                .map(|run| (quantity.of)(&run.summary))
+                .collect();
+            table.row_of(quantity.name, &values, quantity.decimals, quantity.unit);
+        }
+    }
+    table
+}
+
+fn json(comparison: &Comparison) -> Result<String, Error> {
+    let runs: Vec<_> = comparison
+        .runs
+        .iter()
+        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
+        .collect();
+    let all = serde_json::json!({ "runs": runs, "differences": comparison.differences });
+    let text = serde_json::to_string_pretty(&all)
+        .map_err(|error| Error::invalid(error.to_string(), ""))?;
+    Ok(text + "\n")
+}

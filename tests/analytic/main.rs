@@ -1,0 +1,25 @@
+//! Closed-form answers that the simulated robots must meet: where slip and shortfall come from, and how much of it.
+//!
+//! docs/slip.md tells each with its derivation and its figures.
+
+mod bearings;
+mod feedforward;
+mod grip;
+mod rollers;
+
+use ilon::scenario::Setting;
+use ilon::{Run, Scenario};
+
+/// Runs a shipped scenario with some of its keys changed.
+fn run(name: &str, settings: &[&str]) -> Run {
+    let path = format!(
+        "{}/assets/scenarios/{name}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let settings: Vec<Setting> = settings
+        .iter()
+        .map(|setting| setting.parse().expect("KEY=VALUE"))
+        .collect();
+    let scenario = Scenario::load_with(path, &settings).expect("a shipped scenario");
+    ilon::run(&scenario).expect("a shipped scenario runs")
+}
