@@ -70,6 +70,7 @@ mod guidance;
 mod kinematics;
 mod loads;
 mod motor;
+mod odometry;
 mod pose_filter;
 mod prioritised_torque;
 mod priority;
@@ -88,6 +89,7 @@ pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Prior
 pub use kinematics::Kinematics;
 pub use loads::WheelLoads;
 pub use motor::{Motor, MotorCurve, TorqueRange};
+pub use odometry::Odometry;
 pub use pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares};
 pub use priority::{Task, TaskShare, share_capacity, sigma};

@@ -21,6 +21,18 @@ impl Pose {
     pub fn position_m(&self) -> Vector2<f64> {
         Vector2::new(self.x_m, self.y_m)
     }
+
+    /// The pose after a displacement in the body frame (a twist times a time: metres and radians), which is taken with
+    /// the heading at its middle; exact to second order in the turn. The heading is wrapped.
+    pub fn moved(&self, displacement_in_body: Twist) -> Self {
+        let turn_rad = displacement_in_body.omega_rad_s;
+        let in_world = displacement_in_body.rotated(self.heading_rad + 0.5 * turn_rad);
+        Self {
+            x_m: self.x_m + in_world.vx_m_s,
+            y_m: self.y_m + in_world.vy_m_s,
+            heading_rad: wrap_angle(self.heading_rad + turn_rad),
+        }
+    }
 }
 
 /// Velocity of the robot in the ground plane: the paper's (v_c, omega).

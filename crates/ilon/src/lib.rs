@@ -24,8 +24,8 @@
 
 pub mod bench;
 pub mod cli;
-pub mod drawing;
 pub mod compare;
+pub mod drawing;
 mod error;
 pub mod inspect;
 pub mod judge;

@@ -121,7 +121,10 @@ fn what_is_no_run_is_refused_with_what_to_name_instead() {
             vec!["runs/slick", "empty"],
             "there is no trace.parquet in it",
         ),
-        (vec!["runs/slick", "runs/slick/summary.json"], "cannot be read as Parquet"),
+        (
+            vec!["runs/slick", "runs/slick/summary.json"],
+            "cannot be read as Parquet",
+        ),
     ] {
         let mut all = vec!["compare"];
         all.extend(arguments);

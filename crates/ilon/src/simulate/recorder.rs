@@ -1,7 +1,7 @@
 //! Writes down what happens, once a control period or less often.
 
-use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Pose, Robot, Twist, Wheel};
+use ilon_control::{ContactKinematics, Kinematics, Odometry};
+use ilon_robot::{Pose, Robot, Wheel};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
 use ilon_world::{BodyState, World};
 use nalgebra::Vector3;
@@ -15,18 +15,12 @@ pub(super) struct Recorder {
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
     odometry_ideal: Pose,
-    odometry_contact: Pose,
+    odometry_contact: Odometry,
     last_angles_rad: Vec<f64>,
-    increments: Increments,
+    turned_rad: Vec<f64>,
     wheel_positions_m: Vec<Vector3<f64>>,
     wheel_slip_energy_j: Vec<f64>,
     samples: Vec<WheelSample>,
-}
-
-/// Room for the wheel motion since the last control period.
-struct Increments {
-    middle_rad: Vec<f64>,
-    turned_rad: Vec<f64>,
 }
 
 impl Recorder {
@@ -43,14 +37,11 @@ impl Recorder {
         Self {
             trace: Trace::with_capacity(header, control_periods),
             kinematics,
-            contact_kinematics,
             odometry_ideal: start,
-            odometry_contact: start,
+            odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
+            contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
-            increments: Increments {
-                middle_rad: vec![0.0; wheel_count],
-                turned_rad: vec![0.0; wheel_count],
-            },
+            turned_rad: vec![0.0; wheel_count],
             wheel_positions_m: robot.wheels.iter().map(Wheel::position_m).collect(),
             wheel_slip_energy_j: vec![0.0; wheel_count],
             samples: vec![WheelSample::default(); wheel_count],
@@ -102,7 +93,7 @@ impl Recorder {
             twist_contact,
             seen_pose: seen.pose,
             odometry_ideal: self.odometry_ideal,
-            odometry_contact: self.odometry_contact,
+            odometry_contact: self.odometry_contact.pose(),
             desired: decision.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
@@ -133,24 +124,18 @@ impl Recorder {
         self.trace
     }
 
-    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with encoders
-    /// would do once a control period.
+    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
+    /// encoders would do once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        let Increments {
-            middle_rad,
-            turned_rad,
-        } = &mut self.increments;
-        for (index, angle_rad) in angles_rad.iter().enumerate() {
-            turned_rad[index] = angle_rad - self.last_angles_rad[index];
-            middle_rad[index] = angle_rad - 0.5 * turned_rad[index];
+        self.odometry_contact.update(angles_rad);
+        let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
+        for ((turned, last), now) in increments.zip(angles_rad) {
+            *turned = now - *last;
+            *last = *now;
         }
-        self.last_angles_rad.copy_from_slice(angles_rad);
-        // The kinematics is linear in the rates: angles turned give the displacement, with the touching rollers taken
-        // at the middle of the way.
-        let ideal = self.kinematics.twist(turned_rad);
-        let contact = self.contact_kinematics.twist(middle_rad, turned_rad);
-        self.odometry_ideal = moved(&self.odometry_ideal, ideal);
-        self.odometry_contact = moved(&self.odometry_contact, contact);
+        // The kinematics is linear in the rates: angles turned give the displacement.
+        let displacement = self.kinematics.twist(&self.turned_rad);
+        self.odometry_ideal = self.odometry_ideal.moved(displacement);
     }
 
     fn sample_wheels(&mut self, world: &World, pilot: &Pilot, torques_n_m: &[f64]) {
@@ -198,14 +183,4 @@ fn height_m(body: &BodyState, point_in_body_m: Vector3<f64>) -> f64 {
     // The last row of Rz(yaw) Ry(pitch) Rx(roll).
     let row = Vector3::new(-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll);
     body.height_m + row.dot(&point_in_body_m)
-}
-
-/// A pose after a displacement in its own frame, the way taken with the heading at its middle.
-fn moved(pose: &Pose, displacement: Twist) -> Pose {
-    let in_world = displacement.rotated(pose.heading_rad + 0.5 * displacement.omega_rad_s);
-    Pose {
-        x_m: pose.x_m + in_world.vx_m_s,
-        y_m: pose.y_m + in_world.vy_m_s,
-        heading_rad: ilon_robot::wrap_angle(pose.heading_rad + displacement.omega_rad_s),
-    }
 }
