@@ -25,6 +25,12 @@ pub struct WheelSlip {
     pub normal_force_mean_n: Option<f64>,
     /// The largest share of the friction cone in use; 1 is sliding.
     pub friction_used_max: Option<f64>,
+    /// How often another roller came to carry the wheel.
+    #[serde(default)]
+    pub hand_overs: u64,
+    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
+    #[serde(default)]
+    pub roller_spin_error_rms_rad_s: Option<f64>,
     /// The part of the time in which no roller touched, in [0, 1].
     pub lost_contact: Option<f64>,
     /// The part of the time in which two rollers shared the load, in [0, 1].
@@ -103,10 +109,26 @@ fn of_wheel(trace: &Trace, index: usize) -> WheelSlip {
         friction_used_max: touching()
             .filter_map(WheelSample::friction_used)
             .reduce(f64::max),
+        hand_overs: hand_overs(touching().map(|s| s.roller)),
+        roller_spin_error_rms_rad_s: rms(
+            touching().map(|s| s.roller_spin_rad_s - s.roller_spin_ideal_rad_s)
+        ),
         lost_contact: share(|s| !s.touching),
         shared_contact: share(|s| s.touching && s.load_share < 1.0),
         hub_ripple_m: hub_ripple_m(trace, index),
     }
+}
+
+/// How often the carrying roller changes.
+fn hand_overs(rollers: impl Iterator<Item = u32>) -> u64 {
+    let mut last = None;
+    let mut count = 0;
+    for roller in rollers {
+        if last.replace(roller).is_some_and(|last| last != roller) {
+            count += 1;
+        }
+    }
+    count
 }
 
 /// Peak-to-peak change of a hub's height within the window of the means, in metres.
@@ -162,6 +184,28 @@ mod tests {
         assert!((slip.ratio.unwrap() - rms).abs() < 1e-15);
         assert!((slip.lost_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
         assert_eq!(slip.shared_contact, Some(0.0));
+    }
+
+    #[test]
+    fn a_hand_over_is_another_roller_and_not_the_same_one_come_back() {
+        let carries = |roller, touching, roller_spin_rad_s| WheelSample {
+            roller,
+            touching,
+            roller_spin_rad_s,
+            roller_spin_ideal_rad_s: 10.0,
+            ..WheelSample::default()
+        };
+        let trace = one_wheel(&[
+            carries(8, true, 10.0),
+            carries(0, true, 13.0), // once round
+            carries(5, false, 99.0),
+            carries(0, true, 10.0), // lost, and found again on the same roller
+            carries(1, true, 14.0),
+        ]);
+        let slip = &per_wheel(&trace)[0];
+        assert_eq!(slip.hand_overs, 2);
+        // Off by 0, 3, 0, 4.
+        assert_eq!(slip.roller_spin_error_rms_rad_s, Some(2.5));
     }
 
     #[test]

@@ -217,10 +217,7 @@ fn the_scenario_schema_refuses_what_rollers_cannot_be() {
             "unknown key `robot.wheels.gamma.y_deg`",
         ),
         ("robot.mend=perhaps", "`robot.mend` is a text"),
-        (
-            "robot.rollers=round",
-            "`robot.rollers` cannot be \"round\"",
-        ),
+        ("robot.rollers=round", "`robot.rollers` cannot be \"round\""),
     ] {
         bench.write("scenarios/sideways.toml", SIDEWAYS);
         let refused = bench.ilon(&["run", "scenarios/sideways.toml", "--set", wrong]);

@@ -41,6 +41,7 @@ pub fn html(run: &Trace, baseline: &Trace, found: &[Difference]) -> String {
         Some(first) => format!("<p class=\"lead\">{}.</p>", escape(&first.to_string())),
     };
     let head = Head {
+        kind: "against a baseline",
         title: format!("{} against its baseline", run.header.scenario_name),
         facts: vec![
             format!("robot <b>{}</b>", escape(&run.header.robot_name)),

@@ -21,8 +21,8 @@ use ilon_trace::{Settings, Summary, Trace, TraceError};
 
 use crate::drawing;
 use figure::{dashed, dotted, solid};
-use figures::{balance, contacts, motion, wheels};
-use page::{Head, Section, card, escape, grid, panels};
+use figures::{balance, contacts, motion, rollers, wheels};
+use page::{Head, Section, card, escape, panels};
 use words::{angle, length};
 
 /// The report of a run, as one HTML file that needs nothing else.
@@ -44,7 +44,11 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
             title: "Odometry",
             lead: "What the robot would believe if it had nothing but its wheel encoders."
                 .to_owned(),
-            body: grid(&motion::odometry(trace)),
+            body: format!(
+                "<div class=\"grid\">\n{}{}</div>\n",
+                motion::odometry(trace).iter().map(card).collect::<String>(),
+                words::odometry_table(summary)
+            ),
         },
         figures_section(trace, summary),
     ];
@@ -197,19 +201,35 @@ fn robot_from_above(trace: &Trace) -> String {
 fn contacts_section(trace: &Trace, summary: &Summary) -> Section {
     let figures = [
         contacts::slip_speed(trace),
+        contacts::slip_energy(trace),
         contacts::normal_force(trace),
-        contacts::polar(trace),
+        contacts::tangential_force(trace),
+        contacts::grip_used(trace),
         contacts::friction_cone(trace),
+        contacts::polar(trace),
         contacts::contact_map(trace),
+        contacts::residual(trace),
         contacts::roller_spin(trace),
+        rollers::hand_over(trace),
+        rollers::slip_within_a_pitch(trace),
     ];
+    let legend = [
+        ("the roller that carries", solid("@real")),
+        ("it shares the load with a neighbour", dotted("@slip")),
+    ];
+    let touching = panels(
+        "Which roller touches",
+        "The roller that carries most of each wheel, by its number. A gap is a wheel that has lost the floor.",
+        &legend,
+        &rollers::touching(trace),
+    );
     let cards: String = figures.iter().map(card).collect();
     Section {
         id: "contacts",
         title: "Contacts and slip",
         lead: "What happened where the rollers touch the floor.".to_owned(),
         body: format!(
-            "<div class=\"grid\">\n{cards}{}</div>\n",
+            "<div class=\"grid\">\n{cards}{touching}{}</div>\n",
             words::wheel_table(summary)
         ),
     }

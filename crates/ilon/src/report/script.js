@@ -29,6 +29,9 @@
 
   function themed(figure) {
     const layout = painted(figure.spec.layout);
+    // On paper two figures stand side by side.
+    const printing = 'printing' in root.dataset;
+    const polar = figure.spec.data.some((trace) => trace.type === 'scatterpolar');
     const axis = {
       gridcolor: color('grid'), zerolinecolor: color('rule'), linecolor: color('rule'), tickcolor: color('rule'),
       automargin: true,
@@ -42,11 +45,12 @@
     const polarAxis = { gridcolor: color('grid'), linecolor: color('rule') };
     return Object.assign({
       autosize: true,
-      height: figure.height,
-      margin: { l: 52, r: 14, t: 8, b: 42, pad: 2 },
+      height: printing ? Math.round(0.72 * figure.height) : figure.height,
+      // The angles of a polar figure stand outside of its circle.
+      margin: polar ? { l: 44, r: 44, t: 26, b: 34 } : { l: 52, r: 14, t: 8, b: 42, pad: 2 },
       paper_bgcolor: 'rgba(0,0,0,0)',
       plot_bgcolor: 'rgba(0,0,0,0)',
-      font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: color('muted') },
+      font: { family: getComputedStyle(document.body).fontFamily, size: printing ? 9 : 12, color: color('muted') },
       legend: { orientation: 'h', x: 0, y: 1.02, yanchor: 'bottom', font: { color: color('fg') } },
       showlegend: !figure.panel,
       hovermode: figure.overTime ? 'x unified' : 'closest',

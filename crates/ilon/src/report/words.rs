@@ -374,6 +374,66 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     )
 }
 
+/// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
+pub(super) fn odometry_table(summary: &Summary) -> String {
+    let (ideal, contact) = (&summary.odometry_ideal, &summary.odometry_contact);
+    let mm = |x: Option<f64>| x.map(|x| 1e3 * x);
+    let deg = |x: Option<f64>| x.map(f64::to_degrees);
+    type Column = (
+        &'static str,
+        usize,
+        fn(&ilon_trace::odometry::Drift) -> Option<f64>,
+    );
+    let millimetres: [Column; 3] = [
+        ("at the end,<br>mm", 2, |d| d.final_m),
+        ("at its worst,<br>mm", 2, |d| d.worst_m),
+        ("per metre,<br>mm", 3, |d| d.m_per_m),
+    ];
+    let degrees: [Column; 3] = [
+        ("heading at the end,<br>deg", 4, |d| d.final_rad),
+        ("per metre,<br>deg", 4, |d| d.rad_per_m),
+        ("per full turn,<br>deg", 4, |d| d.rad_per_turn),
+    ];
+    let cell = |value: Option<String>| {
+        value.map_or("<td class=\"none\">—</td>".to_owned(), |v| {
+            format!("<td>{v}</td>")
+        })
+    };
+    let row = |name: &str, drift: &ilon_trace::odometry::Drift| {
+        let lengths = millimetres
+            .iter()
+            .map(|(_, digits, of)| (mm(of(drift)), *digits));
+        let angles = degrees
+            .iter()
+            .map(|(_, digits, of)| (deg(of(drift)), *digits));
+        let cells: String = lengths
+            .chain(angles)
+            .map(|(value, digits)| cell(value.map(|v| format!("{v:.digits$}"))))
+            .collect();
+        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+    };
+    let better: String = millimetres
+        .iter()
+        .chain(&degrees)
+        .map(|(_, _, of)| {
+            let times = of(ideal).zip(of(contact)).map(|(i, c)| (i / c).abs());
+            cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
+        })
+        .collect();
+    let heads: String = millimetres
+        .iter()
+        .chain(&degrees)
+        .map(|(head, _, _)| format!("<th>{head}</th>"))
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\"><table><caption>Reckoned minus real. A robot of one's own reckons by the contacts \
+         with <code>ilon_control::Odometry</code>: wheel angles in, pose out</caption><thead><tr><th></th>{heads}</tr></thead>\
+         <tbody>{}{}<tr class=\"total\"><th scope=\"row\">times less</th>{better}</tr></tbody></table></div>\n",
+        row("by equation (7)", ideal),
+        row("by the contact kinematics", contact),
+    )
+}
+
 /// The contacts of each wheel in numbers, as HTML.
 pub(super) fn wheel_table(summary: &Summary) -> String {
     let cell = |value: Option<String>| {
@@ -387,7 +447,7 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
         .iter()
         .map(|w| {
             format!(
-                "<tr><th scope=\"row\">{}</th>{}{}{}{}<td>{:.3}</td>{}{}{}{}{}</tr>",
+                "<tr><th scope=\"row\">{}</th>{}{}{}{}<td>{:.3}</td>{}{}<td>{}</td>{}{}{}{}</tr>",
                 escape(&w.name),
                 mm_s(w.speed_rms_m_s),
                 mm_s(w.speed_max_m_s),
@@ -396,8 +456,10 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
                 w.energy_j,
                 cell(w.normal_force_mean_n.map(|n| format!("{n:.2}"))),
                 cell(w.friction_used_max.map(percent)),
+                w.hand_overs,
                 cell(w.shared_contact.map(percent)),
                 cell(w.lost_contact.map(percent)),
+                cell(w.roller_spin_error_rms_rad_s.map(|w| format!("{w:.2}"))),
                 cell(w.hub_ripple_m.map(|m| format!("{:.3}", 1e3 * m))),
             )
         })
@@ -406,7 +468,8 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
         "<div class=\"card whole scroll\"><table><caption>The contacts of each wheel over the run</caption><thead><tr>\
          <th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
          <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
-         <th>most grip used</th><th>two rollers<br>at once</th><th>off the floor</th><th>ripple,<br>mm</th>\
+         <th>most grip used</th><th>hand-overs</th><th>two rollers<br>at once</th><th>off the floor</th>\
+         <th>spin off ideal,<br>rad/s rms</th><th>ripple,<br>mm</th>\
          </tr></thead><tbody>{rows}</tbody></table></div>\n"
     )
 }

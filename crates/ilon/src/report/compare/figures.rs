@@ -189,9 +189,10 @@ fn ledger(
 /// Where the motors' work of each run went.
 pub(super) fn energy(comparison: &Comparison) -> Figure {
     type Part = fn(&Summary) -> Option<f64>;
-    let parts: [(&str, &str, Part); 4] = [
+    let parts: [(&str, &str, Part); 5] = [
         ("slip", "@slip", |s| s.energy.slip_j),
         ("bearings", "@servo", |s| s.energy.bearing_j),
+        ("landing", "@w3", |s| s.energy.impact_j),
         ("stored", "@contact", |s| s.energy.stored_j),
         ("unexplained", "@asked", |s| s.energy.unexplained_j),
     ];
@@ -203,7 +204,8 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
     bars(
         "energy",
         "Where the motors' work went",
-        "Lost to slip and bearings, or stored as motion. What is unexplained is the contacts' and the solver's own.",
+        "Lost to slip, bearings and rollers that land, or stored as motion. What is unexplained is the solver's own loss or \
+         gain.",
         "J",
         comparison,
         BarMode::Relative,

@@ -49,6 +49,82 @@ pub(in crate::report) fn normal_force(trace: &Trace) -> Figure {
     }
 }
 
+/// Tangential force of each wheel over time.
+pub(in crate::report) fn tangential_force(trace: &Trace) -> Figure {
+    Figure {
+        id: "tangential-force".to_owned(),
+        title: "Push of each wheel".to_owned(),
+        caption: "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' \
+                  ripple take; wheels that push against each other show here."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, WheelSample::tangential_force_n),
+            layout("t in s", "tangential force in N"),
+        ),
+    }
+}
+
+/// Share of the friction cone that each wheel uses, over time.
+pub(in crate::report) fn grip_used(trace: &Trace) -> Figure {
+    Figure {
+        id: "grip-used".to_owned(),
+        title: "Grip in use over time".to_owned(),
+        caption: "Tangential force over the friction limit µN. At 1 the wheel slides; no value where it does not touch."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, |s| s.friction_used().unwrap_or(f64::NAN)),
+            layout("t in s", "share of µN"),
+        ),
+    }
+}
+
+/// Energy that each wheel has lost to slip, over time.
+pub(in crate::report) fn slip_energy(trace: &Trace) -> Figure {
+    Figure {
+        id: "slip-energy".to_owned(),
+        title: "Energy lost to slip".to_owned(),
+        caption: "What sliding has turned into heat so far. Steps are single events, a slope is steady sliding.".to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(trace, |s| s.slip_energy_j),
+            layout("t in s", "energy in J"),
+        ),
+    }
+}
+
+/// Residual of Indiveri 2009, eq. (5), of each wheel over time.
+pub(in crate::report) fn residual(trace: &Trace) -> Figure {
+    let header = &trace.header;
+    let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let points = trace.steps().map(|(record, wheels)| {
+            let twist = record.truth.twist_in_body;
+            let rate_rad_s = wheels[index].rate_rad_s;
+            let off_m_s = ilon_trace::slip::constraint_residual_m_s(wheel, twist, rate_rad_s);
+            (record.t_s, 1e3 * off_m_s)
+        });
+        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    Figure {
+        id: "residual".to_owned(),
+        title: "Residual of equation (5)".to_owned(),
+        caption: "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the \
+                  roller passing rate is geometry; what is left beside it is slip."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(curves.collect(), layout("t in s", "residual in mm/s")),
+    }
+}
+
 /// Rms sliding speed around each wheel's turn.
 pub(in crate::report) fn polar(trace: &Trace) -> Figure {
     const SECTORS: usize = 72;

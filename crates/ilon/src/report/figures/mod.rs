@@ -3,4 +3,5 @@
 pub(super) mod balance;
 pub(super) mod contacts;
 pub(super) mod motion;
+pub(super) mod rollers;
 pub(super) mod wheels;
