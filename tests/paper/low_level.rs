@@ -7,7 +7,7 @@ use ilon_control::{
 };
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, Settings, World};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::robots::shipped;
 
@@ -38,6 +38,7 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static
         target_filter_s: 0.0,
         dt_s: settings.dt_s,
         priority: Priority::Position,
+        reference_point_m: Vector2::zeros(),
         friction,
         gravity_m_s2: 9.81,
     };

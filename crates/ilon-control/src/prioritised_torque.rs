@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::error::{not_negative, positive};
 use crate::motor::TorqueRange;
 use crate::traction::{PushRange, TractionSet};
-use crate::{ControlError, DynamicModel, DynamicsSettings, Priority, WheelLoads};
+use crate::{ControlError, DynamicModel, DynamicsSettings, Kinematics, Priority, WheelLoads};
 
 /// Settings of the prioritised torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,8 @@ pub struct PrioritisedTorqueSettings {
     pub dt_s: f64,
     /// Which task keeps its acceleration where motors or grip cannot give both.
     pub priority: Priority,
+    /// The point of the body that the linear task accelerates, in the body frame, in metres: that of the guidance.
+    pub reference_point_m: Vector2<f64>,
     /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone then decide the
     /// distribution).
     pub friction: f64,
@@ -60,6 +62,8 @@ pub struct TorqueShares {
 #[derive(Clone, Debug)]
 pub struct PrioritisedTorque {
     model: DynamicModel,
+    /// About the reference point; the model's own is about the body's origin.
+    about: Kinematics,
     loads: WheelLoads,
     set: TractionSet,
     settings: PrioritisedTorqueSettings,
@@ -91,10 +95,11 @@ struct Moment<'a> {
 }
 
 impl PrioritisedTorque {
-    /// The law for a robot. Targets, errors and priorities count about the origin of its body frame.
+    /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`] for settings.
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
+    /// [`ControlError::NotFinite`] for settings.
     pub fn new(
         robot: &Robot,
         dynamics: &DynamicsSettings,
@@ -114,6 +119,7 @@ impl PrioritisedTorque {
             positive("the friction coefficient", settings.friction)?;
         }
         let model = DynamicModel::new(robot, dynamics)?;
+        let about = model.kinematics().about(settings.reference_point_m)?;
         let n = model.kinematics().wheel_count();
         let r = model.kinematics().rate_matrix();
         let mut beyond_own = model.inertia().clone();
@@ -143,6 +149,7 @@ impl PrioritisedTorque {
             pushes_n: vec![0.0; n],
             rates_back_rad_s: vec![0.0; n],
             torques_n_m: vec![0.0; n],
+            about,
             model,
         })
     }
@@ -188,8 +195,9 @@ impl PrioritisedTorque {
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
         let nu = self.model.kinematics().twist(rates);
-        let nu_d = vector(self.model.kinematics().twist(targets));
-        let e = nu_d - vector(nu);
+        // Errors and tasks are those of the reference point c, in components of the body frame.
+        let nu_d = vector(self.about.twist(targets));
+        let e = nu_d - vector(self.about.twist(rates));
         let k_i = 0.25 * self.k_p * self.k_p;
 
         let previous = self.previous_target.replace(nu_d).unwrap_or(nu_d);
@@ -199,7 +207,9 @@ impl PrioritisedTorque {
         let y = self.target_rate + self.k_p * e + grown;
 
         let position = Vector3::new(y.x, y.y, 0.0);
-        let heading = Vector3::new(0.0, 0.0, y.z);
+        // A turn about c alone moves the origin by omega k x (-c).
+        let c = self.settings.reference_point_m;
+        let heading = y.z * Vector3::new(c.y, -c.x, 1.0);
         self.model
             .resistance_towards(rates, targets, &mut self.resistance_n_m);
         let moment = Moment {
@@ -240,8 +250,7 @@ impl PrioritisedTorque {
 
         // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it is all that a wheel
         // in the air feels.
-        self.model
-            .kinematics()
+        self.about
             .wheel_rates(Twist::new(e.x, e.y, e.z), &mut self.rates_back_rad_s);
         let levers = self.model.kinematics().lever_m();
         let inertias = self.model.wheel_inertias_kg_m2();
@@ -340,6 +349,7 @@ mod tests {
             target_filter_s: 0.0,
             dt_s: 1e-3,
             priority,
+            reference_point_m: Vector2::zeros(),
             friction,
             gravity_m_s2: 9.81,
         };
@@ -451,6 +461,45 @@ mod tests {
             };
             let off = (clipped(linear) - clipped(both)).linear_m_s().norm();
             assert!(off > 0.1 * alone.linear_m_s().norm(), "{off}");
+        }
+    }
+
+    #[test]
+    fn position_first_keeps_the_acceleration_of_the_reference_point() {
+        // A point 0.3 m ahead of the origin: a turn that is cut short must not show there, though it does at the origin.
+        let c = Vector2::new(0.3, -0.1);
+        let at_c = |twist: Twist| {
+            let omega = twist.omega_rad_s;
+            Vector2::new(twist.vx_m_s - omega * c.y, twist.vy_m_s + omega * c.x)
+        };
+        for robot in robots() {
+            let n = robot.wheels.len();
+            let got = |omega_rad_s: f64| {
+                let mut law = law(&robot, Priority::Position, f64::INFINITY);
+                let settings = PrioritisedTorqueSettings {
+                    reference_point_m: c,
+                    ..law.settings
+                };
+                law = PrioritisedTorque::new(&robot, &DynamicsSettings::default(), &settings)
+                    .unwrap();
+                // The same velocity of c, whatever the turn.
+                let linear = Vector2::new(0.3, 0.1);
+                let target = Twist::new(
+                    linear.x + omega_rad_s * c.y,
+                    linear.y - omega_rad_s * c.x,
+                    omega_rad_s,
+                );
+                let run = |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, 0.3), 1e-3).to_vec();
+                let got = acceleration(&robot, run, Twist::default(), target);
+                (got, law.shares())
+            };
+            let ((alone, _), (both, shares)) = (got(0.0), got(6.0));
+            assert!(shares.heading < 1.0 && shares.position > 0.0, "{shares:?}");
+            assert!(
+                (at_c(alone) - at_c(both)).norm() < 1e-7,
+                "{alone:?} {both:?}"
+            );
+            assert!((alone - both).linear_m_s().norm() > 1e-2);
         }
     }
 

@@ -43,6 +43,7 @@ fn a_control_step_allocates_nothing() {
         target_filter_s: 0.01,
         dt_s: 1e-3,
         priority: Priority::Position,
+        reference_point_m: Vector2::zeros(),
         friction: 0.3,
         gravity_m_s2: 9.81,
     };

@@ -33,7 +33,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 41] = reals! { Record;
+static RECORD: [Column<Record>; 43] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -68,6 +68,8 @@ static RECORD: [Column<Record>; 41] = reals! { Record;
     "target_ideal_vx_m_s" => twist_target_ideal.vx_m_s,
     "target_ideal_vy_m_s" => twist_target_ideal.vy_m_s,
     "target_ideal_omega_rad_s" => twist_target_ideal.omega_rad_s,
+    "torque_weight_position" => torque_weight_position,
+    "torque_weight_heading" => torque_weight_heading,
     "slip_energy_j" => slip_energy_j,
     "motor_energy_j" => motor_energy_j,
     "bearing_energy_j" => bearing_energy_j,

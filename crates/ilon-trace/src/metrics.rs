@@ -223,7 +223,7 @@ impl Summary {
     }
 }
 
-/// Distance from the desired position in metres and magnitude of the heading error in radians, Indiveri 2009,
+/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians, Indiveri 2009,
 /// eqs. (16)-(17), at every step that has a reference.
 pub fn errors(trace: &Trace) -> (Vec<f64>, Vec<f64>) {
     trace
@@ -231,7 +231,7 @@ pub fn errors(trace: &Trace) -> (Vec<f64>, Vec<f64>) {
         .iter()
         .filter_map(|record| {
             let desired = record.desired?.pose;
-            let truth = record.truth.pose;
+            let truth = trace.header.reference_point_at(record.truth.pose);
             let e_r = desired.position_m() - truth.position_m();
             let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
             Some((e_r.norm(), e_phi.abs()))

@@ -41,6 +41,12 @@ pub struct Record {
     /// The guidance law's tasks, highest priority first; as many as [`crate::Header::task_names`] has are in use,
     /// the rest is zero.
     pub tasks: [TaskShare; MAX_TASKS],
+    /// How much of the acceleration asked of the reference point the torques give, in [0, 1]; 1 where the wheel loops
+    /// weigh no tasks.
+    pub torque_weight_position: f64,
+    /// How much of the angular acceleration asked for the torques give, in [0, 1]; 1 where the wheel loops weigh no
+    /// tasks.
+    pub torque_weight_heading: f64,
     /// Energy lost to sliding in all contacts since the start, in J.
     pub slip_energy_j: f64,
     /// Work done by all motors since the start, in J.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{CollisionShape, Robot, Wheel};
+use ilon_robot::{CollisionShape, Pose, Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +33,9 @@ pub struct Header {
     /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
     #[serde(default)]
     pub chassis_outlines_m: Vec<Vec<[f64; 2]>>,
+    /// The point of the body frame that follows the reference, in metres.
+    #[serde(default)]
+    pub reference_point_m: [f64; 2],
     /// Names of the guidance law's tasks, highest priority first; at most [`crate::MAX_TASKS`], empty where there is
     /// no guidance.
     #[serde(default)]
@@ -74,6 +77,19 @@ pub struct WheelHeader {
     pub rate_limit_rad_s: Option<f64>,
     /// The wheel's torque limit, in N m.
     pub torque_limit_n_m: Option<f64>,
+}
+
+impl Header {
+    /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
+    pub fn reference_point_at(&self, pose: Pose) -> Pose {
+        let [x_m, y_m] = self.reference_point_m;
+        let (sin, cos) = pose.heading_rad.sin_cos();
+        Pose {
+            x_m: pose.x_m + cos * x_m - sin * y_m,
+            y_m: pose.y_m + sin * x_m + cos * y_m,
+            ..pose
+        }
+    }
 }
 
 impl Trace {

@@ -524,3 +524,34 @@ fn a_filter_that_trusts_odometry_less_than_not_at_all() {
         "unknown key `sensors.fusion.drift_m`"
     );
 }
+
+#[test]
+fn a_friction_that_the_wheel_loops_law_has_no_use_for() {
+    let bench = Bench::new();
+    assert_eq!(
+        bench.refused(&["--set", "wheel_loop.friction=0.3"]),
+        told(
+            "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+            None,
+            "write law = \"prioritised_torque\", or leave the friction out",
+        )
+    );
+    let law = "wheel_loop.law=\"prioritised_torque\"";
+    assert_eq!(
+        bench
+            .refused(&["--set", law, "--set", "wheel_loop.friction=0"])
+            .what,
+        "`wheel_loop.friction` is 0, but must be greater than 0"
+    );
+}
+
+#[test]
+fn a_reference_point_that_is_none() {
+    let bench = Bench::new();
+    let told = bench.refused(&["--set", "guidance.reference_point=decoupled"]);
+    assert_eq!(
+        told.what,
+        "`guidance.reference_point` cannot be \"decoupled\""
+    );
+    assert_eq!(told.mend, "did you mean \"decoupling\"?");
+}

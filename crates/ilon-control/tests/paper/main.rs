@@ -9,4 +9,5 @@ mod priorities;
 mod random;
 mod reference;
 mod saturation;
+mod torques;
 mod tracking;

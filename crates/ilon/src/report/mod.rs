@@ -176,6 +176,7 @@ fn wheels_section(trace: &Trace) -> Section {
     );
     let rest: String = std::iter::once(wheels::torques(trace))
         .chain(wheels::tasks(trace))
+        .chain(wheels::torque_weights(trace))
         .map(|figure| card(&figure))
         .collect();
     Section {

@@ -123,6 +123,8 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 granted_twist_in_body: granted,
                 twist_target_ideal: granted,
                 tasks,
+                torque_weight_position: 1.0,
+                torque_weight_heading: 1.0,
                 slip_energy_j: slip_j,
                 motor_energy_j: motor_j,
                 outside_energy_j: 0.0,
@@ -162,6 +164,7 @@ fn header(duration_s: f64, open_loop: bool) -> Header {
             "[robot]\nfile = \"mecanum4.urdf\"\n\n[reference]\nkind = \"circle\"\nradius_m = 1.0\n"
                 .to_owned(),
         robot_name: "mecanum4".to_owned(),
+        reference_point_m: [0.0; 2],
         wheels: hubs
             .map(|(name, x_m, y_m, hand)| WheelHeader {
                 name: name.to_owned(),

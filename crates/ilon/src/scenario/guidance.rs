@@ -24,6 +24,27 @@ pub struct Guidance {
     pub wheel_rate_limit_rad_s: Option<f64>,
     /// Which kinematics turns a twist into wheel rates.
     pub kinematics: Kinematics,
+    /// The point of the body that follows the reference.
+    pub reference_point: ReferencePoint,
+}
+
+/// A point of the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ReferencePoint {
+    /// The origin of the body frame.
+    #[default]
+    Origin,
+    /// The point about which position and heading do not disturb each other: M_a is orthogonal to span(M_l) there, as the
+    /// paper assumes. `ilon inspect` prints it.
+    Decoupling,
+    /// A point of its own.
+    At {
+        /// x in the body frame, in metres.
+        x_m: f64,
+        /// y in the body frame, in metres.
+        y_m: f64,
+    },
 }
 
 /// Which task is served first.
@@ -72,6 +93,7 @@ impl Default for Guidance {
             heading_gain_per_s: 1.0,
             wheel_rate_limit_rad_s: None,
             kinematics: Kinematics::default(),
+            reference_point: ReferencePoint::default(),
         }
     }
 }

@@ -164,6 +164,14 @@ impl Scenario {
                 ));
             }
         }
+        if self.wheel_loop.friction.is_some()
+            && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
+        {
+            return Err(Error::invalid(
+                "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+                "write law = \"prioritised_torque\", or leave the friction out",
+            ));
+        }
         if self.run.duration_s < self.run.control_dt_s {
             return Err(Error::invalid(
                 format!(

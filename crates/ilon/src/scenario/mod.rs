@@ -19,7 +19,7 @@ mod world;
 pub use expect::{Bound, Expect, Must, SignalBound};
 pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
-pub use guidance::{Guidance, Kinematics, Priority, Saturation};
+pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
 pub use load::Setting;
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};

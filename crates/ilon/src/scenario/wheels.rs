@@ -16,6 +16,11 @@ pub struct WheelLoop {
     /// light, may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
+    /// Friction coefficient that the prioritised torque counts on; left out, grip holds no task back, and the loads alone
+    /// say how the wheels share a push.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub friction: Option<f64>,
     /// Torque per rate error, in N m s/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
@@ -59,6 +64,9 @@ pub enum WheelLaw {
     Pid,
     /// Computed torque from the robot's dynamic model, Indiveri 2009, equation (12).
     ComputedTorque,
+    /// Computed torque that lets the task of lower priority (`guidance.priority`) give way where motors or grip cannot give
+    /// both, and shares what the wheels push so that the worst use of grip is least.
+    PrioritisedTorque,
 }
 
 impl Default for WheelLoop {
@@ -67,6 +75,7 @@ impl Default for WheelLoop {
             law: WheelLaw::default(),
             timing: LoopTiming::default(),
             bandwidth_rad_s: 60.0,
+            friction: None,
             proportional_n_m_s: None,
             integral_n_m: None,
             derivative_n_m_s2: 0.0,

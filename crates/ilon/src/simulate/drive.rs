@@ -2,9 +2,11 @@
 
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, DynamicModel, DynamicsSettings, LoopTiming, Motor,
-    MotorCurve, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    MotorCurve, PrioritisedTorque, PrioritisedTorqueSettings, TorqueRange, TorqueShares,
+    WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::Robot;
+use nalgebra::Vector2;
 
 use super::pilot::Targets;
 use crate::Error;
@@ -22,14 +24,17 @@ pub(super) struct Drive {
 enum Law {
     Pid(WheelLoop),
     ComputedTorque(Box<ComputedTorque>),
+    PrioritisedTorque(Box<PrioritisedTorque>),
 }
 
 impl Drive {
-    /// The drive of a scenario; the gains that it chooses are written into the scenario.
+    /// The drive of a scenario; the gains that it chooses are written into the scenario. `reference_point_m` is the
+    /// guidance's, in the body frame.
     pub fn new(
         scenario: &mut Scenario,
         robot: &Robot,
         model: DynamicModel,
+        reference_point_m: Vector2<f64>,
         physics_dt_s: f64,
     ) -> Result<Self, Error> {
         let law = match scenario.wheel_loop.law {
@@ -45,6 +50,20 @@ impl Drive {
                     dt_s: physics_dt_s,
                 };
                 Law::ComputedTorque(Box::new(ComputedTorque::new(model, &settings)?))
+            }
+            WheelLaw::PrioritisedTorque => {
+                let settings = PrioritisedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: physics_dt_s,
+                    priority: scenario.guidance.priority.into(),
+                    reference_point_m,
+                    friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
+                    gravity_m_s2: scenario.world.gravity_m_s2,
+                };
+                let dynamics = dynamics_settings(scenario);
+                let law = PrioritisedTorque::new(robot, &dynamics, &settings)?;
+                Law::PrioritisedTorque(Box::new(law))
             }
         };
         let curve = match scenario.motors.dc {
@@ -63,6 +82,14 @@ impl Drive {
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
             motors,
         })
+    }
+
+    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    pub fn shares(&self) -> Option<TorqueShares> {
+        match &self.law {
+            Law::PrioritisedTorque(law) => Some(law.shares()),
+            Law::Pid(_) | Law::ComputedTorque(_) => None,
+        }
     }
 
     /// The torques of the next physics step, in N m, within what each motor can give at its rate while a share of the
@@ -92,6 +119,10 @@ impl Drive {
                 let torques_n_m = law.update(rates, rates_rad_s, &self.limits, dt_s);
                 self.torques_n_m.copy_from_slice(torques_n_m);
             }
+            (Targets::Rates(rates), Law::PrioritisedTorque(law)) => {
+                let torques_n_m = law.update(rates, rates_rad_s, &self.limits, dt_s);
+                self.torques_n_m.copy_from_slice(torques_n_m);
+            }
             (Targets::Torques(torques), _) => {
                 let given = self.torques_n_m.iter_mut().zip(&self.limits);
                 for ((given, limit), asked) in given.zip(torques) {
@@ -100,6 +131,15 @@ impl Drive {
             }
         }
         (&self.torques_n_m, &self.droops_n_m_s)
+    }
+}
+
+impl From<scenario::Priority> for ilon_control::Priority {
+    fn from(priority: scenario::Priority) -> Self {
+        match priority {
+            scenario::Priority::Position => Self::Position,
+            scenario::Priority::Heading => Self::Heading,
+        }
     }
 }
 
@@ -133,14 +173,17 @@ fn pid(
 
 /// The dynamic model of a scenario's robot, with the roller armature of the simulated one.
 pub(super) fn dynamic_model(scenario: &Scenario, robot: &Robot) -> Result<DynamicModel, Error> {
+    Ok(DynamicModel::new(robot, &dynamics_settings(scenario))?)
+}
+
+fn dynamics_settings(scenario: &Scenario) -> DynamicsSettings {
     let defaults = ilon_world::Settings::default();
-    let settings = DynamicsSettings {
+    DynamicsSettings {
         roller_armature_ratio: scenario
             .world
             .solver
             .roller_armature_ratio
             .unwrap_or(defaults.roller_armature_ratio),
         ..DynamicsSettings::default()
-    };
-    Ok(DynamicModel::new(robot, &settings)?)
+    }
 }

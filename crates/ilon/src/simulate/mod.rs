@@ -147,7 +147,13 @@ impl Simulation {
             limit_rad_s,
             controller,
         )?;
-        let drive = Drive::new(&mut scenario, robot, model, physics_dt_s)?;
+        let drive = Drive::new(
+            &mut scenario,
+            robot,
+            model,
+            pilot.reference_point_m(),
+            physics_dt_s,
+        )?;
         let sensors = Sensors::new(
             &scenario.sensors,
             start,
@@ -229,8 +235,15 @@ impl Simulation {
             self.recorder.reckon(&seen.wheel_angles_rad);
         }
         if self.clock.record_is_due() {
-            self.recorder
-                .record(t_s, &self.world, seen, &self.pilot, &self.torques_n_m);
+            let shares = self.drive.shares();
+            self.recorder.record(
+                t_s,
+                &self.world,
+                seen,
+                &self.pilot,
+                &self.torques_n_m,
+                shares,
+            );
         }
         self.disturbances
             .act(t_s, self.clock.physics_dt_s(), &mut self.world);
@@ -369,6 +382,7 @@ fn header(
     Ok(Header {
         scenario_name: scenario.name.clone(),
         scenario_toml: scenario.to_toml()?,
+        reference_point_m: pilot.reference_point_m().into(),
         task_names: pilot.task_names().iter().map(ToString::to_string).collect(),
         physics_dt_s,
         // Of a trace this is the time between its rows.

@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 use super::sensors::Seen;
 use super::waypoints;
 use crate::Error;
-use crate::scenario::{self, Scenario};
+use crate::scenario::{self, ReferencePoint, Scenario};
 
 /// What decides the wheel rates.
 pub(super) struct Pilot {
@@ -86,10 +86,7 @@ impl Pilot {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let section = &scenario.guidance;
-        let priority = match section.priority {
-            scenario::Priority::Position => ilon_control::Priority::Position,
-            scenario::Priority::Heading => ilon_control::Priority::Heading,
-        };
+        let priority = section.priority.into();
         let wheel_count = kinematics.wheel_count();
         let settings = GuidanceSettings {
             position_gain: Gain::Scalar(section.position_gain_per_s),
@@ -113,6 +110,12 @@ impl Pilot {
             (Some(controller), tracked) => Planned::Own(controller, tracked),
             (None, Some(reference)) => Planned::Reference(reference),
             (None, None) => Planned::Twist(TwistProfile::new(&twist)),
+        };
+        // A twist in open loop, as any twist of a scenario, is the origin's.
+        let kinematics = match (&motion, section.reference_point) {
+            (Planned::Twist(_), _) | (_, ReferencePoint::Origin) => kinematics,
+            (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
+            (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
         };
         let mut pilot = Self {
             motion,
@@ -149,6 +152,8 @@ impl Pilot {
                 self.wheel_rates_rad_s
                     .copy_from_slice(&command.wheel_rates_rad_s);
                 self.decision.take(command, &seen.pose, Some(desired));
+                let point_m = self.guidance.kinematics().reference_point_m();
+                self.decision.move_to_origin(point_m);
             }
             Planned::Twist(profile) => {
                 let task = Task {
@@ -179,15 +184,23 @@ impl Pilot {
                         Some(torques_n_m)
                     }
                 };
-                let twist_in_body = self.guidance.kinematics().twist(&self.wheel_rates_rad_s);
+                let kinematics = self.guidance.kinematics();
+                let twist_in_body = kinematics.twist(&self.wheel_rates_rad_s);
+                let point_m = kinematics.reference_point_m();
                 self.decision = Decision {
                     desired,
                     command_twist_in_body: twist_in_body,
                     granted_twist_in_body: twist_in_body,
                     tasks: Vec::new(),
                 };
+                self.decision.move_to_origin(point_m);
             }
         }
+    }
+
+    /// The point of the body that follows the reference, in the body frame, in metres.
+    pub fn reference_point_m(&self) -> Vector2<f64> {
+        self.guidance.kinematics().reference_point_m()
     }
 
     /// What the drive shall do.
@@ -261,6 +274,21 @@ impl Decision {
                 weight: share.weight,
                 asked_twist_in_body,
             });
+        }
+    }
+}
+
+impl Decision {
+    /// Turns twists of a point of the body frame into those of its origin, eq. (2): all that is recorded is the origin's.
+    fn move_to_origin(&mut self, point_m: Vector2<f64>) {
+        let moved = |twist: &mut Twist| {
+            twist.vx_m_s += twist.omega_rad_s * point_m.y;
+            twist.vy_m_s -= twist.omega_rad_s * point_m.x;
+        };
+        moved(&mut self.command_twist_in_body);
+        moved(&mut self.granted_twist_in_body);
+        for task in &mut self.tasks {
+            moved(&mut task.asked_twist_in_body);
         }
     }
 }

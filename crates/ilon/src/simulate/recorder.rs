@@ -1,6 +1,6 @@
 //! Writes down what happens, once a control period or less often.
 
-use ilon_control::{ContactKinematics, Kinematics, Odometry};
+use ilon_control::{ContactKinematics, Kinematics, Odometry, TorqueShares};
 use ilon_robot::{Pose, Robot, Wheel};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
 use ilon_world::{BodyState, World};
@@ -63,6 +63,7 @@ impl Recorder {
         seen: &Seen,
         pilot: &Pilot,
         torques_n_m: &[f64],
+        shares: Option<TorqueShares>,
     ) {
         let angles_rad = world.wheel_angles_rad();
         let rates_rad_s = world.wheel_rates_rad_s();
@@ -102,6 +103,8 @@ impl Recorder {
             granted_twist_in_body: decision.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),
             tasks,
+            torque_weight_position: shares.map_or(1.0, |shares| shares.position),
+            torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
             slip_energy_j: world.slip_energy_j(),
             motor_energy_j: world.motor_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),

@@ -18,10 +18,11 @@ pub(in crate::report) fn path(trace: &Trace) -> Figure {
         let reference: Vec<_> = desired().collect();
         curves.push(way("reference", &reference, dashed("@asked").width(2.2)));
     }
-    let truth: Vec<_> = records.iter().map(|r| r.truth.pose).collect();
+    let point = |pose: Pose| trace.header.reference_point_at(pose);
+    let truth: Vec<_> = records.iter().map(|r| point(r.truth.pose)).collect();
     curves.push(way("driven", &truth, solid("@real").width(2.4)));
     if sees_otherwise(trace) {
-        let seen: Vec<_> = records.iter().map(|r| r.seen_pose).collect();
+        let seen: Vec<_> = records.iter().map(|r| point(r.seen_pose)).collect();
         curves.push(way("as the robot saw it", &seen, dotted("@contact")));
     }
     let arrows = heading_arrows(&truth);
@@ -123,8 +124,9 @@ struct Off {
 
 /// How far a pose is off the reference at every step that has one.
 fn tracking(trace: &Trace, pose: fn(&Record) -> Pose) -> Vec<Off> {
+    let at = |pose: Pose| trace.header.reference_point_at(pose);
     let records = trace.records().iter();
-    let with_reference = records.filter_map(|r| Some((r.t_s, r.desired?.pose, pose(r))));
+    let with_reference = records.filter_map(|r| Some((r.t_s, r.desired?.pose, at(pose(r)))));
     with_reference
         .map(|(t_s, desired, pose)| Off {
             t_s,

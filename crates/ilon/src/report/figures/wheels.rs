@@ -1,6 +1,6 @@
 //! What the wheels did: rates, torques, and the tasks that shared them.
 
-use ilon_trace::Trace;
+use ilon_trace::{Record, Trace};
 use plotly::common::Mode;
 use plotly::layout::{Axis, Layout, RangeMode};
 
@@ -74,6 +74,35 @@ pub(in crate::report) fn torques(trace: &Trace) -> Figure {
         over_time: true,
         plot: plot(curves.collect(), layout("t in s", "torque in N m")),
     }
+}
+
+/// What the torques give of the accelerations asked for; `None` where they gave all, always.
+pub(in crate::report) fn torque_weights(trace: &Trace) -> Option<Figure> {
+    let weights = |of: fn(&Record) -> f64| trace.records().iter().map(move |r| (r.t_s, of(r)));
+    let position = || weights(|r| r.torque_weight_position);
+    let heading = || weights(|r| r.torque_weight_heading);
+    position().chain(heading()).any(|(_, w)| w < 1.0).then(|| {
+        let curves: Vec<Box<dyn plotly::Trace>> = vec![
+            curve("position", position(), solid("@w0")),
+            curve("heading", heading(), dashed("@w1")),
+        ];
+        Figure {
+            id: "torque-weights".to_owned(),
+            title: "Which acceleration gives way".to_owned(),
+            caption: "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
+                      torques are at their limit, and the task of lower priority is held back."
+                .to_owned(),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: plot(
+                curves,
+                Layout::new()
+                    .x_axis(axis("t in s"))
+                    .y_axis(axis("weight").range(vec![-0.03, 1.05])),
+            ),
+        }
+    })
 }
 
 /// Weights and capacities of the guidance law's tasks; empty without guidance.
