@@ -93,8 +93,10 @@ impl Header {
 }
 
 impl Trace {
-    /// An empty trace with room for `steps` records.
+    /// An empty trace with room for `steps` records, or for as many of them as a long run needs at first.
     pub fn with_capacity(header: Header, steps: usize) -> Self {
+        const MOST_AT_ONCE: usize = 100_000;
+        let steps = steps.min(MOST_AT_ONCE);
         let wheel_count = header.wheels.len();
         Self {
             header,

@@ -9,6 +9,10 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// Sizes of the numbers of a scenario: the world computes in single precision, where squares of larger ones are no longer
+/// finite and smaller ones round away. What a run is judged by is not bound so.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
+
 /// A key or value that a scenario may not hold.
 #[derive(Debug)]
 pub(super) struct Fault {
@@ -219,6 +223,20 @@ impl<'s> Checker<'s> {
                 span,
                 format!("`{}` is not a finite number", self.key()),
                 "write a finite number".to_owned(),
+            ));
+        }
+        let whole = |schema: &&Json| schema.get("type").and_then(Json::as_str) == Some("integer");
+        let judged = self.path.first().is_some_and(|section| section == "expect");
+        let size = number.abs();
+        if !judged && !alternatives.iter().any(whole) && size > 0.0 && !SIZES.contains(&size) {
+            let (least, most) = (SIZES.start(), SIZES.end());
+            return Err(self.fault(
+                span,
+                format!(
+                    "`{}` is {number:e}, which is beyond what can be computed with",
+                    self.key()
+                ),
+                format!("write 0 or a number whose size is between {least:e} and {most:e}"),
             ));
         }
         let bound = |name| {

@@ -181,9 +181,47 @@ impl Scenario {
                 "lengthen the run or shorten the control period",
             ));
         }
+        self.check_length()
+    }
+
+    /// Refuses runs that no memory holds or that never end.
+    fn check_length(&self) -> Result<(), Error> {
+        let periods = self.run.duration_s / self.run.control_dt_s;
+        let rows = periods / f64::from(self.run.record_every.max(1));
+        if rows > MOST_ROWS {
+            return Err(Error::invalid(
+                format!(
+                    "`run.duration_s` = {} makes {rows:.1e} rows of the trace, where at most {MOST_ROWS:.0e} are kept",
+                    self.run.duration_s
+                ),
+                format!(
+                    "shorten the run, or record less often: `run.record_every` = {:.0}",
+                    (periods / MOST_ROWS).ceil()
+                ),
+            ));
+        }
+        let Step::Seconds(dt_s) = self.run.physics_dt_s else {
+            return Ok(());
+        };
+        let steps = self.run.duration_s / dt_s;
+        if steps > MOST_STEPS {
+            return Err(Error::invalid(
+                format!(
+                    "`run.duration_s` = {} takes {steps:.1e} physics steps of `run.physics_dt_s` = {dt_s}, where at most \
+                     {MOST_STEPS:.0e} are taken",
+                    self.run.duration_s
+                ),
+                "shorten the run or lengthen its steps",
+            ));
+        }
         Ok(())
     }
 }
+
+/// The most rows of a trace: ten gigabytes or so, and a day at 100 Hz.
+const MOST_ROWS: f64 = 1e7;
+/// The most physics steps of a run: weeks of computing.
+const MOST_STEPS: f64 = 1e11;
 
 /// A path without `.` and, where what they undo is known, `..`.
 fn normal(path: &Path) -> PathBuf {
@@ -484,6 +522,27 @@ duration_s = 30
     }
 
     #[test]
+    fn numbers_are_of_a_size_to_compute_with_but_for_what_is_expected() {
+        for (setting, told_of) in [
+            ("run.duration_s=1e30", "`run.duration_s` is 1e30"),
+            ("robot.x_m=-1e10", "`robot.x_m` is -1e10"),
+            (
+                "world.floor.friction=1e-300",
+                "`world.floor.friction` is 1e-300",
+            ),
+        ] {
+            let (message, help, _) = told(CIRCLE, &[setting]);
+            assert!(message.starts_with(told_of), "{message}");
+            assert_eq!(
+                help,
+                "write 0 or a number whose size is between 1e-12 and 1e9"
+            );
+        }
+        let expected = ["expect.slip_energy_j={max=1e-20}".parse().unwrap()];
+        assert!(parse(CIRCLE, "t", &expected).is_ok());
+    }
+
+    #[test]
     fn a_control_period_is_a_whole_number_of_physics_steps() {
         let (message, help, _) = told(CIRCLE, &["run.physics_dt_s=0.003"]);
         assert_eq!(
@@ -494,6 +553,21 @@ duration_s = 30
         assert_eq!(help, "set `run.physics_dt_s` to 0.0025, which divides it");
         let longer = parse(CIRCLE, "t", &["run.physics_dt_s=0.02".parse().unwrap()]);
         assert!(longer.is_err());
+    }
+
+    #[test]
+    fn a_run_that_no_memory_holds_is_refused_with_what_would_do() {
+        // 1e8 s at 100 Hz are 1e10 rows: a thousand times too many.
+        let (message, help, _) = told(CIRCLE, &["run.duration_s=1e8"]);
+        assert_eq!(
+            message,
+            "`run.duration_s` = 100000000 makes 1.0e10 rows of the trace, where at most 1e7 are kept"
+        );
+        assert!(help.ends_with("`run.record_every` = 1000"), "{help}");
+        let thinned = ["run.duration_s=1e8", "run.record_every=1000"].map(|s| s.parse().unwrap());
+        assert!(parse(CIRCLE, "t", &thinned).is_ok());
+        let (message, ..) = told(CIRCLE, &["run.physics_dt_s=1e-12"]);
+        assert!(message.contains("3.0e13 physics steps"), "{message}");
     }
 
     #[test]
