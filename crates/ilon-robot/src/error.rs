@@ -73,6 +73,13 @@ impl RobotError {
         self
     }
 
+    /// The same with another fault.
+    #[cfg(feature = "xacro")]
+    pub(crate) fn with_fault(mut self, fault: Fault) -> Self {
+        self.0.fault = fault;
+        self
+    }
+
     /// What is wrong.
     pub fn fault(&self) -> &Fault {
         &self.0.fault
@@ -174,10 +181,15 @@ pub enum Fault {
         root_tag: String,
     },
     /// The file is the xacro source of a URDF.
-    #[error("an unexpanded xacro file: it holds {what}")]
+    #[error(
+        "an unexpanded xacro file: it holds {what}{}",
+        tried.as_ref().map_or_else(String::new, |why| format!("; it could not be expanded here: {why}"))
+    )]
     Unexpanded {
         /// What gave it away.
         what: String,
+        /// Why it could not be expanded, where that was tried.
+        tried: Option<String>,
     },
     /// The file is larger than anything that is read.
     #[error("too large to be read: {what}, where at most {most} are read")]

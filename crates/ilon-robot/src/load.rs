@@ -19,6 +19,8 @@ mod source;
 mod tree;
 mod wheels;
 mod whole;
+#[cfg(feature = "xacro")]
+mod xacro;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -58,25 +60,33 @@ impl Robot {
         Self::from_urdf_str_with(text, file, &LoadOptions::default()).map(|loaded| loaded.robot)
     }
 
-    /// Reads a robot from a URDF file as the options say.
+    /// Reads a robot from a URDF file as the options say. A xacro file is expanded first, without ROS and with its
+    /// arguments at their defaults; an expansion that takes ten seconds is given up.
     ///
     /// # Errors
     /// As [`Robot::load`], and options that do not fit the file.
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let unreadable = |e: std::io::Error| {
-            let reason = e.to_string();
-            RobotError::new(&file, Fault::Unreadable { reason })
-        };
-        let size = std::fs::metadata(path).map_err(unreadable)?.len();
-        source::check_size(size, &file)?;
-        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let bytes = source::read(path, &file)?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let reason = format!("it is not text: {e}");
             RobotError::new(&file, Fault::Xml { reason })
         })?;
-        Self::from_urdf_str_with(&text, &file, options)
+        let loaded = Self::from_urdf_str_with(&text, &file, options);
+        #[cfg(feature = "xacro")]
+        if let Err(error) = &loaded
+            && let Fault::Unexpanded { what, .. } = error.fault()
+        {
+            return match xacro::expand(path, &options.packages) {
+                Ok(urdf) => load_expanded(&urdf, &file, options),
+                Err(reason) => Err(error.clone().with_fault(Fault::Unexpanded {
+                    what: what.clone(),
+                    tried: Some(reason),
+                })),
+            };
+        }
+        loaded
     }
 
     /// Reads a robot from the text of a URDF file as the options say.
@@ -97,6 +107,15 @@ impl Robot {
         let (mended, remarks) = mend::mend(&source);
         read(&Source::parse(&mended, file)?, options, remarks)
     }
+}
+
+/// Reads what a xacro file expanded to. Faults are shown in the expanded text, which no file holds.
+#[cfg(feature = "xacro")]
+fn load_expanded(urdf: &str, file: &str, options: &LoadOptions) -> Result<Loaded, RobotError> {
+    let mut loaded = Robot::from_urdf_str_with(urdf, &format!("{file} (expanded)"), options)?;
+    let text = "expanded without ROS, its arguments at their defaults";
+    loaded.robot.remarks.insert(0, remark("xacro", text));
+    Ok(loaded)
 }
 
 /// What is needed in every stage, and what the stages gather.
@@ -200,6 +219,7 @@ fn read(
         ..
     } = loading;
     remarks.extend(source.ignored_elements());
+    source.place(&mut remarks);
     let robot = Robot {
         name,
         chassis,
@@ -214,6 +234,7 @@ fn read(
 fn remark(subject: impl Into<String>, text: impl Into<String>) -> Remark {
     Remark {
         subject: subject.into(),
+        line: None,
         text: text.into(),
     }
 }

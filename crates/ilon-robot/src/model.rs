@@ -1,5 +1,6 @@
 //! The robot as the rest of the project sees it, whatever file it came from.
 
+use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector2, Vector3};
@@ -196,8 +197,24 @@ pub struct MotorLimits {
 pub struct Remark {
     /// The element it is about, such as ``joint `arm` ``.
     pub subject: String,
+    /// The line in the file where that element stands, from 1, where it is one.
+    pub line: Option<usize>,
     /// What was ignored, assumed or doubted.
     pub text: String,
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            subject,
+            line,
+            text,
+        } = self;
+        match line {
+            Some(line) => write!(f, "{subject} (line {line}): {text}"),
+            None => write!(f, "{subject}: {text}"),
+        }
+    }
 }
 
 impl Wheel {

@@ -153,6 +153,13 @@ fn a_missing_file_is_told_with_its_path() {
     assert_eq!(error.place(), None);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_without_an_end_is_not_read_for_ever() {
+    let error = Robot::load("/dev/zero").expect_err("no robot");
+    assert!(matches!(error.fault(), Fault::TooLarge { .. }), "{error}");
+}
+
 #[test]
 fn malformed_xml_is_told_with_its_line() {
     let text = small().replacen("</inertial>", "</inertia>", 1);
@@ -322,6 +329,44 @@ fn gaps_between_rollers_are_told_in_degrees() {
              the wheel falls between them",
             line_of(&text, "<joint name=\"wheel_1\"")
         )
+    );
+}
+
+#[test]
+fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() {
+    // Balls of 20 mm on a ring of 38 mm: 2 * 38 mm * sin(22.5 deg) = 29.08 mm from one to the next.
+    let ball = r#"<collision><geometry><sphere radius="0.02"/></geometry></collision>"#;
+    let mut text = String::new();
+    for line in small().lines() {
+        let in_roller = line.contains("<collision>") && line.contains("<sphere");
+        // One ball in place of each stack, at its middle.
+        if !in_roller {
+            text += line;
+        } else if line.contains("xyz=\"0 0 0\"") {
+            text += ball;
+        }
+        text += "\n";
+    }
+    // The wheels reach 58 mm from their hubs now.
+    let robot = Robot::from_urdf_str(&text, "crowd.urdf").expect("a robot with a doubt");
+    let crowded = robot
+        .remarks
+        .iter()
+        .find(|r| r.subject == "wheel `wheel_2`" && r.text.contains("run into each other"))
+        .expect("a remark");
+    assert!(
+        crowded
+            .text
+            .contains("stand 29.08 mm apart, but are 40.00 mm thick"),
+        "{}",
+        crowded.text
+    );
+    let line = line_of(&text, "<joint name=\"wheel_2\"");
+    assert_eq!(crowded.line, Some(line));
+    assert!(
+        crowded
+            .to_string()
+            .starts_with(&format!("wheel `wheel_2` (line {line}): "))
     );
 }
 

@@ -530,6 +530,88 @@ fn the_barrel_of_a_mesh_is_fitted(
     );
 }
 
+/// The small robot as xacro: its first wheel's place is computed, its links of rollers come from a macro of another file.
+fn as_xacro(include: &str) -> (String, String) {
+    let text = small()
+        .replacen(
+            "<robot name",
+            "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name",
+            1,
+        )
+        .replacen(
+            "xyz=\"0.2 0 0.05\"",
+            "xyz=\"${arm + 0.1} 0 ${2 * half_m}\"",
+            1,
+        );
+    assert!(
+        text.contains("${arm"),
+        "the first wheel stands at 0.2 0 0.05"
+    );
+    let start = text
+        .find("<link name=\"wheel_1_roller_1_link\">")
+        .expect("a roller");
+    let end = start + text[start..].find("</link>").expect("its end") + "</link>".len();
+    let link = text[start..end].replace("wheel_1_roller_1_link", "${name}_link");
+    let library = format!(
+        "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:property name=\"half_m\" value=\"0.025\"/>\n\
+         <xacro:macro name=\"roller\" params=\"name\">{link}</xacro:macro>\n</robot>"
+    );
+    let main = format!(
+        "{}<xacro:roller name=\"wheel_1_roller_1\"/>{}",
+        &text[..start],
+        &text[end..]
+    );
+    let first_link = main.find("<link").expect("a link");
+    let main = format!(
+        "{}<xacro:include filename=\"{include}\"/>\n<xacro:arg name=\"arm\" default=\"0.1\"/>\n\
+         <xacro:property name=\"arm\" value=\"$(arg arm)\"/>\n{}",
+        &main[..first_link],
+        &main[first_link..]
+    );
+    (main, library)
+}
+
+#[test]
+fn xacro_is_expanded_without_ros() {
+    let folder = folder("xacro");
+    let (main, library) = as_xacro("$(find parts)/urdf/roller.xacro");
+    std::fs::create_dir_all(folder.join("elsewhere/urdf")).expect("a folder");
+    std::fs::write(folder.join("elsewhere/urdf/roller.xacro"), library).expect("written");
+    let file = folder.join("robot.urdf.xacro");
+    std::fs::write(&file, main).expect("written");
+
+    // A package of another name than its folder has to be told.
+    let error = Robot::load(&file).expect_err("no such package");
+    let told = error.to_string();
+    assert!(
+        told.contains("could not be expanded") && told.contains("--package parts=FOLDER"),
+        "{told}"
+    );
+    assert!(
+        error.help().contains("pip install xacro"),
+        "{}",
+        error.help()
+    );
+
+    let options = LoadOptions {
+        packages: vec![Package {
+            name: "parts".to_owned(),
+            folder: folder.join("elsewhere"),
+        }],
+        ..LoadOptions::default()
+    };
+    let robot = Robot::load_with(&file, &options).expect("expanded").robot;
+    assert!(remarked(&robot, "xacro", "expanded without ROS"));
+    let plain = load(&small());
+    assert_eq!(robot.wheels.len(), plain.wheels.len());
+    for (p, q) in robot.wheels.iter().zip(&plain.wheels) {
+        // Sums of a few decimal numbers.
+        assert!((p.position_m() - q.position_m()).norm() < 1e-15);
+        assert_eq!(p.rollers.len(), q.rollers.len());
+        assert!((p.radius_m - q.radius_m).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn packages_are_found_by_option_and_beside_the_file() {
     let folder = folder("packages");

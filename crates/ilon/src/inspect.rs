@@ -121,11 +121,7 @@ impl Inspection {
                 .map(|kinematics| control::SpeedLimits::new(&kinematics, &limits_rad_s))
                 .and_then(|limits| SpeedLimits::of(&limits)),
             outlines: Vec::new(),
-            remarks: robot
-                .remarks
-                .iter()
-                .map(|remark| format!("{}: {}", remark.subject, remark.text))
-                .collect(),
+            remarks: robot.remarks.iter().map(ToString::to_string).collect(),
         })
     }
 }

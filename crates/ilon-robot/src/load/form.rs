@@ -133,7 +133,7 @@ fn check_expanded(source: &Source, node: Node) -> Result<(), RobotError> {
     match unexpanded {
         Some(a) => {
             let what = format!("`{}=\"{}\"`", a.name(), a.value());
-            Err(source.attribute_error(node, a.name(), Fault::Unexpanded { what }))
+            Err(source.attribute_error(node, a.name(), Fault::Unexpanded { what, tried: None }))
         }
         None => Ok(()),
     }

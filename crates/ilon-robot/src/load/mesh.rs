@@ -10,6 +10,7 @@ use nalgebra::Point3;
 
 use super::dae;
 use super::options::Package;
+use super::source::read_at_most;
 use crate::error::Fault;
 
 /// Largest mesh file that is read, in bytes.
@@ -57,29 +58,39 @@ impl Meshes {
             return Ok(self.folder.join(mesh));
         };
         let (name, path) = in_package.split_once('/').unwrap_or((in_package, ""));
-        if let Some(package) = self.packages.iter().find(|p| p.name == name) {
-            return Ok(package.folder.join(path));
-        }
-        // A description usually lies inside its package, and packages lie side by side.
-        let absolute = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
-        absolute
-            .ancestors()
-            .flat_map(|folder| [folder.join(name), folder.join("meshes").join(name)])
-            .map(|folder| folder.join(path))
-            .find(|candidate| candidate.is_file())
-            .ok_or_else(|| Fault::PackageUnknown {
-                package: name.to_owned(),
-                mesh: mesh.to_owned(),
-            })
+        folder_of(name, &self.folder, &self.packages, |folder| {
+            folder.join(path).is_file()
+        })
+        .map(|folder| folder.join(path))
+        .ok_or_else(|| Fault::PackageUnknown {
+            package: name.to_owned(),
+            mesh: mesh.to_owned(),
+        })
     }
 }
 
-fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
-    let size = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
-    if size > MAX_BYTES {
-        return Err(format!("it is larger than {} MB", MAX_BYTES >> 20));
+/// The folder of a package: the one that is given for it, or one of its name above the file's `folder` that holds what is
+/// sought. A description usually lies inside its package, and packages lie side by side.
+pub(super) fn folder_of(
+    package: &str,
+    folder: &Path,
+    packages: &[Package],
+    holds: impl Fn(&Path) -> bool,
+) -> Option<PathBuf> {
+    if let Some(given) = packages.iter().find(|p| p.name == package) {
+        return Some(given.folder.clone());
     }
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    absolute
+        .ancestors()
+        .flat_map(|above| [above.join(package), above.join("meshes").join(package)])
+        .find(|candidate| holds(candidate))
+}
+
+fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = read_at_most(MAX_BYTES, path)
+        .map_err(|e| e.to_string())?
+        .ok_or_else(|| format!("it is larger than {} MB", MAX_BYTES >> 20))?;
     let extension = path
         .extension()
         .unwrap_or_default()

@@ -4,10 +4,14 @@
 //! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
 
 use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{self, Read};
 use std::ops::Range;
+use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::remark;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 
@@ -28,7 +32,9 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
     pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, RobotError> {
-        check_size(text.len() as u64, file)?;
+        if text.len() as u64 > MAX_BYTES {
+            return Err(RobotError::new(file, too_large()));
+        }
         let options = ParsingOptions {
             allow_dtd: false,
             nodes_limit: MAX_NODES,
@@ -50,6 +56,7 @@ impl<'a> Source<'a> {
             let fault = if reason.contains("xacro") {
                 Fault::Unexpanded {
                     what: "an element `xacro:...`".to_owned(),
+                    tried: None,
                 }
             } else {
                 Fault::Xml { reason }
@@ -144,8 +151,10 @@ impl<'a> Source<'a> {
         });
         if let Some(node) = xacro {
             let what = format!("an element `xacro:{}`", node.tag_name().name());
-            return Err(RobotError::new(self.file, Fault::Unexpanded { what })
-                .at(self.text, self.opening_tag(node)));
+            return Err(
+                RobotError::new(self.file, Fault::Unexpanded { what, tried: None })
+                    .at(self.text, self.opening_tag(node)),
+            );
         }
         Ok(())
     }
@@ -153,6 +162,27 @@ impl<'a> Source<'a> {
     /// Line of an element, from 1; found by counting from the top of the file.
     pub(super) fn line_of(&self, node: Node) -> usize {
         self.document.text_pos_at(node.range().start).row as usize
+    }
+
+    /// Gives remarks the lines of the links and joints that they are about.
+    pub(super) fn place(&self, remarks: &mut [Remark]) {
+        // Counting from the top for each of thousands of joints would take minutes.
+        let breaks: Vec<usize> = self.text.match_indices('\n').map(|(at, _)| at).collect();
+        let line_of = |node: Node| 1 + breaks.partition_point(|at| *at < node.range().start);
+        let mut lines: HashMap<String, usize> = HashMap::new();
+        for (tag, kinds) in [("link", &["link"][..]), ("joint", &["joint", "wheel"][..])] {
+            for node in self.all(tag) {
+                let name = node.attribute("name").unwrap_or_default();
+                for kind in kinds {
+                    lines.insert(format!("{kind} `{name}`"), line_of(node));
+                }
+            }
+        }
+        for remark in remarks {
+            // Of ``link `base`, `<inertial>` `` the link is known.
+            let outer = remark.subject.split(", `<").next().unwrap_or_default();
+            remark.line = lines.get(outer).copied();
+        }
     }
 
     /// What stands in the file and is not read, counted by tag.
@@ -194,16 +224,13 @@ impl<'a> Source<'a> {
         }
         counts
             .into_iter()
-            .map(|((inside, tag), count)| Remark {
-                subject: format!("`<{tag}>`"),
-                text: match (inside, tag) {
+            .map(|((inside, tag), count)| remark(format!("`<{tag}>`"), match (inside, tag) {
                     ("link", "visual") => {
                         format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
                     }
                     ("robot", _) => format!("{count} in the file, not read: settings of other programs"),
                     (inside, _) => format!("{count} in the {inside}s of the file, not read: not part of URDF"),
-                },
-            })
+                }))
             .collect()
     }
 }
@@ -236,14 +263,31 @@ pub(super) fn describe(node: Node) -> String {
     }
 }
 
-/// Refuses files larger than any robot's.
-pub(super) fn check_size(bytes: u64, file: &str) -> Result<(), RobotError> {
-    if bytes <= MAX_BYTES {
-        return Ok(());
+/// A file's bytes; `None` where there are more than `most` of them, however much a file says that it holds: devices hold
+/// nothing and never end.
+pub(super) fn read_at_most(most: u64, path: &Path) -> io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= most).then_some(bytes))
+}
+
+/// The bytes of a robot's file.
+pub(super) fn read(path: &Path, file: &str) -> Result<Vec<u8>, RobotError> {
+    match read_at_most(MAX_BYTES, path) {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) => Err(RobotError::new(file, too_large())),
+        Err(e) => {
+            let reason = e.to_string();
+            Err(RobotError::new(file, Fault::Unreadable { reason }))
+        }
     }
-    let what = format!("{} MB of text", bytes >> 20);
-    let most = format!("{} MB", MAX_BYTES >> 20);
-    Err(RobotError::new(file, Fault::TooLarge { what, most }))
+}
+
+fn too_large() -> Fault {
+    Fault::TooLarge {
+        what: format!("more than {} MB of text", MAX_BYTES >> 20),
+        most: format!("{} MB", MAX_BYTES >> 20),
+    }
 }
 
 /// Where elements first nest so deep that reading them could exhaust the stack, before any parser sees them.

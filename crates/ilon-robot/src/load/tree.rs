@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::{Geometry, JointLimit, JointType};
 
+use super::remark;
 use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{Joint, MassProperties, MotorLimits, Remark};
@@ -343,10 +344,10 @@ fn tree_joint(
         (safety_controller.is_some(), "`<safety_controller>`"),
     ] {
         if ignored {
-            remarks.push(Remark {
-                subject: format!("joint `{name}`"),
-                text: format!("{what} is not read"),
-            });
+            remarks.push(remark(
+                format!("joint `{name}`"),
+                format!("{what} is not read"),
+            ));
         }
     }
     let motion = match joint_type {

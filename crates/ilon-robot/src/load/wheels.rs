@@ -380,15 +380,12 @@ fn give_lone_spheres_a_length(
         lone += 1;
     }
     if lone > 0 {
-        remarks.push(Remark {
-            subject: format!("wheel `{wheel}`"),
-            text: format!(
+        remarks.push(remark(format!("wheel `{wheel}`"), format!(
                 "{lone} of {} rollers are lone spheres: each is taken as a barrel that reaches its neighbours; as \
                  modelled, the wheel would dip {:.2} mm between rollers",
                 seen.len(),
                 1e3 * dip_m
-            ),
-        });
+            )));
     }
     lone
 }
@@ -397,28 +394,22 @@ fn remark_outline(wheel: &str, seen: &[Seen], radius_m: f64, remarks: &mut Vec<R
     let off_circle = |s: &Seen| s.outline.error_m + (s.outline.wheel_radius_m - radius_m).abs();
     let worst_m = seen.iter().map(off_circle).fold(0.0, f64::max);
     if worst_m > 1e-3 * radius_m {
-        remarks.push(Remark {
-            subject: format!("wheel `{wheel}`"),
-            text: format!(
+        remarks.push(remark(format!("wheel `{wheel}`"), format!(
                 "the rollers as modelled leave the circle of radius {:.2} mm by up to {:.2} mm; they are taken as the \
                  barrels that fit it",
                 1e3 * radius_m,
                 1e3 * worst_m
-            ),
-        });
+            )));
     }
     let off_middle =
         |s: &Seen| s.outline.middle_m.abs() / s.outline.half_length_m.unwrap_or(f64::INFINITY);
     let worst = seen.iter().map(off_middle).fold(0.0, f64::max);
     if worst > 0.05 {
-        remarks.push(Remark {
-            subject: format!("wheel `{wheel}`"),
-            text: format!(
+        remarks.push(remark(format!("wheel `{wheel}`"), format!(
                 "rollers sit up to {:.0} % of their half length off the point nearest to the hub axis; they are taken \
                  as centred there",
                 100.0 * worst
-            ),
-        });
+            )));
     }
 }
 
@@ -449,13 +440,13 @@ fn roller(
     let radius_m = wheel_radius_m - seen.skew.ring_radius_m;
     let off_axis_m = (from_center - axis.into_inner() * from_center.dot(&axis)).norm();
     if off_axis_m > 0.05 * radius_m {
-        remarks.push(Remark {
-            subject: format!("link `{link}`"),
-            text: format!(
+        remarks.push(remark(
+            format!("link `{link}`"),
+            format!(
                 "its centre of mass is {:.2} mm off the roller's axis; it is taken as on it",
                 1e3 * off_axis_m
             ),
-        });
+        ));
     }
     if radius_m <= 0.0 {
         let fault = Fault::RollersDiffer {

@@ -161,11 +161,7 @@ impl Simulation {
             scenario.run.control_dt_s,
         )?;
 
-        let mut warnings: Vec<String> = robot
-            .remarks
-            .iter()
-            .map(|remark| format!("{}: {}", remark.subject, remark.text))
-            .collect();
+        let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
         if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
             && !feasibility.holds()
         {
