@@ -1,0 +1,37 @@
+//! A scenario, damaged: it is refused in words, or written out loads again to the same, and its first steps can be taken.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use ilon::Scenario;
+use ilon::simulate::Simulation;
+use ilon_robot::Robot;
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+
+static ROBOT: LazyLock<Robot> = LazyLock::new(|| {
+    let urdf = include_str!("../../assets/robots/volksbot.urdf");
+    Robot::from_urdf_str(urdf, "volksbot.urdf").expect("the robot is a good one")
+});
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    ilon_fuzz::mutate(data, size, max_size, seed, b'\n')
+});
+
+fuzz_target!(|text: &str| {
+    let scenario = match Scenario::from_toml(text, "fuzzed", "../assets/scenarios") {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return;
+        }
+    };
+    let once = scenario.to_toml().expect("what was read can be written");
+    let again =
+        Scenario::from_toml(&once, "fuzzed", "../assets/scenarios").expect("and read again");
+    assert_eq!(once, again.to_toml().expect("and written again"));
+    if let Ok(mut simulation) = Simulation::with_robot(&scenario, &ROBOT) {
+        for _ in 0..3 {
+            simulation.step();
+        }
+    }
+});

@@ -1,0 +1,68 @@
+//! A robot's file, damaged: it loads or is refused in words, and what loads can be inspected and set into a world.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use ilon::Scenario;
+use ilon::inspect::Inspection;
+use ilon::simulate::Simulation;
+use ilon_robot::{Handedness, LoadOptions, Robot, WheelOptions};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+
+/// More rollers than this are slow to set into a world, which is nothing new.
+const MOST_ROLLERS_SIMULATED: usize = 40;
+
+static SIDEWAYS: LazyLock<Scenario> = LazyLock::new(|| {
+    let text = "[robot]\nfile = \"robot.urdf\"\nroller_bodies = \"near\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 1";
+    Scenario::from_toml(text, "sideways", ".").expect("the scenario is a good one")
+});
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    ilon_fuzz::mutate(data, size, max_size, seed, b'<')
+});
+
+fuzz_target!(|text: &str| {
+    let plain = LoadOptions::default();
+    let mended = LoadOptions {
+        mend: true,
+        ..LoadOptions::default()
+    };
+    let given = LoadOptions {
+        mend: true,
+        wheels: Some(WheelOptions {
+            joints: Vec::new(),
+            gamma: Handedness::AllDeg(45.0),
+            rollers: 5,
+            radius_m: None,
+            roller_radius_m: None,
+            roller_mass_kg: None,
+            damping_n_m_s: 0.0,
+            friction_n_m: 0.0,
+        }),
+        ..LoadOptions::default()
+    };
+    for options in [plain, mended, given] {
+        match Robot::from_urdf_str_with(text, "robot.urdf", &options) {
+            Ok(loaded) => {
+                use_it(&loaded.robot);
+                return;
+            }
+            Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
+        }
+    }
+});
+
+fn use_it(robot: &Robot) {
+    if let Ok(inspection) = Inspection::of(robot) {
+        assert!(inspection.wheels.iter().all(|wheel| wheel.radius_m > 0.0));
+    }
+    let rollers: usize = robot.wheels.iter().map(|wheel| wheel.rollers.len()).sum();
+    if rollers > MOST_ROLLERS_SIMULATED {
+        return;
+    }
+    if let Ok(mut simulation) = Simulation::with_robot(&SIDEWAYS, robot) {
+        for _ in 0..3 {
+            simulation.step();
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Damage that knows what a text file is made of.
+//!
+//! Bytes changed at random hardly ever leave a file that a parser lets through. Here whole pieces move (elements of XML,
+//! lines of TOML), names are swapped and numbers take values that people and programs get wrong.
+
+use libfuzzer_sys::fuzzer_mutate;
+
+/// Numbers that break what is not prepared for them.
+const NUMBERS: [&str; 24] = [
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "2",
+    "3",
+    "0.5",
+    "-45",
+    "90",
+    "1e-300",
+    "1e-30",
+    "1e-9",
+    "1e-3",
+    "1e3",
+    "1e6",
+    "1e9",
+    "1e30",
+    "1e300",
+    "-1e300",
+    "1e400",
+    "nan",
+    "inf",
+    "18446744073709551616",
+    "3.141592653589793",
+];
+
+/// A small random number generator (SplitMix64): the fuzzer hands over its seed, so that a run can be repeated.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Below `end`; 0 where there is nothing below it.
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end.max(1) as u64) as usize
+    }
+}
+
+/// Changes a text in place and returns its new length. `piece` begins a piece of it: `<` in XML, a line break in TOML.
+pub fn mutate(data: &mut [u8], size: usize, max_size: usize, seed: u32, piece: u8) -> usize {
+    let mut dice = Dice(u64::from(seed));
+    let text = &data[..size];
+    let changed = match dice.below(8) {
+        0 | 1 => return fuzzer_mutate(data, size, max_size),
+        2..=4 => number_replaced(text, &mut dice),
+        5 => word_swapped(text, &mut dice),
+        _ => pieces_moved(text, piece, &mut dice),
+    };
+    let length = changed.len().min(max_size);
+    data[..length].copy_from_slice(&changed[..length]);
+    length
+}
+
+/// Ranges of the bytes that belong together by a rule.
+fn runs(text: &[u8], belongs: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut start = None;
+    for (i, &byte) in text.iter().chain([&0]).enumerate() {
+        match (belongs(byte) && i < text.len(), start) {
+            (true, None) => start = Some(i),
+            (false, Some(from)) => {
+                found.push((from, i));
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+fn replaced(text: &[u8], (from, to): (usize, usize), by: &[u8]) -> Vec<u8> {
+    [&text[..from], by, &text[to..]].concat()
+}
+
+fn number_replaced(text: &[u8], dice: &mut Dice) -> Vec<u8> {
+    let mut numbers = runs(text, |b| b.is_ascii_digit() || b"+-.e".contains(&b));
+    numbers.retain(|&(from, to)| text[from..to].iter().any(u8::is_ascii_digit));
+    match numbers.get(dice.below(numbers.len())) {
+        Some(&range) => replaced(text, range, NUMBERS[dice.below(NUMBERS.len())].as_bytes()),
+        None => text.to_vec(),
+    }
+}
+
+fn word_swapped(text: &[u8], dice: &mut Dice) -> Vec<u8> {
+    let words = runs(text, |b| b.is_ascii_alphanumeric() || b == b'_');
+    match (
+        words.get(dice.below(words.len())),
+        words.get(dice.below(words.len())),
+    ) {
+        (Some(&range), Some(&(from, to))) => replaced(text, range, &text[from..to]),
+        _ => text.to_vec(),
+    }
+}
+
+fn pieces_moved(text: &[u8], piece: u8, dice: &mut Dice) -> Vec<u8> {
+    let mut pieces: Vec<&[u8]> = text.split_inclusive(|&b| b == piece).collect();
+    let from = dice.below(pieces.len());
+    let count = 1 + dice.below(12).min(pieces.len() - from.min(pieces.len()));
+    let taken: Vec<&[u8]> = pieces.iter().skip(from).take(count).copied().collect();
+    if dice.below(3) > 0 {
+        pieces.drain(from..from + taken.len());
+    }
+    if dice.below(3) > 0 {
+        let to = dice.below(pieces.len() + 1);
+        pieces.splice(to..to, taken);
+    }
+    pieces.concat()
+}
