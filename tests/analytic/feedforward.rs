@@ -33,15 +33,15 @@ fn contact_kinematics_makes_up_for_the_deficit_and_most_of_the_ripple() {
     println!("contacts: mean {with_contacts:.5}, ripple {ripple_with_contacts:.5}");
     // The paper's law falls short by the geometry.
     assert!((with_gamma - mean).abs() < 1e-3);
-    // Wheels are not stiff: they give way to the ripple's forces, so that less of it reaches the robot.
-    assert!((0.25 * ripple..ripple).contains(&ripple_with_gamma));
+    // Wheels give way to the ripple's forces, so that some less of it reaches the robot.
+    assert!((0.75 * ripple..ripple).contains(&ripple_with_gamma));
     // The contact kinematics asks for what is needed: the whole speed, and what the wheel loops can follow of the ripple.
     assert!((with_contacts - 1.0).abs() < 1e-3);
-    assert!(ripple_with_contacts < 0.5 * ripple_with_gamma);
+    assert!(ripple_with_contacts < 0.2 * ripple_with_gamma);
 }
 
 #[test]
-fn slower_wheels_follow_it_better() {
+fn slow_wheels_follow_it_and_shake_as_derived_without_it() {
     let slowly = |kinematics: &str| {
         let settings = ["twist.vy_m_s=0.05", kinematics];
         let summary = run("mecanum4_lateral_compensated", &settings).summary;
@@ -53,13 +53,14 @@ fn slower_wheels_follow_it_better() {
     );
     println!("at 0.05 m/s: ripple {gamma:.5} with constant gamma, {contacts:.5} with contacts");
     // Six times fewer rollers a second than at 0.3 m/s: a roller passes in 0.7 s, in which the loop of tens of rad/s is
-    // done. The wheels then turn as asked, and the paper's law shakes the robot as derived, within 20 %.
+    // done. The wheels then turn as asked, and the paper's law shakes the robot as derived; the window of the means holds
+    // four pitches and a part of one, which weighs some phases more than others: 20 %.
     assert!(contacts < 0.15 * gamma);
     assert!((gamma / geometry().1 - 1.0).abs() < 0.2);
 }
 
 #[test]
-fn under_computed_torque_it_does_harm() {
+fn under_computed_torque_it_leaves_the_ripple() {
     // Eq. (12) takes every acceleration of the wheels for one of the robot, by the ideal kinematics. That of the
     // contact kinematics is there to keep the robot from accelerating: (12) pushes where nothing should be pushed.
     let (_, pid) = sideways(&[]);
