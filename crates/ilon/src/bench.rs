@@ -28,7 +28,7 @@ const DRIVES: [(&str, [f64; 3]); 5] = [
 /// Physics steps a second with every roller a body; finer ones only cost more.
 const ALL_RATES_HZ: [f64; 3] = [1000.0, 500.0, 240.0];
 /// Physics steps a second in the contact window.
-const NEAR_RATES_HZ: [f64; 5] = [1000.0, 500.0, 240.0, 120.0, 60.0];
+const NEAR_RATES_HZ: [f64; 8] = [1000.0, 500.0, 240.0, 120.0, 60.0, 40.0, 30.0, 20.0];
 /// The robots, their files, and the error up to which a configuration counts for the headline, in per cent.
 const ROBOTS: [(&str, &str, f64); 2] = [
     (
