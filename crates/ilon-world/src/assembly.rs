@@ -90,16 +90,23 @@ impl Assembly {
         }
     }
 
-    /// Moves the whole robot as it stands, in metres.
-    pub fn shift(&self, rapier: &mut PhysicsWorld, by_m: Vector3<f64>) {
-        let by = convert::vector(&by_m);
+    /// Moves the whole robot as it stands and goes into another frame of rapier's, given the old one in the new.
+    pub fn reframe(&self, rapier: &mut PhysicsWorld, new_from_old: &Isometry3<f64>) {
+        let by = convert::pose(new_from_old);
         let wheels = self.wheels.iter();
         let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
         for body in parts.chain([self.chassis]) {
             let body = &mut rapier.bodies[body];
-            let mut pose = *body.position();
-            pose.translation += by;
-            body.set_position(pose, false);
+            body.set_position(by * *body.position(), false);
+        }
+        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
+        let mut rates = multibody.generalized_velocity_mut();
+        for first in [0, 3] {
+            let old = Vector3::from_fn(|i, _| f64::from(rates[first + i]));
+            let new = new_from_old.rotation * old;
+            for i in 0..3 {
+                rates[first + i] = new[i] as Real;
+            }
         }
     }
 

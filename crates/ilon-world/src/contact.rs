@@ -1,6 +1,6 @@
 //! What the rollers of a wheel do to the ground.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Isometry3, Vector2, Vector3};
 use rapier3d::prelude::*;
 
 use crate::convert;
@@ -45,11 +45,10 @@ impl WheelContact {
     /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so
     /// that a contact which the solver held still reads as still. The work of an impulse is its product with the mean
     /// of the velocities before and after it, which is exact for a body of constant inertia: the powers are such.
-    /// `rate_of` gives the rate of a degree of freedom of the robot's multibody, in rad/s; `anchor_m` is rapier's
-    /// origin in the floor's frame.
+    /// `rate_of` gives the rate of a degree of freedom of the robot's multibody, in rad/s.
     pub(crate) fn read(
         rapier: &PhysicsWorld,
-        anchor_m: Vector3<f64>,
+        floor_from_rapier: &Isometry3<f64>,
         (index, body): (usize, &WheelBody),
         before: &State,
         after: &State,
@@ -96,15 +95,17 @@ impl WheelContact {
                         }
                         // Impulses are given on the first collider of the pair; ours is wanted.
                         let sign = if slot_is_first { 1.0 } else { -1.0 };
-                        let up = -sign * convert::to_f64(manifold.data.normal);
-                        let tangential_n =
-                            sign / dt_s * convert::to_f64(point.data.warmstart_tangent_world);
+                        let turned = floor_from_rapier.rotation;
+                        let up = turned * (-sign * convert::to_f64(manifold.data.normal));
+                        let tangent_impulse = convert::to_f64(point.data.warmstart_tangent_world);
+                        let tangential_n = turned * (sign / dt_s * tangent_impulse);
                         let on_ground = if slot_is_first {
                             point.local_p2
                         } else {
                             point.local_p1
                         };
-                        let at = convert::to_f64(rapier_from_ground * on_ground) + anchor_m;
+                        let in_rapier = convert::to_f64(rapier_from_ground * on_ground);
+                        let at = (floor_from_rapier * nalgebra::Point3::from(in_rapier)).coords;
 
                         let lever = at - roller_center.coords;
                         let surface = roller_axis.cross(&lever);

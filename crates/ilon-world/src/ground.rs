@@ -1,5 +1,7 @@
 //! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::shape::{HeightField, HeightFieldFlags};
@@ -173,7 +175,7 @@ impl Floor {
             patches: self.patches.clone(),
             has_its_own_friction: !self.patches.is_empty(),
             world_from_floor: self.world_from_floor(),
-            anchor_m: Vector3::zeros(),
+            floor_from_rapier: Isometry3::identity(),
             dt_s: dt_s as Real,
         }
     }
@@ -229,7 +231,10 @@ impl Relief {
 /// What a running world needs to know of its ground.
 ///
 /// rapier counts in f32 from an anchor near the robot: contact points a few metres away would be rounded by as much
-/// as a roller moves in a step, and a robot at rest would creep.
+/// as a roller moves in a step, and a robot at rest would creep. And the anchor turns with the robot: rapier solves
+/// friction along two axes that are fixed in its frame, one after the other, and a roller is light across its axis and
+/// heavy along it. Where its axis lies between rapier's the two are coupled and converge slowly; along them hardly any
+/// sweeps are needed.
 pub(crate) struct Ground {
     has_plane: bool,
     friction: f64,
@@ -238,8 +243,8 @@ pub(crate) struct Ground {
     has_its_own_friction: bool,
     solids: Vec<Solid>,
     world_from_floor: UnitQuaternion<f64>,
-    /// rapier's origin in the floor's frame, in metres; it moves along the plane.
-    anchor_m: Vector3<f64>,
+    /// rapier's frame in the floor's: its origin lies in the plane, its z axis stands on it.
+    floor_from_rapier: Isometry3<f64>,
     /// Length of a physics step, in seconds.
     dt_s: Real,
 }
@@ -274,33 +279,47 @@ impl Ground {
         })
     }
 
-    /// Moves rapier's origin beneath a place in the floor's frame once that has gone too far away, and the solids along
-    /// with it. Gives back by how much the origin moved, in metres.
+    /// Moves rapier's frame beneath a robot once that has gone or turned too far away from it, and the solids along with
+    /// it. `heading_rad` is the direction in the floor's frame that shall lie along an axis of rapier's, where there is
+    /// any. Gives back the frame as it was, if it moved.
     pub fn follow(
         &mut self,
         place_m: &Vector3<f64>,
+        heading_rad: Option<f64>,
         colliders: &mut ColliderSet,
-    ) -> Option<Vector3<f64>> {
+    ) -> Option<Isometry3<f64>> {
         /// Within this distance f32 resolves 1e-8 m, a hundredth of what a slow robot moves in a step.
         const LEASH_M: f64 = 0.1;
+        /// Friction's two directions converge about as fast at this angle as along the axes.
+        const LEASH_RAD: f64 = 0.02;
+        let before = self.floor_from_rapier;
         let beneath_m = Vector3::new(place_m.x, place_m.y, 0.0);
-        let moved_m = beneath_m - self.anchor_m;
-        if moved_m.norm() < LEASH_M {
+        let turned_rad = before.rotation.euler_angles().2;
+        // Any of the four directions along rapier's axes will do.
+        let off_rad = heading_rad.map_or(0.0, |heading_rad| {
+            let off = heading_rad - turned_rad;
+            off - FRAC_PI_2 * (off / FRAC_PI_2).round()
+        });
+        if (beneath_m - before.translation.vector).norm() < LEASH_M && off_rad.abs() < LEASH_RAD {
             return None;
         }
-        self.anchor_m = beneath_m;
+        self.floor_from_rapier = Isometry3::from_parts(
+            beneath_m.into(),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turned_rad + off_rad),
+        );
+        let rapier_from_floor = self.floor_from_rapier.inverse();
         for solid in &self.solids {
-            let in_rapier = Translation3::from(-self.anchor_m) * solid.floor_from_solid;
+            let in_rapier = rapier_from_floor * solid.floor_from_solid;
             if let Some(collider) = colliders.get_mut(solid.collider) {
                 collider.set_position(convert::pose(&in_rapier));
             }
         }
-        Some(moved_m)
+        Some(before)
     }
 
-    /// rapier's origin in the floor's frame, in metres.
-    pub fn anchor_m(&self) -> Vector3<f64> {
-        self.anchor_m
+    /// rapier's frame in the floor's.
+    pub fn floor_from_rapier(&self) -> &Isometry3<f64> {
+        &self.floor_from_rapier
     }
 
     /// The rotation from the floor's frame to the world.
@@ -356,8 +375,10 @@ impl PhysicsHooks for Ground {
             } else {
                 point.local_p2
             };
-            let in_floor_m = convert::to_f64(ground.position() * local) + self.anchor_m;
-            *contact.friction = self.friction_at(&(self.world_from_floor * in_floor_m)) as Real;
+            let in_rapier_m = convert::to_f64(ground.position() * local);
+            let in_floor_m = self.floor_from_rapier * nalgebra::Point3::from(in_rapier_m);
+            let in_world_m = self.world_from_floor * in_floor_m.coords;
+            *contact.friction = self.friction_at(&in_world_m) as Real;
         }
         let normal = *contact.normal;
         for point in contact.solver_contacts.iter_mut() {

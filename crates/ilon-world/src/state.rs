@@ -64,10 +64,13 @@ impl State {
         }
     }
 
-    /// The same state counted from another origin of the floor's frame.
-    pub fn seen_from(&self, origin_m: Vector3<f64>) -> Self {
+    /// The same state in another frame, which is given in the floor's.
+    pub fn seen_from(&self, floor_from_frame: &Isometry3<f64>) -> Self {
         let mut seen = self.clone();
-        seen.floor_from_chassis.translation.vector -= origin_m;
+        let frame_from_floor = floor_from_frame.inverse();
+        seen.floor_from_chassis = frame_from_floor * self.floor_from_chassis;
+        seen.velocity_m_s = frame_from_floor.rotation * self.velocity_m_s;
+        seen.angular_rad_s = frame_from_floor.rotation * self.angular_rad_s;
         seen
     }
 

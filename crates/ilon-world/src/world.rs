@@ -36,6 +36,8 @@ pub struct World {
     robot: Robot,
     settings: Settings,
     friction: f64,
+    /// The direction in the body frame that rapier's axes of friction shall follow, if any serves the wheels.
+    friction_axis_rad: Option<f64>,
     assembly: Assembly,
     windows: Vec<Window>,
     state: State,
@@ -107,7 +109,6 @@ impl World {
         let down = Vector3::z() * -settings.gravity_m_s2;
         let gravity = floor.world_from_floor().inverse() * down;
         let mut rapier = PhysicsWorld {
-            gravity: convert::vector(&gravity),
             integration_parameters: integration_parameters(settings),
             narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
             ..PhysicsWorld::default()
@@ -115,10 +116,12 @@ impl World {
         let mut ground = floor.insert(&mut rapier.colliders, settings.dt_s);
 
         let state = State::at_rest(robot, &standing(robot, floor, start));
-        ground.follow(
-            &state.floor_from_chassis.translation.vector,
-            &mut rapier.colliders,
-        );
+        let friction_axis_rad = crate::settings::friction_axis_rad(robot);
+        let heading_rad = friction_axis_rad.map(|axis_rad| start.heading_rad + axis_rad);
+        let place_m = state.floor_from_chassis.translation.vector;
+        ground.follow(&place_m, heading_rad, &mut rapier.colliders);
+        rapier.gravity =
+            convert::vector(&(ground.floor_from_rapier().rotation.inverse() * gravity));
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
@@ -143,7 +146,7 @@ impl World {
             robot,
             settings,
             floor.friction,
-            &state.seen_from(ground.anchor_m()),
+            &state.seen_from(ground.floor_from_rapier()),
             &rollers,
             &slots,
         );
@@ -179,6 +182,7 @@ impl World {
             robot: robot.clone(),
             settings: settings.clone(),
             friction: floor.friction,
+            friction_axis_rad,
             assembly,
             rapier,
         };
@@ -331,6 +335,7 @@ impl World {
 
     /// Hands rapier the motors' torques, and what the bearings of coasting rollers put on the hubs.
     fn drive(&mut self) {
+        let rapier_from_floor = self.ground.floor_from_rapier().rotation.inverse();
         let mut reaction = Vector3::zeros();
         for (index, torque_n_m) in self.torques_n_m.iter().enumerate() {
             let wheel = &self.assembly.wheels[index];
@@ -341,12 +346,13 @@ impl World {
             let hub = &mut self.rapier.bodies[wheel.hub];
             hub.reset_torques(false);
             let bearings = floor_from_hub * wheel.coasting_torque_in_hub_n_m;
-            hub.add_torque(convert::vector(&(torque + bearings)), false);
+            let in_rapier = rapier_from_floor * (torque + bearings);
+            hub.add_torque(convert::vector(&in_rapier), false);
             reaction -= torque;
         }
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         chassis.reset_torques(false);
-        chassis.add_torque(convert::vector(&reaction), false);
+        chassis.add_torque(convert::vector(&(rapier_from_floor * reaction)), false);
         self.assembly
             .set_droops(&mut self.rapier, &self.robot, &self.droops_n_m_s);
     }
@@ -356,15 +362,17 @@ impl World {
     fn read_state(&mut self) {
         let dt_s = self.settings.dt_s;
         let rate = |dof: usize| self.assembly.rate(&self.rapier, dof);
+        let turned = self.ground.floor_from_rapier().rotation;
         let state = &mut self.state;
-        state.velocity_m_s = Vector3::new(rate(0), rate(1), rate(2));
-        state.angular_rad_s = Vector3::new(rate(3), rate(4), rate(5));
+        state.velocity_m_s = turned * Vector3::new(rate(0), rate(1), rate(2));
+        state.angular_rad_s = turned * Vector3::new(rate(3), rate(4), rate(5));
         state.floor_from_chassis.translation.vector += dt_s * state.velocity_m_s;
-        state.floor_from_chassis.rotation = convert::rotation_to_f64(
-            self.rapier.bodies[self.assembly.chassis]
-                .position()
-                .rotation,
-        );
+        state.floor_from_chassis.rotation = turned
+            * convert::rotation_to_f64(
+                self.rapier.bodies[self.assembly.chassis]
+                    .position()
+                    .rotation,
+            );
         for (index, wheel) in self.assembly.wheels.iter().enumerate() {
             let rate_rad_s = rate(wheel.hub_dof);
             state.wheel_rates_rad_s[index] = rate_rad_s;
@@ -382,10 +390,18 @@ impl World {
         let dt_s = self.settings.dt_s;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
             let spin = |dof: usize| self.assembly.rate(&self.rapier, dof);
-            let anchor_m = self.ground.anchor_m();
+            let floor_from_rapier = self.ground.floor_from_rapier();
             let wheel = (index, &self.assembly.wheels[index]);
             let (before, after) = (&self.before, &self.state);
-            *contact = WheelContact::read(&self.rapier, anchor_m, wheel, before, after, dt_s, spin);
+            *contact = WheelContact::read(
+                &self.rapier,
+                floor_from_rapier,
+                wheel,
+                before,
+                after,
+                dt_s,
+                spin,
+            );
             self.slip_energy_j += contact.slip_power_w * dt_s;
             self.impact_energy_j += contact.impact_power_w * dt_s;
         }
@@ -437,10 +453,20 @@ impl World {
     /// one turn.
     fn write_back(&mut self) {
         let place_m = self.state.floor_from_chassis.translation.vector;
-        if let Some(moved_m) = self.ground.follow(&place_m, &mut self.rapier.colliders) {
-            self.assembly.shift(&mut self.rapier, -moved_m);
+        let ahead = self.state.floor_from_chassis.rotation * Vector3::x();
+        let heading_rad =
+            (self.friction_axis_rad).map(|axis_rad| ahead.y.atan2(ahead.x) + axis_rad);
+        if let Some(before) =
+            (self.ground).follow(&place_m, heading_rad, &mut self.rapier.colliders)
+        {
+            let rapier_from_floor = self.ground.floor_from_rapier().inverse();
+            self.assembly
+                .reframe(&mut self.rapier, &(rapier_from_floor * before));
+            let down = Vector3::z() * -self.settings.gravity_m_s2;
+            let gravity = self.ground.world_from_floor().inverse() * down;
+            self.rapier.gravity = convert::vector(&(rapier_from_floor.rotation * gravity));
         }
-        let in_rapier = Translation3::from(-self.ground.anchor_m()) * self.state.floor_from_chassis;
+        let in_rapier = self.ground.floor_from_rapier().inverse() * self.state.floor_from_chassis;
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         chassis.set_position(convert::pose(&in_rapier), false);
         self.assembly
@@ -574,7 +600,7 @@ impl World {
             &self.robot,
             &self.settings,
             self.friction,
-            &self.state.seen_from(self.ground.anchor_m()),
+            &self.state.seen_from(self.ground.floor_from_rapier()),
             &rollers,
             &slots,
         );

@@ -121,10 +121,12 @@ impl World {
 
     /// Hands the pushes of the coming step to rapier.
     pub(super) fn begin_pushes(&mut self) {
+        let rapier_from_floor = self.ground.floor_from_rapier().rotation.inverse();
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         for push in &self.pushes {
-            chassis.add_force(convert::vector(&push.force_n), false);
-            let torque = push.lever_m.cross(&push.force_n);
+            let force = rapier_from_floor * push.force_n;
+            chassis.add_force(convert::vector(&force), false);
+            let torque = rapier_from_floor * push.lever_m.cross(&push.force_n);
             chassis.add_torque(convert::vector(&torque), false);
         }
     }
@@ -134,9 +136,8 @@ impl World {
     pub(super) fn end_pushes(&mut self) {
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         for push in self.pushes.drain(..) {
+            // Torques are set afresh in every step, forces are not.
             chassis.reset_forces(false);
-            let torque = push.lever_m.cross(&push.force_n);
-            chassis.add_torque(convert::vector(&-torque), false);
             let velocity = 0.5 * (self.before.velocity_m_s + self.state.velocity_m_s);
             let angular = 0.5 * (self.before.angular_rad_s + self.state.angular_rad_s);
             let of_place = velocity + angular.cross(&push.lever_m);

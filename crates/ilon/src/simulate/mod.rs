@@ -132,7 +132,7 @@ impl Simulation {
             heading_rad: scenario.robot.heading_deg.to_radians(),
         };
         let floor = floor::floor(&scenario.world.floor)?;
-        let settings = world_settings(&mut scenario, physics_dt_s);
+        let settings = world_settings(&mut scenario, robot, physics_dt_s);
         let world = World::new(robot, &floor, start, &settings)?;
 
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
@@ -342,7 +342,11 @@ fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 }
 
 /// The solver of a scenario, with its defaults written into the scenario.
-fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Settings {
+fn world_settings(
+    scenario: &mut Scenario,
+    robot: &Robot,
+    physics_dt_s: f64,
+) -> ilon_world::Settings {
     let world = &mut scenario.world;
     let defaults = ilon_world::Settings::default();
     let solver = &mut world.solver;
@@ -358,7 +362,9 @@ fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Set
         contact_damping_ratio: *solver
             .contact_damping_ratio
             .get_or_insert(defaults.contact_damping_ratio),
-        sweeps: *solver.sweeps.get_or_insert(defaults.sweeps as u32) as usize,
+        sweeps: *solver
+            .sweeps
+            .get_or_insert(ilon_world::Settings::sweeps_for(robot) as u32) as usize,
         roller_armature_ratio: *solver
             .roller_armature_ratio
             .get_or_insert(defaults.roller_armature_ratio),
