@@ -555,7 +555,9 @@ impl Fault {
                 return format!("name one of the turning joints: {}", listed(turning));
             }
             Self::HasRollers => "leave this joint out of the wheels that are given rollers",
-            Self::WheelSizeUnknown => "say it: `radius_m` of the wheels that are given rollers",
+            Self::WheelSizeUnknown => {
+                "say it: `--wheel-radius-m`, or `radius_m` in a scenario's `[robot.wheels]`"
+            }
             Self::NotInX { .. } => "give gamma for each wheel instead: `gamma.each_deg = [...]`",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersHaveGaps { .. } => {
