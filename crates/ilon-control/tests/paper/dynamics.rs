@@ -3,8 +3,10 @@
 use ilon_control::{DynamicModel, DynamicsSettings};
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
 
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::random::{any_robot, cases};
 
 /// Robots A, B and the six-wheel one, with losses and a payload off the middle.
 fn robots() -> Vec<Robot> {
@@ -23,6 +25,22 @@ fn robots() -> Vec<Robot> {
 
 fn model(robot: &Robot) -> DynamicModel {
     DynamicModel::new(robot, &DynamicsSettings::default()).unwrap()
+}
+
+proptest! {
+    #![proptest_config(cases(500))]
+
+    #[test]
+    fn eq_11_any_robot_has_the_papers_structure((robot, _) in any_robot(), omega in -3.0..3.0_f64) {
+        let model = model(&robot);
+        let i = model.inertia();
+        prop_assert!((i - i.transpose()).norm() < 1e-12 * i.norm());
+        prop_assert!(i.symmetric_eigenvalues().min() > 0.0);
+        let c = model.coriolis(omega);
+        prop_assert!((&c + c.transpose()).norm() < 1e-12 * (1.0 + c.norm()));
+        prop_assert!((model.coriolis(2.0 * omega) - &c * 2.0).norm() < 1e-12 * (1.0 + c.norm()));
+        prop_assert!(model.damping_n_m_s().iter().all(|d| *d >= 0.0));
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
 
 pub mod compare;
+pub mod design;
 pub mod difference;
 mod figure;
 mod figures;
