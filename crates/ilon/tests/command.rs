@@ -202,11 +202,23 @@ fn check_ends_with_2_where_a_scenario_cannot_run_and_still_runs_the_others() {
     );
     let junit = std::fs::read_to_string(folder.path("junit.xml")).expect("it was written");
     assert!(junit.contains("tests=\"2\""), "{junit}");
+    // Jenkins's schema forbids it there.
+    assert!(
+        !junit.contains("<testsuites name=\"ilon\" tests=\"2\" skipped"),
+        "{junit}"
+    );
     assert!(
         junit.contains("<error message=\"unknown key `run.duraton_s`\""),
         "{junit}"
     );
     assert_code(&folder.ilon(&["check", ".", "--filter", "good"]), 0);
+    let nothing = folder.ilon(&["check", "good.toml", "--against", "nowhere"]);
+    assert_code(&nothing, 2);
+    assert!(
+        stdout(&nothing).contains("there is no baseline `nowhere/good.parquet`"),
+        "{}",
+        stdout(&nothing)
+    );
 }
 
 #[test]

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use ilon_trace::Trace;
 use rayon::prelude::*;
 
+use self::update::Update;
 use super::output::OutputFolder;
 use super::table::Table;
 use super::{Outcome, Settings};
@@ -82,11 +83,16 @@ struct Judged {
     differences: Vec<Difference>,
     /// Where the differences are drawn, if there are any.
     drawn: Option<PathBuf>,
-    /// What `--update` changed in the file.
-    changes: String,
+    /// What `--update` changes in the file, once it was shown.
+    update: Option<Update>,
 }
 
 impl Judged {
+    /// What `--update` changes, a line each.
+    fn changes(&self) -> &str {
+        self.update.as_ref().map_or("", |update| &update.changes)
+    }
+
     /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
     fn failures(&self) -> Vec<String> {
         const DIFFERENCES_TOLD: usize = 3;
@@ -117,12 +123,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let checked: Vec<Checked> = paths
         .par_iter()
         .map(|path| {
-            let checked = check(path, arguments, &stop);
+            let mut checked = check(path, arguments, &stop);
             if arguments.fail_fast && !checked.held() {
                 stop.store(true, Ordering::Relaxed);
             }
             // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
             let _ = super::print(&checked.line(&settings));
+            checked.write_update();
             checked
         })
         .collect();
@@ -213,15 +220,15 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
         run.trace.write_parquet(&baseline_file(folder, &run))?;
     }
     let verdicts = judge(&run);
-    let changes = match arguments.update {
-        Some(margin) => update::update(path, &verdicts, margin)?,
-        None => String::new(),
+    let update = match arguments.update {
+        Some(margin) => Some(Update::of(path, &verdicts, margin)?),
+        None => None,
     };
     let judged = Judged {
         verdicts,
         differences,
         drawn,
-        changes,
+        update,
     };
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
@@ -237,7 +244,14 @@ fn against(
     folder: &Path,
     arguments: &Arguments,
 ) -> Result<(Vec<Difference>, Option<PathBuf>), Error> {
-    let baseline = Trace::read_parquet(&baseline_file(folder, run))?;
+    let file = baseline_file(folder, run);
+    if !file.exists() {
+        return Err(Error::invalid(
+            format!("there is no baseline `{}`", file.display()),
+            format!("`ilon check --save {}` writes one", folder.display()),
+        ));
+    }
+    let baseline = Trace::read_parquet(&file)?;
     let found = differences(&run.trace, &baseline, &run.scenario.expect.tolerances);
     if found.is_empty() {
         return Ok((found, None));
@@ -266,6 +280,18 @@ impl Checked {
         }
     }
 
+    /// Writes what `--update` changes, after it was shown.
+    fn write_update(&mut self) {
+        if let Ended::Judged(Judged {
+            update: Some(update),
+            ..
+        }) = &self.result
+            && let Err(error) = update.write()
+        {
+            self.result = Ended::Refused(error);
+        }
+    }
+
     /// What came of it, with the `settings` under which it would be seen again.
     fn line(&self, settings: &str) -> String {
         let took_s = self.took.as_secs_f64();
@@ -281,7 +307,7 @@ impl Checked {
                 };
                 format!(
                     "held   {name} ({took_s:.1} s, {expected})\n{}",
-                    judged.changes
+                    judged.changes()
                 )
             }
             Ended::Judged(judged) => {
@@ -293,7 +319,7 @@ impl Checked {
                     "         to see it: ilon run {}{settings}\n",
                     self.path.display()
                 ));
-                text.push_str(&judged.changes);
+                text.push_str(judged.changes());
                 text
             }
         }

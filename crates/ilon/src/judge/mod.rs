@@ -145,11 +145,11 @@ impl Bound {
 impl std::fmt::Display for Bound {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let parts = [
-            self.min.map(|min| format!(">= {min}")),
-            self.max.map(|max| format!("<= {max}")),
+            self.min.map(|min| format!(">= {}", number(min))),
+            self.max.map(|max| format!("<= {}", number(max))),
             self.equal.map(|equal| match self.within {
-                Some(within) => format!("= {equal} +- {within}"),
-                None => format!("= {equal}"),
+                Some(within) => format!("= {} +- {}", number(equal), number(within)),
+                None => format!("= {}", number(equal)),
             }),
         ];
         let parts: Vec<String> = parts.into_iter().flatten().collect();

@@ -33,6 +33,9 @@ pub fn check_names<'a>(
         return Err(Error::invalid(
             format!("there is no signal `{name}` in a trace of this run"),
             match nearest(&first, known) {
+                Some(near) if first != name => {
+                    format!("did you mean `{}`?", near.replace("wheel0_", EVERY_WHEEL))
+                }
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "signals are the columns of trace.parquet".to_owned(),
             },
@@ -236,7 +239,7 @@ mod tests {
                     message,
                     "there is no signal `wheel*_rat_rad_s` in a trace of this run"
                 );
-                assert_eq!(help, "did you mean `wheel0_rate_rad_s`?");
+                assert_eq!(help, "did you mean `wheel*_rate_rad_s`?");
             }
             other => panic!("{other:?}"),
         }

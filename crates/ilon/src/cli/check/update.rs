@@ -1,24 +1,46 @@
 //! `ilon check --update`: bounds rewritten around what was measured.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
 use crate::Error;
 use crate::judge::Verdict;
 
-/// Sets every bound of the summary in a scenario's file to what was measured, with a margin as a share of it, and tells
-/// what changed. Comments and layout stay; bounds on signals, and on what does not apply, are left alone.
-///
-/// # Errors
-/// Where the file cannot be read or written.
-pub(super) fn update(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<String, Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
-    let (text, changes) = updated(&text, verdicts, margin)?;
-    if !changes.is_empty() {
-        ilon_trace::file::write_text(path, &text)?;
+/// Bounds of a scenario's file as they shall be.
+pub(super) struct Update {
+    path: PathBuf,
+    text: String,
+    /// What changes, a line each; empty where nothing does.
+    pub changes: String,
+}
+
+impl Update {
+    /// Sets every bound of the summary to what was measured, with a margin as a share of it. Comments and layout stay;
+    /// bounds on signals, and on what does not apply, are left alone. Nothing is written yet.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
+        let (text, changes) = updated(&text, verdicts, margin)?;
+        Ok(Self {
+            path: path.to_owned(),
+            text,
+            changes,
+        })
     }
-    Ok(changes)
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// Where it cannot be written; it is then as it was.
+    pub fn write(&self) -> Result<(), Error> {
+        if !self.changes.is_empty() {
+            ilon_trace::file::write_text(&self.path, &self.text)?;
+        }
+        Ok(())
+    }
 }
 
 fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Error> {
