@@ -152,6 +152,10 @@ pub struct Energy {
     pub impact_j: Option<f64>,
     /// What is left: the solver's own loss or gain.
     pub unexplained_j: Option<f64>,
+    /// What is left, as a share of the energy turned over: of what motors and pushes put in, or of what was lost,
+    /// whichever is more. `None` where less than a millijoule was.
+    #[serde(default)]
+    pub unexplained_share: Option<f64>,
 }
 
 impl Summary {
@@ -337,6 +341,9 @@ fn saturated_share(trace: &Trace) -> Option<f64> {
     )
 }
 
+/// Below this energy turned over, in J, a share of it says nothing.
+const LEAST_TURNED_OVER_J: f64 = 1e-3;
+
 /// The energy balance between the first and the last record.
 fn energy(trace: &Trace) -> Energy {
     let (Some(first), Some(last)) = (trace.records().first(), trace.records().last()) else {
@@ -350,6 +357,8 @@ fn energy(trace: &Trace) -> Energy {
     let bearing_j = gain(|r| r.bearing_energy_j);
     let impact_j = gain(|r| r.impact_energy_j);
     let lost_j = slip_j + bearing_j + impact_j;
+    let unexplained_j = motor_j + outside_j - stored_j - lost_j;
+    let turned_over_j = (motor_j + outside_j).max(lost_j);
     Energy {
         motor_j: finite(motor_j),
         outside_j: finite(outside_j),
@@ -357,7 +366,9 @@ fn energy(trace: &Trace) -> Energy {
         slip_j: finite(slip_j),
         bearing_j: finite(bearing_j),
         impact_j: finite(impact_j),
-        unexplained_j: finite(motor_j + outside_j - stored_j - lost_j),
+        unexplained_j: finite(unexplained_j),
+        unexplained_share: finite(unexplained_j / turned_over_j)
+            .filter(|_| turned_over_j >= LEAST_TURNED_OVER_J),
     }
 }
 
@@ -546,6 +557,8 @@ mod tests {
         assert!((s.energy.outside_j.unwrap() - 4.995).abs() < 1e-12);
         // 10 + 0.5 - (4 + 2) - 2 - 1 - 0.25 = 1.25 a second.
         assert!((s.energy.unexplained_j.unwrap() - 12.4875).abs() < 1e-12);
+        // Of 99.9 J from the motors and 4.995 J from outside; 32.5 J were lost.
+        assert!((s.energy.unexplained_share.unwrap() - 12.4875 / 104.895).abs() < 1e-12);
         assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
     }
 }

@@ -152,6 +152,7 @@ fn ledger_section(trace: &Trace, summary: &Summary) -> Section {
     let mut cards: String = balance::ledger(trace, summary).iter().map(card).collect();
     cards.push_str(&words::ledger_table(summary));
     cards.push_str(&card(&balance::energy(trace)));
+    cards.push_str(&words::energy_table(summary));
     Section {
         id: "ledger",
         title: "Where it went",

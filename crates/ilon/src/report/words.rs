@@ -374,6 +374,40 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     )
 }
 
+/// The energy balance in numbers, as HTML.
+pub(super) fn energy_table(summary: &Summary) -> String {
+    let e = &summary.energy;
+    let row = |name: &str, value: Option<f64>, because: &str| {
+        let cell = value.map_or("<td class=\"none\">—</td>".to_owned(), |j| {
+            format!("<td>{j:.4}</td>")
+        });
+        format!(
+            "<tr><th scope=\"row\">{name}</th>{cell}<td style=\"text-align:left\">{because}</td></tr>"
+        )
+    };
+    let share = e.unexplained_share.map_or_else(String::new, |share| {
+        format!(
+            "its own loss or gain: {} of the energy turned over",
+            percent(share)
+        )
+    });
+    format!(
+        "<div class=\"card whole scroll\"><table><caption>Motors and outside = stored + slip + bearings + landing + solver</caption>\
+         <thead><tr><th></th><th>J</th><th style=\"text-align:left\">is</th></tr></thead><tbody>{}{}{}{}{}{}{}</tbody></table></div>\n",
+        row("motors", e.motor_j, "work at the wheels"),
+        row("outside", e.outside_j, "brought by pushes and payloads"),
+        row("stored", e.stored_j, "gain of kinetic and potential energy"),
+        row("slip", e.slip_j, "turned into heat where contacts slide"),
+        row("bearings", e.bearing_j, "of wheels and rollers"),
+        row(
+            "landing",
+            e.impact_j,
+            "rollers that meet the floor and do not bounce"
+        ),
+        row("solver", e.unexplained_j, &share),
+    )
+}
+
 /// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
 pub(super) fn odometry_table(summary: &Summary) -> String {
     let (ideal, contact) = (&summary.odometry_ideal, &summary.odometry_contact);

@@ -194,7 +194,7 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
         ("bearings", "@servo", |s| s.energy.bearing_j),
         ("landing", "@w3", |s| s.energy.impact_j),
         ("stored", "@contact", |s| s.energy.stored_j),
-        ("unexplained", "@asked", |s| s.energy.unexplained_j),
+        ("the solver's", "@asked", |s| s.energy.unexplained_j),
     ];
     let traces = parts.into_iter().map(|(name, color, of)| {
         let values = comparison.runs.iter().map(|run| of(&run.summary)).collect();
@@ -204,7 +204,7 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
     bars(
         "energy",
         "Where the motors' work went",
-        "Lost to slip, bearings and rollers that land, or stored as motion. What is unexplained is the solver's own loss or \
+        "Lost to slip, bearings and rollers that land, or stored as motion. The last is the solver's own loss or \
          gain.",
         "J",
         comparison,

@@ -6,7 +6,7 @@ use plotly::Bar;
 use plotly::common::{Marker, Orientation};
 use plotly::layout::{Axis, BarMode, Layout};
 
-use crate::report::figure::{Figure, Span, axis, curve, exact_curve, layout, plot, solid};
+use crate::report::figure::{Figure, Span, axis, curve, dashed, exact_curve, layout, plot, solid};
 use crate::report::thin::{evenly, short};
 
 /// A quantity of the ledger, such as its x.
@@ -95,13 +95,23 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
             of(|r, _| r.motor_energy_j + r.outside_energy_j),
             solid("@asked").width(2.2),
         ),
+        curve(
+            "the solver's",
+            of(|r, first| {
+                let stored_j = |r: &Record| r.kinetic_energy_j + r.potential_energy_j;
+                let put_in_j = r.motor_energy_j + r.outside_energy_j;
+                let lost_j = r.slip_energy_j + r.bearing_energy_j + r.impact_energy_j;
+                put_in_j - lost_j - (stored_j(r) - stored_j(first))
+            }),
+            dashed("@limit"),
+        ),
     ];
     Figure {
         id: "energy".to_owned(),
         title: "Where the motors' work went".to_owned(),
-        caption: "Lost to slip, bearings and rollers that land, or stored as motion. The line is what was put in: the motors' work and, where \
-                  the scenario has any, that of pushes and payloads. What lies between it and the stack is unexplained: \
-                  the solver's own loss or gain."
+        caption: "Lost to slip, bearings and rollers that land, or stored as motion. The line is what was put in: the \
+                  motors' work and, where the scenario has any, that of pushes and payloads. What lies between it and the \
+                  stack is the solver's own loss or gain, the dashed line."
             .to_owned(),
         height_px: 320,
         span: Span::Half,
