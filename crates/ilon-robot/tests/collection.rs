@@ -1,4 +1,4 @@
-//! Every URDF of a folder named by `ILON_URDF_DIR`: each must load, or be refused in words that say where and how to
+//! Every URDF and xacro file of a folder named by `ILON_URDF_DIR`: each must load, or be refused in words that say where and how to
 //! mend it; the same with what can be mended mended, and with rollers put into wheels that have none.
 //! `ILON_URDF_DIR=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
 
@@ -11,7 +11,10 @@ fn urdf_files(folder: &Path, found: &mut Vec<PathBuf>) {
     for path in entries.flatten().map(|entry| entry.path()) {
         if path.is_dir() {
             urdf_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "urdf") {
+        } else if path
+            .extension()
+            .is_some_and(|e| e == "urdf" || e == "xacro")
+        {
             found.push(path);
         }
     }
