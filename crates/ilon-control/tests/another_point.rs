@@ -163,7 +163,7 @@ fn a_wheel_loop_that_was_reset_is_as_good_as_new() {
         derivative_filter_s: 0.02,
         ..WheelLoopSettings::new(gains)
     };
-    let mut used = WheelLoop::new(1, settings.clone()).unwrap();
+    let mut used = WheelLoop::new(1, settings).unwrap();
     let mut fresh = WheelLoop::new(1, settings).unwrap();
     let limits = [TorqueRange::UNLIMITED];
     for rate_rad_s in [0.0, 1.0, 3.0] {
