@@ -145,7 +145,7 @@ impl SpeedLimits {
     /// Top speed in m/s without turning, in a direction of the body frame given in radians from x; infinite where no
     /// wheel limits it.
     pub fn top_speed_m_s(&self, direction_rad: f64) -> f64 {
-        let (s, c) = direction_rad.sin_cos();
+        let (s, c) = libm::sincos(direction_rad);
         1.0 / self.share(Twist::new(c, s, 0.0))
     }
 
@@ -203,7 +203,7 @@ impl SpeedLimits {
             }
         }
         let middle = corners.iter().sum::<Vector2<f64>>() / corners.len().max(1) as f64;
-        let angle = |v: &Vector2<f64>| (v.y - middle.y).atan2(v.x - middle.x);
+        let angle = |v: &Vector2<f64>| libm::atan2(v.y - middle.y, v.x - middle.x);
         corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
         corners
     }

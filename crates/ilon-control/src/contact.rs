@@ -314,7 +314,7 @@ impl WheelContacts {
                 });
             if better {
                 // The angle about the hub axis z from straight down.
-                let phi = w.cross(&center).z.atan2(w.dot(&center));
+                let phi = libm::atan2(w.cross(&center).z, w.dot(&center));
                 let contact = RollerContact {
                     roller: index,
                     angle_rad: phi,

@@ -364,7 +364,7 @@ fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
     let roller_on_axis = n.dot(&n_g);
     let j_r = roller.axial_inertia_kg_m2;
     // n . v_h / (r cos gamma) with v_h of eq. (2).
-    let per_m_s = 1.0 / (roller.radius_m * wheel.gamma_rad.cos());
+    let per_m_s = 1.0 / (roller.radius_m * libm::cos(wheel.gamma_rad));
     Ok(WheelSpin {
         wheel_inertia_kg_m2: tensor.m33 - j_r * roller_on_axis * roller_on_axis,
         roller: RowVector3::new(n.x, n.y, b.x * n.y - b.y * n.x) * per_m_s,

@@ -187,7 +187,7 @@ impl Guidance {
                 .fold(0.0, f64::max)
         };
         Feasibility {
-            position_rad_s: worst(&|x, y, _| x.hypot(y)) * speed_m_s.abs(),
+            position_rad_s: worst(&|x, y, _| libm::hypot(x, y)) * speed_m_s.abs(),
             heading_rad_s: worst(&|_, _, a| a.abs()) * heading_rate_rad_s.abs(),
             limit_rad_s: self.limit_rad_s,
         }
@@ -198,7 +198,7 @@ impl Guidance {
         let phi = seen.heading_rad;
         // r_c: where the reference point is in the world frame.
         let arm = self.kinematics.reference_point_m();
-        let (s, c) = phi.sin_cos();
+        let (s, c) = libm::sincos(phi);
         let r_c = seen.position_m() + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y);
         // Eqs. (16), (17), the heading error wrapped: the shorter way round.
         let e_r = desired.pose.position_m() - r_c;

@@ -57,7 +57,7 @@ impl Kinematics {
         }
         let powerless: Vec<_> = wheels
             .iter()
-            .filter(|w| w.gamma_rad.cos().abs() <= RANK_TOLERANCE)
+            .filter(|w| libm::cos(w.gamma_rad).abs() <= RANK_TOLERANCE)
             .map(|w| w.name.clone())
             .collect();
         if !powerless.is_empty() {
@@ -74,7 +74,7 @@ impl Kinematics {
         let m = MatrixXx3::from_rows(&rows);
         let lever_m: Vec<f64> = wheels
             .iter()
-            .map(|w| w.radius_m * w.gamma_rad.cos())
+            .map(|w| w.radius_m * libm::cos(w.gamma_rad))
             .collect();
         let mut rate_matrix = m.clone();
         for (mut row, lever_m) in rate_matrix.row_iter_mut().zip(&lever_m) {

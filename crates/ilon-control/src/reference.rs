@@ -269,7 +269,7 @@ impl Reference {
                 } else {
                     0.0
                 };
-                (d.y.atan2(d.x) + offset_rad, rate)
+                (libm::atan2(d.y, d.x) + offset_rad, rate)
             }
             Heading::Waypoints { .. } => self.path.heading_at(t_s),
         };
@@ -367,7 +367,7 @@ impl Path {
                 start_rad,
                 rate_rad_s,
             } => {
-                let (s, c) = (start_rad + rate_rad_s * t_s).sin_cos();
+                let (s, c) = libm::sincos(start_rad + rate_rad_s * t_s);
                 let arm = *radius_m * Vector2::new(c, s);
                 Motion {
                     value: center_m + arm,
@@ -381,7 +381,7 @@ impl Path {
                 axis_rad,
                 rate_rad_s: w,
             } => {
-                let (s, c) = (w * t_s).sin_cos();
+                let (s, c) = libm::sincos(w * t_s);
                 let d = 1.0 + c * c;
                 // x = a s / d and y = c x, differentiated by T, with d' = -2 c s.
                 let x = a * s / d;
@@ -391,7 +391,7 @@ impl Path {
                 let y = c * x;
                 let y_1 = c * x_1 - s * x;
                 let y_2 = c * x_2 - 2.0 * s * x_1 - c * x;
-                let (sin_axis, cos_axis) = axis_rad.sin_cos();
+                let (sin_axis, cos_axis) = libm::sincos(*axis_rad);
                 let turned = |x: f64, y: f64| {
                     Vector2::new(cos_axis * x - sin_axis * y, sin_axis * x + cos_axis * y)
                 };

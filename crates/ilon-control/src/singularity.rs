@@ -74,13 +74,13 @@ impl fmt::Display for Singularity {
                 f,
                 "all roller axes are parallel, along {:.1} deg: the robot cannot control its motion across them; \
                  wheels {names}",
-                direction.y.atan2(direction.x).to_degrees()
+                libm::atan2(direction.y, direction.x).to_degrees()
             )?,
             SingularityKind::OneLine { direction } => write!(
                 f,
                 "all roller axes lie on one line, along {:.1} deg: the robot controls only its motion along it; \
                  wheels {names}",
-                direction.y.atan2(direction.x).to_degrees()
+                libm::atan2(direction.y, direction.x).to_degrees()
             )?,
         }
         if self.mended_by_reversing_all {

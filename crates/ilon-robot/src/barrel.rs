@@ -33,8 +33,8 @@ impl Barrel {
         roller_count: usize,
     ) -> Self {
         let ring_radius_m = wheel_radius_m - roller_radius_m;
-        let sin_delta = gamma_rad.cos();
-        let half_length_m = ring_radius_m * (PI / roller_count as f64).tan() / sin_delta;
+        let sin_delta = libm::cos(gamma_rad);
+        let half_length_m = ring_radius_m * libm::tan(PI / roller_count as f64) / sin_delta;
         Self {
             wheel_radius_m,
             ring_radius_m,
@@ -45,7 +45,7 @@ impl Barrel {
 
     /// Radius s(t) of the sphere centred `t_m` along the axis, in metres.
     pub fn sphere_radius_m(&self, t_m: f64) -> f64 {
-        self.wheel_radius_m - self.ring_radius_m.hypot(t_m * self.sin_delta)
+        self.wheel_radius_m - libm::hypot(self.ring_radius_m, t_m * self.sin_delta)
     }
 
     /// The place t* of the sphere that reaches furthest along a unit direction **w** with component `w_axial` along

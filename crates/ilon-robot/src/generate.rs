@@ -163,7 +163,7 @@ fn write_roller(
     };
     // The roller that points down, in the link's frame: hub axis y, u_gamma = y turned by gamma about z, and the
     // roller's axis n_gamma = k x u_gamma.
-    let n_gamma = Vector3::new(-gamma_rad.cos(), -gamma_rad.sin(), 0.0);
+    let n_gamma = Vector3::new(-libm::cos(gamma_rad), -libm::sin(gamma_rad), 0.0);
     let down = -Vector3::z();
     let link_from_down = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[
         down,
@@ -218,15 +218,15 @@ fn write_roller(
 fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
     let m = rotation.matrix();
     // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
-    let upright = m[(0, 0)].hypot(m[(1, 0)]) < 1e-9;
+    let upright = libm::hypot(m[(0, 0)], m[(1, 0)]) < 1e-9;
     let yaw = if upright {
         0.0
     } else {
-        m[(1, 0)].atan2(m[(0, 0)])
+        libm::atan2(m[(1, 0)], m[(0, 0)])
     };
-    let (s, c) = yaw.sin_cos();
-    let pitch = (-m[(2, 0)]).atan2(c * m[(0, 0)] + s * m[(1, 0)]);
-    let roll = (s * m[(0, 2)] - c * m[(1, 2)]).atan2(c * m[(1, 1)] - s * m[(0, 1)]);
+    let (s, c) = libm::sincos(yaw);
+    let pitch = libm::atan2(-m[(2, 0)], c * m[(0, 0)] + s * m[(1, 0)]);
+    let roll = libm::atan2(s * m[(0, 2)] - c * m[(1, 2)], c * m[(1, 1)] - s * m[(0, 1)]);
     [roll, pitch, yaw]
 }
 
@@ -401,7 +401,7 @@ fn check(spec: &Spec, wheels: &[PlacedWheel]) -> Result<(), RobotError> {
     }
     // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
     let half_pitch_rad = PI / (r.per_row * r.rows) as f64;
-    let least_radius_m = w.radius_m * (1.0 - half_pitch_rad.cos());
+    let least_radius_m = w.radius_m * (1.0 - libm::cos(half_pitch_rad));
     if r.radius_m <= least_radius_m {
         return fault(Fault::RollersTooSlender {
             roller_radius_mm: 1e3 * r.radius_m,

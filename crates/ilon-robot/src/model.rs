@@ -232,7 +232,7 @@ impl Wheel {
     /// The roller's rolling direction **u**_gamma in the body frame, of the roller that points straight down: the
     /// hub axis turned by gamma.
     pub fn roller_rolling_direction(&self) -> Vector2<f64> {
-        let (s, c) = self.gamma_rad.sin_cos();
+        let (s, c) = libm::sincos(self.gamma_rad);
         let n = self.axis();
         Vector2::new(c * n.x - s * n.y, s * n.x + c * n.y)
     }
@@ -248,7 +248,7 @@ impl Roller {
     /// The roller's place on the rim: the angle of its centre about the hub axis, from the hub frame's x axis (down
     /// at wheel angle zero), in [-pi, pi). At wheel angle q it stands `place_rad() + q` from straight down.
     pub fn place_rad(&self) -> f64 {
-        wrap_angle(self.center_in_hub_m.y.atan2(self.center_in_hub_m.x))
+        wrap_angle(libm::atan2(self.center_in_hub_m.y, self.center_in_hub_m.x))
     }
 
     /// Distance of the roller's centre from the hub axis, in metres.
@@ -327,7 +327,7 @@ impl Wheel {
         crate::Barrel {
             wheel_radius_m: self.radius_m,
             ring_radius_m: roller.ring_radius_m(),
-            sin_delta: self.gamma_rad.cos(),
+            sin_delta: libm::cos(self.gamma_rad),
             half_length_m: 0.5 * roller.length_m,
         }
     }

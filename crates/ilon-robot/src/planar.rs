@@ -66,7 +66,7 @@ impl Twist {
     /// The same motion with its linear part turned counter-clockwise by `angle_rad`: with the heading this takes a
     /// twist in the body frame to the world frame, with minus the heading back.
     pub fn rotated(&self, angle_rad: f64) -> Self {
-        let (s, c) = angle_rad.sin_cos();
+        let (s, c) = libm::sincos(angle_rad);
         Self {
             vx_m_s: c * self.vx_m_s - s * self.vy_m_s,
             vy_m_s: s * self.vx_m_s + c * self.vy_m_s,

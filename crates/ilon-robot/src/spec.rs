@@ -199,7 +199,7 @@ impl Arrangement {
             } => (0..*count)
                 .map(|i| {
                     let axis_deg = first_deg + 360.0 * i as f64 / *count as f64;
-                    let (s, c) = axis_deg.to_radians().sin_cos();
+                    let (s, c) = libm::sincos(axis_deg.to_radians());
                     PlacedWheel {
                         name: format!("wheel_{}", i + 1),
                         position_m: [distance_m * c, distance_m * s],

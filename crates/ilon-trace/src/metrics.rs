@@ -291,14 +291,14 @@ fn driven(trace: &Trace, ideal_mean: Option<Twist>, share: f64) -> [bool; 3] {
         .header
         .wheels
         .iter()
-        .map(|w| w.position_m[0].hypot(w.position_m[1]))
+        .map(|w| libm::hypot(w.position_m[0], w.position_m[1]))
         .fold(0.0, f64::max);
     let speeds = trace
         .records()
         .iter()
         .filter(|r| trace.is_measured(r.t_s))
         .map(|r| r.twist_ideal)
-        .map(|v| v.vx_m_s.hypot(v.vy_m_s).hypot(arm_m * v.omega_rad_s));
+        .map(|v| libm::hypot(libm::hypot(v.vx_m_s, v.vy_m_s), arm_m * v.omega_rad_s));
     let (Some(mean), Some(speed_rms)) = (ideal_mean, slip::rms(speeds)) else {
         return [false; 3];
     };

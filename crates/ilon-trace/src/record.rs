@@ -150,12 +150,12 @@ pub struct WheelSample {
 impl WheelSample {
     /// Sliding speed at the contact, in m/s.
     pub fn slip_speed_m_s(&self) -> f64 {
-        self.slip_x_m_s.hypot(self.slip_y_m_s)
+        libm::hypot(self.slip_x_m_s, self.slip_y_m_s)
     }
 
     /// Tangential force of the ground, in N.
     pub fn tangential_force_n(&self) -> f64 {
-        self.force_x_n.hypot(self.force_y_n)
+        libm::hypot(self.force_x_n, self.force_y_n)
     }
 
     /// Tangential force over the friction limit mu N: 1 on the edge of the friction cone. `None` where nothing

@@ -44,7 +44,7 @@ pub struct WheelSlip {
 pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_rad_s: f64) -> f64 {
     let [m_x, m_y, m_a] = wheel.m_row();
     let v = twist_in_body;
-    let rolled = wheel.radius_m * rate_rad_s * wheel.gamma_rad.cos();
+    let rolled = wheel.radius_m * rate_rad_s * libm::cos(wheel.gamma_rad);
     rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
 }
 

@@ -83,7 +83,7 @@ impl Header {
     /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
     pub fn reference_point_at(&self, pose: Pose) -> Pose {
         let [x_m, y_m] = self.reference_point_m;
-        let (sin, cos) = pose.heading_rad.sin_cos();
+        let (sin, cos) = libm::sincos(pose.heading_rad);
         Pose {
             x_m: pose.x_m + cos * x_m - sin * y_m,
             y_m: pose.y_m + sin * x_m + cos * y_m,
@@ -231,7 +231,7 @@ impl WheelHeader {
 
     /// The row of M that belongs to this wheel, Indiveri 2009, eq. (8): -(n_gamma_x, n_gamma_y, **b** . **u**_gamma).
     pub fn m_row(&self) -> [f64; 3] {
-        let (s, c) = self.gamma_rad.sin_cos();
+        let (s, c) = libm::sincos(self.gamma_rad);
         let [n_x, n_y] = self.axis;
         let [b_x, b_y] = self.position_m;
         // u_gamma is n turned by gamma, n_gamma = k x u_gamma.
@@ -259,13 +259,13 @@ fn silhouette_points_m(shape: &CollisionShape) -> Vec<Vector3<f64>> {
     const SIDES: usize = 24;
     let ring = |radius_m: f64, z_m: f64| {
         (0..SIDES).map(move |k| {
-            let (s, c) = (std::f64::consts::TAU * k as f64 / SIDES as f64).sin_cos();
+            let (s, c) = libm::sincos(std::f64::consts::TAU * k as f64 / SIDES as f64);
             Vector3::new(radius_m * c, radius_m * s, z_m)
         })
     };
     let ball = |radius_m: f64, z_m: f64| {
         (-6..=6).flat_map(move |k| {
-            let (s, c) = (f64::from(k) * std::f64::consts::PI / 12.0).sin_cos();
+            let (s, c) = libm::sincos(f64::from(k) * std::f64::consts::PI / 12.0);
             ring(radius_m * c, z_m + radius_m * s)
         })
     };

@@ -89,7 +89,8 @@ impl PointQuery for RollerShape {
         let slope = |t: Real| {
             let kt = self.sin_delta * t;
             let q = (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt();
-            (t - point.z) / (r.hypot(t - point.z)).max(Real::MIN_POSITIVE) + self.sin_delta * kt / q
+            (t - point.z) / libm::hypotf(r, t - point.z).max(Real::MIN_POSITIVE)
+                + self.sin_delta * kt / q
         };
         let (mut low, mut high) = (-self.half_length_m, self.half_length_m);
         for _ in 0..32 {

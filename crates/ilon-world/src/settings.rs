@@ -58,12 +58,12 @@ pub(crate) fn friction_axis_rad(robot: &Robot) -> Option<f64> {
     let (mut x, mut y) = (0.0, 0.0);
     for wheel in &robot.wheels {
         let axis = wheel.roller_axis();
-        let (sin, cos) = (4.0 * axis.y.atan2(axis.x)).sin_cos();
+        let (sin, cos) = libm::sincos(4.0 * libm::atan2(axis.y, axis.x));
         x += cos;
         y += sin;
     }
-    let agree = f64::hypot(x, y) / robot.wheels.len() as f64;
-    (agree > AGREEMENT).then(|| y.atan2(x) / 4.0)
+    let agree = libm::hypot(x, y) / robot.wheels.len() as f64;
+    (agree > AGREEMENT).then(|| libm::atan2(y, x) / 4.0)
 }
 
 impl Default for Settings {

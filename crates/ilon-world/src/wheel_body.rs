@@ -162,7 +162,7 @@ impl RollerState {
     /// lose it.
     pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Coasted {
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let damped = spin * (-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s).exp();
+        let damped = spin * libm::exp(-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s);
         let stopping = self.friction_n_m / self.spin_inertia_kg_m2 * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
         self.set_spin(slowed, hub_rate_in_hub_rad_s);

@@ -19,7 +19,7 @@ const MARGIN_M: Real = 2e-3;
 /// The roller whose place on the rim is nearest to straight down on the plane.
 pub(crate) fn lowest(wheel: &WheelBody, floor_from_hub: &Isometry3<f64>) -> usize {
     let down_in_hub = floor_from_hub.rotation.inverse() * -Vector3::z();
-    let down_rad = down_in_hub.y.atan2(down_in_hub.x);
+    let down_rad = libm::atan2(down_in_hub.y, down_in_hub.x);
     let off_rad = |i: usize| ilon_robot::wrap_angle(wheel.rollers[i].place_rad - down_rad).abs();
     (0..wheel.rollers.len())
         .min_by(|&a, &b| off_rad(a).total_cmp(&off_rad(b)))

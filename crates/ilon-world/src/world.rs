@@ -455,7 +455,7 @@ impl World {
         let place_m = self.state.floor_from_chassis.translation.vector;
         let ahead = self.state.floor_from_chassis.rotation * Vector3::x();
         let heading_rad =
-            (self.friction_axis_rad).map(|axis_rad| ahead.y.atan2(ahead.x) + axis_rad);
+            (self.friction_axis_rad).map(|axis_rad| libm::atan2(ahead.y, ahead.x) + axis_rad);
         if let Some(before) =
             (self.ground).follow(&place_m, heading_rad, &mut self.rapier.colliders)
         {

@@ -279,6 +279,32 @@ fn neither_threads_nor_scenarios_beside_it_change_a_trace() {
     );
 }
 
+/// Without fused multiply-add, as on older processors, the C library's sine and cosine have other last bits. None of them
+/// may reach a trace.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn the_c_library_of_another_processor_changes_no_trace() {
+    let folder = Folder::new();
+    folder.write(
+        "circle.toml",
+        "[robot]\nfile = \"ROBOT\"\nheading_deg = 17\nroller_bodies = \"near\"\n\
+         [reference.circle]\nradius_m = 1.0\nspeed_m_s = 0.2\n\
+         [sensors.pose]\nposition_noise_m = 0.01\nheading_noise_deg = 1.0\n[run]\nduration_s = 2\n",
+    );
+    let hash = |out: &str, tunables: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_ilon"))
+            .current_dir(folder.0.path())
+            .env("GLIBC_TUNABLES", tunables)
+            .args(["run", "circle.toml", "--out", out])
+            .output()
+            .expect("the command runs");
+        assert_code(&output, 0);
+        folder.json(&format!("{out}/summary.json"))["trace_hash"].clone()
+    };
+    let without = hash("a", "glibc.cpu.hwcaps=-FMA,-AVX2,-FMA4");
+    assert_eq!(without, hash("b", ""));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_complete() {

@@ -170,7 +170,7 @@ pub(super) fn wheel(
     let count = options.rollers;
     let gamma_rad = given.gamma_rad;
     // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
-    let least_radius_m = radius_m * (1.0 - (PI / count as f64).cos());
+    let least_radius_m = radius_m * (1.0 - libm::cos(PI / count as f64));
     let roller_radius_m = options
         .roller_radius_m
         .unwrap_or(f64::max(0.2 * radius_m, 1.3 * least_radius_m));
@@ -201,7 +201,7 @@ pub(super) fn wheel(
     };
     let (axial, across) = barrel.solid_moments_kg_m2(mass_kg);
     // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module on rollers).
-    let down_axis = Vector3::new(0.0, gamma_rad.cos(), -gamma_rad.sin());
+    let down_axis = Vector3::new(0.0, libm::cos(gamma_rad), -libm::sin(gamma_rad));
     let mut rollers: Vec<Roller> = (0..count)
         .map(|i| {
             let around =

@@ -25,7 +25,7 @@ pub(super) struct Handover {
 
 /// A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) cos(gamma) / a.
 fn reach_rad(roller: &Roller, gamma_rad: f64) -> f64 {
-    (0.5 * roller.length_m * gamma_rad.cos() / roller.ring_radius_m()).atan()
+    libm::atan(0.5 * roller.length_m * libm::cos(gamma_rad) / roller.ring_radius_m())
 }
 
 /// The angle from one place on the rim on to the next, in [0, 2 pi).
@@ -109,6 +109,6 @@ pub(super) fn close_gaps(rollers: &mut [Roller], wheel_radius_m: f64, gamma_rad:
 /// Half of L for a barrel that touches the ground over `half_rad` to each side: a tan(phi) / cos(gamma), but no longer
 /// than where the barrel tapers to nothing, a / cos(phi) = rho.
 pub(super) fn barrel_half_length_m(a: f64, rho: f64, gamma_rad: f64, half_rad: f64) -> f64 {
-    let taper_rad = (a / rho).clamp(-1.0, 1.0).acos();
-    a * half_rad.min(0.999 * taper_rad).tan() / gamma_rad.cos()
+    let taper_rad = libm::acos((a / rho).clamp(-1.0, 1.0));
+    a * libm::tan(half_rad.min(0.999 * taper_rad)) / libm::cos(gamma_rad)
 }

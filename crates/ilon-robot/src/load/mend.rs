@@ -95,7 +95,7 @@ fn lines_of(text: &str) -> String {
 
 /// 2/5 m r^2 about every axis, with r = (3 m / 4 pi density)^(1/3).
 fn ball_inertia(mass_kg: f64) -> String {
-    let radius_m = (3.0 * mass_kg / (4.0 * PI * DENSITY_KG_M3)).cbrt();
+    let radius_m = libm::cbrt(3.0 * mass_kg / (4.0 * PI * DENSITY_KG_M3));
     let i = 0.4 * mass_kg * radius_m * radius_m;
     format!("<inertia ixx=\"{i}\" ixy=\"0\" ixz=\"0\" iyy=\"{i}\" iyz=\"0\" izz=\"{i}\"/>")
 }

@@ -101,7 +101,7 @@ impl Modelled {
 
 /// A unit direction across the hub axis.
 fn outward(angle_rad: f64) -> Vector3<f64> {
-    let (s, c) = angle_rad.sin_cos();
+    let (s, c) = libm::sincos(angle_rad);
     Vector3::new(c, s, 0.0)
 }
 
@@ -131,7 +131,7 @@ pub(super) fn outline(
     let place_rad = |i: usize, roller: usize| {
         let down = outward(step_rad * i as f64);
         let p = rollers[roller].point_m(&down);
-        down.xy().perp(&p).atan2(down.xy().dot(&p))
+        libm::atan2(down.xy().perp(&p), down.xy().dot(&p))
     };
     let bridge_rad = |i: usize| {
         let next = (i + 1) % SAMPLES;
@@ -179,11 +179,11 @@ fn mean_radius_m(rollers: &[Modelled]) -> f64 {
         let mut p = corner(0);
         for k in 1..=ROLLER_SAMPLES {
             let q = corner(k);
-            let turn_rad = p.perp(&q).atan2(p.dot(&q));
+            let turn_rad = libm::atan2(p.perp(&q), p.dot(&q));
             // Of the two sides of a roller the outer one is passed counter-clockwise.
             if turn_rad > 0.0 {
-                let from = (p.y.atan2(p.x) / step_rad).ceil();
-                let count = ((p.y.atan2(p.x) + turn_rad) / step_rad - from).floor();
+                let from = (libm::atan2(p.y, p.x) / step_rad).ceil();
+                let count = ((libm::atan2(p.y, p.x) + turn_rad) / step_rad - from).floor();
                 for i in 0..=(count.max(-1.0) as i64) {
                     let angle_rad = step_rad * (from + i as f64);
                     let d = outward(angle_rad).xy();
@@ -226,7 +226,7 @@ fn apart_m(a: &Modelled, b: &Modelled) -> f64 {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let spread = (0..SPREAD).map(|i| {
         let z = 1.0 - (2 * i + 1) as f64 / SPREAD as f64;
-        let (s, c) = (golden * i as f64).sin_cos();
+        let (s, c) = libm::sincos(golden * i as f64);
         let r = (1.0 - z * z).sqrt();
         Vector3::new(r * c, r * s, z)
     });

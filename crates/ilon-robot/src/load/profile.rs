@@ -35,7 +35,7 @@ fn read_shape(
     let off_axis_m = (from_foot - axis.into_inner() * t_m).norm();
     // The cosine between the roller's axis and an axis of the shape; within one degree they are taken as one.
     let aligned = |shape_axis: Vector3<f64>| {
-        (shape.body_from_shape * shape_axis).dot(axis).abs() > 1f64.to_radians().cos()
+        (shape.body_from_shape * shape_axis).dot(axis).abs() > libm::cos(1f64.to_radians())
     };
     let mut add = |t_m, ring_m, ball_m| {
         parts.push(Part {
@@ -111,7 +111,7 @@ fn turned(
         for (e, value) in extent.iter_mut().zip([x, y]) {
             *e = (e.0.min(value), e.1.max(value));
         }
-        circles.push((point.dot(axis), x.hypot(y)));
+        circles.push((point.dot(axis), libm::hypot(x, y)));
     }
     let radius_m = circles.iter().map(|c| c.1).fold(0.0, f64::max);
     let round = extent.iter().all(|(low, high)| {

@@ -37,7 +37,7 @@ pub(super) fn skew(through: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Option<S
     let tangent = Vector3::z().cross(&outward);
     let along_tangent = axis.dot(&tangent);
     let sense = 1f64.copysign(along_tangent);
-    let gamma_rad = (-sense * axis.z).atan2(sense * along_tangent);
+    let gamma_rad = libm::atan2(-sense * axis.z, sense * along_tangent);
     Some(Skew {
         foot,
         ring_radius_m,
@@ -68,7 +68,7 @@ pub(super) struct Outline {
 ///   radius.
 pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Outline {
     let a = skew.ring_radius_m;
-    let k = skew.gamma_rad.cos();
+    let k = libm::cos(skew.gamma_rad);
     let (first, last) = profile.span_m();
     let half_extent_m = 0.5 * (last - first);
     let balls = profile.parts().iter().all(|p| p.ring_m == 0.0);
@@ -98,7 +98,7 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
                 profile
                     .parts()
                     .iter()
-                    .map(|p| a.hypot(p.t_m * k) + p.ball_m)
+                    .map(|p| libm::hypot(a, p.t_m * k) + p.ball_m)
             };
             let rho = reaches().sum::<f64>() / profile.parts().len() as f64;
             let error_m = reaches().map(|r| (r - rho).abs()).fold(0.0, f64::max);
@@ -109,8 +109,8 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
             let middle_m = 0.5 * (first + last);
             let reach = |i: usize| {
                 let phi = half_pitch_rad * (2.0 * i as f64 / SAMPLES as f64 - 1.0);
-                let w = k * phi.sin();
-                a * phi.cos() + profile.support_m(w) - middle_m * w
+                let w = k * libm::sin(phi);
+                a * libm::cos(phi) + profile.support_m(w) - middle_m * w
             };
             let rho = (0..=SAMPLES).map(reach).sum::<f64>() / (SAMPLES + 1) as f64;
             let error_m = (0..=SAMPLES)
@@ -128,9 +128,10 @@ pub(super) fn outline(skew: &Skew, profile: &Profile, half_pitch_rad: f64) -> Ou
 /// At wheel angle phi the sphere at t = a tan(phi) / k touches, at t + s k sin(phi) along the axis; the function grows
 /// with phi, so that halving the interval finds the cut.
 pub(super) fn barrel_half_length_m(a: f64, k: f64, rho: f64, half_extent_m: f64) -> f64 {
-    let touching_place_m = |phi: f64| a * phi.tan() / k + (rho - a / phi.cos()) * k * phi.sin();
+    let touching_place_m =
+        |phi: f64| a * libm::tan(phi) / k + (rho - a / libm::cos(phi)) * k * libm::sin(phi);
     // The barrel tapers to nothing where a / cos(phi) = rho.
-    let (mut low, mut high) = (0.0, (a / rho).clamp(-1.0, 1.0).acos());
+    let (mut low, mut high) = (0.0, libm::acos((a / rho).clamp(-1.0, 1.0)));
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if touching_place_m(middle) < half_extent_m {
@@ -139,5 +140,5 @@ pub(super) fn barrel_half_length_m(a: f64, k: f64, rho: f64, half_extent_m: f64)
             high = middle;
         }
     }
-    a * low.tan() / k
+    a * libm::tan(low) / k
 }

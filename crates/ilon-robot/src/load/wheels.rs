@@ -196,7 +196,7 @@ pub(super) fn measure(
             profile: s.profile,
         })
         .collect();
-    let place_rad = |m: &modelled::Modelled| m.foot_in_hub_m.y.atan2(m.foot_in_hub_m.x);
+    let place_rad = |m: &modelled::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
     modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
     let outline = modelled::outline(&joint.name, radius_m, &modelled, &handover);
     // Of lone spheres it is said already what barrels make of them.
@@ -259,7 +259,7 @@ pub(super) fn remark_motor(wheel: &str, limits: &MotorLimits, remarks: &mut Vec<
 
 /// Refuses a hub axis that leans out of the ground plane.
 pub(super) fn check_level(source: &Source, joint: &TreeJoint) -> Result<(), RobotError> {
-    let lean_rad = joint.axis.z.abs().min(1.0).asin();
+    let lean_rad = libm::asin(joint.axis.z.abs().min(1.0));
     if lean_rad > MOST_LEAN_RAD {
         let lean_deg = lean_rad.to_degrees();
         return Err(source.joint_error(&joint.name, Fault::HubNotLevel { lean_deg }));
@@ -359,7 +359,7 @@ fn give_lone_spheres_a_length(
     radius_m: f64,
     remarks: &mut Vec<Remark>,
 ) -> usize {
-    let place_rad = |s: &Seen| s.skew.foot.y.atan2(s.skew.foot.x);
+    let place_rad = |s: &Seen| libm::atan2(s.skew.foot.y, s.skew.foot.x);
     let places: Vec<f64> = seen.iter().map(place_rad).collect();
     let mut lone = 0;
     let mut dip_m: f64 = 0.0;
@@ -376,7 +376,7 @@ fn give_lone_spheres_a_length(
         let a = s.skew.ring_radius_m;
         let half_length_m = barrel_half_length_m(a, radius_m, s.skew.gamma_rad, half_rad);
         s.outline.half_length_m = Some(half_length_m);
-        dip_m = dip_m.max(a * (1.0 - half_rad.cos()));
+        dip_m = dip_m.max(a * (1.0 - libm::cos(half_rad)));
         lone += 1;
     }
     if lone > 0 {

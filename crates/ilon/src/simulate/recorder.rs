@@ -181,8 +181,8 @@ impl Recorder {
 
 /// Height in the world of a point of the body frame, in metres.
 fn height_m(body: &BodyState, point_in_body_m: Vector3<f64>) -> f64 {
-    let (sin_roll, cos_roll) = body.roll_rad.sin_cos();
-    let (sin_pitch, cos_pitch) = body.pitch_rad.sin_cos();
+    let (sin_roll, cos_roll) = libm::sincos(body.roll_rad);
+    let (sin_pitch, cos_pitch) = libm::sincos(body.pitch_rad);
     // The last row of Rz(yaw) Ry(pitch) Rx(roll).
     let row = Vector3::new(-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll);
     body.height_m + row.dot(&point_in_body_m)
