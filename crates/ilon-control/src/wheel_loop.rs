@@ -253,7 +253,7 @@ impl WheelLoop {
     }
 
     /// How much torque each wheel loses per rate that it gains before the next update, in N m s/rad: zero for a sampled
-    /// loop, and where the torque is at its limit.
+    /// loop. Where the motor's limit cuts the torque, its droop is cut in proportion.
     pub fn droops_n_m_s(&self) -> &[f64] {
         &self.droops_n_m_s
     }
@@ -318,13 +318,14 @@ impl WheelState {
             self.integral_n_m = integral;
         }
         let given = limit.clamp(wanted);
-        let droop = if given == wanted { droop } else { 0.0 };
-        self.taken_early_n_m_s = if droop > 0.0 {
-            gains.integral_n_m * dt_s
-        } else {
-            0.0
+        // Cut by the motor's limit, the torque is zero at the same rate as uncut, and no light wheel that breaks loose
+        // shoots beyond it within the step.
+        let share = if wanted == 0.0 { 1.0 } else { given / wanted };
+        self.taken_early_n_m_s = match settings.timing {
+            LoopTiming::Continuous if !winds_up => gains.integral_n_m * dt_s,
+            _ => 0.0,
         };
-        (given, droop)
+        (given, droop * share.clamp(0.0, 1.0))
     }
 }
 
@@ -442,6 +443,26 @@ mod tests {
         let (coarse, fine) = (off(1e-3), off(5e-4));
         assert!(coarse.abs() < 0.1, "{coarse}");
         assert!((coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn a_light_wheel_at_the_motors_limit_does_not_shoot_beyond_its_target() {
+        let gains = WheelGains::propose_continuous(7e-3, 60.0).unwrap();
+        let settings = WheelLoopSettings {
+            timing: LoopTiming::Continuous,
+            ..WheelLoopSettings::new(gains)
+        };
+        let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+        let (j, dt_s) = (2.4e-4, 0.01);
+        // 1 N m held over 10 ms would take it to 42 rad/s; it asks for 5.
+        let torque = wheel_loop.update(&[5.0], &[0.0], &[LIMIT], dt_s)[0];
+        let droop = wheel_loop.droops_n_m_s()[0];
+        assert_eq!(torque, 1.0);
+        let reached = dt_s * torque / (j + dt_s * droop);
+        assert!(reached > 4.0 && reached < 5.0 * 1.2, "{reached} rad/s");
+        // A heavy one feels the limit all through: 1 % of 10 ms at 1 N m goes to the droop.
+        let heavy = dt_s * torque / (1.0 + dt_s * droop);
+        assert!((heavy / (dt_s * torque) - 1.0).abs() < 0.01);
     }
 
     #[test]

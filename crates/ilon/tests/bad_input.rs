@@ -245,7 +245,7 @@ fn a_missing_inertia() {
         told(
             "robot.urdf:26: link `wheel_1_link`, `<inertial>`: the element `<inertia>` is missing",
             "robot.urdf:26:5",
-            "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12",
+            "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12. Or let it be mended: `--mend`, or `mend = true` in a scenario's `[robot]`, takes that of a ball",
         )
     );
 }
@@ -327,7 +327,7 @@ fn a_wheel_whose_rollers_have_gaps() {
         told(
             "robot.urdf:230: joint `wheel_2`: the rollers leave gaps of up to 45.00 deg, 12.5 % of the turn, over which the wheel falls between them",
             "robot.urdf:230:3",
-            "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)",
+            "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma). Or let it be mended: `--mend`, or `mend = true` in a scenario's `[robot]`, makes them so long; or take the gaps as they are: `--as-modelled`, or `rollers = \"as_modelled\"` there",
         )
     );
 }
