@@ -40,10 +40,13 @@ impl Settings {
     /// The sweeps that a robot's contacts need. Friction across rollers converges slowly where the light direction (the
     /// roller spins) and the heavy one (it carries the robot) lie between the axes along which rapier solves friction:
     /// those turn with the robot, and lie along the rollers where the rollers of all wheels agree modulo a quarter turn.
-    pub fn sweeps_for(robot: &Robot) -> usize {
-        match friction_axis_rad(robot) {
-            Some(_) => 16,
-            None => Self::default().sweeps,
+    ///
+    /// With every roller a body, neighbours press at once while they hand over and rub against each other: no frame serves
+    /// that, and sweeps cost next to nothing there.
+    pub fn sweeps_for(robot: &Robot, roller_bodies: RollerBodies) -> usize {
+        match (roller_bodies, friction_axis_rad(robot)) {
+            (RollerBodies::Near, Some(_)) => 16,
+            _ => Self::default().sweeps,
         }
     }
 }

@@ -350,21 +350,21 @@ fn world_settings(
     let world = &mut scenario.world;
     let defaults = ilon_world::Settings::default();
     let solver = &mut world.solver;
+    let roller_bodies = match scenario.robot.roller_bodies {
+        RollerBodies::All => ilon_world::RollerBodies::All,
+        RollerBodies::Near => ilon_world::RollerBodies::Near,
+    };
+    let sweeps = ilon_world::Settings::sweeps_for(robot, roller_bodies);
     ilon_world::Settings {
         dt_s: physics_dt_s,
-        roller_bodies: match scenario.robot.roller_bodies {
-            RollerBodies::All => ilon_world::RollerBodies::All,
-            RollerBodies::Near => ilon_world::RollerBodies::Near,
-        },
+        roller_bodies,
         contact_frequency_hz: *solver
             .contact_frequency_hz
             .get_or_insert(defaults.contact_frequency_hz),
         contact_damping_ratio: *solver
             .contact_damping_ratio
             .get_or_insert(defaults.contact_damping_ratio),
-        sweeps: *solver
-            .sweeps
-            .get_or_insert(ilon_world::Settings::sweeps_for(robot) as u32) as usize,
+        sweeps: *solver.sweeps.get_or_insert(sweeps as u32) as usize,
         roller_armature_ratio: *solver
             .roller_armature_ratio
             .get_or_insert(defaults.roller_armature_ratio),
