@@ -115,7 +115,7 @@ pub struct WheelSample {
     pub angle_rad: f64,
     /// The torque applied at the wheel, in N m.
     pub torque_n_m: f64,
-    /// Height of the wheel's centre in the world frame, in metres.
+    /// Height of the wheel's centre above the floor's plane, level or not, in metres.
     pub hub_height_m: f64,
     /// The roller that carries most of the load (or, where none touches, that points down): its index.
     pub roller: u32,

@@ -31,8 +31,6 @@ pub struct WheelContact {
     pub impact_power_w: f64,
     /// The share of the normal force that the roller which pressed hardest carries: below 1 while two rollers hand over.
     pub load_share: f64,
-    /// Height of the wheel's centre above the floor's plane, in metres.
-    pub hub_height_m: f64,
     /// Spin of that roller about its axis against the hub, in rad/s.
     pub roller_spin_rad_s: f64,
     /// The spin at which that roller would roll without sliding across its axis, in rad/s.
@@ -66,10 +64,7 @@ impl WheelContact {
             of_hub + angular.cross(&(at - hub))
         };
 
-        let mut contact = WheelContact {
-            hub_height_m: after.floor_from_hub(index).translation.vector.z,
-            ..WheelContact::default()
-        };
+        let mut contact = WheelContact::default();
         let mut hardest_n = 0.0;
         let mut force = Vector3::zeros();
         let mut sliding = Vector3::zeros();

@@ -274,6 +274,11 @@ impl World {
         &self.acted_n_m
     }
 
+    /// Height of a wheel's centre above the floor's plane, level or not, in metres.
+    pub fn hub_height_m(&self, wheel: usize) -> f64 {
+        self.state.floor_from_hub(wheel).translation.vector.z
+    }
+
     /// What each wheel's rollers did to the ground during the last step.
     pub fn contacts(&self) -> &[WheelContact] {
         &self.contacts

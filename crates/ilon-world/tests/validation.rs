@@ -564,6 +564,46 @@ fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
     assert!(from_full_m < 8.5e-3, "{from_full_m} m");
 }
 
+/// Under wheel loops as stiff as a held wheel, steps of 1/60 s leave no sliding that only the solver knows, at any heading
+/// and while the heading turns: rapier's axes of friction lie along the rollers. Fixed in the world they leave 0.1 m/s.
+///
+/// What is left is the last digit of 16 sweeps, and the 0.02 rad by which the axes may lag.
+#[test]
+fn friction_converges_at_any_heading_under_stiff_wheel_loops() {
+    let robot = mecanum4();
+    let settings = Settings {
+        sweeps: Settings::sweeps_for(&robot, RollerBodies::Near),
+        ..near(60.0)
+    };
+    for heading_deg in [0.0, 20.0] {
+        for (name, [vx, vy, omega]) in DRIVES {
+            let mut rig = Rig::new(&robot, &Floor::default(), heading_deg, &settings);
+            let targets = ideal_rates(&robot, Twist::new(vx, vy, omega));
+            let (mut squares, mut count) = (0.0, 0.0);
+            for step in 0..180 {
+                let share = (f64::from(step) / 30.0).min(1.0);
+                let rates = rig.world.wheel_rates_rad_s();
+                // 0.42 N m s: 60 rad/s of the robot's share that a wheel feels.
+                let pull = |(target, rate): (&f64, &f64)| 0.42 * (share * target - rate);
+                let torques: Vec<f64> = targets.iter().zip(rates).map(pull).collect();
+                rig.world.apply_with_droop(&torques, &[0.42; 4]);
+                rig.world.step();
+                if step >= 60 {
+                    for contact in rig.world.contacts() {
+                        squares += contact.sliding_in_body_m_s.norm_squared();
+                        count += 1.0;
+                    }
+                }
+            }
+            let sliding_m_s = f64::sqrt(squares / count);
+            assert!(
+                sliding_m_s < 1e-3,
+                "{name} at {heading_deg} deg: {sliding_m_s} m/s rms"
+            );
+        }
+    }
+}
+
 /// Every joule of the motors is stored, slid away, rubbed away in a bearing, or lost where a roller lands.
 ///
 /// The work of every impulse is counted exactly for a constant inertia; what is left comes from the robot's turning on
@@ -626,8 +666,11 @@ fn the_energy_balance_closes() {
                     "{share:.2e} {:?} {} {:?}",
                     settings.roller_bodies, robot.name, terms
                 );
+                // On the plane nothing lands or leaves, and a thousandth would be a term that is not counted: the bearings
+                // of coasting rollers are five.
+                let bound = if place == "on the plane" { 1e-3 } else { 0.01 };
                 assert!(
-                    share.abs() < 0.01,
+                    share.abs() < bound,
                     "{share:.2e} of {turnover_j:.3} J are missing: {} {place}, {twist:?}, {:?} at {} s",
                     robot.name,
                     settings.roller_bodies,

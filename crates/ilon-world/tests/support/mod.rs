@@ -312,8 +312,8 @@ pub fn drive(
             count += 1.0;
             for (i, c) in world.contacts().iter().enumerate() {
                 slip2 += c.sliding_in_body_m_s.norm_squared() / n as f64;
-                low[i] = low[i].min(c.hub_height_m);
-                high[i] = high[i].max(c.hub_height_m);
+                low[i] = low[i].min(world.hub_height_m(i));
+                high[i] = high[i].max(world.hub_height_m(i));
                 servo = servo.max((world.wheel_rates_rad_s()[i] - target[i]).abs());
             }
         }

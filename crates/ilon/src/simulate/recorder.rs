@@ -1,10 +1,9 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry, TorqueShares};
-use ilon_robot::{Pose, Robot, Wheel};
+use ilon_robot::{Pose, Robot};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
-use ilon_world::{BodyState, World};
-use nalgebra::Vector3;
+use ilon_world::World;
 
 use super::pilot::Pilot;
 use super::sensors::Seen;
@@ -18,7 +17,6 @@ pub(super) struct Recorder {
     odometry_contact: Odometry,
     last_angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
-    wheel_positions_m: Vec<Vector3<f64>>,
     wheel_slip_energy_j: Vec<f64>,
     samples: Vec<WheelSample>,
 }
@@ -42,7 +40,6 @@ impl Recorder {
             contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
             turned_rad: vec![0.0; wheel_count],
-            wheel_positions_m: robot.wheels.iter().map(Wheel::position_m).collect(),
             wheel_slip_energy_j: vec![0.0; wheel_count],
             samples: vec![WheelSample::default(); wheel_count],
         }
@@ -143,7 +140,6 @@ impl Recorder {
 
     fn sample_wheels(&mut self, world: &World, pilot: &Pilot, torques_n_m: &[f64]) {
         let places = self.contact_kinematics.contacts();
-        let body = world.body();
         for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
         {
             let place = places[index].point_in_body_m;
@@ -152,7 +148,7 @@ impl Recorder {
                 rate_rad_s: world.wheel_rates_rad_s()[index],
                 angle_rad: world.wheel_angles_rad()[index],
                 torque_n_m: torques_n_m[index],
-                hub_height_m: height_m(&body, self.wheel_positions_m[index]),
+                hub_height_m: world.hub_height_m(index),
                 roller: contact.roller as u32,
                 touching: contact.touching,
                 load_share: 0.0,
@@ -177,13 +173,4 @@ impl Recorder {
             }
         }
     }
-}
-
-/// Height in the world of a point of the body frame, in metres.
-fn height_m(body: &BodyState, point_in_body_m: Vector3<f64>) -> f64 {
-    let (sin_roll, cos_roll) = libm::sincos(body.roll_rad);
-    let (sin_pitch, cos_pitch) = libm::sincos(body.pitch_rad);
-    // The last row of Rz(yaw) Ry(pitch) Rx(roll).
-    let row = Vector3::new(-sin_pitch, cos_pitch * sin_roll, cos_pitch * cos_roll);
-    body.height_m + row.dot(&point_in_body_m)
 }
