@@ -327,6 +327,17 @@ impl Ground {
         self.world_from_floor
     }
 
+    /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude: on a slope it leans.
+    pub fn gravity_in_floor(&self, gravity_m_s2: f64) -> Vector3<f64> {
+        self.world_from_floor.inverse() * (Vector3::z() * -gravity_m_s2)
+    }
+
+    /// The same in rapier's frame.
+    pub fn gravity_in_rapier(&self, gravity_m_s2: f64) -> Vector {
+        let rapier_from_floor = self.floor_from_rapier.rotation.inverse();
+        convert::vector(&(rapier_from_floor * self.gravity_in_floor(gravity_m_s2)))
+    }
+
     /// Changes the friction from now on.
     pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
         self.friction = friction;

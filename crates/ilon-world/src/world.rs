@@ -106,8 +106,6 @@ impl World {
         settings: &Settings,
     ) -> Result<Self, WorldError> {
         check(robot, floor, settings)?;
-        let down = Vector3::z() * -settings.gravity_m_s2;
-        let gravity = floor.world_from_floor().inverse() * down;
         let mut rapier = PhysicsWorld {
             integration_parameters: integration_parameters(settings),
             narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
@@ -120,8 +118,7 @@ impl World {
         let heading_rad = friction_axis_rad.map(|axis_rad| start.heading_rad + axis_rad);
         let place_m = state.floor_from_chassis.translation.vector;
         ground.follow(&place_m, heading_rad, &mut rapier.colliders);
-        rapier.gravity =
-            convert::vector(&(ground.floor_from_rapier().rotation.inverse() * gravity));
+        rapier.gravity = ground.gravity_in_rapier(settings.gravity_m_s2);
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
@@ -307,8 +304,7 @@ impl World {
 
     /// Kinetic and potential energy of the robot now.
     pub fn energy(&self) -> Energy {
-        let down = Vector3::z() * -self.settings.gravity_m_s2;
-        let gravity = self.ground.world_from_floor().inverse() * down;
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         let spins = |wheel: usize| self.roller_spins_rad_s(wheel);
         let armature_ratio = self.settings.roller_armature_ratio;
         energy(&self.robot, &self.state, &gravity, spins, armature_ratio)
@@ -467,9 +463,7 @@ impl World {
             let rapier_from_floor = self.ground.floor_from_rapier().inverse();
             self.assembly
                 .reframe(&mut self.rapier, &(rapier_from_floor * before));
-            let down = Vector3::z() * -self.settings.gravity_m_s2;
-            let gravity = self.ground.world_from_floor().inverse() * down;
-            self.rapier.gravity = convert::vector(&(rapier_from_floor.rotation * gravity));
+            self.rapier.gravity = self.ground.gravity_in_rapier(self.settings.gravity_m_s2);
         }
         let in_rapier = self.ground.floor_from_rapier().inverse() * self.state.floor_from_chassis;
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];

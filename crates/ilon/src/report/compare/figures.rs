@@ -1,6 +1,6 @@
 //! Figures with a curve or a bar for each run.
 
-use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::ledger::Integral;
 use ilon_trace::{Record, Summary, WheelSample};
 use plotly::Bar;
@@ -12,7 +12,7 @@ use crate::report::figure::{
     Figure, Pen, Span, axis, curve, dashed, layout, map_layout, plot, wheel_pen,
 };
 use crate::report::figures::balance::TERM_COLORS;
-use crate::report::figures::motion::way;
+use crate::report::figures::motion::{COMPONENTS, way};
 use crate::report::page::escape;
 use crate::report::thin::short;
 
@@ -99,17 +99,7 @@ pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
 
 /// The real twist, a panel a component.
 pub(super) fn twist(comparison: &Comparison) -> Vec<Figure> {
-    type Component = fn(&Twist) -> f64;
-    let components: [(&str, &str, &str, Component); 3] = [
-        ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
-        ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
-            v.vy_m_s
-        }),
-        ("omega", "Yaw rate", "ω in deg/s", |v| {
-            v.omega_rad_s.to_degrees()
-        }),
-    ];
-    components
+    COMPONENTS
         .into_iter()
         .map(|(id, title, y_title, component)| Figure {
             id: format!("twist-{id}"),

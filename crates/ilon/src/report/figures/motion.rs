@@ -143,20 +143,22 @@ fn sees_otherwise(trace: &Trace) -> bool {
 }
 
 /// A component of a twist.
-type Component = fn(&Twist) -> f64;
+pub(in crate::report) type Component = fn(&Twist) -> f64;
+
+/// The components of a twist: for the figure's id, its title, its axis, and the component as it is drawn there.
+pub(in crate::report) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
+    ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
+    ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
+        v.vy_m_s
+    }),
+    ("omega", "Yaw rate", "ω in deg/s", |v| {
+        v.omega_rad_s.to_degrees()
+    }),
+];
 
 /// The three components of the twist: asked, ideal, by the contacts, real.
 pub(in crate::report) fn twist(trace: &Trace) -> Vec<Figure> {
-    let components: [(&str, &str, &str, Component); 3] = [
-        ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
-        ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
-            v.vy_m_s
-        }),
-        ("omega", "Yaw rate", "ω in deg/s", |v| {
-            v.omega_rad_s.to_degrees()
-        }),
-    ];
-    components
+    COMPONENTS
         .into_iter()
         .map(|(id, title, y_title, component)| {
             let of = |twist: fn(&Record) -> Twist| {
