@@ -5,7 +5,9 @@
 use std::path::Path;
 use std::process::Command;
 
+use ilon::bench::{Bench, Options};
 use ilon::compare::{Compared, Comparison};
+use ilon::scenario::RollerBodies;
 use ilon::{Run, Scenario};
 
 fn browser() -> Option<String> {
@@ -101,4 +103,24 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
     let page = folder.path().join("compare.html");
     ilon::report::compare::write(&page, &comparison).expect("the page is written");
     assert_all_is_drawn(&browser, &page, folder.path(), 14);
+}
+
+#[test]
+fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
+        return;
+    };
+    let options = Options {
+        configurations: vec![(RollerBodies::Near, 40.0), (RollerBodies::Near, 20.0)],
+        headings_deg: vec![0.0],
+        stretches: 1,
+        fleets: vec![1],
+        ..Options::quick().expect("the built-in robots")
+    };
+    let bench = Bench::measure(&options, |_| ()).expect("they drive");
+    let folder = tempfile::tempdir().expect("a folder to write to");
+    let page = folder.path().join("bench.html");
+    ilon::report::bench::write(&page, &bench).expect("the page is written");
+    assert_all_is_drawn(&browser, &page, folder.path(), 2);
 }

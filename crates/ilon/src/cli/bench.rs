@@ -1,79 +1,313 @@
 //! `ilon bench`: how right and how fast the simulation is on this machine.
 
+use std::path::{Path, PathBuf};
+
+use ilon_robot::Robot;
+use ilon_trace::file::write_text;
+
 use super::Outcome;
-use crate::Error;
-use crate::bench::Bench;
+use super::table::Table;
+use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
+use crate::scenario::RollerBodies;
+use crate::{Error, report};
+
+/// The files that `--out` writes; the one that stands for both is written last.
+const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
+
+/// The most robots at once, and the most threads.
+const MOST: usize = 10_000;
+
+const WHAT_IS_MEASURED: &str = "\
+Five open-loop drives on a level floor of friction 0.6: D1 forward 0.3 m/s, D2 lateral 0.3 m/s, D3 yaw 1 rad/s,
+D4 diagonal 0.2 + 0.2 m/s, D5 arc 0.3 m/s with 0.5 rad/s; wheels driven by torques from their loops.
+
+Error: after 1 s of rest and 0.5 s of ramp the twist is held for 4 s, of which the last 3 s count. The worst deviation of a
+driven component's mean from the contact kinematics (the twist without slip at the rollers that touch), over drives and
+headings, in per cent.
+
+Speed: the whole loop (sensors, wheel loops, motors, world, recording with a row of the trace a second), simulated time
+over the CPU time of its one thread, while the twist is held, after 1 s of warm-up. A stretch is a second of simulated time
+or more, 20 ms of CPU time at least; of each drive the best stretch counts. Short ones are repeated until 0.3 s of CPU time
+a stretch asked for are spent. \"spread\" is how much longer the middle one of the stretches took. Set-up and writing files
+are not timed.
+
+Many robots: all alive in one process, advanced in turn, in the contact window at 240 steps a second; simulated time of all
+together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
 
 /// Arguments of `ilon bench`.
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = WHAT_IS_MEASURED, after_help = "`--help` tells what is measured, and how.")]
 pub(super) struct Arguments {
+    /// A robot: `mecanum4`, `volksbot`, or a file (URDF or xacro); may be given several times [default: both].
+    #[arg(long = "robot", value_name = "NAME|FILE")]
+    robots: Vec<String>,
+    /// Which rollers are bodies: `all`, or `near` (the contact window) [default: both].
+    #[arg(long, value_name = "all|near", value_parser = roller_bodies)]
+    rollers: Option<RollerBodies>,
+    /// Physics steps a second [default: 1000,500,240 with all rollers; 1000,500,240,120,60,40,30,20,15,10 near].
+    #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
+    rates: Vec<f64>,
+    /// Headings at which the error is measured, in degrees; speed is measured at the first [default: 0,20].
+    #[arg(
+        long,
+        value_name = "DEG,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        value_parser = heading_deg
+    )]
+    headings: Vec<f64>,
+    /// How many stretches of each drive are timed at least, of which the best counts [default: 5].
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    stretches: Option<usize>,
+    /// How many robots simulate at once in one process; 0 leaves that out [default: 1,10,100].
+    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = count)]
+    fleets: Vec<usize>,
+    /// On how many threads they do so [default: 1,2].
+    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = at_least_one)]
+    threads: Vec<usize>,
+    /// A first look in a tenth of the time: 500 steps a second with all rollers, 240, 60 and 20 near; a heading of 20
+    /// degrees, 3 stretches, 1 and 10 robots at once, unless other options say otherwise.
+    #[arg(long)]
+    quick: bool,
+    /// Write `bench.json` and `bench.html`, a page with the plot of error against cost, into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let bench = Bench::measure(|what| eprintln!("{what}"))?;
+    let options = options(arguments)?;
+    if let Some(folder) = &arguments.out {
+        prepare(folder)?;
+    }
+    if cfg!(debug_assertions) {
+        eprintln!("note: this is a build for debugging; its speeds tell nothing");
+    }
+    let bench = Bench::measure(&options, |what| eprintln!("{what}"))?;
+    let json = serde_json::to_string_pretty(&bench)
+        .map_err(|error| Error::invalid(error.to_string(), ""))?
+        + "\n";
+    if let Some(folder) = &arguments.out {
+        write(folder, &bench, &json)?;
+    }
     if arguments.json {
-        let json = serde_json::to_string_pretty(&bench)
-            .map_err(|error| Error::invalid(error.to_string(), ""))?;
-        super::print(&(json + "\n"))?;
+        super::print(&json)?;
     } else {
         super::print(&text(&bench))?;
+        if let Some(folder) = &arguments.out {
+            let place = folder.display();
+            super::print(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
+        }
     }
     Ok(Outcome::Done)
 }
 
-fn text(bench: &Bench) -> String {
-    use std::fmt::Write;
-    let mut text = String::new();
-    let dash = |value: Option<f64>, decimals: usize| {
-        value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+fn options(arguments: &Arguments) -> Result<Options, Error> {
+    let mut options = if arguments.quick {
+        Options::quick()?
+    } else {
+        Options::full()?
     };
-    // Writing to a string does not fail.
-    for (name, robot) in &bench.robots {
-        let _ = writeln!(
-            text,
-            "{name}, drives D1-D5 against contact kinematics\n\
-             {:>8} {:>9} {:>12} {:>11} {:>11} {:>12} {:>12}",
-            "rollers",
-            "steps/s",
-            "worst error",
-            "hub ripple",
-            "slip rms",
-            "sim s/CPU s",
-            "steps/CPU s"
-        );
-        for c in &robot.configurations {
-            let _ = writeln!(
-                text,
-                "{:>8} {:>9.0} {:>10.4} % {:>8} mm {:>6} mm/s {:>12} {:>12}",
-                c.roller_bodies,
-                1.0 / c.physics_dt_s,
-                c.worst_error_pct,
-                dash(c.hub_ripple_m.map(|m| 1e3 * m), 4),
-                dash(c.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
-                dash(c.sim_s_per_cpu_s, 1),
-                dash(c.steps_per_cpu_s, 0),
-            );
-        }
-        let _ = writeln!(text, "headline: {}\n", robot.headline);
+    if !arguments.robots.is_empty() {
+        options.robots = arguments
+            .robots
+            .iter()
+            .map(|name| robot(name))
+            .collect::<Result<_, Error>>()?;
     }
-    let _ = writeln!(
-        text,
-        "robots in one process, near rollers, 240 steps a second"
-    );
-    let _ = writeln!(
-        text,
-        "{:>8} {:>9} {:>16}",
-        "robots", "threads", "sim s/wall s"
-    );
-    for t in &bench.throughput {
-        let _ = writeln!(
-            text,
-            "{:>8} {:>9} {:>16.1}",
-            t.robots, t.threads, t.sim_s_per_wall_s
-        );
+    for (index, (name, _)) in options.robots.iter().enumerate() {
+        if options.robots[..index]
+            .iter()
+            .any(|(other, _)| other == name)
+        {
+            return Err(Error::invalid(
+                format!("two robots are called `{name}`"),
+                "name each robot once; a file gives its robot its own name, without folder and ending",
+            ));
+        }
+    }
+    if let Some(bodies) = arguments.rollers {
+        options.configurations.retain(|(of, _)| *of == bodies);
+    }
+    if !arguments.rates.is_empty() {
+        let mut kinds: Vec<_> = options.configurations.iter().map(|(of, _)| *of).collect();
+        kinds.dedup();
+        let rates = &arguments.rates;
+        options.configurations = kinds
+            .into_iter()
+            .flat_map(|bodies| rates.iter().map(move |rate_hz| (bodies, *rate_hz)))
+            .collect();
+    }
+    if !arguments.headings.is_empty() {
+        options.headings_deg.clone_from(&arguments.headings);
+    }
+    if let Some(stretches) = arguments.stretches {
+        options.stretches = stretches;
+    }
+    if !arguments.fleets.is_empty() {
+        options.fleets = arguments
+            .fleets
+            .iter()
+            .copied()
+            .filter(|n| *n > 0)
+            .collect();
+    }
+    if !arguments.threads.is_empty() {
+        options.threads.clone_from(&arguments.threads);
+    }
+    Ok(options)
+}
+
+/// A built-in robot, or one from a file.
+fn robot(name: &str) -> Result<(String, Robot), Error> {
+    if ROBOTS.iter().any(|(known, _)| *known == name) {
+        return Ok((name.to_owned(), Options::built_in(name)?));
+    }
+    let path = Path::new(name);
+    if path.extension().is_none() && !path.exists() {
+        return Err(Error::invalid(
+            format!("there is no built-in robot `{name}`, and no file of that name"),
+            "choose `--robot mecanum4` or `--robot volksbot`, or name a URDF",
+        ));
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    // `base.urdf.xacro` is called `base`.
+    let stem = stem.split('.').next().unwrap_or_default().to_owned();
+    Ok((stem, Robot::load(path)?))
+}
+
+fn roller_bodies(text: &str) -> Result<RollerBodies, String> {
+    match text {
+        "all" => Ok(RollerBodies::All),
+        "near" => Ok(RollerBodies::Near),
+        _ => Err("rollers are bodies `all`, or those `near` the ground".to_owned()),
+    }
+}
+
+fn rate_hz(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 100_000.0, "steps a second")
+}
+
+fn heading_deg(text: &str) -> Result<f64, String> {
+    within(text, -360.0, 360.0, "degrees")
+}
+
+fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.trim().parse().ok();
+    number
+        .filter(|number| (least..=most).contains(number))
+        .ok_or_else(|| format!("give a number of {unit} from {least} to {most}"))
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    let number: Option<usize> = text.trim().parse().ok();
+    number
+        .filter(|number| *number <= MOST)
+        .ok_or_else(|| format!("give a whole number, {MOST} at most"))
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    count(text)
+        .ok()
+        .filter(|number| *number > 0)
+        .ok_or_else(|| format!("give a whole number from 1 to {MOST}"))
+}
+
+/// Makes sure, before anything is measured, that the folder is there and can be written to.
+fn prepare(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
+    let probe = folder.join(format!(".ilon-{}", std::process::id()));
+    std::fs::write(&probe, b"")
+        .and_then(|()| std::fs::remove_file(&probe))
+        .map_err(|source| Error::write(folder, &source))
+}
+
+/// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.
+fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Error> {
+    let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
+    if let Err(error) = std::fs::remove_file(&json_path)
+        && error.kind() != std::io::ErrorKind::NotFound
+    {
+        return Err(Error::write(&json_path, &error));
+    }
+    report::bench::write(&page_path, bench)?;
+    Ok(write_text(&json_path, json)?)
+}
+
+/// The tables as a person reads them on a terminal.
+fn text(bench: &Bench) -> String {
+    let headings: Vec<String> = bench.headings_deg.iter().map(f64::to_string).collect();
+    let mut text = String::new();
+    for (name, robot) in &bench.robots {
+        text.push_str(&robot_table(name, robot, &headings.join(", ")).to_string());
+        text.push_str(&format!("  headline: {}\n\n", robot.headline));
+    }
+    if !bench.throughput.is_empty() {
+        text.push_str(&fleet_table(bench).to_string());
     }
     text
+}
+
+fn robot_table(name: &str, robot: &RobotBench, headings: &str) -> Table {
+    let mut table = Table::new();
+    table.heading(&format!(
+        "{name}: error against the contact kinematics in %, at headings of {headings} degrees; ripple in mm, slip in mm/s"
+    ));
+    let mut columns = vec!["steps/s".to_owned(), "worst".to_owned()];
+    columns.extend(DRIVES.map(|(drive, _)| drive.to_owned()));
+    let others = ["ripple", "slip", "sim s/CPU s", "steps/CPU s", "spread %"];
+    columns.extend(others.map(str::to_owned));
+    table.words("rollers", &columns);
+    for c in &robot.configurations {
+        table.words(&c.roller_bodies, &cells(c));
+    }
+    table
+}
+
+fn cells(c: &Configuration) -> Vec<String> {
+    let error = |pct: f64| format!("{pct:.4}");
+    let mut cells = vec![format!("{}", c.rate_hz()), error(c.worst_error_pct)];
+    cells.extend(DRIVES.map(|(name, _)| dash(c.drives.get(name).map(|d| d.error_pct), 4)));
+    cells.extend([
+        dash(c.hub_ripple_m.map(|m| 1e3 * m), 4),
+        dash(c.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
+        dash(c.sim_s_per_cpu_s, 1),
+        dash(c.steps_per_cpu_s, 0),
+        dash(c.speed_spread_pct, 1),
+    ]);
+    cells
+}
+
+fn fleet_table(bench: &Bench) -> Table {
+    let mut table = Table::new();
+    let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
+    table.heading(&format!(
+        "robots in one process: {robot}, near rollers, {} steps a second",
+        crate::bench::FLEET_RATE_HZ
+    ));
+    let columns = [
+        "threads",
+        "sim s/wall s",
+        "sim s/CPU s",
+        "cores",
+        "efficiency",
+    ];
+    table.words("robots", &columns.map(str::to_owned));
+    for t in &bench.throughput {
+        let cells = [
+            t.threads.to_string(),
+            format!("{:.1}", t.sim_s_per_wall_s),
+            dash(t.sim_s_per_cpu_s, 1),
+            dash(t.cores, 2),
+            dash(t.efficiency, 2),
+        ];
+        table.words(&t.robots.to_string(), &cells);
+    }
+    table
+}
+
+fn dash(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
 }

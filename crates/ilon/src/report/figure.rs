@@ -36,6 +36,8 @@ pub(super) struct Figure {
 pub(super) enum Span {
     /// Half of the page.
     Half,
+    /// All of it.
+    Whole,
     /// One of a row of small panels, without a caption of its own.
     Panel,
 }

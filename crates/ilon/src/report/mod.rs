@@ -3,6 +3,7 @@
 //! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
 //! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
 
+pub mod bench;
 pub mod compare;
 pub mod design;
 pub mod difference;

@@ -110,8 +110,13 @@ pub(super) fn grid(figures: &[Figure]) -> String {
 
 /// A figure on a card of its own.
 pub(super) fn card(figure: &Figure) -> String {
+    let class = if figure.span == Span::Whole {
+        " class=\"whole\""
+    } else {
+        ""
+    };
     format!(
-        "<figure><figcaption><h3>{title}</h3><p>{caption}</p></figcaption>{plot}</figure>\n",
+        "<figure{class}><figcaption><h3>{title}</h3><p>{caption}</p></figcaption>{plot}</figure>\n",
         title = escape(&figure.title),
         caption = figure.caption,
         plot = plot(figure),

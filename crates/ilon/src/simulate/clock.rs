@@ -71,7 +71,7 @@ impl Clock {
 
 /// CPU time spent by this thread, so that other work on the machine does not count.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CpuTime {
+pub(crate) struct CpuTime {
     start_s: Option<f64>,
 }
 

@@ -23,9 +23,11 @@ use ilon_world::World;
 pub use pilot::{Controller, TwistProfile, WheelCommand};
 pub use sensors::Seen;
 
+pub(crate) use clock::CpuTime;
+
 use crate::scenario::{Motion, RollerBodies, Scenario, Step};
 use crate::{Error, judge};
-use clock::{Clock, CpuTime};
+use clock::Clock;
 use disturbances::Disturbances;
 use drive::Drive;
 use faults::Faults;

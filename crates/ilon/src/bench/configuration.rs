@@ -1,0 +1,318 @@
+//! One way to simulate a robot: its error, drive by drive, and its speed.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::{Robot, Twist};
+use ilon_trace::Summary;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{DRIVES, Options, scenario, word};
+use crate::Error;
+use crate::scenario::{RollerBodies, Scenario};
+use crate::simulate::{CpuTime, Simulation};
+
+/// Simulated time before the clock is started, in seconds: the ramp and half a second held.
+const WARM_UP_S: f64 = 1.0;
+/// A stretch takes at least this much CPU time, in seconds: thousands of the clock's own grains.
+const STRETCH_CPU_S: f64 = 0.02;
+/// CPU time for which the drives of a configuration are timed together, at least, in seconds for each stretch that is asked
+/// for: short stretches are made more of, because one of many meets a quiet moment.
+const TIMED_CPU_S: f64 = 0.3;
+/// The longest stretch, in simulated seconds.
+const LONGEST_STRETCH_S: f64 = 100.0;
+
+/// One way to simulate a robot.
+#[derive(Clone, Debug, Serialize)]
+pub struct Configuration {
+    /// Which rollers are bodies: `all` or `near`.
+    pub roller_bodies: String,
+    /// Length of a physics step, in seconds.
+    pub physics_dt_s: f64,
+    /// The worst error over all drives and headings, in per cent.
+    pub worst_error_pct: f64,
+    /// The largest ripple of a hub's height over all drives, in metres.
+    pub hub_ripple_m: Option<f64>,
+    /// The largest sliding speed, rms over a drive, in m/s.
+    pub slip_speed_rms_m_s: Option<f64>,
+    /// How far the wheels missed the rates asked of them, the worst component of the worst drive, in per cent: a loop that
+    /// is too soft for its step makes an easier drive.
+    pub rate_shortfall_pct: f64,
+    /// Simulated seconds a CPU second, over all drives.
+    pub sim_s_per_cpu_s: Option<f64>,
+    /// Physics steps a CPU second, over all drives.
+    pub steps_per_cpu_s: Option<f64>,
+    /// How much longer than the best the middle one of the timed stretches took, the worst drive, in per cent.
+    pub speed_spread_pct: Option<f64>,
+    /// The drives, by name.
+    pub drives: BTreeMap<String, Drive>,
+}
+
+/// What one drive came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Drive {
+    /// Worst deviation of a driven component from the contact kinematics, the worst heading, in per cent.
+    pub error_pct: f64,
+    /// Real over ideal twist, the worst driven component.
+    pub ratio_ideal: f64,
+    /// Ripple of the hubs' height, in metres.
+    pub hub_ripple_m: Option<f64>,
+    /// Simulated seconds a CPU second.
+    pub sim_s_per_cpu_s: Option<f64>,
+    /// Heading by heading.
+    pub headings: Vec<Heading>,
+}
+
+/// A drive at one heading.
+#[derive(Clone, Debug, Serialize)]
+pub struct Heading {
+    /// The heading at the start, in degrees.
+    pub heading_deg: f64,
+    /// Worst deviation of a driven component from the contact kinematics, in per cent. A component that did not move as a
+    /// number counts as one that did not move at all: 100.
+    pub error_pct: f64,
+    /// Real over ideal twist, the worst driven component.
+    pub ratio_ideal: f64,
+    /// Ripple of the hubs' height, in metres.
+    pub hub_ripple_m: Option<f64>,
+    /// Sliding speed of the touching rollers, rms, in m/s.
+    pub slip_speed_rms_m_s: Option<f64>,
+    /// How far the wheels missed the rates asked of them, the worst driven component, in per cent.
+    pub rate_shortfall_pct: f64,
+}
+
+impl Configuration {
+    pub(super) fn measure(
+        robot: &Robot,
+        bodies: RollerBodies,
+        rate_hz: f64,
+        options: &Options,
+    ) -> Result<Self, Error> {
+        let headings_deg = &options.headings_deg;
+        // What is right does not depend on who else computes; what is fast does, and is timed afterwards, alone.
+        let tasks: Vec<_> = DRIVES
+            .iter()
+            .flat_map(|(name, twist)| headings_deg.iter().map(move |deg| (*name, *twist, *deg)))
+            .collect();
+        let outcomes: Vec<(&str, Heading)> = tasks
+            .into_par_iter()
+            .map(|(name, twist, heading_deg)| {
+                let scenario = scenario(twist, heading_deg, bodies, rate_hz)?;
+                let run = Simulation::with_robot(&scenario, robot)?.run();
+                Ok((name, Heading::of(&run.summary, twist, heading_deg)))
+            })
+            .collect::<Result<_, Error>>()?;
+        let heading_deg = headings_deg.first().copied().unwrap_or(0.0);
+        let speeds = speeds(robot, bodies, rate_hz, heading_deg, options.stretches)?;
+
+        let drives = DRIVES.iter().zip(&speeds).map(|((name, _), speed)| {
+            let headings = outcomes.iter().filter(|(of, _)| of == name);
+            let headings = headings.map(|(_, heading)| heading.clone()).collect();
+            let cpu_s = speed.as_ref().map(|speed| speed.cpu_s_per_sim_s);
+            ((*name).to_owned(), Drive::of(headings, cpu_s))
+        });
+        let drives: BTreeMap<_, _> = drives.collect();
+        let headings = || drives.values().flat_map(|drive| &drive.headings);
+        let largest = |of: fn(&Heading) -> Option<f64>| headings().filter_map(of).reduce(f64::max);
+        let cpu_s = speeds
+            .iter()
+            .map(|speed| Some(speed.as_ref()?.cpu_s_per_sim_s))
+            .sum::<Option<f64>>();
+        let speed = cpu_s.map(|cpu_s| DRIVES.len() as f64 / cpu_s);
+        let spreads = speeds.iter().flatten().map(|speed| speed.spread_pct);
+        Ok(Self {
+            roller_bodies: word(bodies).to_owned(),
+            physics_dt_s: 1.0 / rate_hz,
+            worst_error_pct: largest(|h| Some(h.error_pct)).unwrap_or(f64::NAN),
+            hub_ripple_m: largest(|h| h.hub_ripple_m),
+            slip_speed_rms_m_s: largest(|h| h.slip_speed_rms_m_s),
+            rate_shortfall_pct: largest(|h| Some(h.rate_shortfall_pct)).unwrap_or(f64::NAN),
+            sim_s_per_cpu_s: speed,
+            steps_per_cpu_s: speed.map(|speed| speed * rate_hz),
+            speed_spread_pct: spreads.reduce(f64::max),
+            drives,
+        })
+    }
+
+    /// Physics steps a second.
+    pub fn rate_hz(&self) -> f64 {
+        // A rate that was given as 60 comes back as 60.
+        (1e6 / self.physics_dt_s).round() / 1e6
+    }
+
+    /// CPU seconds that a simulated second costs.
+    pub fn cpu_s_per_sim_s(&self) -> Option<f64> {
+        self.sim_s_per_cpu_s.map(|speed| 1.0 / speed)
+    }
+
+    /// The configuration in a few words.
+    pub fn describe(&self) -> String {
+        let rate_hz = self.rate_hz();
+        format!("{} rollers, {rate_hz} steps a second", self.roller_bodies)
+    }
+}
+
+impl Drive {
+    fn of(headings: Vec<Heading>, cpu_s_per_sim_s: Option<f64>) -> Self {
+        let worst = headings
+            .iter()
+            .max_by(|a, b| a.error_pct.total_cmp(&b.error_pct));
+        Self {
+            error_pct: worst.map_or(f64::NAN, |h| h.error_pct),
+            ratio_ideal: worst.map_or(f64::NAN, |h| h.ratio_ideal),
+            hub_ripple_m: headings
+                .iter()
+                .filter_map(|h| h.hub_ripple_m)
+                .reduce(f64::max),
+            sim_s_per_cpu_s: cpu_s_per_sim_s.map(|cpu_s| 1.0 / cpu_s),
+            headings,
+        }
+    }
+}
+
+impl Heading {
+    fn of(summary: &Summary, asked: [f64; 3], heading_deg: f64) -> Self {
+        let (contact, ideal) = (&summary.twist_ratio_contact, &summary.twist_ratio_ideal);
+        let reached = summary.twist_ideal_mean.as_ref().map(|mean: &Twist| {
+            let mean = [mean.vx_m_s, mean.vy_m_s, mean.omega_rad_s];
+            std::array::from_fn(|i| Some(mean[i] / asked[i]))
+        });
+        let off_pct = |ratio: f64| 100.0 * (ratio - 1.0).abs();
+        Self {
+            heading_deg,
+            error_pct: off_pct(worst([contact.vx, contact.vy, contact.omega], asked)),
+            ratio_ideal: worst([ideal.vx, ideal.vy, ideal.omega], asked),
+            hub_ripple_m: summary.hub_ripple_m,
+            slip_speed_rms_m_s: summary.slip_speed_rms_m_s,
+            rate_shortfall_pct: off_pct(worst(reached.unwrap_or_default(), asked)),
+        }
+    }
+}
+
+/// Of the components that were asked for, the ratio farthest from 1.
+fn worst(ratios: [Option<f64>; 3], asked: [f64; 3]) -> f64 {
+    ratios
+        .into_iter()
+        .zip(asked)
+        .filter(|(_, asked)| *asked != 0.0)
+        // A component that was driven and has no ratio did not move, or flew off.
+        .map(|(ratio, _)| ratio.filter(|ratio| ratio.is_finite()).unwrap_or(0.0))
+        .max_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
+        .unwrap_or(1.0)
+}
+
+/// How long a drive takes.
+struct Speed {
+    /// CPU seconds that a simulated second costs in the best stretch.
+    cpu_s_per_sim_s: f64,
+    /// How much longer the middle one of the stretches took, in per cent.
+    spread_pct: f64,
+}
+
+/// The speed of each drive, stretch after stretch, all drives in turn, so that what else the machine does in one moment
+/// does not spoil all stretches of one; `None` where the system does not tell CPU time.
+fn speeds(
+    robot: &Robot,
+    bodies: RollerBodies,
+    rate_hz: f64,
+    heading_deg: f64,
+    stretches: usize,
+) -> Result<Vec<Option<Speed>>, Error> {
+    let mut drives = DRIVES
+        .iter()
+        .map(|(_, twist)| {
+            let scenario = held(scenario(*twist, heading_deg, bodies, rate_hz)?);
+            let simulation = Simulation::with_robot(&scenario, robot)?;
+            Ok(Held::warmed_up(simulation, rate_hz))
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let (mut done, cpu) = (0, CpuTime::now());
+    while done < stretches
+        // Where the system does not tell, there is nothing to time.
+        || cpu.elapsed_s().is_some_and(|cpu_s| cpu_s < TIMED_CPU_S * stretches as f64)
+    {
+        for drive in &mut drives {
+            drive.time_a_stretch();
+        }
+        done += 1;
+    }
+    Ok(drives.into_iter().map(Held::speed).collect())
+}
+
+/// A drive as it is timed: without rest, and with a row of the trace a second.
+pub(super) fn held(mut scenario: Scenario) -> Scenario {
+    scenario.run.duration_s = WARM_UP_S + LONGEST_STRETCH_S;
+    scenario.run.record_every = (1.0 / scenario.run.control_dt_s).round().max(1.0) as u32;
+    if let Some(twist) = &mut scenario.twist {
+        twist.rest_s = 0.0;
+    }
+    scenario
+}
+
+/// Advances a run by some time, in seconds, at a rate in steps a second.
+pub(super) fn advance(simulation: &mut Simulation, time_s: f64, rate_hz: f64) {
+    for _ in 0..(time_s * rate_hz).round().max(1.0) as u64 {
+        simulation.step();
+    }
+}
+
+/// A run at its held twist.
+struct Held {
+    simulation: Simulation,
+    rate_hz: f64,
+    stretch_s: f64,
+    cpu_s: Vec<Option<f64>>,
+}
+
+impl Held {
+    fn warmed_up(mut simulation: Simulation, rate_hz: f64) -> Self {
+        advance(&mut simulation, 0.5 * WARM_UP_S, rate_hz);
+        let cpu = CpuTime::now();
+        advance(&mut simulation, 0.5 * WARM_UP_S, rate_hz);
+        let second_cpu_s = cpu.elapsed_s().unwrap_or(0.0) / (0.5 * WARM_UP_S);
+        // Whole seconds; one where the system does not tell CPU time.
+        let stretch_s = if second_cpu_s > 0.0 {
+            (STRETCH_CPU_S / second_cpu_s)
+                .ceil()
+                .clamp(1.0, LONGEST_STRETCH_S)
+        } else {
+            1.0
+        };
+        Self {
+            simulation,
+            rate_hz,
+            stretch_s,
+            cpu_s: Vec::new(),
+        }
+    }
+
+    fn time_a_stretch(&mut self) {
+        let cpu = CpuTime::now();
+        advance(&mut self.simulation, self.stretch_s, self.rate_hz);
+        self.cpu_s.push(cpu.elapsed_s());
+    }
+
+    fn speed(self) -> Option<Speed> {
+        let mut cpu_s: Vec<f64> = self.cpu_s.into_iter().collect::<Option<_>>()?;
+        cpu_s.sort_by(f64::total_cmp);
+        let (best_s, middle_s) = (*cpu_s.first()?, cpu_s[cpu_s.len() / 2]);
+        (best_s > 0.0).then(|| Speed {
+            cpu_s_per_sim_s: best_s / self.stretch_s,
+            spread_pct: 100.0 * (middle_s / best_s - 1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_asked_for_counts_and_what_flew_off_is_all_wrong() {
+        let diagonal = [0.2, 0.2, 0.0];
+        assert_eq!(worst([Some(1.01), Some(0.97), Some(7.0)], diagonal), 0.97);
+        assert_eq!(worst([Some(1.0), Some(f64::NAN), None], diagonal), 0.0);
+        assert_eq!(worst([Some(1.0), None, None], diagonal), 0.0);
+        assert_eq!(worst([Some(1.0); 3], [0.0, 0.0, 1.0]), 1.0);
+    }
+}

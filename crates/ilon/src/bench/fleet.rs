@@ -1,0 +1,163 @@
+//! Many robots in one process, on one thread and on several.
+
+use std::sync::Barrier;
+use std::time::Instant;
+
+use ilon_robot::Robot;
+use serde::Serialize;
+
+use super::configuration::{advance, held};
+use super::{DRIVES, Options, scenario};
+use crate::Error;
+use crate::scenario::RollerBodies;
+use crate::simulate::{CpuTime, Simulation};
+
+/// Physics steps a second of every robot of a fleet, in the contact window.
+pub const RATE_HZ: f64 = 240.0;
+/// Simulated seconds of a timed stretch, of all robots together.
+const ROBOT_SECONDS: f64 = 60.0;
+
+/// Many independent robots in one process.
+#[derive(Clone, Debug, Serialize)]
+pub struct Throughput {
+    /// Which robot they all are.
+    pub robot: String,
+    /// How many.
+    pub robots: usize,
+    /// On how many threads.
+    pub threads: usize,
+    /// Simulated seconds of all robots together a second of wall clock, the best of the stretches.
+    pub sim_s_per_wall_s: f64,
+    /// The same a CPU second of all threads together.
+    pub sim_s_per_cpu_s: Option<f64>,
+    /// CPU time over wall clock: how many cores the threads really had. Where it is less than their number, others had
+    /// the rest, and the efficiency says more about them.
+    pub cores: Option<f64>,
+    /// Speed over that of the same robots on one thread, by the number of threads: 1 is a thread that costs nothing.
+    /// `None` where one thread was not measured, or there are more threads than robots.
+    pub efficiency: Option<f64>,
+}
+
+/// Measures each number of robots on each number of threads.
+pub(super) fn measure(
+    name: &str,
+    robot: &Robot,
+    options: &Options,
+    tell: &mut impl FnMut(&str),
+) -> Result<Vec<Throughput>, Error> {
+    let mut all: Vec<Throughput> = Vec::new();
+    for &threads in &options.threads {
+        for &robots in &options.fleets {
+            tell(&format!("{name}: {robots} robots on {threads} threads"));
+            let best = best_of(options.stretches, robot, robots, threads)?;
+            all.push(Throughput {
+                robot: name.to_owned(),
+                robots,
+                threads,
+                sim_s_per_wall_s: 1.0 / best.wall_s,
+                sim_s_per_cpu_s: best.cpu_s.map(|cpu_s| 1.0 / cpu_s),
+                cores: best.cpu_s.map(|cpu_s| cpu_s / best.wall_s),
+                efficiency: None,
+            });
+        }
+    }
+    let alone: Vec<_> = all.iter().filter(|t| t.threads == 1).cloned().collect();
+    for of in &mut all {
+        let mut alone = alone.iter().filter(|_| of.threads <= of.robots);
+        let one = alone.find(|one| one.robots == of.robots);
+        of.efficiency =
+            one.map(|one| of.sim_s_per_wall_s / one.sim_s_per_wall_s / of.threads as f64);
+    }
+    Ok(all)
+}
+
+/// Seconds that a simulated second of a robot costs.
+struct Cost {
+    wall_s: f64,
+    cpu_s: Option<f64>,
+}
+
+/// What one thread did in each stretch.
+type Stretch = (Instant, Instant, Option<f64>);
+
+/// The best stretch, by wall clock. Every thread sets up its share of the robots, and they begin each stretch together.
+fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Result<Cost, Error> {
+    let barrier = Barrier::new(threads);
+    let stretch_s = (ROBOT_SECONDS / robots as f64).max(1.0).round();
+    let shares: Vec<Vec<Stretch>> = std::thread::scope(|scope| {
+        let started: Vec<_> = (0..threads)
+            .map(|thread| {
+                let barrier = &barrier;
+                let share = (thread..robots).step_by(threads);
+                scope.spawn(move || {
+                    let fleet = share.map(|index| set_up(robot, index)).collect();
+                    work(fleet, stretches, stretch_s, barrier)
+                })
+            })
+            .collect();
+        let ended = started.into_iter().map(|thread| match thread.join() {
+            Ok(share) => share,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        ended.collect::<Result<_, Error>>()
+    })?;
+    let sim_s = stretch_s * robots as f64;
+    let costs = (0..stretches).map(|index| {
+        let of = || shares.iter().map(move |share| share[index]);
+        let wall_s = match (of().map(|s| s.0).min(), of().map(|s| s.1).max()) {
+            (Some(begin), Some(end)) => end.duration_since(begin).as_secs_f64(),
+            _ => f64::INFINITY,
+        };
+        Cost {
+            wall_s: wall_s / sim_s,
+            cpu_s: of()
+                .map(|s| s.2)
+                .sum::<Option<f64>>()
+                .map(|cpu_s| cpu_s / sim_s),
+        }
+    });
+    let best = costs.min_by(|a, b| a.wall_s.total_cmp(&b.wall_s));
+    best.ok_or_else(|| Error::invalid("no stretch was timed", "time at least one"))
+}
+
+/// A robot that drives sideways, warmed up; each stands another way, so that no two do the same.
+fn set_up(robot: &Robot, index: usize) -> Result<Simulation, Error> {
+    let heading_deg = (7 * index % 360) as f64;
+    let scenario = held(scenario(
+        DRIVES[1].1,
+        heading_deg,
+        RollerBodies::Near,
+        RATE_HZ,
+    )?);
+    let mut simulation = Simulation::with_robot(&scenario, robot)?;
+    advance(&mut simulation, 1.0, RATE_HZ);
+    Ok(simulation)
+}
+
+/// Advances all robots of a thread in turn, by some steps at a time as a program does that must know of them all.
+fn work(
+    fleet: Result<Vec<Simulation>, Error>,
+    stretches: usize,
+    stretch_s: f64,
+    barrier: &Barrier,
+) -> Result<Vec<Stretch>, Error> {
+    const TURN_S: f64 = 0.05;
+    let turns = (stretch_s / TURN_S).round() as usize;
+    let (mut robots, fault) = match fleet {
+        Ok(robots) => (robots, None),
+        Err(fault) => (Vec::new(), Some(fault)),
+    };
+    let mut done = Vec::with_capacity(stretches);
+    for _ in 0..stretches {
+        // The others wait here, also for a thread that has nothing to do.
+        barrier.wait();
+        let (begin, cpu) = (Instant::now(), CpuTime::now());
+        for _ in 0..turns {
+            for robot in &mut robots {
+                advance(robot, TURN_S, RATE_HZ);
+            }
+        }
+        done.push((begin, Instant::now(), cpu.elapsed_s()));
+    }
+    fault.map_or(Ok(done), Err)
+}

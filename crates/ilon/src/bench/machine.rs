@@ -1,0 +1,66 @@
+//! Where, when and with what something was measured.
+
+use std::time::SystemTime;
+
+use chrono::{DateTime, SecondsFormat, Utc};
+use serde::Serialize;
+
+/// Where, when and with what something was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Machine {
+    /// The processor, in the system's words; `None` where it does not tell.
+    pub processor: Option<String>,
+    /// How many threads can run at once.
+    pub cores: Option<usize>,
+    /// System and architecture.
+    pub system: String,
+    /// By name: the versions of ilon and of what it stands on.
+    pub versions: Vec<(String, String)>,
+    /// Whether the program was built for speed; figures of one that was not tell nothing about it.
+    pub optimised: bool,
+    /// When the measurement ended, RFC 3339, UTC.
+    pub date: String,
+}
+
+impl Machine {
+    /// This machine, now.
+    pub(super) fn this() -> Self {
+        let now: DateTime<Utc> = SystemTime::now().into();
+        let versions = [("ilon", env!("CARGO_PKG_VERSION")), ENGINE];
+        Self {
+            processor: processor(),
+            cores: std::thread::available_parallelism()
+                .ok()
+                .map(std::num::NonZero::get),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            versions: versions
+                .map(|(name, version)| (name.to_owned(), version.to_owned()))
+                .to_vec(),
+            optimised: !cfg!(debug_assertions),
+            date: now.to_rfc3339_opts(SecondsFormat::Secs, true),
+        }
+    }
+}
+
+/// The physics engine, as far as `Cargo.toml` fixes it.
+const ENGINE: (&str, &str) = ("rapier3d", "0.36");
+
+/// The processor's name, where the system keeps it in a file.
+fn processor() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_engine_is_the_one_that_is_built() {
+        let manifest: toml::Table =
+            toml::from_str(include_str!("../../../../Cargo.toml")).expect("a manifest");
+        let asked = &manifest["workspace"]["dependencies"][ENGINE.0]["version"];
+        assert_eq!(asked.as_str(), Some(ENGINE.1));
+    }
+}
