@@ -1,6 +1,7 @@
 //! The table of all recorded signals: the one place that knows their names, order and types in files and hashes.
 
 use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
+use crate::rows::Which;
 use crate::trace::{Header, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
@@ -15,6 +16,7 @@ pub(crate) enum Kind {
 }
 
 /// One signal of a `T`, by name.
+#[derive(Debug)]
 pub(crate) struct Column<T: 'static> {
     name: &'static str,
     kind: Kind,
@@ -133,6 +135,7 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
 ];
 
 /// Where in a trace a signal is kept.
+#[derive(Debug)]
 enum Source {
     Record(&'static Column<Record>),
     Desired(&'static Column<Desired>),
@@ -141,6 +144,7 @@ enum Source {
 }
 
 /// One recorded signal of a particular trace.
+#[derive(Debug)]
 pub(crate) struct Signal {
     /// Its name with the unit: `truth_x_m`, `wheel0_rate_rad_s`.
     pub name: String,
@@ -160,6 +164,17 @@ impl Signal {
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
+        }
+    }
+
+    /// Whether it is among those that are looked at.
+    pub fn is_among(&self, which: Which) -> bool {
+        match (which, &self.source) {
+            (Which::All, _) => true,
+            (Which::Robot, Source::Wheel(..)) => false,
+            (Which::Robot, _) => true,
+            (Which::Wheel(wanted), Source::Wheel(wheel, _)) => *wheel == wanted,
+            (Which::Wheel(_), _) => false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! A fingerprint of all recorded signals.
 
-use crate::columns::signals;
+use crate::rows::Rows;
 use crate::trace::Trace;
 
 /// The offset basis of the 128-bit FNV-1a hash.
@@ -15,32 +15,40 @@ const FNV_PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 /// signal is absent. All NaN count as one. Nothing of the header enters but what shows in the columns' names, so that
 /// neither the time a run took nor the version that made it matter.
 pub fn trace_hash(trace: &Trace) -> String {
+    let Ok(hash) = hash_of_rows(trace);
+    hash
+}
+
+/// The fingerprint of a trace whose rows need not lie in memory, see [`trace_hash`].
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn hash_of_rows<R: Rows>(rows: &R) -> Result<String, R::Error> {
     let mut hash = FNV_OFFSET;
     let mut feed = |bytes: &[u8]| {
         for &byte in bytes {
             hash = (hash ^ u128::from(byte)).wrapping_mul(FNV_PRIME);
         }
     };
-    for signal in signals(&trace.header) {
-        feed(signal.name.as_bytes());
+    for name in rows.header().signal_names() {
+        feed(name.as_bytes());
         feed(&[0]);
-        for step in 0..trace.records().len() {
-            match signal.get(trace, step) {
-                None => feed(&[0]),
-                Some(value) => {
-                    let value = if value.is_nan() { f64::NAN } else { value };
-                    feed(&[1]);
-                    feed(&value.to_bits().to_le_bytes());
-                }
+        rows.each_value(&name, &mut |value| match value {
+            None => feed(&[0]),
+            Some(value) => {
+                let value = if value.is_nan() { f64::NAN } else { value };
+                feed(&[1]);
+                feed(&value.to_bits().to_le_bytes());
             }
-        }
+        })?;
     }
-    format!("{hash:032x}")
+    Ok(format!("{hash:032x}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::signals;
     use crate::record::{Desired, Record};
     use crate::sample::made_up_trace;
     use crate::trace::Header;

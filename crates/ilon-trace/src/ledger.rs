@@ -112,21 +112,23 @@ pub struct Ledger {
 impl Ledger {
     /// The ledger of a run. Each record holds for the control period it starts.
     pub fn of(trace: &Trace) -> Self {
-        let dt_s = trace.header.control_dt_s;
         let mut ledger = Self::default();
         for record in trace.records() {
-            let heading_rad = record.truth.pose.heading_rad;
-            let terms = Terms::of(record);
-            ledger.total.add(terms.total, heading_rad, dt_s);
-            ledger.guidance.add(terms.guidance, heading_rad, dt_s);
-            ledger
-                .compensation
-                .add(terms.compensation, heading_rad, dt_s);
-            ledger.servo.add(terms.servo, heading_rad, dt_s);
-            ledger.geometry.add(terms.geometry, heading_rad, dt_s);
-            ledger.slip.add(terms.slip, heading_rad, dt_s);
+            ledger.add(record, trace.header.control_dt_s);
         }
         ledger
+    }
+
+    /// Adds a record that holds for `dt_s`.
+    pub(crate) fn add(&mut self, record: &Record, dt_s: f64) {
+        let heading_rad = record.truth.pose.heading_rad;
+        let terms = Terms::of(record);
+        self.total.add(terms.total, heading_rad, dt_s);
+        self.guidance.add(terms.guidance, heading_rad, dt_s);
+        self.compensation.add(terms.compensation, heading_rad, dt_s);
+        self.servo.add(terms.servo, heading_rad, dt_s);
+        self.geometry.add(terms.geometry, heading_rad, dt_s);
+        self.slip.add(terms.slip, heading_rad, dt_s);
     }
 
     /// The five terms with their names, in the order of the chain from asked to real.

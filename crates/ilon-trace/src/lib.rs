@@ -13,25 +13,33 @@
 //! | [`odometry`] | how far dead reckoning strays |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
+//! | [`recording`] | a run of any length, of which only the last rows lie in memory |
+//! | [`rows`] | rows that need not lie in memory |
 
 mod columns;
 mod error;
 pub mod file;
+mod fold;
 mod hash;
 pub mod ledger;
 pub mod metrics;
 pub mod odometry;
 pub mod parts;
 pub mod record;
+pub mod recording;
+pub mod rows;
 #[cfg(test)]
 mod sample;
 mod signal;
 pub mod slip;
+mod tally;
 pub mod trace;
 
 pub use error::TraceError;
-pub use hash::trace_hash;
+pub use hash::{hash_of_rows, trace_hash};
 pub use ledger::Ledger;
 pub use metrics::{Settings, Summary};
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
+pub use recording::{Recorded, Recording};
+pub use rows::{Rows, Which};
 pub use trace::{Header, Trace, WheelHeader};

@@ -3,12 +3,11 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-use crate::hash::trace_hash;
 use crate::ledger::Ledger;
-use crate::odometry::{self, Drift};
+use crate::odometry::Drift;
 use crate::record::Record;
-use crate::slip::{self, WheelSlip};
-use crate::trace::Trace;
+use crate::slip::WheelSlip;
+use crate::trace::{Header, Trace};
 
 /// Thresholds of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +49,7 @@ pub struct Summary {
     pub control_dt_s: f64,
     /// Simulated seconds per second of one core; not in the trace, so that a run which measured it fills it in.
     pub sim_seconds_per_cpu_second: Option<f64>,
-    /// The fingerprint of all recorded signals, see [`trace_hash`].
+    /// The fingerprint of all recorded signals, see [`crate::trace_hash`].
     pub trace_hash: String,
 
     /// Rms distance from the desired position over the run, in metres.
@@ -161,226 +160,35 @@ pub struct Energy {
 impl Summary {
     /// The figures of a trace.
     pub fn of(trace: &Trace, settings: &Settings) -> Self {
-        let header = &trace.header;
-        let duration_s = trace.duration_s();
-        let (position, heading) = errors(trace);
-        let twist_mean = mean_twist(trace, |r| r.truth.twist_in_body);
-        let twist_ideal_mean = mean_twist(trace, |r| r.twist_ideal);
-        let twist_contact_mean = mean_twist(trace, |r| r.twist_contact);
-        let driven = driven(trace, twist_ideal_mean, settings.driven_share);
-        let (slip_speed_rms_m_s, slip_speed_max_m_s) = slip::speeds_m_s(trace);
-        let odometry_ideal = odometry::ideal_drift(trace);
-        let samples = || (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
-        let last = trace.records().last();
-        let seen = || {
-            trace.records().iter().map(|record| {
-                let (seen, truth) = (record.seen_pose, record.truth.pose);
-                let off_m = (seen.position_m() - truth.position_m()).norm();
-                (off_m, wrap_angle(seen.heading_rad - truth.heading_rad))
-            })
-        };
-        Self {
-            scenario: header.scenario_name.clone(),
-            robot: header.robot_name.clone(),
-            duration_s,
-            steps: physics_steps(duration_s, header.physics_dt_s),
-            physics_dt_s: header.physics_dt_s,
-            control_dt_s: header.control_dt_s,
-            sim_seconds_per_cpu_second: None,
-            trace_hash: trace_hash(trace),
-            position_error_rms_m: slip::rms(position.iter().copied()),
-            position_error_final_m: position.last().copied(),
-            heading_error_rms_rad: slip::rms(heading.iter().copied()),
-            heading_error_final_rad: heading.last().copied(),
-            position_converged_s: converged_s(trace, &position, settings.position_threshold_m),
-            heading_converged_s: converged_s(trace, &heading, settings.heading_threshold_rad),
-            seen_position_error_rms_m: slip::rms(seen().map(|(off_m, _)| off_m)),
-            seen_heading_error_rms_rad: slip::rms(seen().map(|(_, off_rad)| off_rad)),
-            wheel_rate_error_rms_rad_s: slip::rms(samples().map(|s| s.target_rad_s - s.rate_rad_s)),
-            wheel_rate_command_max_rad_s: samples().map(|s| s.target_rad_s.abs()).reduce(f64::max),
-            wheel_torque_max_n_m: samples().map(|s| s.torque_n_m.abs()).reduce(f64::max),
-            saturated_share: saturated_share(trace),
-            twist_mean,
-            twist_ripple: twist_mean
-                .filter(|_| header.open_loop)
-                .map(|mean| ripple(trace, mean)),
-            twist_ideal_mean,
-            twist_contact_mean,
-            twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
-            twist_ratio_contact: ratio(twist_mean, twist_contact_mean, driven),
-            slip_speed_rms_m_s,
-            slip_speed_max_m_s,
-            slip_energy_j: last.and_then(|r| finite(r.slip_energy_j)),
-            odometry_drift_m_per_m: odometry_ideal.m_per_m,
-            odometry_drift_rad_per_m: odometry_ideal.rad_per_m,
-            hub_ripple_m: (0..trace.wheel_count())
-                .filter_map(|index| slip::hub_ripple_m(trace, index))
-                .reduce(f64::max),
-            travelled_m: odometry::travelled_m(trace),
-            turned_rad: odometry::turned_rad(trace),
-            odometry_ideal,
-            odometry_contact: odometry::contact_drift(trace),
-            ledger: Ledger::of(trace),
-            energy: energy(trace),
-            wheels: slip::per_wheel(trace),
-        }
+        let Ok(summary) = Self::of_rows(trace, settings);
+        summary
     }
 }
 
-/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians, Indiveri 2009,
-/// eqs. (16)-(17), at every step that has a reference.
+/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
+/// Indiveri 2009, eqs. (16)-(17), at every step that has a reference.
 pub fn errors(trace: &Trace) -> (Vec<f64>, Vec<f64>) {
-    trace
-        .records()
-        .iter()
-        .filter_map(|record| {
-            let desired = record.desired?.pose;
-            let truth = trace.header.reference_point_at(record.truth.pose);
-            let e_r = desired.position_m() - truth.position_m();
-            let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
-            Some((e_r.norm(), e_phi.abs()))
-        })
+    let records = trace.records().iter();
+    records
+        .filter_map(|record| error(&trace.header, record))
         .unzip()
 }
 
-/// The first time after which the error stays below the threshold; `None` where it never does, or has no reference
-/// at some step.
-fn converged_s(trace: &Trace, errors: &[f64], threshold: f64) -> Option<f64> {
-    let records = trace.records();
-    if errors.len() != records.len() {
-        return None;
-    }
-    let stays = errors.iter().rev().take_while(|&&e| e < threshold).count();
-    records.get(records.len() - stays).map(|r| r.t_s)
-}
-
-/// Number of physics steps in the run; 0 where the step is unknown.
-fn physics_steps(duration_s: f64, physics_dt_s: f64) -> u64 {
-    if physics_dt_s > 0.0 {
-        (duration_s / physics_dt_s).round() as u64
-    } else {
-        0
-    }
-}
-
-/// Mean of a twist within the window of the means.
-fn mean_twist(trace: &Trace, twist: impl Fn(&Record) -> Twist) -> Option<Twist> {
-    let measured = || trace.records().iter().filter(|r| trace.is_measured(r.t_s));
-    let count = measured().count();
-    (count > 0).then(|| {
-        let sum = measured().fold(Twist::default(), |sum, r| sum + twist(r));
-        sum.scaled(1.0 / count as f64)
-    })
-}
-
-/// Rms deviation of the real twist from its mean within the window of the means, component by component.
-fn ripple(trace: &Trace, mean: Twist) -> Twist {
-    let off = |component: fn(&Twist) -> f64| {
-        let measured = trace.records().iter().filter(|r| trace.is_measured(r.t_s));
-        let off = measured.map(|r| component(&(r.truth.twist_in_body - mean)));
-        slip::rms(off).unwrap_or(0.0)
-    };
-    Twist::new(off(|v| v.vx_m_s), off(|v| v.vy_m_s), off(|v| v.omega_rad_s))
-}
-
-/// Which components of the twist are driven.
-fn driven(trace: &Trace, ideal_mean: Option<Twist>, share: f64) -> [bool; 3] {
-    // A micrometre per second: nothing drives a robot that stands.
-    const STANDING_M_S: f64 = 1e-6;
-    let arm_m = trace
-        .header
-        .wheels
-        .iter()
-        .map(|w| libm::hypot(w.position_m[0], w.position_m[1]))
-        .fold(0.0, f64::max);
-    let speeds = trace
-        .records()
-        .iter()
-        .filter(|r| trace.is_measured(r.t_s))
-        .map(|r| r.twist_ideal)
-        .map(|v| libm::hypot(libm::hypot(v.vx_m_s, v.vy_m_s), arm_m * v.omega_rad_s));
-    let (Some(mean), Some(speed_rms)) = (ideal_mean, slip::rms(speeds)) else {
-        return [false; 3];
-    };
-    [mean.vx_m_s, mean.vy_m_s, arm_m * mean.omega_rad_s]
-        .map(|component| component.abs() > (share * speed_rms).max(STANDING_M_S))
-}
-
-/// Real over modelled, for the driven components.
-fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> TwistRatio {
-    let (Some(real), Some(modelled)) = (real, modelled) else {
-        return TwistRatio::default();
-    };
-    let of = |driven: bool, real: f64, modelled: f64| {
-        (driven && modelled != 0.0).then(|| real / modelled)
-    };
-    TwistRatio {
-        vx: of(driven[0], real.vx_m_s, modelled.vx_m_s),
-        vy: of(driven[1], real.vy_m_s, modelled.vy_m_s),
-        omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
-    }
-}
-
-/// The part of the run in which some task that asked for something had a weight below 1.
-fn saturated_share(trace: &Trace) -> Option<f64> {
-    let tasks = trace.header.task_names.len();
-    if tasks == 0 {
-        return None;
-    }
-    let gives_way = |record: &Record| {
-        let in_use = record.tasks.iter().take(tasks);
-        in_use
-            .clone()
-            .any(|t| t.asked_rad_s > 0.0 && t.weight < 1.0)
-    };
-    slip::mean(
-        trace
-            .records()
-            .iter()
-            .map(|r| f64::from(u8::from(gives_way(r)))),
-    )
-}
-
-/// Below this energy turned over, in J, a share of it says nothing.
-const LEAST_TURNED_OVER_J: f64 = 1e-3;
-
-/// The energy balance between the first and the last record.
-fn energy(trace: &Trace) -> Energy {
-    let (Some(first), Some(last)) = (trace.records().first(), trace.records().last()) else {
-        return Energy::default();
-    };
-    let gain = |f: fn(&Record) -> f64| f(last) - f(first);
-    let motor_j = gain(|r| r.motor_energy_j);
-    let outside_j = gain(|r| r.outside_energy_j);
-    let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
-    let slip_j = gain(|r| r.slip_energy_j);
-    let bearing_j = gain(|r| r.bearing_energy_j);
-    let impact_j = gain(|r| r.impact_energy_j);
-    let lost_j = slip_j + bearing_j + impact_j;
-    let unexplained_j = motor_j + outside_j - stored_j - lost_j;
-    let turned_over_j = (motor_j + outside_j).max(lost_j);
-    Energy {
-        motor_j: finite(motor_j),
-        outside_j: finite(outside_j),
-        stored_j: finite(stored_j),
-        slip_j: finite(slip_j),
-        bearing_j: finite(bearing_j),
-        impact_j: finite(impact_j),
-        unexplained_j: finite(unexplained_j),
-        unexplained_share: finite(unexplained_j / turned_over_j)
-            .filter(|_| turned_over_j >= LEAST_TURNED_OVER_J),
-    }
-}
-
-fn finite(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
+/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
+/// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
+pub fn error(header: &Header, record: &Record) -> Option<(f64, f64)> {
+    let desired = record.desired?.pose;
+    let truth = header.reference_point_at(record.truth.pose);
+    let e_r = desired.position_m() - truth.position_m();
+    let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
+    Some((e_r.norm(), e_phi.abs()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::record::{Desired, TaskShare, WheelSample};
-    use crate::trace::{Header, WheelHeader};
+    use crate::trace::WheelHeader;
     use ilon_robot::Pose;
 
     const DT_S: f64 = 0.01;

@@ -3,6 +3,7 @@
 use ilon_robot::{Pose, wrap_angle};
 use serde::{Deserialize, Serialize};
 
+use crate::fold::Largest;
 use crate::record::Record;
 use crate::trace::Trace;
 
@@ -28,57 +29,86 @@ pub struct Drift {
     pub rad_per_turn: Option<f64>,
 }
 
-/// Length of the way that the body's origin really travelled, in metres.
-pub fn travelled_m(trace: &Trace) -> f64 {
-    pairs(trace)
-        .map(|(a, b)| (b.position_m() - a.position_m()).norm())
-        .sum()
+/// How far the robot went, and how far dead reckoning strays from that.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reckoning {
+    /// Length of the way that the body's origin really travelled, in metres.
+    pub travelled_m: f64,
+    /// How much the robot really turned, back and forth both counted, in radians.
+    pub turned_rad: f64,
+    /// The drift of dead reckoning by Indiveri 2009, eq. (7).
+    pub ideal: Drift,
+    /// The drift of dead reckoning by the contact kinematics.
+    pub contact: Drift,
 }
 
-/// How much the robot really turned, back and forth both counted, in radians.
-pub fn turned_rad(trace: &Trace) -> f64 {
-    pairs(trace)
-        .map(|(a, b)| wrap_angle(b.heading_rad - a.heading_rad).abs())
-        .sum()
-}
-
-/// The drift of dead reckoning by Indiveri 2009, eq. (7).
-pub fn ideal_drift(trace: &Trace) -> Drift {
-    drift(trace, |record| record.odometry_ideal)
-}
-
-/// The drift of dead reckoning by the contact kinematics.
-pub fn contact_drift(trace: &Trace) -> Drift {
-    drift(trace, |record| record.odometry_contact)
-}
-
-/// True poses of neighbouring records.
-fn pairs(trace: &Trace) -> impl Iterator<Item = (Pose, Pose)> {
-    trace
-        .records()
-        .windows(2)
-        .map(|pair| (pair[0].truth.pose, pair[1].truth.pose))
-}
-
-fn drift(trace: &Trace, reckoned: impl Fn(&Record) -> Pose) -> Drift {
-    let away_m = |r: &Record| (reckoned(r).position_m() - r.truth.pose.position_m()).norm();
-    let Some(last) = trace.records().last() else {
-        return Drift::default();
-    };
-    let final_m = away_m(last);
-    let final_rad = wrap_angle(reckoned(last).heading_rad - last.truth.pose.heading_rad);
-    let way_m = travelled_m(trace);
-    let turn_rad = turned_rad(trace);
-    let moved = way_m >= SHORTEST_WAY_M;
-    Drift {
-        final_m: Some(final_m),
-        final_rad: Some(final_rad),
-        worst_m: trace.records().iter().map(away_m).reduce(f64::max),
-        m_per_m: moved.then(|| final_m / way_m),
-        rad_per_m: moved.then(|| final_rad / way_m),
-        rad_per_turn: (turn_rad >= LEAST_TURN_RAD)
-            .then(|| final_rad / (turn_rad / std::f64::consts::TAU)),
+impl Reckoning {
+    /// The reckoning of a run.
+    pub fn of(trace: &Trace) -> Self {
+        let mut tally = Tally::default();
+        trace.records().iter().for_each(|record| tally.add(record));
+        tally.finish()
     }
+}
+
+/// What was travelled and reckoned so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    last: Option<Record>,
+    travelled_m: f64,
+    turned_rad: f64,
+    worst_ideal_m: Largest,
+    worst_contact_m: Largest,
+}
+
+impl Tally {
+    /// Adds the next record.
+    pub fn add(&mut self, record: &Record) {
+        let pose = record.truth.pose;
+        if let Some(last) = self.last.replace(*record) {
+            let before = last.truth.pose;
+            self.travelled_m += (pose.position_m() - before.position_m()).norm();
+            self.turned_rad += wrap_angle(pose.heading_rad - before.heading_rad).abs();
+        }
+        self.worst_ideal_m
+            .add(away_m(record, record.odometry_ideal));
+        self.worst_contact_m
+            .add(away_m(record, record.odometry_contact));
+    }
+
+    /// The reckoning of the run that ends here.
+    pub fn finish(self) -> Reckoning {
+        let Some(last) = self.last else {
+            return Reckoning::default();
+        };
+        Reckoning {
+            travelled_m: self.travelled_m,
+            turned_rad: self.turned_rad,
+            ideal: self.drift(&last, last.odometry_ideal, self.worst_ideal_m),
+            contact: self.drift(&last, last.odometry_contact, self.worst_contact_m),
+        }
+    }
+
+    fn drift(&self, last: &Record, reckoned: Pose, worst_m: Largest) -> Drift {
+        let final_m = away_m(last, reckoned);
+        let final_rad = wrap_angle(reckoned.heading_rad - last.truth.pose.heading_rad);
+        let (way_m, turn_rad) = (self.travelled_m, self.turned_rad);
+        let moved = way_m >= SHORTEST_WAY_M;
+        Drift {
+            final_m: Some(final_m),
+            final_rad: Some(final_rad),
+            worst_m: worst_m.get(),
+            m_per_m: moved.then(|| final_m / way_m),
+            rad_per_m: moved.then(|| final_rad / way_m),
+            rad_per_turn: (turn_rad >= LEAST_TURN_RAD)
+                .then(|| final_rad / (turn_rad / std::f64::consts::TAU)),
+        }
+    }
+}
+
+/// How far a reckoned pose is from the true one, in metres.
+fn away_m(record: &Record, reckoned: Pose) -> f64 {
+    (reckoned.position_m() - record.truth.pose.position_m()).norm()
 }
 
 #[cfg(test)]
@@ -115,10 +145,11 @@ mod tests {
             (pose(1.0, 0.0, -3.0), pose(1.0, 0.0, -3.0)),
             (pose(0.0, 0.0, -2.5), pose(0.0, 0.02, -2.4)),
         ]);
-        let drift = ideal_drift(&trace);
+        let reckoning = Reckoning::of(&trace);
+        let drift = reckoning.ideal;
         let turned = std::f64::consts::TAU - 6.0 + 0.5;
-        assert!((turned_rad(&trace) - turned).abs() < 1e-14);
-        assert_eq!(travelled_m(&trace), 2.0);
+        assert!((reckoning.turned_rad - turned).abs() < 1e-14);
+        assert_eq!(reckoning.travelled_m, 2.0);
         assert_eq!(drift.m_per_m, Some(0.01));
         // One subtraction near 2.5: 4e-16.
         assert!((drift.rad_per_m.unwrap() - 0.05).abs() < 1e-15);
@@ -129,11 +160,11 @@ mod tests {
     #[test]
     fn a_robot_that_stands_has_no_drift_per_metre() {
         let trace = moved(&[(Pose::default(), Pose::default()); 3]);
-        let drift = ideal_drift(&trace);
+        let drift = Reckoning::of(&trace).ideal;
         assert_eq!(
             (drift.final_m, drift.m_per_m, drift.rad_per_turn),
             (Some(0.0), None, None)
         );
-        assert_eq!(ideal_drift(&moved(&[])), Drift::default());
+        assert_eq!(Reckoning::of(&moved(&[])), Reckoning::default());
     }
 }

@@ -15,8 +15,6 @@ use crate::trace::Trace;
 #[derive(Debug)]
 pub struct Parts {
     folder: PathBuf,
-    /// Rows that stand in parts.
-    rows: usize,
     parts: usize,
 }
 
@@ -28,29 +26,26 @@ impl Parts {
     pub fn begin(folder: PathBuf) -> Result<Self, TraceError> {
         remove(&folder)?;
         fs::create_dir_all(&folder).map_err(io_error("create", &folder))?;
-        Ok(Self {
-            folder,
-            rows: 0,
-            parts: 0,
-        })
+        Ok(Self { folder, parts: 0 })
     }
 
-    /// Writes the rows that have come since the last part, if there are any, as a part of their own.
+    /// Writes rows, if there are any, as the next part.
     ///
     /// # Errors
     /// Like [`Trace::write_parquet`].
-    pub fn write(&mut self, trace: &Trace) -> Result<(), TraceError> {
-        let rows = trace.records().len();
-        if rows > self.rows {
+    pub fn write(&mut self, rows: &Trace) -> Result<(), TraceError> {
+        if !rows.records().is_empty() {
             // Seven digits: a part a second for three months, in the order of their names.
             let name = format!("{:07}.parquet", self.parts);
-            trace
-                .rows(self.rows..rows)
-                .write_parquet(&self.folder.join(name))?;
-            self.rows = rows;
+            rows.write_parquet(&self.folder.join(name))?;
             self.parts += 1;
         }
         Ok(())
+    }
+
+    /// The folder that they stand in.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Removes the parts, once the whole trace stands elsewhere.
@@ -123,8 +118,8 @@ mod tests {
         let path = folder.path().join("trace.partial");
         let whole = made_up_trace(3, 25, true);
         let mut parts = Parts::begin(path.clone()).unwrap();
-        for rows in [10, 10, 11, 25] {
-            parts.write(&whole.rows(0..rows)).unwrap();
+        for rows in [0..10, 10..10, 10..11, 11..25] {
+            parts.write(&whole.rows(rows)).unwrap();
         }
         assert_eq!(fs::read_dir(&path).unwrap().count(), 3);
         // What a writer that was killed in the middle of a part leaves behind is no part.
@@ -145,7 +140,7 @@ mod tests {
         let whole = made_up_trace(4, 9, false);
         let mut parts = Parts::begin(path.clone()).unwrap();
         parts.write(&whole.rows(0..4)).unwrap();
-        parts.write(&whole).unwrap();
+        parts.write(&whole.rows(4..9)).unwrap();
         let second = Trace::read_parquet(&path.join("0000001.parquet")).unwrap();
         assert_eq!(second, whole.rows(4..9));
         assert_eq!(second.records()[0], whole.records()[4]);

@@ -3,8 +3,9 @@
 use ilon_robot::Twist;
 use serde::{Deserialize, Serialize};
 
-use crate::record::WheelSample;
-use crate::trace::{Trace, WheelHeader};
+use crate::fold::{Extent, Largest, Mean, Rms};
+use crate::record::{Record, WheelSample};
+use crate::trace::{Header, Trace, WheelHeader};
 
 /// What the contacts of one wheel did over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -50,100 +51,125 @@ pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_r
 
 /// What the contacts of each wheel did over the run.
 pub fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
-    (0..trace.wheel_count())
-        .map(|index| of_wheel(trace, index))
-        .collect()
-}
-
-/// Root mean square and largest sliding speed over all wheels that touch and all steps, in m/s.
-pub fn speeds_m_s(trace: &Trace) -> (Option<f64>, Option<f64>) {
-    let speeds = || {
-        let samples = (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
-        samples
-            .filter(|s| s.touching)
-            .map(WheelSample::slip_speed_m_s)
-    };
-    (rms(speeds()), speeds().reduce(f64::max))
+    let mut wheels = WheelTally::of_each(&trace.header);
+    for (record, samples) in trace.steps() {
+        for (wheel, sample) in wheels.iter_mut().zip(samples) {
+            wheel.add(&trace.header, record, sample);
+        }
+    }
+    let slips = trace.header.wheels.iter().zip(wheels);
+    slips.map(|(wheel, tally)| tally.finish(wheel)).collect()
 }
 
 /// Root mean square; `None` of nothing.
 pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
-    mean(values.map(|x| x * x)).map(f64::sqrt)
+    let mut rms = Rms::default();
+    values.for_each(|x| rms.add(x));
+    rms.get()
 }
 
 /// Mean; `None` of nothing.
 pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0u64), |(sum, n), x| (sum + x, n + 1));
-    (count > 0).then(|| sum / count as f64)
+    let mut mean = Mean::default();
+    values.for_each(|x| mean.add(x));
+    mean.get()
 }
 
 /// Largest minus smallest; `None` of nothing.
 pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let range = values.fold(None, |range: Option<(f64, f64)>, x| {
-        Some(range.map_or((x, x), |(low, high)| (low.min(x), high.max(x))))
-    });
-    range.map(|(low, high)| high - low)
+    let mut extent = Extent::default();
+    values.for_each(|x| extent.add(x));
+    extent.get()
 }
 
-fn of_wheel(trace: &Trace, index: usize) -> WheelSlip {
-    let header = &trace.header.wheels[index];
-    let all = || trace.wheel(index);
-    let touching = || all().filter(|s| s.touching);
-    let share = |test: fn(&WheelSample) -> bool| mean(all().map(|s| f64::from(u8::from(test(s)))));
-    let speed_rms_m_s = rms(touching().map(WheelSample::slip_speed_m_s));
-    let rim_rms_m_s = rms(touching().map(|s| header.radius_m * s.rate_rad_s));
-    let residuals = trace.steps().map(|(record, wheels)| {
-        constraint_residual_m_s(header, record.truth.twist_in_body, wheels[index].rate_rad_s)
-    });
-    WheelSlip {
-        name: header.name.clone(),
-        speed_rms_m_s,
-        speed_max_m_s: touching().map(WheelSample::slip_speed_m_s).reduce(f64::max),
-        // Below a millimetre per second the wheel stands, and the ratio is noise over noise.
-        ratio: speed_rms_m_s
-            .zip(rim_rms_m_s.filter(|&rim| rim > 1e-3))
-            .map(|(slip, rim)| slip / rim),
-        energy_j: all().last().map_or(0.0, |s| s.slip_energy_j),
-        constraint_residual_rms_m_s: rms(residuals),
-        normal_force_mean_n: mean(all().map(|s| s.normal_force_n)),
-        friction_used_max: touching()
-            .filter_map(WheelSample::friction_used)
-            .reduce(f64::max),
-        hand_overs: hand_overs(touching().map(|s| s.roller)),
-        roller_spin_error_rms_rad_s: rms(
-            touching().map(|s| s.roller_spin_rad_s - s.roller_spin_ideal_rad_s)
-        ),
-        lost_contact: share(|s| !s.touching),
-        shared_contact: share(|s| s.touching && s.load_share < 1.0),
-        hub_ripple_m: hub_ripple_m(trace, index),
+/// What the contacts of one wheel have done so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WheelTally {
+    index: usize,
+    speed_m_s: Rms,
+    speed_largest_m_s: Largest,
+    rim_m_s: Rms,
+    energy_j: f64,
+    residual_m_s: Rms,
+    normal_force_n: Mean,
+    friction_used: Largest,
+    carrying: Option<u32>,
+    hand_overs: u64,
+    spin_error_rad_s: Rms,
+    lost: Mean,
+    shared: Mean,
+    hub_height_m: Extent,
+}
+
+impl WheelTally {
+    /// One for each wheel.
+    pub fn of_each(header: &Header) -> Vec<Self> {
+        let tally = |index| Self {
+            index,
+            ..Self::default()
+        };
+        (0..header.wheels.len()).map(tally).collect()
     }
-}
 
-/// How often the carrying roller changes.
-fn hand_overs(rollers: impl Iterator<Item = u32>) -> u64 {
-    let mut last = None;
-    let mut count = 0;
-    for roller in rollers {
-        if last.replace(roller).is_some_and(|last| last != roller) {
-            count += 1;
+    /// Adds the wheel's sample of one row.
+    pub fn add(&mut self, header: &Header, record: &Record, sample: &WheelSample) {
+        let wheel = &header.wheels[self.index];
+        let flag = |is_so: bool| f64::from(u8::from(is_so));
+        let twist = record.truth.twist_in_body;
+        self.residual_m_s
+            .add(constraint_residual_m_s(wheel, twist, sample.rate_rad_s));
+        self.energy_j = sample.slip_energy_j;
+        self.normal_force_n.add(sample.normal_force_n);
+        self.lost.add(flag(!sample.touching));
+        self.shared
+            .add(flag(sample.touching && sample.load_share < 1.0));
+        if header.is_measured(record.t_s) {
+            self.hub_height_m.add(sample.hub_height_m);
+        }
+        if !sample.touching {
+            return;
+        }
+        let speed_m_s = sample.slip_speed_m_s();
+        self.speed_m_s.add(speed_m_s);
+        self.speed_largest_m_s.add(speed_m_s);
+        self.rim_m_s.add(wheel.radius_m * sample.rate_rad_s);
+        if let Some(used) = sample.friction_used() {
+            self.friction_used.add(used);
+        }
+        let before = self.carrying.replace(sample.roller);
+        if before.is_some_and(|before| before != sample.roller) {
+            self.hand_overs += 1;
+        }
+        self.spin_error_rad_s
+            .add(sample.roller_spin_rad_s - sample.roller_spin_ideal_rad_s);
+    }
+
+    /// The figures of the wheel that the header calls so.
+    pub fn finish(self, wheel: &WheelHeader) -> WheelSlip {
+        let speed_rms_m_s = self.speed_m_s.get();
+        // Below a millimetre per second the wheel stands, and the ratio is noise over noise.
+        let rim_rms_m_s = self.rim_m_s.get().filter(|&rim| rim > 1e-3);
+        WheelSlip {
+            name: wheel.name.clone(),
+            speed_rms_m_s,
+            speed_max_m_s: self.speed_largest_m_s.get(),
+            ratio: speed_rms_m_s.zip(rim_rms_m_s).map(|(slip, rim)| slip / rim),
+            energy_j: self.energy_j,
+            constraint_residual_rms_m_s: self.residual_m_s.get(),
+            normal_force_mean_n: self.normal_force_n.get(),
+            friction_used_max: self.friction_used.get(),
+            hand_overs: self.hand_overs,
+            roller_spin_error_rms_rad_s: self.spin_error_rad_s.get(),
+            lost_contact: self.lost.get(),
+            shared_contact: self.shared.get(),
+            hub_ripple_m: self.hub_height_m.get(),
         }
     }
-    count
-}
-
-/// Peak-to-peak change of a hub's height within the window of the means, in metres.
-pub fn hub_ripple_m(trace: &Trace, wheel: usize) -> Option<f64> {
-    let measured = trace
-        .steps()
-        .filter(|(record, _)| trace.is_measured(record.t_s));
-    peak_to_peak(measured.filter_map(|(_, wheels)| wheels.get(wheel).map(|s| s.hub_height_m)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Record;
-    use crate::trace::Header;
 
     fn one_wheel(samples: &[WheelSample]) -> Trace {
         let header = Header {

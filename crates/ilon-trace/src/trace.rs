@@ -80,6 +80,13 @@ pub struct WheelHeader {
 }
 
 impl Header {
+    /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
+    /// times that should lie on its edge.
+    pub fn is_measured(&self, t_s: f64) -> bool {
+        let slack_s = 0.5 * self.control_dt_s;
+        t_s > self.measure_from_s - slack_s && t_s < self.measure_to_s - slack_s
+    }
+
     /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
     pub fn reference_point_at(&self, pose: Pose) -> Pose {
         let [x_m, y_m] = self.reference_point_m;
@@ -175,11 +182,34 @@ impl Trace {
         self.records.len() as f64 * self.header.control_dt_s
     }
 
-    /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
-    /// times that should lie on its edge.
-    pub fn is_measured(&self, t_s: f64) -> bool {
-        let slack_s = 0.5 * self.header.control_dt_s;
-        t_s > self.header.measure_from_s - slack_s && t_s < self.header.measure_to_s - slack_s
+    /// Forgets all rows, and keeps their room for others.
+    pub fn clear(&mut self) {
+        self.records.clear();
+        self.wheels.clear();
+    }
+
+    /// Forgets the first rows, of those that there are.
+    pub(crate) fn forget(&mut self, rows: usize) {
+        let rows = rows.min(self.records.len());
+        self.records.drain(..rows);
+        self.wheels.drain(..rows * self.header.wheels.len());
+    }
+
+    /// Makes rows that are all zero, in place of those that there are, for values that come column by column.
+    pub(crate) fn begin_columns(&mut self, rows: usize) {
+        self.clear();
+        self.records.resize(rows, Record::default());
+        self.wheels
+            .resize(rows * self.wheel_count(), WheelSample::default());
+    }
+
+    /// A row that values are put into.
+    pub(crate) fn row_mut(&mut self, row: usize) -> (&mut Record, &mut [WheelSample]) {
+        let n = self.header.wheels.len();
+        (
+            &mut self.records[row],
+            &mut self.wheels[row * n..(row + 1) * n],
+        )
     }
 }
 

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ilon_trace::Trace;
+use ilon_trace::{Recorded, Recording};
 use rayon::prelude::*;
 
 use self::update::Update;
 use super::output::OutputFolder;
 use super::table::Table;
 use super::{Outcome, Settings};
-use crate::judge::{Difference, Verdict, differences, judge};
+use crate::judge::{Difference, Verdict, differences, judge_rows};
 use crate::report::difference;
-use crate::simulate::{self, Run};
+use crate::simulate::{Run, Simulation};
 use crate::{Error, Scenario};
 
 /// Arguments of `ilon check`.
@@ -210,7 +210,9 @@ fn check(path: &Path, arguments: &Arguments, stop: &AtomicBool) -> Checked {
 
 fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     let scenario = Scenario::load_with(path, &arguments.settings.settings)?;
-    let run = simulate::run(&scenario)?;
+    let simulation = Simulation::new(&scenario)?;
+    let recording = Recording::temporary(simulation.trace().header.clone());
+    let run = simulation.run_recorded(recording, |_, _| Ok::<(), Error>(()))?;
     let (differences, drawn) = match &arguments.against {
         Some(folder) => against(&run, folder, arguments)?,
         None => (Vec::new(), None),
@@ -219,7 +221,7 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
         std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
         run.trace.write_parquet(&baseline_file(folder, &run))?;
     }
-    let verdicts = judge(&run);
+    let verdicts = judge_rows(&run)?;
     let update = match arguments.update {
         Some(margin) => Some(Update::of(path, &verdicts, margin)?),
         None => None,
@@ -233,14 +235,14 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
     {
-        OutputFolder::prepare(folder.join(&run.scenario.name))?.write(&run)?;
+        OutputFolder::prepare(folder.join(&run.scenario.name))?.write_all(&run)?;
     }
     Ok(judged)
 }
 
 /// Holds a run against its baseline, and draws where it leaves it.
 fn against(
-    run: &Run,
+    run: &Run<Recorded>,
     folder: &Path,
     arguments: &Arguments,
 ) -> Result<(Vec<Difference>, Option<PathBuf>), Error> {
@@ -251,8 +253,8 @@ fn against(
             format!("`ilon check --save {}` writes one", folder.display()),
         ));
     }
-    let baseline = Trace::read_parquet(&file)?;
-    let found = differences(&run.trace, &baseline, &run.scenario.expect.tolerances);
+    let baseline = Recorded::open(&file)?;
+    let found = differences(&run.trace, &baseline, &run.scenario.expect.tolerances)?;
     if found.is_empty() {
         return Ok((found, None));
     }
@@ -267,7 +269,7 @@ fn against(
     Ok((found, Some(drawn)))
 }
 
-fn baseline_file(folder: &Path, run: &Run) -> PathBuf {
+fn baseline_file(folder: &Path, run: &Run<Recorded>) -> PathBuf {
     folder.join(format!("{}.parquet", run.scenario.name))
 }
 

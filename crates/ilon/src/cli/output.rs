@@ -6,18 +6,16 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use ilon_trace::parts::Parts;
+use ilon_trace::{Recorded, Recording};
 
 use crate::simulate::{Run, Simulation};
 use crate::{Error, report};
 
 /// The files of a finished run, the one that stands for all of them first.
-const RESULTS: [&str; 4] = [
-    "summary.json",
-    "report.html",
-    "trace.parquet",
-    "scenario.toml",
-];
+const RESULTS: [&str; 4] = ["summary.json", "report.html", TRACE, "scenario.toml"];
+
+/// The trace, once it is whole.
+const TRACE: &str = "trace.parquet";
 
 /// Where the trace stands while it grows.
 const GROWING: &str = "trace.partial";
@@ -32,17 +30,34 @@ const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     path: PathBuf,
-    growing: Option<Growing>,
 }
 
-/// The trace of a run under way.
+/// When what a run records is written as a part.
 #[derive(Debug)]
-struct Growing {
-    parts: Parts,
+pub(super) struct KeepingUp {
     /// Simulated time up to which it is written, in seconds.
     until_s: f64,
     /// When it was last written.
     written: Instant,
+}
+
+impl KeepingUp {
+    pub fn new() -> Self {
+        Self {
+            until_s: 0.0,
+            written: Instant::now(),
+        }
+    }
+
+    /// Writes what has been recorded since, once that is a second's worth.
+    pub fn keep_up(&mut self, time_s: f64, recording: &mut Recording) -> Result<(), Error> {
+        if time_s >= self.until_s + PART_S && self.written.elapsed() >= BETWEEN_PARTS {
+            recording.keep()?;
+            self.until_s = time_s;
+            self.written = Instant::now();
+        }
+        Ok(())
+    }
 }
 
 impl OutputFolder {
@@ -53,10 +68,7 @@ impl OutputFolder {
         std::fs::write(&probe, b"")
             .and_then(|()| std::fs::remove_file(&probe))
             .map_err(|source| Error::write(&path, &source))?;
-        Ok(Self {
-            path,
-            growing: None,
-        })
+        Ok(Self { path })
     }
 
     pub fn path(&self) -> &Path {
@@ -64,8 +76,8 @@ impl OutputFolder {
     }
 
     /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
-    /// its own.
-    pub fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
+    /// its own. Gives what it is recorded into.
+    pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Error> {
         for name in RESULTS {
             self.remove(&self.path.join(name))?;
         }
@@ -83,44 +95,32 @@ impl OutputFolder {
         }
         let scenario = simulation.scenario().moved_to(&self.path).to_toml()?;
         self.write_text("scenario.toml", &scenario)?;
-        self.growing = Some(Growing {
-            parts: Parts::begin(self.path.join(GROWING))?,
-            until_s: 0.0,
-            written: Instant::now(),
-        });
-        Ok(())
+        Ok(Recording::into_file(
+            simulation.trace().header.clone(),
+            self.path.join(TRACE),
+            self.path.join(GROWING),
+        )?)
     }
 
-    /// Writes what has been recorded since, once that is a second's worth.
-    pub fn keep_up(&mut self, simulation: &Simulation) -> Result<(), Error> {
-        let time_s = simulation.progress().time_s;
-        if let Some(growing) = &mut self.growing
-            && time_s >= growing.until_s + PART_S
-            && growing.written.elapsed() >= BETWEEN_PARTS
-        {
-            growing.parts.write(simulation.trace())?;
-            growing.until_s = time_s;
-            growing.written = Instant::now();
-        }
-        Ok(())
-    }
-
-    /// Writes scenario, trace, report and summary.
-    pub fn write(&mut self, run: &Run) -> Result<(), Error> {
+    /// Writes scenario, report and summary of a run whose trace stands in the folder.
+    pub fn write(&self, run: &Run<Recorded>) -> Result<(), Error> {
         // An older summary would make the new files look complete before they are.
         self.remove(&self.path.join("summary.json"))?;
         let scenario = run.scenario.moved_to(&self.path).to_toml()?;
         self.write_text("scenario.toml", &scenario)?;
-        run.trace.write_parquet(&self.path.join("trace.parquet"))?;
-        if let Some(growing) = self.growing.take() {
-            growing.parts.remove()?;
-        }
-        report::write(&self.path.join("report.html"), &run.trace, &run.summary)?;
+        report::write_recorded(&self.path.join("report.html"), &run.trace, &run.summary)?;
         self.write_text("summary.json", &self.summary_json(run)?)
     }
 
+    /// Writes all results of a run that was recorded elsewhere.
+    pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Error> {
+        self.remove(&self.path.join("summary.json"))?;
+        run.trace.write_parquet(&self.path.join(TRACE))?;
+        self.write(run)
+    }
+
     /// The content of `summary.json`.
-    pub fn summary_json(&self, run: &Run) -> Result<String, Error> {
+    pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Error> {
         let json = serde_json::to_string_pretty(&run.summary)
             .map_err(|error| Error::invalid(error.to_string(), ""))?;
         Ok(json + "\n")

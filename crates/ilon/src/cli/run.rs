@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::output::OutputFolder;
+use ilon_trace::Summary;
+
+use super::output::{KeepingUp, OutputFolder};
 use super::progress::Bar;
 use super::table::Table;
 use super::{Outcome, Settings};
-use crate::judge::judge;
-use crate::simulate::{self, Run};
+use crate::judge::judge_rows;
+use crate::simulate;
 use crate::{Error, Scenario};
 
 /// Arguments of `ilon run`.
@@ -28,22 +30,23 @@ pub(super) struct Arguments {
 /// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let scenario = Scenario::load_with(&arguments.scenario, &arguments.settings.settings)?;
-    let mut folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
+    let folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
 
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = simulate::Simulation::new(&scenario)?;
     for warning in simulation.warnings() {
         bar.note(&format!("note: {warning}"));
     }
-    folder.begin(&simulation)?;
-    let run = simulation.run_watched(|simulation| {
+    let recording = folder.begin(&simulation)?;
+    let mut kept = KeepingUp::new();
+    let run = simulation.run_recorded(recording, |simulation, recording| {
         bar.show(simulation.progress());
-        folder.keep_up(simulation)
+        kept.keep_up(simulation.progress().time_s, recording)
     })?;
     bar.done();
 
     folder.write(&run)?;
-    for verdict in judge(&run).iter().filter(|verdict| !verdict.held) {
+    for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
         eprintln!("note: expected {verdict}");
     }
     if arguments.json {
@@ -51,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     } else {
         super::print(&format!(
             "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
-            summary_table(&run),
+            summary_table(&run.summary),
             folder.path().display()
         ))?;
     }
@@ -66,8 +69,7 @@ fn out_folder(out: &std::path::Path, scenario: &str) -> PathBuf {
 }
 
 /// The summary as a person reads it: millimetres and degrees.
-fn summary_table(run: &Run) -> String {
-    let s = &run.summary;
+fn summary_table(s: &Summary) -> String {
     let mut table = Table::new();
     table.heading(&format!("{} with {}", s.scenario, s.robot));
     table.row("simulated", Some(s.duration_s), 2, "s");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_trace::Trace;
+use ilon_trace::Rows;
 
 /// Where a trace leaves its baseline.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,34 +48,43 @@ pub fn number(value: f64) -> String {
 }
 
 /// The signals of a run that leave their baseline, the earliest first. A signal without a tolerance must be equal to the
-/// bit; runs of different length differ in time itself.
-pub fn differences(
-    run: &Trace,
-    baseline: &Trace,
+/// bit; runs of different length differ in time itself. One signal at a time is held in memory.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn differences<R: Rows>(
+    run: &R,
+    baseline: &R,
     tolerances: &BTreeMap<String, f64>,
-) -> Vec<Difference> {
-    let mut names = run.header.signal_names();
-    let more = baseline.header.signal_names();
-    names.extend(more.into_iter().filter(|name| run.signal(name).is_none()));
-    let mut found: Vec<Difference> = names
+) -> Result<Vec<Difference>, R::Error> {
+    let mut names = run.header().signal_names();
+    let more = baseline.header().signal_names();
+    let more: Vec<_> = more
         .into_iter()
-        .filter_map(|name| {
-            let tolerance = tolerance_of(&name, tolerances);
-            difference(run, baseline, name, tolerance)
-        })
+        .filter(|name| !names.contains(name))
         .collect();
+    names.extend(more);
+    let mut found = Vec::new();
+    for name in names {
+        let tolerance = tolerance_of(&name, tolerances);
+        let (ours, theirs) = (run.values(&name)?, baseline.values(&name)?);
+        let dt_s = run.header().control_dt_s;
+        found.extend(difference(&ours, &theirs, dt_s, name, tolerance));
+    }
     found.sort_by(|a, b| a.first_s.total_cmp(&b.first_s));
-    found
+    Ok(found)
 }
 
-fn difference(run: &Trace, baseline: &Trace, signal: String, tolerance: f64) -> Option<Difference> {
-    let (ours, theirs) = (
-        run.signal(&signal).unwrap_or_default(),
-        baseline.signal(&signal).unwrap_or_default(),
-    );
+fn difference(
+    ours: &[Option<f64>],
+    theirs: &[Option<f64>],
+    dt_s: f64,
+    signal: String,
+    tolerance: f64,
+) -> Option<Difference> {
     let rows = ours.len().max(theirs.len());
     let at = |values: &[Option<f64>], row: usize| values.get(row).copied().flatten();
-    let off = |row: usize| match (at(&ours, row), at(&theirs, row)) {
+    let off = |row: usize| match (at(ours, row), at(theirs, row)) {
         (Some(a), Some(b)) if a.is_nan() && b.is_nan() => 0.0,
         (Some(a), Some(b)) if a == b => 0.0,
         (Some(a), Some(b)) if a.is_finite() && b.is_finite() => (a - b).abs(),
@@ -83,11 +92,10 @@ fn difference(run: &Trace, baseline: &Trace, signal: String, tolerance: f64) -> 
         _ => f64::INFINITY,
     };
     let first = (0..rows).find(|row| off(*row) > tolerance)?;
-    let dt_s = run.header.control_dt_s;
     Some(Difference {
         first_s: first as f64 * dt_s,
-        baseline: at(&theirs, first),
-        run: at(&ours, first),
+        baseline: at(theirs, first),
+        run: at(ours, first),
         worst: (0..rows).map(off).fold(0.0, f64::max),
         tolerance,
         signal,
@@ -110,9 +118,14 @@ fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use ilon_trace::{Header, Record, WheelHeader, WheelSample};
+    use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
 
     use super::*;
+
+    fn found(run: &Trace, baseline: &Trace, tolerances: &BTreeMap<String, f64>) -> Vec<Difference> {
+        let Ok(found) = differences(run, baseline, tolerances);
+        found
+    }
 
     fn trace(spoil: impl Fn(u32, &mut Record, &mut WheelSample)) -> Trace {
         let header = Header {
@@ -136,11 +149,11 @@ mod tests {
     #[test]
     fn equal_traces_do_not_differ_and_a_last_bit_does() {
         let baseline = trace(|_, record, _| record.truth.pose.x_m = 1.0);
-        assert!(differences(&baseline, &baseline, &BTreeMap::new()).is_empty());
+        assert!(found(&baseline, &baseline, &BTreeMap::new()).is_empty());
         let run = trace(|step, record, _| {
             record.truth.pose.x_m = if step < 2 { 1.0 } else { 1.0 + f64::EPSILON };
         });
-        let found = differences(&run, &baseline, &BTreeMap::new());
+        let found = found(&run, &baseline, &BTreeMap::new());
         assert_eq!(found.len(), 1);
         assert_eq!(
             (found[0].signal.as_str(), found[0].first_s),
@@ -154,8 +167,8 @@ mod tests {
         let run = trace(|step, _, wheel| wheel.torque_n_m = 0.1 * f64::from(step));
         let allow = |tolerance| BTreeMap::from([("wheel*_torque_n_m".to_owned(), tolerance)]);
         // 0.1 * 3 is a rounding above 0.3.
-        assert!(differences(&run, &baseline, &allow(0.3 + 1e-15)).is_empty());
-        let found = differences(&run, &baseline, &allow(0.15));
+        assert!(found(&run, &baseline, &allow(0.3 + 1e-15)).is_empty());
+        let found = found(&run, &baseline, &allow(0.15));
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].first_s, found[0].run), (1.0, Some(0.2)));
     }
@@ -176,7 +189,7 @@ mod tests {
         for step in 0..2 {
             run.push(baseline.records()[step], baseline.wheels_at(step));
         }
-        let found = differences(&run, &baseline, &BTreeMap::new());
+        let found = found(&run, &baseline, &BTreeMap::new());
         assert!(
             found
                 .iter()

@@ -9,7 +9,7 @@ pub use signals::check_names;
 use std::sync::OnceLock;
 
 use ilon_robot::Twist;
-use ilon_trace::Summary;
+use ilon_trace::{Rows, Summary};
 use serde_json::Value;
 
 use crate::Run;
@@ -87,11 +87,20 @@ impl std::fmt::Display for Verdict {
 /// Holds a run against its own `[expect]`: first the quantities of the summary by name, then the signals in the order of
 /// the file.
 pub fn judge(run: &Run) -> Vec<Verdict> {
+    let Ok(verdicts) = judge_rows(run);
+    verdicts
+}
+
+/// Like [`judge`], of a run whose rows need not lie in memory.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
     let expect = &run.scenario.expect;
     let summary = serde_json::json!(run.summary);
     let mut verdicts = judge_summary(expect, &summary);
-    verdicts.extend(signals::judge(&expect.signals, &run.trace));
-    verdicts
+    verdicts.extend(signals::judge(&expect.signals, &run.trace)?);
+    Ok(verdicts)
 }
 
 /// Holds a summary, as the JSON of `summary.json`, against bounds, in the order of their names.

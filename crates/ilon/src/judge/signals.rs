@@ -1,6 +1,6 @@
 //! Bounds on signals over time.
 
-use ilon_trace::{Header, Trace, metrics};
+use ilon_trace::{Header, Rows, Trace, Which, metrics};
 
 use super::Verdict;
 use crate::Error;
@@ -44,65 +44,109 @@ pub fn check_names<'a>(
     Ok(())
 }
 
-/// Holds a trace against bounds; of a bound on every wheel the worst wheel is told.
-pub(super) fn judge(bounds: &[SignalBound], trace: &Trace) -> Vec<Verdict> {
-    let wheels = 0..trace.wheel_count();
-    bounds
+/// Holds a run against bounds; of a bound on every wheel the worst wheel is told.
+pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Verdict>, R::Error> {
+    if bounds.is_empty() {
+        return Ok(Vec::new());
+    }
+    let wheel_count = rows.header().wheels.len();
+    let mut watches: Vec<Vec<Watch>> = bounds
         .iter()
-        .map(|bound| {
-            if !bound.signal.contains(EVERY_WHEEL) {
-                return judge_one(bound, &bound.signal, trace).0;
-            }
-            wheels
-                .clone()
-                .map(|wheel| {
-                    let name = bound.signal.replace(EVERY_WHEEL, &format!("wheel{wheel}_"));
-                    judge_one(bound, &name, trace)
-                })
-                .max_by(|(_, a), (_, b)| a.total_cmp(b))
-                .map(|(verdict, _)| verdict)
-                .unwrap_or_else(|| told(bound, &bound.signal, None, false))
-        })
-        .collect()
+        .map(|bound| Watch::of_each_signal(bound, wheel_count))
+        .collect();
+    rows.each_chunk(Which::All, &mut |chunk| {
+        for watch in watches.iter_mut().flatten() {
+            watch.add(chunk);
+        }
+    })?;
+    let verdicts = bounds.iter().zip(watches).map(|(bound, watches)| {
+        let verdicts = watches.into_iter().map(Watch::verdict);
+        verdicts
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))
+            .map(|(verdict, _)| verdict)
+            .unwrap_or_else(|| told(bound, &bound.signal, None, false))
+    });
+    Ok(verdicts.collect())
 }
 
-/// The verdict on one signal, and how far it was beyond the bound where it counts.
-fn judge_one(bound: &SignalBound, name: &str, trace: &Trace) -> (Verdict, f64) {
-    let limits = bound.bound();
-    let until_s = bound.until_s.unwrap_or(f64::INFINITY);
-    let in_window = |t_s: f64| match bound.must {
-        Must::Always | Must::Eventually => {
-            t_s >= bound.from_s - TIME_SLACK_S && t_s <= until_s + TIME_SLACK_S
+/// A bound on one signal, and the instant that counts of those that have been seen.
+struct Watch<'b> {
+    bound: &'b SignalBound,
+    limits: Bound,
+    name: String,
+    /// Its time, in seconds, and the value there.
+    counts: Option<(f64, f64)>,
+}
+
+impl<'b> Watch<'b> {
+    /// One on the signal that the bound names, or on that of each wheel.
+    fn of_each_signal(bound: &'b SignalBound, wheel_count: usize) -> Vec<Self> {
+        let on = |name: String| Self {
+            bound,
+            limits: bound.bound(),
+            name,
+            counts: None,
+        };
+        if !bound.signal.contains(EVERY_WHEEL) {
+            return vec![on(bound.signal.clone())];
         }
-        Must::Settle => t_s >= bound.until_s.unwrap_or(trace.duration_s()) - TIME_SLACK_S,
-    };
-    let values = values(trace, name);
-    let times_s = trace.records().iter().map(|record| record.t_s);
-    let rows: Vec<(f64, f64)> = times_s
-        .zip(values)
-        .filter_map(|(t_s, value)| Some((t_s, value?)))
-        .collect();
-    let window: Vec<(f64, f64)> = match (bound.must, bound.until_s) {
-        // Without a time to settle by, being there at the end is what counts.
-        (Must::Settle, None) => rows.last().copied().into_iter().collect(),
-        _ => rows
-            .into_iter()
-            .filter(|(t_s, _)| in_window(*t_s))
-            .collect(),
-    };
-    let breach = |row: &(f64, f64)| limits.breach(row.1);
-    let by_breach = |a: &&(f64, f64), b: &&(f64, f64)| breach(a).total_cmp(&breach(b));
-    let counts = match bound.must {
-        // Of equally bad instants the first.
-        Must::Always | Must::Settle => window.iter().rev().max_by(by_breach),
-        Must::Eventually => window.iter().min_by(by_breach),
-    };
-    match counts {
-        Some(row) => (
-            told(bound, name, Some(*row), breach(row) <= 0.0),
-            breach(row),
-        ),
-        None => (told(bound, name, None, false), f64::INFINITY),
+        let of_wheel = |wheel| bound.signal.replace(EVERY_WHEEL, &format!("wheel{wheel}_"));
+        (0..wheel_count).map(|wheel| on(of_wheel(wheel))).collect()
+    }
+
+    /// Looks at more rows.
+    fn add(&mut self, chunk: &Trace) {
+        let times_s = chunk.records().iter().map(|record| record.t_s);
+        for (t_s, value) in times_s.zip(values(chunk, &self.name)) {
+            if let Some(value) = value
+                && self.is_in_window(t_s)
+                && self.outweighs(value)
+            {
+                self.counts = Some((t_s, value));
+            }
+        }
+    }
+
+    fn is_in_window(&self, t_s: f64) -> bool {
+        let SignalBound {
+            must,
+            from_s,
+            until_s,
+            ..
+        } = *self.bound;
+        match (must, until_s) {
+            (Must::Always | Must::Eventually, until_s) => {
+                let until_s = until_s.unwrap_or(f64::INFINITY);
+                t_s >= from_s - TIME_SLACK_S && t_s <= until_s + TIME_SLACK_S
+            }
+            (Must::Settle, Some(until_s)) => t_s >= until_s - TIME_SLACK_S,
+            (Must::Settle, None) => true,
+        }
+    }
+
+    /// Whether a value counts more than those before it. Of equally good or bad instants the first counts.
+    fn outweighs(&self, value: f64) -> bool {
+        let Some((_, before)) = self.counts else {
+            return true;
+        };
+        let breach = self.limits.breach(value);
+        let order = breach.total_cmp(&self.limits.breach(before));
+        match (self.bound.must, self.bound.until_s) {
+            // Without a time to settle by, being there at the end is what counts.
+            (Must::Settle, None) => true,
+            (Must::Always | Must::Settle, _) => order.is_gt(),
+            (Must::Eventually, _) => order.is_lt(),
+        }
+    }
+
+    /// The verdict, and how far the signal was beyond the bound where it counts.
+    fn verdict(self) -> (Verdict, f64) {
+        let breach = match self.counts {
+            Some((_, value)) => self.limits.breach(value),
+            None => f64::INFINITY,
+        };
+        let verdict = told(self.bound, &self.name, self.counts, breach <= 0.0);
+        (verdict, breach)
     }
 }
 
@@ -134,16 +178,17 @@ fn told(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bool) ->
     }
 }
 
+/// The values of a signal, recorded or derived; `None` where there is none.
 fn values(trace: &Trace, name: &str) -> Vec<Option<f64>> {
-    let derived = |errors: Vec<f64>| {
-        // Of a run with a reference every record has an error; of one without, none has.
-        let mut values: Vec<Option<f64>> = errors.into_iter().map(Some).collect();
-        values.resize(trace.records().len(), None);
-        values
+    let derived = |of: fn((f64, f64)) -> f64| {
+        let errors = trace.records().iter();
+        errors
+            .map(|record| metrics::error(&trace.header, record).map(of))
+            .collect()
     };
     match name {
-        "position_error_m" => derived(metrics::errors(trace).0),
-        "heading_error_rad" => derived(metrics::errors(trace).1),
+        "position_error_m" => derived(|(off_m, _)| off_m),
+        "heading_error_rad" => derived(|(_, off_rad)| off_rad),
         name => trace.signal(name).unwrap_or_default(),
     }
 }
@@ -179,7 +224,8 @@ mod tests {
 
     fn verdict(toml: &str) -> Verdict {
         let bound: SignalBound = toml::from_str(toml).expect("a bound");
-        judge(&[bound], &falling()).remove(0)
+        let Ok(mut verdicts) = judge(&[bound], &falling());
+        verdicts.remove(0)
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ilon_trace::file::write_text;
-use ilon_trace::{Trace, TraceError};
+use ilon_trace::{Rows, TraceError};
 
 use super::figure::{
     Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot, solid,
@@ -21,50 +21,57 @@ const DRAWN: usize = 6;
 const RUN: Pen = solid("@real").width(2.2);
 const BASELINE: Pen = dashed("@asked");
 
-/// Writes what `differences` found, the earliest first, to a file, whole or not at all.
+/// Writes what `differences` found, the earliest first, to a file, whole or not at all. A few signals at a time are held
+/// in memory.
 ///
 /// # Errors
-/// [`TraceError::Io`] where the file cannot be written.
-pub fn write(
+/// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
+pub fn write<R: Rows>(
     path: &Path,
-    run: &Trace,
-    baseline: &Trace,
+    run: &R,
+    baseline: &R,
     found: &[Difference],
-) -> Result<(), TraceError> {
-    write_text(path, &html(run, baseline, found))
+) -> Result<(), TraceError>
+where
+    TraceError: From<R::Error>,
+{
+    write_text(path, &html(run, baseline, found)?)
 }
 
 /// The differences between a run and its baseline as one HTML file that needs nothing else.
-pub fn html(run: &Trace, baseline: &Trace, found: &[Difference]) -> String {
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<String, R::Error> {
+    let duration_s = |rows: &R| rows.row_count() as f64 * rows.header().control_dt_s;
     let lead = match found.first() {
         None => "<p class=\"lead\">The run is its baseline.</p>".to_owned(),
         Some(first) => format!("<p class=\"lead\">{}.</p>", escape(&first.to_string())),
     };
     let head = Head {
         kind: "against a baseline",
-        title: format!("{} against its baseline", run.header.scenario_name),
+        title: format!("{} against its baseline", run.header().scenario_name),
         facts: vec![
-            format!("robot <b>{}</b>", escape(&run.header.robot_name)),
+            format!("robot <b>{}</b>", escape(&run.header().robot_name)),
             format!(
                 "<b>{}</b> of {} signals differ",
                 found.len(),
-                run.header.signal_names().len()
+                run.header().signal_names().len()
             ),
             format!(
                 "<b>{:.2} s</b>, the baseline {:.2} s",
-                run.duration_s(),
-                baseline.duration_s()
+                duration_s(run),
+                duration_s(baseline)
             ),
         ],
         lead,
     };
     let drawn = || found.iter().take(DRAWN).enumerate();
-    let began: Vec<Figure> = drawn()
-        .map(|(index, one)| around_the_first(index, one, run, baseline))
-        .collect();
-    let came_to: Vec<Figure> = std::iter::once(paths(run, baseline))
-        .chain(drawn().map(|(index, one)| over_the_run(index, one, run, baseline)))
-        .collect();
+    let (mut began, mut came_to) = (Vec::new(), vec![paths(run, baseline)?]);
+    for (index, one) in drawn() {
+        began.push(around_the_first(index, one, run, baseline)?);
+        came_to.push(over_the_run(index, one, run, baseline)?);
+    }
     let sections = [
         Section {
             id: "began",
@@ -89,28 +96,31 @@ pub fn html(run: &Trace, baseline: &Trace, found: &[Difference]) -> String {
     ];
     let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
                   the bit. Curves over the whole run are thinned for the screen.</p>";
-    page::page(&head, &sections, footer, &[])
+    Ok(page::page(&head, &sections, footer, &[]))
 }
 
-/// The signal in both traces: time in seconds and value, where there is one.
-fn points(trace: &Trace, signal: &str) -> Vec<(f64, f64)> {
-    let times_s = trace.records().iter().map(|record| record.t_s);
-    let values = trace.signal(signal).unwrap_or_default();
-    times_s
-        .zip(values)
-        .filter_map(|(t_s, value)| Some((t_s, value?)))
-        .collect()
+/// A signal over time: time in seconds and value, where there is one.
+fn points<R: Rows>(rows: &R, signal: &str) -> Result<Vec<(f64, f64)>, R::Error> {
+    let pairs = rows.values("t_s")?.into_iter().zip(rows.values(signal)?);
+    Ok(pairs
+        .filter_map(|(t_s, value)| Some((t_s?, value?)))
+        .collect())
 }
 
 /// Both traces row by row around the first difference.
-fn around_the_first(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -> Figure {
-    let half_s = ROWS_AROUND as f64 * run.header.control_dt_s;
-    let near = |trace: &Trace| -> Vec<(f64, f64)> {
-        let mut points = points(trace, &one.signal);
+fn around_the_first<R: Rows>(
+    index: usize,
+    one: &Difference,
+    run: &R,
+    baseline: &R,
+) -> Result<Figure, R::Error> {
+    let half_s = ROWS_AROUND as f64 * run.header().control_dt_s;
+    let near = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
+        let mut points = points(rows, &one.signal)?;
         points.retain(|(t_s, _)| (t_s - one.first_s).abs() <= half_s);
-        points
+        Ok(points)
     };
-    let (ours, theirs) = (near(run), near(baseline));
+    let (ours, theirs) = (near(run)?, near(baseline)?);
     let values = || ours.iter().chain(&theirs).map(|(_, value)| *value);
     let (low, high) = (
         values().fold(f64::INFINITY, f64::min),
@@ -137,7 +147,7 @@ fn around_the_first(index: usize, one: &Difference, run: &Trace, baseline: &Trac
             dotted("@fg"),
         ));
     }
-    Figure {
+    Ok(Figure {
         id: format!("began-{index}"),
         title: one.signal.clone(),
         caption: format!("{}.", escape(&one.to_string())),
@@ -145,16 +155,23 @@ fn around_the_first(index: usize, one: &Difference, run: &Trace, baseline: &Trac
         span: Span::Half,
         over_time: false,
         plot: plot(curves, layout("t in s", &one.signal)),
-    }
+    })
 }
 
 /// By how much a signal is off over the whole run. Rows are compared as the judge compares them: one by one.
-fn over_the_run(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -> Figure {
-    let times_s = run.records().iter().map(|record| record.t_s);
-    let values = |trace: &Trace| trace.signal(&one.signal).unwrap_or_default();
-    let pairs = times_s.zip(values(run).into_iter().zip(values(baseline)));
-    let off: Vec<(f64, f64)> = pairs
-        .filter_map(|(t_s, (ours, theirs))| Some((t_s, ours? - theirs?)))
+fn over_the_run<R: Rows>(
+    index: usize,
+    one: &Difference,
+    run: &R,
+    baseline: &R,
+) -> Result<Figure, R::Error> {
+    let (ours, theirs) = (run.values(&one.signal)?, baseline.values(&one.signal)?);
+    let rows = run
+        .values("t_s")?
+        .into_iter()
+        .zip(ours.into_iter().zip(theirs));
+    let off: Vec<(f64, f64)> = rows
+        .filter_map(|(t_s, (ours, theirs))| Some((t_s?, ours? - theirs?)))
         .collect();
     let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
     if let (Some(first), Some(last), true) = (off.first(), off.last(), one.tolerance > 0.0) {
@@ -167,7 +184,7 @@ fn over_the_run(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -
         }
     }
     curves.push(curve("run minus baseline", off.into_iter(), RUN));
-    Figure {
+    Ok(Figure {
         id: format!("came-to-{index}"),
         title: format!("{}: run minus baseline", one.signal),
         caption: format!(
@@ -179,14 +196,15 @@ fn over_the_run(index: usize, one: &Difference, run: &Trace, baseline: &Trace) -
         span: Span::Half,
         over_time: true,
         plot: plot(curves, layout("t in s", &one.signal)),
-    }
+    })
 }
 
 /// Both ways from above.
-fn paths(run: &Trace, baseline: &Trace) -> Figure {
-    let way = |trace: &Trace| -> Vec<(f64, f64)> {
-        let poses = trace.records().iter().map(|record| record.truth.pose);
-        poses.map(|pose| (pose.x_m, pose.y_m)).collect()
+fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
+    let way = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
+        let (x_m, y_m) = (rows.values("truth_x_m")?, rows.values("truth_y_m")?);
+        let places = x_m.into_iter().zip(y_m);
+        Ok(places.filter_map(|(x, y)| Some((x?, y?))).collect())
     };
     let thin = |way: Vec<(f64, f64)>| {
         super::thin::evenly(way.len(), super::thin::MAX_POINTS)
@@ -194,10 +212,10 @@ fn paths(run: &Trace, baseline: &Trace) -> Figure {
             .map(move |row| way[row])
     };
     let curves: Vec<Box<dyn plotly::Trace>> = vec![
-        exact_curve("baseline", thin(way(baseline)), BASELINE),
-        exact_curve("run", thin(way(run)), RUN),
+        exact_curve("baseline", thin(way(baseline)?), BASELINE),
+        exact_curve("run", thin(way(run)?), RUN),
     ];
-    Figure {
+    Ok(Figure {
         id: "paths".to_owned(),
         title: "The way, from above".to_owned(),
         caption: "Where the body frame's origin really went.".to_owned(),
@@ -205,7 +223,7 @@ fn paths(run: &Trace, baseline: &Trace) -> Figure {
         span: Span::Half,
         over_time: false,
         plot: plot(curves, map_layout()),
-    }
+    })
 }
 
 fn table(found: &[Difference]) -> String {
@@ -234,6 +252,8 @@ fn table(found: &[Difference]) -> String {
 mod tests {
     use std::collections::BTreeMap;
 
+    use ilon_trace::Trace;
+
     use super::*;
     use crate::judge::differences;
     use crate::report::sample::made_up_run;
@@ -252,8 +272,8 @@ mod tests {
             }
             run.push(record, &wheels);
         }
-        let found = differences(&run, &baseline, &BTreeMap::new());
-        let html = html(&run, &baseline, &found);
+        let Ok(found) = differences(&run, &baseline, &BTreeMap::new());
+        let Ok(html) = html(&run, &baseline, &found);
         assert!(html.contains("wheel1_torque_n_m leaves its baseline at 0.5 s"));
         assert!(html.contains("<b>2</b> of"));
         for place in ["began-0", "began-1", "came-to-1", "paths"] {
@@ -268,7 +288,8 @@ mod tests {
     #[test]
     fn a_run_of_other_signals_is_drawn_too() {
         let (open, closed) = (made_up_run(1.0, true), made_up_run(1.0, false));
-        let found = differences(&open, &closed, &BTreeMap::new());
-        assert!(html(&open, &closed, &found).contains("desired_x_m"));
+        let Ok(found) = differences(&open, &closed, &BTreeMap::new());
+        let Ok(html) = html(&open, &closed, &found);
+        assert!(html.contains("desired_x_m"));
     }
 }

@@ -27,8 +27,8 @@ pub(super) struct Figure {
     pub span: Span,
     /// Whether its x axis is time, so that zooming one zooms all.
     pub over_time: bool,
-    /// The plot.
-    pub plot: Plot,
+    /// Curves and layout as JSON: plotly's own value carries its whole script along, megabytes of it.
+    pub plot: String,
 }
 
 /// How wide a figure stands on a wide screen.
@@ -184,10 +184,10 @@ pub(super) fn map_layout() -> Layout {
         .y_axis(axis("y in m").scale_anchor("x"))
 }
 
-/// A plot of curves in a layout.
-pub(super) fn plot(traces: Vec<Box<dyn plotly::Trace>>, layout: Layout) -> Plot {
+/// A plot of curves in a layout, as JSON.
+pub(super) fn plot(traces: Vec<Box<dyn plotly::Trace>>, layout: Layout) -> String {
     let mut plot = Plot::new();
     plot.add_traces(traces);
     plot.set_layout(layout);
-    plot
+    plot.to_json()
 }

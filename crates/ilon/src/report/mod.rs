@@ -9,52 +9,31 @@ pub mod design;
 pub mod difference;
 mod figure;
 mod figures;
+mod gathered;
 mod page;
 #[cfg(test)]
 mod sample;
+mod shown;
 mod thin;
 mod top_view;
 mod words;
 
 use std::path::Path;
 
-use ilon_trace::file::write_text;
-use ilon_trace::{Settings, Summary, Trace, TraceError};
+use ilon_trace::file::{ROWS_A_GROUP, write_text};
+use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 
 use crate::drawing;
 use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
 use page::{Head, Section, card, escape, panels};
+use shown::Shown;
 use words::{angle, length};
 
 /// The report of a run, as one HTML file that needs nothing else.
 pub fn html(trace: &Trace, summary: &Summary) -> String {
-    let settings = Settings::default();
-    let head = Head {
-        kind: "run report",
-        title: trace.header.scenario_name.clone(),
-        facts: facts(trace, summary),
-        lead: words::story(trace, summary) + &words::tiles(summary),
-    };
-    let sections = [
-        motion_section(trace, summary, &settings),
-        ledger_section(trace, summary),
-        wheels_section(trace),
-        contacts_section(trace, summary),
-        Section {
-            id: "odometry-section",
-            title: "Odometry",
-            lead: "What the robot would believe if it had nothing but its wheel encoders."
-                .to_owned(),
-            body: format!(
-                "<div class=\"grid\">\n{}{}</div>\n",
-                motion::odometry(trace).iter().map(card).collect::<String>(),
-                words::odometry_table(summary)
-            ),
-        },
-        figures_section(trace, summary),
-    ];
-    page::page(&head, &sections, &footer(trace), &[top_view::SCRIPT])
+    let Ok(shown) = Shown::of(trace);
+    page_of(&shown, summary)
 }
 
 /// Writes the report of a run to a file, whole or not at all.
@@ -63,6 +42,54 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 /// [`TraceError::Io`] where the file cannot be written.
 pub fn write(path: &Path, trace: &Trace, summary: &Summary) -> Result<(), TraceError> {
     write_text(path, &html(trace, summary))
+}
+
+/// Writes the report of a run whose rows need not lie in memory to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
+pub fn write_recorded(
+    path: &Path,
+    recorded: &Recorded,
+    summary: &Summary,
+) -> Result<(), TraceError> {
+    match recorded {
+        Recorded::Memory(trace) => write(path, trace, summary),
+        Recorded::File { file, .. } => {
+            let shown = Shown::of_many(file, ROWS_A_GROUP)?;
+            write_text(path, &page_of(&shown, summary))
+        }
+    }
+}
+
+fn page_of(shown: &Shown, summary: &Summary) -> String {
+    let settings = Settings::default();
+    let trace = &*shown.trace;
+    let head = Head {
+        kind: "run report",
+        title: trace.header.scenario_name.clone(),
+        facts: facts(trace, summary),
+        lead: words::story(trace, summary) + &words::tiles(summary),
+    };
+    let sections = [
+        motion_section(shown, summary, &settings),
+        ledger_section(shown, summary),
+        wheels_section(shown),
+        contacts_section(shown, summary),
+        Section {
+            id: "odometry-section",
+            title: "Odometry",
+            lead: "What the robot would believe if it had nothing but its wheel encoders."
+                .to_owned(),
+            body: format!(
+                "<div class=\"grid\">\n{}{}</div>\n",
+                motion::odometry(shown).iter().map(card).collect::<String>(),
+                words::odometry_table(summary)
+            ),
+        },
+        figures_section(trace, summary),
+    ];
+    page::page(&head, &sections, &footer(shown), &[top_view::SCRIPT])
 }
 
 /// What the run was, as HTML.
@@ -117,7 +144,7 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
     facts
 }
 
-fn motion_section(trace: &Trace, summary: &Summary, settings: &Settings) -> Section {
+fn motion_section(shown: &Shown, summary: &Summary, settings: &Settings) -> Section {
     let legend = [
         ("real", solid("@real").width(2.6)),
         ("asked, before saturation", dotted("@asked")),
@@ -129,10 +156,10 @@ fn motion_section(trace: &Trace, summary: &Summary, settings: &Settings) -> Sect
     ];
     let caption = "In the body frame. Between ideal and contact lies the rollers' geometry, between contact and real the \
                    slip, between asked and ideal what saturation and the wheel loops left undone.";
-    let twist = panels("Twist", caption, &legend, &motion::twist(trace));
-    let mut cards = card(&motion::path(trace));
+    let twist = panels("Twist", caption, &legend, &motion::twist(shown));
+    let mut cards = card(&motion::path(shown));
     cards.push_str(
-        &motion::errors(trace, settings)
+        &motion::errors(shown, settings)
             .iter()
             .map(card)
             .collect::<String>(),
@@ -143,16 +170,16 @@ fn motion_section(trace: &Trace, summary: &Summary, settings: &Settings) -> Sect
         lead: "Where the robot went, and where it should have gone.".to_owned(),
         body: format!(
             "<div class=\"grid\">\n{}{cards}{twist}{}</div>\n",
-            top_view::html(trace),
-            words::twist_table(trace, summary)
+            top_view::html(shown),
+            words::twist_table(&shown.trace, summary)
         ),
     }
 }
 
-fn ledger_section(trace: &Trace, summary: &Summary) -> Section {
-    let mut cards: String = balance::ledger(trace, summary).iter().map(card).collect();
+fn ledger_section(shown: &Shown, summary: &Summary) -> Section {
+    let mut cards: String = balance::ledger(shown, summary).iter().map(card).collect();
     cards.push_str(&words::ledger_table(summary));
-    cards.push_str(&card(&balance::energy(trace)));
+    cards.push_str(&card(&balance::energy(shown)));
     cards.push_str(&words::energy_table(summary));
     Section {
         id: "ledger",
@@ -164,7 +191,7 @@ fn ledger_section(trace: &Trace, summary: &Summary) -> Section {
     }
 }
 
-fn wheels_section(trace: &Trace) -> Section {
+fn wheels_section(shown: &Shown) -> Section {
     let legend = [
         ("real", solid("@real").width(2.2)),
         ("commanded", dashed("@asked")),
@@ -175,11 +202,11 @@ fn wheels_section(trace: &Trace) -> Section {
         "Real rates that lag behind the commanded ones are the wheel loops' doing; commands that lie on the limit are \
          saturation's. A limit far above the rates is not drawn.",
         &legend,
-        &wheels::rates(trace),
+        &wheels::rates(shown),
     );
-    let rest: String = std::iter::once(wheels::torques(trace))
-        .chain(wheels::tasks(trace))
-        .chain(wheels::torque_weights(trace))
+    let rest: String = std::iter::once(wheels::torques(shown))
+        .chain(wheels::tasks(shown))
+        .chain(wheels::torque_weights(shown))
         .map(|figure| card(&figure))
         .collect();
     Section {
@@ -188,7 +215,7 @@ fn wheels_section(trace: &Trace) -> Section {
         lead: String::new(),
         body: format!(
             "<div class=\"grid\">\n{rates}{rest}{}</div>\n",
-            robot_from_above(trace)
+            robot_from_above(&shown.trace)
         ),
     }
 }
@@ -202,20 +229,21 @@ fn robot_from_above(trace: &Trace) -> String {
     )
 }
 
-fn contacts_section(trace: &Trace, summary: &Summary) -> Section {
+fn contacts_section(shown: &Shown, summary: &Summary) -> Section {
+    let trace = &*shown.trace;
     let figures = [
-        contacts::slip_speed(trace),
-        contacts::slip_energy(trace),
-        contacts::normal_force(trace),
-        contacts::tangential_force(trace),
-        contacts::grip_used(trace),
+        contacts::slip_speed(shown),
+        contacts::slip_energy(shown),
+        contacts::normal_force(shown),
+        contacts::tangential_force(shown),
+        contacts::grip_used(shown),
         contacts::friction_cone(trace),
-        contacts::polar(trace),
+        contacts::polar(shown),
         contacts::contact_map(trace),
-        contacts::residual(trace),
-        contacts::roller_spin(trace),
-        rollers::hand_over(trace),
-        rollers::slip_within_a_pitch(trace),
+        contacts::residual(shown),
+        contacts::roller_spin(shown),
+        rollers::hand_over(shown),
+        rollers::slip_within_a_pitch(shown),
     ];
     let legend = [
         ("the roller that carries", solid("@real")),
@@ -257,14 +285,21 @@ fn figures_section(trace: &Trace, summary: &Summary) -> Section {
     }
 }
 
-fn footer(trace: &Trace) -> String {
+fn footer(shown: &Shown) -> String {
+    let some = match shown.every {
+        1 => String::new(),
+        every => format!(
+            " Ways over the floor, which roller touches, grip and the picture that plays are drawn from one row in {every}; \
+             all curves and figures are taken from all rows."
+        ),
+    };
     format!(
         "<p>Curves are thinned to at most {} points, of each interval the smallest and the largest value; the trace has one \
-         row for each of the {} control steps. Zooming into the time of one figure zooms all; a double click goes back. \
-         Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
-         Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
+         row for each of the {} control steps.{some} Zooming into the time of one figure zooms all; a double click goes \
+         back. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
+         Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
         thin::MAX_POINTS,
-        trace.records().len()
+        shown.all.row_count()
     )
 }
 

@@ -186,7 +186,7 @@ fn plot(figure: &Figure) -> String {
         id = figure.id,
         height = figure.height_px,
         title = escape(&figure.title),
-        json = json_in_script(&figure.plot.to_json()),
+        json = json_in_script(&figure.plot),
     )
 }
 

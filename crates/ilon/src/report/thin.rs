@@ -28,6 +28,110 @@ pub(super) fn envelope(curve: &[(f64, f64)], max_points: usize) -> Vec<(f64, f64
     kept
 }
 
+/// The outline of a curve whose points come one by one, and whose length is known before: what [`envelope`] makes of it.
+pub(super) struct Outline {
+    /// How many points are to come, and have come.
+    count: usize,
+    seen: usize,
+    /// Of this many intervals between the first and the last point the extremes are kept; `None` where all points are.
+    intervals: Option<usize>,
+    interval: usize,
+    low: Option<(usize, (f64, f64))>,
+    high: Option<(usize, (f64, f64))>,
+    kept: Vec<(f64, f64)>,
+}
+
+impl Outline {
+    pub fn new(count: usize, max_points: usize) -> Self {
+        let max_points = max_points.max(4);
+        Self {
+            count,
+            seen: 0,
+            intervals: (count > max_points).then_some((max_points - 2) / 2),
+            interval: 0,
+            low: None,
+            high: None,
+            kept: Vec::with_capacity(count.min(max_points)),
+        }
+    }
+
+    /// Adds the next point.
+    pub fn add(&mut self, point: (f64, f64)) {
+        let index = self.seen;
+        self.seen += 1;
+        let Some(intervals) = self.intervals else {
+            self.kept.push(point);
+            return;
+        };
+        if index == 0 || index + 1 >= self.count {
+            self.keep_extremes();
+            self.kept.push(point);
+            return;
+        }
+        let inner = self.count - 2;
+        if index > (self.interval + 1) * inner / intervals {
+            self.keep_extremes();
+            self.interval += 1;
+        }
+        let order = |kept: &(usize, (f64, f64))| point.1.total_cmp(&kept.1.1);
+        if self.low.as_ref().is_none_or(|low| order(low).is_lt()) {
+            self.low = Some((index, point));
+        }
+        if self.high.as_ref().is_none_or(|high| order(high).is_ge()) {
+            self.high = Some((index, point));
+        }
+    }
+
+    fn keep_extremes(&mut self) {
+        if let (Some(low), Some(high)) = (self.low.take(), self.high.take()) {
+            let (first, second) = if low.0 < high.0 {
+                (low, high)
+            } else {
+                (high, low)
+            };
+            self.kept.push(first.1);
+            if first.0 != second.0 {
+                self.kept.push(second.1);
+            }
+        }
+    }
+
+    /// What was kept. Of a curve that ended before its time the last interval is left out.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.kept.iter().copied()
+    }
+}
+
+/// Evenly spread ones of many things that come one by one, whose number is known before: those that [`evenly`] names.
+pub(super) struct Evenly<T> {
+    indices: Vec<usize>,
+    seen: usize,
+    kept: Vec<T>,
+}
+
+impl<T> Evenly<T> {
+    pub fn new(count: usize, max_points: usize) -> Self {
+        let indices = evenly(count, max_points);
+        Self {
+            kept: Vec::with_capacity(indices.len()),
+            indices,
+            seen: 0,
+        }
+    }
+
+    /// Adds the next thing.
+    pub fn add(&mut self, thing: T) {
+        if self.indices.get(self.kept.len()) == Some(&self.seen) {
+            self.kept.push(thing);
+        }
+        self.seen += 1;
+    }
+
+    pub fn kept(&self) -> &[T] {
+        &self.kept
+    }
+}
+
 /// At most `max_points` indices below `len`, evenly spread, the first and the last among them.
 pub(super) fn evenly(len: usize, max_points: usize) -> Vec<usize> {
     let max_points = max_points.max(2);
@@ -73,6 +177,39 @@ mod tests {
         assert_eq!((thin[0], thin[thin.len() - 1]), (curve[0], curve[99_999]));
         assert!(thin.contains(&(31_337.0, 9.0)) && thin.contains(&(77_777.0, -9.0)));
         assert!(thin.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn points_that_come_one_by_one_are_thinned_like_a_whole_curve() {
+        for (count, max) in [
+            (0, 9),
+            (1, 9),
+            (9, 9),
+            (10, 9),
+            (50, 9),
+            (50, 8),
+            (1003, 100),
+        ] {
+            // Rough, and with equal values and absent ones among them.
+            let value = |k: usize| match k % 11 {
+                7 => f64::NAN,
+                rest => (k * 37 % 19) as f64 + rest as f64,
+            };
+            let curve: Vec<_> = (0..count).map(|k| (k as f64, value(k))).collect();
+            let mut outline = Outline::new(count, max);
+            let mut spread = Evenly::new(count, max);
+            for point in &curve {
+                outline.add(*point);
+                spread.add(point.0 as usize);
+            }
+            let times = |points: Vec<(f64, f64)>| points.iter().map(|p| p.0).collect::<Vec<_>>();
+            assert_eq!(
+                times(outline.points().collect()),
+                times(envelope(&curve, max)),
+                "{count} {max}"
+            );
+            assert_eq!(spread.kept(), evenly(count, max));
+        }
     }
 
     #[test]

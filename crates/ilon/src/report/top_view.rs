@@ -1,9 +1,11 @@
 //! The data of the picture that plays the run from above.
 
-use ilon_trace::{Trace, WheelSample};
+use ilon_trace::WheelSample;
 use serde_json::{Value, json};
 
+use super::gathered::OfWheel;
 use super::page::json_in_script;
+use super::shown::Shown;
 use super::thin::{evenly, short};
 
 /// The script that plays them.
@@ -13,7 +15,7 @@ pub(super) const SCRIPT: &str = include_str!("top_view.js");
 const MAX_FRAMES: usize = 1500;
 
 /// The picture with its controls and data, as HTML.
-pub(super) fn html(trace: &Trace) -> String {
+pub(super) fn html(shown: &Shown) -> String {
     format!(
         "<figure class=\"whole\" id=\"top-view\"><figcaption><h3>The run from above</h3>\
          <p>Green dots are contacts that grip, orange ones are at their friction limit; they grow with the load. Orange \
@@ -26,12 +28,13 @@ pub(super) fn html(trace: &Trace) -> String {
          <option value=\"1\" selected>1×</option><option value=\"4\">4×</option></select></label>\
          <label><input type=\"checkbox\" class=\"chase\"> Follow the robot</label></div>\n\
          <script type=\"application/json\" id=\"top-view-data\">{}</script></figure>\n",
-        json_in_script(&data(trace).to_string())
+        json_in_script(&data(shown).to_string())
     )
 }
 
 /// Frames, columns by quantity, in the units of the trace; places to a tenth of a millimetre.
-fn data(trace: &Trace) -> Value {
+fn data(shown: &Shown) -> Value {
+    let trace = &*shown.trace;
     let frames = evenly(trace.records().len(), MAX_FRAMES);
     let records = || frames.iter().map(|&k| &trace.records()[k]);
     let places = |values: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
@@ -73,7 +76,6 @@ fn data(trace: &Trace) -> Value {
         .chain(rims)
         .map(|[x, y]| x.hypot(y))
         .fold(0.05, f64::max);
-    let samples = || (0..trace.wheel_count()).flat_map(|index| trace.wheel(index));
     json!({
         "t": records().map(|r| short(r.t_s, 7)).collect::<Vec<_>>(),
         "x": places(&mut records().map(|r| r.truth.pose.x_m)),
@@ -81,8 +83,8 @@ fn data(trace: &Trace) -> Value {
         "heading": places(&mut records().map(|r| r.truth.pose.heading_rad)),
         "wantX": desired(|p| p.x_m), "wantY": desired(|p| p.y_m), "wantHeading": desired(|p| p.heading_rad),
         "outlines": header.chassis_outlines_m, "wheels": wheels, "reach": short(1.1 * reach_m, 4),
-        "slipMax": short(samples().map(WheelSample::slip_speed_m_s).fold(0.0, f64::max), 4),
-        "loadMax": short(samples().map(|s| s.normal_force_n).fold(0.0, f64::max), 4),
+        "slipMax": short(shown.all.largest(OfWheel::SlipSpeed), 4),
+        "loadMax": short(shown.all.largest(OfWheel::NormalForce), 4),
         // The picture on paper, and before the first play: a moment well into the run.
         "poster": short(0.35 * trace.duration_s(), 4),
     })

@@ -17,7 +17,7 @@ use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Feasibility, Kinematics};
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{Header, Summary, Trace};
+use ilon_trace::{Header, Recorded, Recording, Summary, Trace, TraceError};
 use ilon_world::World;
 
 pub use pilot::{Controller, TwistProfile, WheelCommand};
@@ -35,13 +35,13 @@ use pilot::Pilot;
 use recorder::Recorder;
 use sensors::Sensors;
 
-/// A finished run.
+/// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`].
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct Run<T = Trace> {
     /// The scenario as it was run: every default and everything chosen by the program spelled out.
     pub scenario: Scenario,
     /// What was recorded.
-    pub trace: Trace,
+    pub trace: T,
     /// The figures of the run.
     pub summary: Summary,
     /// What a person should know about the input, although it could be run.
@@ -266,7 +266,7 @@ impl Simulation {
         }
     }
 
-    /// What was recorded so far.
+    /// What was recorded so far, of a run that keeps it in memory.
     pub fn trace(&self) -> &Trace {
         self.recorder.trace()
     }
@@ -311,20 +311,48 @@ impl Simulation {
         mut self,
         mut watch: impl FnMut(&Self) -> Result<(), E>,
     ) -> Result<Run, E> {
+        let cpu_s = self.drive_to_the_end(|simulation| watch(simulation))?;
+        let trace = self.recorder.take_trace();
+        let summary = Summary::of(&trace, &ilon_trace::Settings::default());
+        Ok(self.finish(trace, summary, cpu_s))
+    }
+
+    /// Runs to the end into a recording, so that memory does not grow with the length of the run; shows itself and the
+    /// recording once a control period, and ends early where it is told so.
+    ///
+    /// # Errors
+    /// What `watch` gives, as soon as it does, and [`TraceError`] where the recording cannot be written.
+    pub fn run_recorded<E: From<TraceError>>(
+        mut self,
+        mut recording: Recording,
+        mut watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
+    ) -> Result<Run<Recorded>, E> {
+        let cpu_s = self.drive_to_the_end(|simulation| {
+            recording.take(simulation.recorder.trace_mut())?;
+            watch(simulation, &mut recording)
+        })?;
+        let recorded = recording.finish()?;
+        let summary = Summary::of_rows(&recorded, &ilon_trace::Settings::default())?;
+        Ok(self.finish(recorded, summary, cpu_s))
+    }
+
+    /// Steps until the run is done; gives the CPU time that it took, in seconds, if the system tells.
+    fn drive_to_the_end<E>(
+        &mut self,
+        mut watch: impl FnMut(&mut Self) -> Result<(), E>,
+    ) -> Result<Option<f64>, E> {
         let cpu = CpuTime::now();
         while !self.is_done() {
             if self.clock.control_is_due() {
-                watch(&self)?;
+                watch(self)?;
             }
             self.step();
         }
-        watch(&self)?;
-        Ok(self.finish(cpu.elapsed_s()))
+        watch(self)?;
+        Ok(cpu.elapsed_s())
     }
 
-    fn finish(self, cpu_s: Option<f64>) -> Run {
-        let trace = self.recorder.into_trace();
-        let mut summary = Summary::of(&trace, &ilon_trace::Settings::default());
+    fn finish<T>(self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);

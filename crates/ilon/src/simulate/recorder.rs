@@ -119,9 +119,15 @@ impl Recorder {
         &self.trace
     }
 
-    /// The finished trace.
-    pub fn into_trace(self) -> Trace {
-        self.trace
+    /// What was recorded so far, to be taken out.
+    pub fn trace_mut(&mut self) -> &mut Trace {
+        &mut self.trace
+    }
+
+    /// What was recorded; no row is left.
+    pub fn take_trace(&mut self) -> Trace {
+        let none = Trace::with_capacity(self.trace.header.clone(), 0);
+        std::mem::replace(&mut self.trace, none)
     }
 
     /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with

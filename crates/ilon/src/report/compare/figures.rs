@@ -311,7 +311,7 @@ pub(super) fn torque(comparison: &Comparison) -> Figure {
     )
 }
 
-fn over_time(id: &str, title: &str, caption: &str, plot: plotly::Plot) -> Figure {
+fn over_time(id: &str, title: &str, caption: &str, plot: String) -> Figure {
     Figure {
         id: id.to_owned(),
         title: title.to_owned(),

@@ -1,12 +1,14 @@
 //! Where the difference between asked and real motion went, and where the motors' work went.
 
 use ilon_trace::ledger::{Integral, Terms};
-use ilon_trace::{Ledger, Record, Summary, Trace};
+use ilon_trace::{Ledger, Record, Summary};
 use plotly::Bar;
 use plotly::common::{Marker, Orientation};
 use plotly::layout::{Axis, BarMode, Layout};
 
 use crate::report::figure::{Figure, Span, axis, curve, dashed, exact_curve, layout, plot, solid};
+use crate::report::gathered::{OfRobot, Way};
+use crate::report::shown::Shown;
 use crate::report::thin::{evenly, short};
 
 /// A quantity of the ledger, such as its x.
@@ -17,7 +19,7 @@ pub(in crate::report) const TERM_COLORS: [&str; 5] =
     ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
 
 /// The ledger: net bars, and how the terms grew.
-pub(in crate::report) fn ledger(trace: &Trace, summary: &Summary) -> Vec<Figure> {
+pub(in crate::report) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
     let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
     let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
@@ -43,27 +45,28 @@ pub(in crate::report) fn ledger(trace: &Trace, summary: &Summary) -> Vec<Figure>
             plot: bars(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
         },
         growth(
-            trace,
+            shown,
             "ledger-growth-position",
             "How it grew: millimetres",
             "The length of each term's own way, stacked: going to and fro counts twice, so that nothing hides behind \
              a sum that happens to cancel.",
             "mm",
-            |v| 1e3 * v.linear_m_s().norm(),
+            |way| way.way_mm,
         ),
         growth(
-            trace,
+            shown,
             "ledger-growth-heading",
             "How it grew: degrees",
             "The same for the heading.",
             "deg",
-            |v| v.omega_rad_s.abs().to_degrees(),
+            |way| way.turn_deg,
         ),
     ]
 }
 
 /// The motors' work and where it went.
-pub(in crate::report) fn energy(trace: &Trace) -> Figure {
+pub(in crate::report) fn energy(shown: &Shown) -> Figure {
+    let trace = &*shown.trace;
     let of = |f: fn(&Record, &Record) -> f64| {
         let records = trace.records();
         records
@@ -92,17 +95,12 @@ pub(in crate::report) fn energy(trace: &Trace) -> Figure {
         ),
         curve(
             "put in",
-            of(|r, _| r.motor_energy_j + r.outside_energy_j),
+            shown.all.robot(OfRobot::PutIn),
             solid("@asked").width(2.2),
         ),
         curve(
             "the solver's",
-            of(|r, first| {
-                let stored_j = |r: &Record| r.kinetic_energy_j + r.potential_energy_j;
-                let put_in_j = r.motor_energy_j + r.outside_energy_j;
-                let lost_j = r.slip_energy_j + r.bearing_energy_j + r.impact_energy_j;
-                put_in_j - lost_j - (stored_j(r) - stored_j(first))
-            }),
+            shown.all.robot(OfRobot::Unexplained),
             dashed("@limit"),
         ),
     ];
@@ -126,7 +124,7 @@ fn bars(
     rows: &[(&str, Quantity)],
     value: fn(&Integral, Quantity) -> f64,
     unit: &str,
-) -> plotly::Plot {
+) -> String {
     let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
     let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
     for ((name, term), color) in ledger.named().into_iter().zip(TERM_COLORS) {
@@ -165,29 +163,18 @@ fn bars(
 
 /// Each term's way so far, stacked.
 fn growth(
-    trace: &Trace,
+    shown: &Shown,
     id: &str,
     title: &str,
     caption: &str,
     unit: &str,
-    magnitude: fn(&ilon_robot::Twist) -> f64,
+    of: fn(&Way) -> f64,
 ) -> Figure {
-    const POINTS: usize = 600;
-    let dt_s = trace.header.control_dt_s;
-    let kept = evenly(trace.records().len(), POINTS);
     let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
     let names = Terms::default().named().map(|(name, _)| name);
     for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
-        let mut so_far = 0.0;
-        let way: Vec<(f64, f64)> = trace
-            .records()
-            .iter()
-            .map(|record| {
-                so_far += magnitude(&Terms::of(record).named()[term].1) * dt_s;
-                (record.t_s, so_far)
-            })
-            .collect();
-        let points = kept.iter().map(|&k| way[k]);
+        let grown = shown.all.grown().iter();
+        let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
         traces.push(exact_curve(name, points, solid(color).width(0.8)).stack_group("terms"));
     }
     Figure {

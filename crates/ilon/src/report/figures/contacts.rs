@@ -10,11 +10,13 @@ use plotly::layout::Layout;
 use crate::report::figure::{
     Figure, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot, wheel_pen,
 };
+use crate::report::gathered::{OfWheel, SECTORS};
 use crate::report::page::escape;
+use crate::report::shown::Shown;
 use crate::report::thin::{evenly, short};
 
 /// Sliding speed of each wheel's contact over time.
-pub(in crate::report) fn slip_speed(trace: &Trace) -> Figure {
+pub(in crate::report) fn slip_speed(shown: &Shown) -> Figure {
     Figure {
         id: "slip-speed".to_owned(),
         title: "Sliding speed".to_owned(),
@@ -25,14 +27,14 @@ pub(in crate::report) fn slip_speed(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, |s| 1e3 * s.slip_speed_m_s()),
+            each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
             layout("t in s", "sliding speed in mm/s"),
         ),
     }
 }
 
 /// Normal force of each wheel over time.
-pub(in crate::report) fn normal_force(trace: &Trace) -> Figure {
+pub(in crate::report) fn normal_force(shown: &Shown) -> Figure {
     Figure {
         id: "normal-force".to_owned(),
         title: "Load on each wheel".to_owned(),
@@ -43,14 +45,14 @@ pub(in crate::report) fn normal_force(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, |s| s.normal_force_n),
+            each_wheel(shown, OfWheel::NormalForce, |v| v),
             layout("t in s", "normal force in N"),
         ),
     }
 }
 
 /// Tangential force of each wheel over time.
-pub(in crate::report) fn tangential_force(trace: &Trace) -> Figure {
+pub(in crate::report) fn tangential_force(shown: &Shown) -> Figure {
     Figure {
         id: "tangential-force".to_owned(),
         title: "Push of each wheel".to_owned(),
@@ -61,14 +63,14 @@ pub(in crate::report) fn tangential_force(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, WheelSample::tangential_force_n),
+            each_wheel(shown, OfWheel::TangentialForce, |v| v),
             layout("t in s", "tangential force in N"),
         ),
     }
 }
 
 /// Share of the friction cone that each wheel uses, over time.
-pub(in crate::report) fn grip_used(trace: &Trace) -> Figure {
+pub(in crate::report) fn grip_used(shown: &Shown) -> Figure {
     Figure {
         id: "grip-used".to_owned(),
         title: "Grip in use over time".to_owned(),
@@ -78,14 +80,14 @@ pub(in crate::report) fn grip_used(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, |s| s.friction_used().unwrap_or(f64::NAN)),
+            each_wheel(shown, OfWheel::GripUsed, |v| v),
             layout("t in s", "share of µN"),
         ),
     }
 }
 
 /// Energy that each wheel has lost to slip, over time.
-pub(in crate::report) fn slip_energy(trace: &Trace) -> Figure {
+pub(in crate::report) fn slip_energy(shown: &Shown) -> Figure {
     Figure {
         id: "slip-energy".to_owned(),
         title: "Energy lost to slip".to_owned(),
@@ -94,24 +96,14 @@ pub(in crate::report) fn slip_energy(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, |s| s.slip_energy_j),
+            each_wheel(shown, OfWheel::SlipEnergy, |v| v),
             layout("t in s", "energy in J"),
         ),
     }
 }
 
 /// Residual of Indiveri 2009, eq. (5), of each wheel over time.
-pub(in crate::report) fn residual(trace: &Trace) -> Figure {
-    let header = &trace.header;
-    let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
-        let points = trace.steps().map(|(record, wheels)| {
-            let twist = record.truth.twist_in_body;
-            let rate_rad_s = wheels[index].rate_rad_s;
-            let off_m_s = ilon_trace::slip::constraint_residual_m_s(wheel, twist, rate_rad_s);
-            (record.t_s, 1e3 * off_m_s)
-        });
-        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
-    });
+pub(in crate::report) fn residual(shown: &Shown) -> Figure {
     Figure {
         id: "residual".to_owned(),
         title: "Residual of equation (5)".to_owned(),
@@ -121,28 +113,25 @@ pub(in crate::report) fn residual(trace: &Trace) -> Figure {
         height_px: 320,
         span: Span::Half,
         over_time: true,
-        plot: plot(curves.collect(), layout("t in s", "residual in mm/s")),
+        plot: plot(
+            each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
+            layout("t in s", "residual in mm/s"),
+        ),
     }
 }
 
 /// Rms sliding speed around each wheel's turn.
-pub(in crate::report) fn polar(trace: &Trace) -> Figure {
-    const SECTORS: usize = 72;
-    let wheels = (0..trace.wheel_count()).map(|index| {
-        let mut sums = [(0.0, 0u32); SECTORS];
-        for s in trace.wheel(index).filter(|s| s.touching) {
-            let turn = s.angle_rad.rem_euclid(TAU) / TAU;
-            // A turn of 1 - 1e-17 rounds to 1.
-            let sector = &mut sums[((turn * SECTORS as f64) as usize).min(SECTORS - 1)];
-            *sector = (sector.0 + s.slip_speed_m_s().powi(2), sector.1 + 1);
-        }
+pub(in crate::report) fn polar(shown: &Shown) -> Figure {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let squares = shown.all.slip_around(index);
         let middle_deg = |k: usize| (k as f64 + 0.5) * 360.0 / SECTORS as f64;
-        let seen = (0..=SECTORS).map(|k| (k % SECTORS, sums[k % SECTORS]));
-        let (theta, r): (Vec<f64>, Vec<f64>) = seen
-            .map(|(k, (sum, n))| (middle_deg(k), short(1e3 * (sum / f64::from(n)).sqrt(), 5)))
+        let around = (0..=SECTORS).map(|k| k % SECTORS);
+        let (theta, r): (Vec<f64>, Vec<f64>) = around
+            .map(|k| (middle_deg(k), short(1e3 * squares[k].sqrt(), 5)))
             .unzip();
         ScatterPolar::new(theta, r)
-            .name(escape(&trace.header.wheels[index].name))
+            .name(escape(&wheel.name))
             .mode(Mode::Lines)
             .line(wheel_pen(index).line()) as Box<dyn plotly::Trace>
     });
@@ -238,7 +227,7 @@ pub(in crate::report) fn contact_map(trace: &Trace) -> Figure {
 }
 
 /// Spin of the touching roller against that of rolling without sliding.
-pub(in crate::report) fn roller_spin(trace: &Trace) -> Figure {
+pub(in crate::report) fn roller_spin(shown: &Shown) -> Figure {
     Figure {
         id: "roller-spin".to_owned(),
         title: "Roller spin, real minus ideal".to_owned(),
@@ -249,19 +238,19 @@ pub(in crate::report) fn roller_spin(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: true,
         plot: plot(
-            each_wheel(trace, |s| s.roller_spin_rad_s - s.roller_spin_ideal_rad_s),
+            each_wheel(shown, OfWheel::SpinError, |v| v),
             layout("t in s", "spin in rad/s"),
         ),
     }
 }
 
 /// One curve a wheel.
-fn each_wheel(trace: &Trace, f: fn(&WheelSample) -> f64) -> Vec<Box<dyn plotly::Trace>> {
-    let wheels = (0..trace.wheel_count()).map(|index| {
-        let times = trace.records().iter().map(|r| r.t_s);
-        let name = &trace.header.wheels[index].name;
-        let points = times.zip(trace.wheel(index).map(f));
-        curve(name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+fn each_wheel(shown: &Shown, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Box<dyn plotly::Trace>> {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let points = shown.all.wheel(index, what);
+        let points = points.map(|(t_s, value)| (t_s, scale(value)));
+        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
     });
     wheels.collect()
 }

@@ -1,16 +1,19 @@
 //! How the robot moved: path, tracking errors, twist, dead reckoning.
 
-use ilon_robot::{Pose, Twist, wrap_angle};
-use ilon_trace::{Record, Settings, Trace};
+use ilon_robot::{Pose, Twist};
+use ilon_trace::{Record, Settings};
 use plotly::layout::Layout;
 
 use crate::report::figure::{
     Figure, Span, axis, curve, dashed, dotted, exact_curve, layout, map_layout, plot, solid,
 };
+use crate::report::gathered::{OfRobot, TwistOf};
+use crate::report::shown::Shown;
 use crate::report::thin::{MAX_POINTS, evenly};
 
 /// The way over the floor, against the reference.
-pub(in crate::report) fn path(trace: &Trace) -> Figure {
+pub(in crate::report) fn path(shown: &Shown) -> Figure {
+    let trace = &*shown.trace;
     let records = trace.records();
     let desired = || records.iter().filter_map(|r| r.desired).map(|d| d.pose);
     let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
@@ -21,7 +24,7 @@ pub(in crate::report) fn path(trace: &Trace) -> Figure {
     let point = |pose: Pose| trace.header.reference_point_at(pose);
     let truth: Vec<_> = records.iter().map(|r| point(r.truth.pose)).collect();
     curves.push(way("driven", &truth, solid("@real").width(2.4)));
-    if sees_otherwise(trace) {
+    if shown.all.sees_otherwise {
         let seen: Vec<_> = records.iter().map(|r| point(r.seen_pose)).collect();
         curves.push(way("as the robot saw it", &seen, dotted("@contact")));
     }
@@ -45,39 +48,42 @@ pub(in crate::report) fn path(trace: &Trace) -> Figure {
     }
 }
 
-/// Position and heading error over time; `None` without a reference.
-pub(in crate::report) fn errors(trace: &Trace, settings: &Settings) -> Vec<Figure> {
-    let real = tracking(trace, |r| r.truth.pose);
-    if real.is_empty() {
+/// Position and heading error over time; none without a reference.
+pub(in crate::report) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
+    if shown.all.robot(OfRobot::PositionError).next().is_none() {
         return Vec::new();
     }
-    let drawn = |of: fn(&Off) -> f64, name: &str| {
-        let over_time = |offs: &[Off]| -> Vec<(f64, f64)> {
-            offs.iter().map(|off| (off.t_s, of(off))).collect()
-        };
+    let drawn = |real: OfRobot, seen: OfRobot, name: &str| {
         let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
-        if sees_otherwise(trace) {
-            let seen = over_time(&tracking(trace, |r| r.seen_pose));
+        if shown.all.sees_otherwise {
             let pen = solid("@contact").width(1.0);
-            curves.push(curve("as the robot saw it", seen.into_iter(), pen));
+            curves.push(curve("as the robot saw it", shown.all.robot(seen), pen));
         }
-        curves.push(curve(name, over_time(&real).into_iter(), solid("@real")));
+        curves.push(curve(name, shown.all.robot(real), solid("@real")));
         curves
     };
     let position_threshold_m = settings.position_threshold_m;
     let heading_threshold_deg = settings.heading_threshold_rad.to_degrees();
-    let mut position_curves = drawn(|off| off.position_m, "position error");
+    let mut position_curves = drawn(
+        OfRobot::PositionError,
+        OfRobot::SeenPositionError,
+        "position error",
+    );
     position_curves.push(level(
-        trace,
+        shown,
         "threshold",
         position_threshold_m,
         dotted("@limit"),
     ));
-    let mut heading_curves = drawn(|off| off.heading_deg, "heading error");
+    let mut heading_curves = drawn(
+        OfRobot::HeadingError,
+        OfRobot::SeenHeadingError,
+        "heading error",
+    );
     heading_curves.extend([
-        level(trace, "threshold", heading_threshold_deg, dotted("@limit"))
+        level(shown, "threshold", heading_threshold_deg, dotted("@limit"))
             as Box<dyn plotly::Trace>,
-        level(trace, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
+        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
     ]);
     let position_plot = plot(
         position_curves,
@@ -115,33 +121,6 @@ pub(in crate::report) fn errors(trace: &Trace, settings: &Settings) -> Vec<Figur
     ]
 }
 
-/// How far a pose is off the reference.
-struct Off {
-    t_s: f64,
-    position_m: f64,
-    heading_deg: f64,
-}
-
-/// How far a pose is off the reference at every step that has one.
-fn tracking(trace: &Trace, pose: fn(&Record) -> Pose) -> Vec<Off> {
-    let at = |pose: Pose| trace.header.reference_point_at(pose);
-    let records = trace.records().iter();
-    let with_reference = records.filter_map(|r| Some((r.t_s, r.desired?.pose, at(pose(r)))));
-    with_reference
-        .map(|(t_s, desired, pose)| Off {
-            t_s,
-            position_m: (desired.position_m() - pose.position_m()).norm(),
-            heading_deg: wrap_angle(desired.heading_rad - pose.heading_rad).to_degrees(),
-        })
-        .collect()
-}
-
-/// Whether what the robot takes for its pose is ever another than the real one.
-fn sees_otherwise(trace: &Trace) -> bool {
-    let records = trace.records();
-    records.iter().any(|r| r.seen_pose != r.truth.pose)
-}
-
 /// A component of a twist.
 pub(in crate::report) type Component = fn(&Twist) -> f64;
 
@@ -157,13 +136,19 @@ pub(in crate::report) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
 ];
 
 /// The three components of the twist: asked, ideal, by the contacts, real.
-pub(in crate::report) fn twist(trace: &Trace) -> Vec<Figure> {
+pub(in crate::report) fn twist(shown: &Shown) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
-        .map(|(id, title, y_title, component)| {
-            let of = |twist: fn(&Record) -> Twist| {
-                let records = trace.records().iter();
-                records.map(move |r| (r.t_s, component(&twist(r))))
+        .enumerate()
+        .map(|(axis, (id, title, y_title, component))| {
+            let of = |twist: TwistOf| {
+                let points = shown.all.robot(OfRobot::Twist(twist, axis));
+                points.map(move |(t_s, value)| {
+                    let mut components = [0.0; 3];
+                    components[axis] = value;
+                    let [vx_m_s, vy_m_s, omega_rad_s] = components;
+                    (t_s, component(&Twist::new(vx_m_s, vy_m_s, omega_rad_s)))
+                })
             };
             Figure {
                 id: format!("twist-{id}"),
@@ -174,16 +159,12 @@ pub(in crate::report) fn twist(trace: &Trace) -> Vec<Figure> {
                 over_time: true,
                 plot: plot(
                     vec![
-                        curve(
-                            "real",
-                            of(|r| r.truth.twist_in_body),
-                            solid("@real").width(2.6),
-                        ),
-                        curve("asked", of(|r| r.command_twist_in_body), dotted("@asked")),
-                        curve("ideal", of(|r| r.twist_ideal), dashed("@ideal")),
+                        curve("real", of(TwistOf::Real), solid("@real").width(2.6)),
+                        curve("asked", of(TwistOf::Asked), dotted("@asked")),
+                        curve("ideal", of(TwistOf::Ideal), dashed("@ideal")),
                         curve(
                             "contact",
-                            of(|r| r.twist_contact),
+                            of(TwistOf::Contact),
                             solid("@contact").width(1.2),
                         ),
                     ],
@@ -195,14 +176,13 @@ pub(in crate::report) fn twist(trace: &Trace) -> Vec<Figure> {
 }
 
 /// Where dead reckoning believes the robot to be, and how far off that is.
-pub(in crate::report) fn odometry(trace: &Trace) -> Vec<Figure> {
-    let poses =
-        |pose: fn(&Record) -> Pose| -> Vec<Pose> { trace.records().iter().map(pose).collect() };
-    let away = |pose: fn(&Record) -> Pose| {
-        trace.records().iter().map(move |r| {
-            let off_m = (pose(r).position_m() - r.truth.pose.position_m()).norm();
-            (r.t_s, 1e3 * off_m)
-        })
+pub(in crate::report) fn odometry(shown: &Shown) -> Vec<Figure> {
+    let poses = |pose: fn(&Record) -> Pose| -> Vec<Pose> {
+        shown.trace.records().iter().map(pose).collect()
+    };
+    let away = |drift: OfRobot| {
+        let points = shown.all.robot(drift);
+        points.map(|(t_s, off_m)| (t_s, 1e3 * off_m))
     };
     let map = plot(
         vec![
@@ -224,12 +204,12 @@ pub(in crate::report) fn odometry(trace: &Trace) -> Vec<Figure> {
         vec![
             curve(
                 "by the ideal kinematics",
-                away(|r| r.odometry_ideal),
+                away(OfRobot::IdealDrift),
                 dashed("@ideal"),
             ),
             curve(
                 "by the contacts",
-                away(|r| r.odometry_contact),
+                away(OfRobot::ContactDrift),
                 solid("@contact"),
             ),
         ],
@@ -273,13 +253,12 @@ pub(in crate::report) fn way(
 
 /// A horizontal line over the run.
 pub(super) fn level(
-    trace: &Trace,
+    shown: &Shown,
     name: &str,
     y: f64,
     pen: super::super::figure::Pen,
 ) -> Box<plotly::Scatter<f64, f64>> {
-    let ends = [trace.records().first(), trace.records().last()];
-    exact_curve(name, ends.into_iter().flatten().map(|r| (r.t_s, y)), pen)
+    exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
 }
 
 /// Arrows along the robot's x axis at about twenty poses, as one line with gaps.

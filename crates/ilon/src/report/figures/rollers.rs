@@ -1,7 +1,5 @@
 //! Which roller carries a wheel, and how the load goes from one to the next.
 
-use std::f64::consts::TAU;
-
 use ilon_trace::{Trace, WheelSample};
 use plotly::common::{Line, LineShape};
 use plotly::layout::{Layout, RangeMode};
@@ -9,6 +7,8 @@ use plotly::layout::{Layout, RangeMode};
 use crate::report::figure::{
     Figure, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen,
 };
+use crate::report::gathered::{Gathered, PITCH_BINS};
+use crate::report::shown::Shown;
 use crate::report::thin::{MAX_POINTS, evenly};
 
 /// One panel a wheel: the roller that carries it over time, where it shares the load, and where none touches.
@@ -70,15 +70,8 @@ fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f6
 }
 
 /// How the carrying roller shares the load, over the wheel's turn folded into one roller pitch.
-pub(in crate::report) fn hand_over(trace: &Trace) -> Figure {
-    let curves = (0..trace.wheel_count()).map(|index| {
-        let points = folded(trace, index, |s| Some(s.load_share));
-        curve(
-            &trace.header.wheels[index].name,
-            points.into_iter(),
-            wheel_pen(index),
-        ) as Box<dyn plotly::Trace>
-    });
+pub(in crate::report) fn hand_over(shown: &Shown) -> Figure {
+    let curves = each_wheel(shown, |all, index| all.load_in_pitch(index));
     Figure {
         id: "hand-over".to_owned(),
         title: "Load hand-over".to_owned(),
@@ -90,7 +83,7 @@ pub(in crate::report) fn hand_over(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: false,
         plot: plot(
-            curves.collect(),
+            curves,
             Layout::new()
                 .x_axis(axis("turn within a roller pitch in deg"))
                 .y_axis(axis("share of the load").range_mode(RangeMode::ToZero)),
@@ -99,16 +92,8 @@ pub(in crate::report) fn hand_over(trace: &Trace) -> Figure {
 }
 
 /// Sliding speed over the wheel's turn folded into one roller pitch.
-pub(in crate::report) fn slip_within_a_pitch(trace: &Trace) -> Figure {
-    let curves = (0..trace.wheel_count()).map(|index| {
-        let squares = folded(trace, index, |s| {
-            s.touching.then(|| (1e3 * s.slip_speed_m_s()).powi(2))
-        });
-        let points = squares
-            .into_iter()
-            .map(|(turn, square)| (turn, square.sqrt()));
-        curve(&trace.header.wheels[index].name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
-    });
+pub(in crate::report) fn slip_within_a_pitch(shown: &Shown) -> Figure {
+    let curves = each_wheel(shown, |all, index| all.slip_in_pitch(index).map(f64::sqrt));
     Figure {
         id: "slip-pitch".to_owned(),
         title: "Slip within a roller pitch".to_owned(),
@@ -119,44 +104,33 @@ pub(in crate::report) fn slip_within_a_pitch(trace: &Trace) -> Figure {
         span: Span::Half,
         over_time: false,
         plot: plot(
-            curves.collect(),
+            curves,
             layout("turn within a roller pitch in deg", "sliding speed in mm/s"),
         ),
     }
 }
 
-/// Mean of a quantity of a wheel's touching samples over the turn within a roller pitch, in degrees; bins without any
-/// sample are left out.
-fn folded(
-    trace: &Trace,
-    index: usize,
-    of: impl Fn(&WheelSample) -> Option<f64>,
-) -> Vec<(f64, f64)> {
-    const BINS: usize = 40;
-    let rollers = trace.header.wheels[index].roller_count.max(1) as f64;
-    let mut sums = [(0.0, 0_u32); BINS];
-    for sample in trace.wheel(index).filter(|s| s.touching) {
-        let Some(value) = of(sample) else { continue };
-        let turn = (sample.angle_rad * rollers / TAU).rem_euclid(1.0);
-        // A turn of 1 - 1e-17 rounds to 1.
-        let bin = &mut sums[((turn * BINS as f64) as usize).min(BINS - 1)];
-        *bin = (bin.0 + value, bin.1 + 1);
-    }
-    let pitch_deg = 360.0 / rollers;
-    let bins = sums.into_iter().enumerate().filter(|(_, (_, n))| *n > 0);
-    bins.map(|(k, (sum, n))| {
-        (
-            (k as f64 + 0.5) * pitch_deg / BINS as f64,
-            sum / f64::from(n),
-        )
-    })
-    .collect()
+/// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are
+/// left out.
+fn each_wheel(
+    shown: &Shown,
+    folded: fn(&Gathered, usize) -> [f64; PITCH_BINS],
+) -> Vec<Box<dyn plotly::Trace>> {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let pitch_deg = 360.0 / wheel.roller_count.max(1) as f64;
+        let bins = folded(&shown.all, index).into_iter().enumerate();
+        let points = bins
+            .map(|(k, mean)| ((k as f64 + 0.5) * pitch_deg / PITCH_BINS as f64, mean))
+            .filter(|(_, mean)| !mean.is_nan());
+        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    wheels.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::{Header, Record, WheelHeader};
 
     #[test]
     fn a_roller_is_told_where_it_changes_and_where_none_touches() {
@@ -178,39 +152,5 @@ mod tests {
         assert_eq!(points[..2], [(0.0, 3.0), (0.2, 4.0)]);
         assert!(points[2].1.is_nan());
         assert_eq!(points[3..], [(0.4, 4.0), (0.4, 4.0)]);
-    }
-
-    #[test]
-    fn folding_lays_all_pitches_of_a_turn_over_each_other() {
-        let header = Header {
-            wheels: vec![WheelHeader {
-                roller_count: 4,
-                ..WheelHeader::default()
-            }],
-            ..Header::default()
-        };
-        let mut trace = Trace::with_capacity(header, 4);
-        // 6 deg into the first, second and third pitch of 90 deg, and backwards 6 deg into the last; one in the air.
-        for (angle_deg, load_share, touching) in [
-            (6.0, 0.5, true),
-            (96.0, 0.7, true),
-            (186.0, 0.9, true),
-            (-84.0, 0.5, true),
-            (6.0, 0.0, false),
-        ] {
-            let sample = WheelSample {
-                angle_rad: f64::to_radians(angle_deg),
-                load_share,
-                touching,
-                ..WheelSample::default()
-            };
-            trace.push(Record::default(), &[sample]);
-        }
-        let shares = folded(&trace, 0, |s| Some(s.load_share));
-        // Bins of 2.25 deg: 6 deg lies in the third, whose middle is at 5.625 deg.
-        assert_eq!(shares.len(), 1);
-        assert_eq!(shares[0].0, 5.625);
-        // Four numbers below 1: rounding below 1e-15.
-        assert!((shares[0].1 - 0.65).abs() < 1e-15);
     }
 }

@@ -1,6 +1,5 @@
 //! What the wheels did: rates, torques, and the tasks that shared them.
 
-use ilon_trace::{Record, Trace};
 use plotly::common::Mode;
 use plotly::layout::{Axis, Layout, RangeMode};
 
@@ -8,35 +7,37 @@ use super::motion::level;
 use crate::report::figure::{
     Figure, Span, axis, curve, dashed, dotted, layout, plot, solid, wheel_pen,
 };
+use crate::report::gathered::{OfRobot, OfWheel};
+use crate::report::shown::Shown;
 
 /// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
-pub(in crate::report) fn rates(trace: &Trace) -> Vec<Figure> {
+pub(in crate::report) fn rates(shown: &Shown) -> Vec<Figure> {
+    let trace = &*shown.trace;
     let header = &trace.header;
     let limits = || {
         let own = header.wheels.iter().filter_map(|w| w.rate_limit_rad_s);
         own.chain(header.wheel_rate_limit_rad_s)
     };
-    let fastest = (0..trace.wheel_count())
-        .flat_map(|index| trace.wheel(index))
-        .map(|s| s.rate_rad_s.abs().max(s.target_rad_s.abs()))
-        .fold(0.0, f64::max);
+    let magnitude = |what| {
+        let values = (0..trace.wheel_count()).flat_map(move |index| shown.all.wheel(index, what));
+        values.map(|(_, value)| value.abs()).fold(0.0, f64::max)
+    };
+    let fastest = magnitude(OfWheel::Rate).max(magnitude(OfWheel::Target));
     // A limit far above what the run used would flatten the curves.
     let shown_limit = limits().filter(|&l| l <= 2.0 * fastest).reduce(f64::max);
     let top = 1.08 * shown_limit.unwrap_or(0.0).max(fastest).max(1e-3);
     (0..trace.wheel_count())
         .map(|index| {
-            let times = || trace.records().iter().map(|r| r.t_s);
-            let of =
-                |f: fn(&ilon_trace::WheelSample) -> f64| times().zip(trace.wheel(index).map(f));
+            let of = |what| shown.all.wheel(index, what);
             let mut curves: Vec<Box<dyn plotly::Trace>> = vec![
-                curve("real", of(|s| s.rate_rad_s), solid("@real").width(2.2)),
-                curve("commanded", of(|s| s.target_rad_s), dashed("@asked")),
+                curve("real", of(OfWheel::Rate), solid("@real").width(2.2)),
+                curve("commanded", of(OfWheel::Target), dashed("@asked")),
             ];
             let wheel = &header.wheels[index];
             let limit = header.wheel_rate_limit_rad_s.or(wheel.rate_limit_rad_s);
             if let Some(limit) = limit.filter(|&l| l <= top) {
-                curves.push(level(trace, "limit", limit, dotted("@limit")));
-                curves.push(level(trace, "limit", -limit, dotted("@limit")).show_legend(false));
+                curves.push(level(shown, "limit", limit, dotted("@limit")));
+                curves.push(level(shown, "limit", -limit, dotted("@limit")).show_legend(false));
             }
             Figure {
                 id: format!("rate-{index}"),
@@ -57,11 +58,11 @@ pub(in crate::report) fn rates(trace: &Trace) -> Vec<Figure> {
 }
 
 /// Torques of all wheels.
-pub(in crate::report) fn torques(trace: &Trace) -> Figure {
-    let curves = (0..trace.wheel_count()).map(|index| {
-        let times = trace.records().iter().map(|r| r.t_s);
-        let torques = times.zip(trace.wheel(index).map(|s| s.torque_n_m));
-        curve(&trace.header.wheels[index].name, torques, wheel_pen(index)) as Box<dyn plotly::Trace>
+pub(in crate::report) fn torques(shown: &Shown) -> Figure {
+    let header = &shown.trace.header;
+    let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let torques = shown.all.wheel(index, OfWheel::Torque);
+        curve(&wheel.name, torques, wheel_pen(index)) as Box<dyn plotly::Trace>
     });
     Figure {
         id: "torques".to_owned(),
@@ -77,10 +78,9 @@ pub(in crate::report) fn torques(trace: &Trace) -> Figure {
 }
 
 /// What the torques give of the accelerations asked for; `None` where they gave all, always.
-pub(in crate::report) fn torque_weights(trace: &Trace) -> Option<Figure> {
-    let weights = |of: fn(&Record) -> f64| trace.records().iter().map(move |r| (r.t_s, of(r)));
-    let position = || weights(|r| r.torque_weight_position);
-    let heading = || weights(|r| r.torque_weight_heading);
+pub(in crate::report) fn torque_weights(shown: &Shown) -> Option<Figure> {
+    let position = || shown.all.robot(OfRobot::PositionTorqueWeight);
+    let heading = || shown.all.robot(OfRobot::HeadingTorqueWeight);
     position().chain(heading()).any(|(_, w)| w < 1.0).then(|| {
         let curves: Vec<Box<dyn plotly::Trace>> = vec![
             curve("position", position(), solid("@w0")),
@@ -106,26 +106,28 @@ pub(in crate::report) fn torque_weights(trace: &Trace) -> Option<Figure> {
 }
 
 /// Weights and capacities of the guidance law's tasks; empty without guidance.
-pub(in crate::report) fn tasks(trace: &Trace) -> Vec<Figure> {
-    let names = &trace.header.task_names;
+pub(in crate::report) fn tasks(shown: &Shown) -> Vec<Figure> {
+    let names = &shown.trace.header.task_names;
     if names.is_empty() {
         return Vec::new();
     }
-    let of = |task: usize, f: fn(&ilon_trace::TaskShare) -> f64| {
-        trace
-            .records()
-            .iter()
-            .map(move |r| (r.t_s, f(&r.tasks[task])))
-    };
     let tasks = || names.iter().enumerate().take(ilon_trace::MAX_TASKS);
     let weights = tasks().map(|(task, name)| {
         let name = format!("{}. {name}", task + 1);
-        curve(&name, of(task, |s| s.weight), wheel_pen(task)).mode(Mode::Lines)
-            as Box<dyn plotly::Trace>
+        curve(
+            &name,
+            shown.all.robot(OfRobot::TaskWeight(task)),
+            wheel_pen(task),
+        )
+        .mode(Mode::Lines) as Box<dyn plotly::Trace>
     });
     let capacities = tasks().map(|(task, name)| {
         let name = format!("{}. {name}", task + 1);
-        curve(&name, of(task, |s| s.capacity_rad_s), wheel_pen(task)) as Box<dyn plotly::Trace>
+        curve(
+            &name,
+            shown.all.robot(OfRobot::TaskCapacity(task)),
+            wheel_pen(task),
+        ) as Box<dyn plotly::Trace>
     });
     vec![
         Figure {

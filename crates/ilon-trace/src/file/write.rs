@@ -1,0 +1,178 @@
+//! Writing traces.
+
+use std::fs::File;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as PhysicalType};
+use parquet::data_type::{BoolType, DoubleType, Int32Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::{ColumnPath, Type};
+
+use super::HEADER_KEY;
+use super::whole::Unfinished;
+use crate::columns::{Kind, Signal, signals};
+use crate::error::TraceError;
+use crate::record::MAX_TASKS;
+use crate::trace::{Header, Trace};
+
+/// Rows of the file that stand together: what is held of a long trace at a time when it is written or gone through.
+pub const ROWS_A_GROUP: usize = 8192;
+
+/// A trace file that grows by groups of rows and appears under its name once it is whole.
+#[derive(Debug)]
+pub struct TraceWriter {
+    signals: Vec<Signal>,
+    writer: SerializedFileWriter<File>,
+    unfinished: Unfinished,
+}
+
+impl TraceWriter {
+    /// Begins the file `path`, which grows as `growing`, on the same file system.
+    ///
+    /// # Errors
+    /// [`TraceError::Io`] where the file cannot be made, [`TraceError::TooManyTasks`].
+    pub fn begin(path: &Path, growing: PathBuf, header: &Header) -> Result<Self, TraceError> {
+        let found = header.task_names.len();
+        if found > MAX_TASKS {
+            return Err(TraceError::TooManyTasks { found });
+        }
+        let signals = signals(header);
+        let (unfinished, file) = Unfinished::create(path, growing)?;
+        let writer = writer(file, header, &signals).map_err(|source| encode(path, source))?;
+        Ok(Self {
+            signals,
+            writer,
+            unfinished,
+        })
+    }
+
+    /// Adds rows of a trace as a group.
+    ///
+    /// # Errors
+    /// [`TraceError::Encode`].
+    pub fn write_group(&mut self, trace: &Trace, rows: Range<usize>) -> Result<(), TraceError> {
+        let mut write = || -> Result<(), ParquetError> {
+            let mut group = self.writer.next_row_group()?;
+            for signal in &self.signals {
+                write_column(&mut group, signal, trace, rows.clone())?;
+            }
+            group.close()?;
+            Ok(())
+        };
+        write().map_err(|source| encode(self.unfinished.path(), source))
+    }
+
+    /// Ends the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`TraceError::Encode`], [`TraceError::Io`].
+    pub fn finish(self) -> Result<(), TraceError> {
+        let file = self
+            .writer
+            .into_inner()
+            .map_err(|source| encode(self.unfinished.path(), source))?;
+        self.unfinished.finish(file)
+    }
+}
+
+fn encode(path: &Path, source: ParquetError) -> TraceError {
+    TraceError::Encode {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// A Parquet writer with the columns of these signals and the header in its metadata.
+fn writer(
+    file: File,
+    header: &Header,
+    signals: &[Signal],
+) -> Result<SerializedFileWriter<File>, ParquetError> {
+    let fields = signals
+        .iter()
+        .map(|signal| column_type(signal).map(Arc::new))
+        .collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder("trace")
+        .with_fields(fields)
+        .build()?;
+    let header_json =
+        serde_json::to_string(header).map_err(|e| ParquetError::External(Box::new(e)))?;
+    let mut properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(vec![KeyValue::new(
+            HEADER_KEY.to_owned(),
+            header_json,
+        )]));
+    for signal in signals.iter().filter(|s| s.kind == Kind::Real) {
+        // Neighbouring values share sign, exponent and leading digits: split by byte they compress.
+        let column = ColumnPath::from(signal.name.as_str());
+        properties = properties
+            .set_column_dictionary_enabled(column.clone(), false)
+            .set_column_encoding(column, Encoding::BYTE_STREAM_SPLIT);
+    }
+    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))
+}
+
+/// The Parquet type of a signal.
+fn column_type(signal: &Signal) -> Result<Type, ParquetError> {
+    let (physical, logical) = match signal.kind {
+        Kind::Real => (PhysicalType::DOUBLE, None),
+        Kind::Count => (PhysicalType::INT32, Some(LogicalType::integer(32, false))),
+        Kind::Flag => (PhysicalType::BOOLEAN, None),
+    };
+    let repetition = if signal.nullable {
+        Repetition::OPTIONAL
+    } else {
+        Repetition::REQUIRED
+    };
+    Type::primitive_type_builder(&signal.name, physical)
+        .with_repetition(repetition)
+        .with_logical_type(logical)
+        .build()
+}
+
+/// Writes one signal over some rows.
+fn write_column<W: std::io::Write + Send>(
+    rows: &mut SerializedRowGroupWriter<'_, W>,
+    signal: &Signal,
+    trace: &Trace,
+    steps: Range<usize>,
+) -> Result<(), ParquetError> {
+    let Some(mut column) = rows.next_column()? else {
+        return Err(ParquetError::General(format!(
+            "the schema lacks the column `{}`",
+            signal.name
+        )));
+    };
+    let values: Vec<Option<f64>> = steps.map(|step| signal.get(trace, step)).collect();
+    // Definition levels: 1 where a value is present, 0 where it is null; required columns have none.
+    let levels: Vec<i16> = values.iter().map(|v| i16::from(v.is_some())).collect();
+    let levels = signal.nullable.then_some(levels.as_slice());
+    let present = values.iter().flatten();
+    match signal.kind {
+        Kind::Real => {
+            let values: Vec<f64> = present.copied().collect();
+            column
+                .typed::<DoubleType>()
+                .write_batch(&values, levels, None)?;
+        }
+        Kind::Count => {
+            let values: Vec<i32> = present.map(|&v| v as u32 as i32).collect();
+            column
+                .typed::<Int32Type>()
+                .write_batch(&values, levels, None)?;
+        }
+        Kind::Flag => {
+            let values: Vec<bool> = present.map(|&v| v != 0.0).collect();
+            column
+                .typed::<BoolType>()
+                .write_batch(&values, levels, None)?;
+        }
+    }
+    column.close()
+}

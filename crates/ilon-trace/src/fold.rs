@@ -1,0 +1,68 @@
+//! Figures that grow value by value.
+
+/// A mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Mean {
+    sum: f64,
+    count: u64,
+}
+
+impl Mean {
+    pub fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.count += 1;
+    }
+
+    /// `None` of nothing.
+    pub fn get(self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+}
+
+/// A root mean square.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rms(Mean);
+
+impl Rms {
+    pub fn add(&mut self, x: f64) {
+        self.0.add(x * x);
+    }
+
+    /// `None` of nothing.
+    pub fn get(self) -> Option<f64> {
+        self.0.get().map(f64::sqrt)
+    }
+}
+
+/// The largest value.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Largest(Option<f64>);
+
+impl Largest {
+    pub fn add(&mut self, x: f64) {
+        self.0 = Some(self.0.map_or(x, |largest| largest.max(x)));
+    }
+
+    /// `None` of nothing.
+    pub fn get(self) -> Option<f64> {
+        self.0
+    }
+}
+
+/// How far apart the smallest and the largest value are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Extent(Option<(f64, f64)>);
+
+impl Extent {
+    pub fn add(&mut self, x: f64) {
+        self.0 = Some(
+            self.0
+                .map_or((x, x), |(low, high)| (low.min(x), high.max(x))),
+        );
+    }
+
+    /// Largest minus smallest; `None` of nothing.
+    pub fn get(self) -> Option<f64> {
+        self.0.map(|(low, high)| high - low)
+    }
+}

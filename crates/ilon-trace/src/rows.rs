@@ -1,0 +1,100 @@
+//! Rows that need not lie in memory.
+
+use std::convert::Infallible;
+
+use crate::columns::signals;
+use crate::trace::{Header, Trace};
+
+/// The rows of a run, which can be gone through from the first to the last as often as needed: a [`Trace`] in memory, or
+/// a [`TraceFile`](crate::file::TraceFile) that was never read as a whole.
+pub trait Rows {
+    /// Why rows cannot be had.
+    type Error;
+
+    /// What the run was.
+    fn header(&self) -> &Header;
+
+    /// How many rows there are.
+    fn row_count(&self) -> usize;
+
+    /// Shows all rows in their order to `see`, some at a time. Signals that `which` does not ask for may be zero.
+    ///
+    /// # Errors
+    /// Where the rows cannot be read.
+    fn each_chunk(&self, which: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), Self::Error>;
+
+    /// Shows the values of a signal, named as its column in the file, in their order to `see`: `None` where it is absent.
+    /// Of a signal that there is not, nothing is shown.
+    ///
+    /// # Errors
+    /// Where the values cannot be read.
+    fn each_value(&self, signal: &str, see: &mut dyn FnMut(Option<f64>))
+    -> Result<(), Self::Error>;
+
+    /// The values of a signal, all at once; none of a signal that there is not.
+    ///
+    /// # Errors
+    /// Like [`Rows::each_value`].
+    fn values(&self, signal: &str) -> Result<Vec<Option<f64>>, Self::Error> {
+        let mut values = Vec::with_capacity(self.row_count());
+        self.each_value(signal, &mut |value| values.push(value))?;
+        Ok(values)
+    }
+}
+
+/// Which signals are looked at: reading the others from a file takes time for nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// All of them.
+    All,
+    /// Those of the robot, not of its wheels.
+    Robot,
+    /// Those of one wheel.
+    Wheel(usize),
+}
+
+impl Rows for Trace {
+    type Error = Infallible;
+
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn row_count(&self) -> usize {
+        self.records().len()
+    }
+
+    fn each_chunk(&self, _: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
+        see(self);
+        Ok(())
+    }
+
+    fn each_value(&self, signal: &str, see: &mut dyn FnMut(Option<f64>)) -> Result<(), Infallible> {
+        let signals = signals(&self.header);
+        if let Some(signal) = signals.iter().find(|known| known.name == signal) {
+            (0..self.row_count()).for_each(|step| see(signal.get(self, step)));
+        }
+        Ok(())
+    }
+}
+
+/// Every `every`-th row from the first on, as a trace of its own whose rows are as much further apart.
+///
+/// # Errors
+/// Like [`Rows::each_chunk`].
+pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
+    let every = every.max(1);
+    let mut header = rows.header().clone();
+    header.control_dt_s *= every as f64;
+    let mut thin = Trace::with_capacity(header, rows.row_count().div_ceil(every));
+    let mut row = 0;
+    rows.each_chunk(Which::All, &mut |chunk| {
+        for (record, wheels) in chunk.steps() {
+            if row % every == 0 {
+                thin.push(*record, wheels);
+            }
+            row += 1;
+        }
+    })?;
+    Ok(thin)
+}

@@ -1,0 +1,350 @@
+//! The figures of a run as they grow, row by row.
+
+use ilon_robot::{Twist, wrap_angle};
+
+use crate::fold::{Largest, Mean, Rms};
+use crate::ledger::Ledger;
+use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
+use crate::odometry;
+use crate::record::Record;
+use crate::rows::{Rows, Which};
+use crate::slip::WheelTally;
+use crate::trace::{Header, Trace};
+
+impl Summary {
+    /// The figures of a run whose rows need not lie in memory.
+    ///
+    /// # Errors
+    /// Where the rows cannot be read.
+    pub fn of_rows<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
+        let header = rows.header();
+        let mut run = Tally::new(header, settings);
+        rows.each_chunk(Which::All, &mut |chunk| run.add(header, chunk))?;
+        let mut all_wheels = AllWheels::default();
+        for wheel in 0..header.wheels.len() {
+            rows.each_chunk(Which::Wheel(wheel), &mut |chunk| {
+                all_wheels.add(chunk, wheel);
+            })?;
+        }
+        let twist_mean = run.twist.get();
+        let mut ripple = Ripple::default();
+        if let Some(mean) = twist_mean.filter(|_| header.open_loop) {
+            rows.each_chunk(Which::Robot, &mut |chunk| ripple.add(header, chunk, mean))?;
+        }
+        let trace_hash = crate::hash::hash_of_rows(rows)?;
+
+        let duration_s = rows.row_count() as f64 * header.control_dt_s;
+        let (twist_ideal_mean, twist_contact_mean) =
+            (run.twist_ideal.get(), run.twist_contact.get());
+        let driven = run.driven(twist_ideal_mean, settings.driven_share);
+        let reckoning = run.reckoning.finish();
+        let slips = header.wheels.iter().zip(run.wheels);
+        let wheels: Vec<_> = slips.map(|(wheel, tally)| tally.finish(wheel)).collect();
+        Ok(Self {
+            scenario: header.scenario_name.clone(),
+            robot: header.robot_name.clone(),
+            duration_s,
+            steps: physics_steps(duration_s, header.physics_dt_s),
+            physics_dt_s: header.physics_dt_s,
+            control_dt_s: header.control_dt_s,
+            sim_seconds_per_cpu_second: None,
+            trace_hash,
+            position_error_rms_m: run.position.rms.get(),
+            position_error_final_m: run.position.last,
+            heading_error_rms_rad: run.heading.rms.get(),
+            heading_error_final_rad: run.heading.last,
+            position_converged_s: run.position.converged_s,
+            heading_converged_s: run.heading.converged_s,
+            seen_position_error_rms_m: run.seen_m.get(),
+            seen_heading_error_rms_rad: run.seen_rad.get(),
+            wheel_rate_error_rms_rad_s: all_wheels.rate_error_rad_s.get(),
+            wheel_rate_command_max_rad_s: all_wheels.command_rad_s.get(),
+            wheel_torque_max_n_m: all_wheels.torque_n_m.get(),
+            saturated_share: run.saturated.get(),
+            twist_mean,
+            twist_ripple: twist_mean
+                .filter(|_| header.open_loop)
+                .map(|_| ripple.get()),
+            twist_ideal_mean,
+            twist_contact_mean,
+            twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
+            twist_ratio_contact: ratio(twist_mean, twist_contact_mean, driven),
+            slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
+            slip_speed_max_m_s: all_wheels.slip_largest_m_s.get(),
+            slip_energy_j: run.last.and_then(|r| finite(r.slip_energy_j)),
+            odometry_drift_m_per_m: reckoning.ideal.m_per_m,
+            odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
+            hub_ripple_m: wheels
+                .iter()
+                .filter_map(|wheel| wheel.hub_ripple_m)
+                .reduce(f64::max),
+            travelled_m: reckoning.travelled_m,
+            turned_rad: reckoning.turned_rad,
+            odometry_ideal: reckoning.ideal,
+            odometry_contact: reckoning.contact,
+            ledger: run.ledger,
+            energy: energy(run.first.as_ref(), run.last.as_ref()),
+            wheels,
+        })
+    }
+}
+
+/// What is counted in one pass over all rows.
+struct Tally {
+    position: ErrorTally,
+    heading: ErrorTally,
+    seen_m: Rms,
+    seen_rad: Rms,
+    saturated: Mean,
+    twist: MeanTwist,
+    twist_ideal: MeanTwist,
+    twist_contact: MeanTwist,
+    /// The farthest wheel's distance from the body's origin, in metres.
+    arm_m: f64,
+    ideal_speed_m_s: Rms,
+    reckoning: odometry::Tally,
+    ledger: Ledger,
+    first: Option<Record>,
+    last: Option<Record>,
+    wheels: Vec<WheelTally>,
+}
+
+impl Tally {
+    fn new(header: &Header, settings: &Settings) -> Self {
+        let positions = header.wheels.iter().map(|wheel| wheel.position_m);
+        Self {
+            position: ErrorTally::new(settings.position_threshold_m),
+            heading: ErrorTally::new(settings.heading_threshold_rad),
+            seen_m: Rms::default(),
+            seen_rad: Rms::default(),
+            saturated: Mean::default(),
+            twist: MeanTwist::default(),
+            twist_ideal: MeanTwist::default(),
+            twist_contact: MeanTwist::default(),
+            arm_m: positions
+                .map(|[x_m, y_m]| libm::hypot(x_m, y_m))
+                .fold(0.0, f64::max),
+            ideal_speed_m_s: Rms::default(),
+            reckoning: odometry::Tally::default(),
+            ledger: Ledger::default(),
+            first: None,
+            last: None,
+            wheels: WheelTally::of_each(header),
+        }
+    }
+
+    fn add(&mut self, header: &Header, chunk: &Trace) {
+        for (record, samples) in chunk.steps() {
+            self.add_record(header, record);
+            for (wheel, sample) in self.wheels.iter_mut().zip(samples) {
+                wheel.add(header, record, sample);
+            }
+        }
+    }
+
+    fn add_record(&mut self, header: &Header, record: &Record) {
+        let (off_m, off_rad) = error(header, record).unzip();
+        self.position.add(record.t_s, off_m);
+        self.heading.add(record.t_s, off_rad);
+
+        let (seen, truth) = (record.seen_pose, record.truth.pose);
+        self.seen_m
+            .add((seen.position_m() - truth.position_m()).norm());
+        self.seen_rad
+            .add(wrap_angle(seen.heading_rad - truth.heading_rad));
+
+        let mut tasks = record.tasks.iter().take(header.task_names.len());
+        if tasks.len() > 0 {
+            let gives_way = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
+            self.saturated.add(f64::from(u8::from(gives_way)));
+        }
+        if header.is_measured(record.t_s) {
+            self.twist.add(record.truth.twist_in_body);
+            self.twist_ideal.add(record.twist_ideal);
+            self.twist_contact.add(record.twist_contact);
+            let v = record.twist_ideal;
+            let speed_m_s = libm::hypot(v.vx_m_s, v.vy_m_s);
+            self.ideal_speed_m_s
+                .add(libm::hypot(speed_m_s, self.arm_m * v.omega_rad_s));
+        }
+        self.reckoning.add(record);
+        self.ledger.add(record, header.control_dt_s);
+        self.first.get_or_insert(*record);
+        self.last = Some(*record);
+    }
+
+    /// Which components of the twist are driven.
+    fn driven(&self, ideal_mean: Option<Twist>, share: f64) -> [bool; 3] {
+        // A micrometre per second: nothing drives a robot that stands.
+        const STANDING_M_S: f64 = 1e-6;
+        let (Some(mean), Some(speed_rms)) = (ideal_mean, self.ideal_speed_m_s.get()) else {
+            return [false; 3];
+        };
+        [mean.vx_m_s, mean.vy_m_s, self.arm_m * mean.omega_rad_s]
+            .map(|component| component.abs() > (share * speed_rms).max(STANDING_M_S))
+    }
+}
+
+/// An error over the run, and since when it is small for good.
+struct ErrorTally {
+    threshold: f64,
+    rms: Rms,
+    last: Option<f64>,
+    /// The time from which on the error has stayed below the threshold; `None` where it has not, or where some row had
+    /// no reference.
+    converged_s: Option<f64>,
+    without_reference: bool,
+}
+
+impl ErrorTally {
+    fn new(threshold: f64) -> Self {
+        Self {
+            threshold,
+            rms: Rms::default(),
+            last: None,
+            converged_s: None,
+            without_reference: false,
+        }
+    }
+
+    fn add(&mut self, t_s: f64, error: Option<f64>) {
+        if let Some(error) = error {
+            self.rms.add(error);
+            self.last = Some(error);
+        } else {
+            self.without_reference = true;
+        }
+        let is_small = error.is_some_and(|error| error < self.threshold);
+        if is_small && !self.without_reference {
+            self.converged_s.get_or_insert(t_s);
+        } else {
+            self.converged_s = None;
+        }
+    }
+}
+
+/// A mean twist, component by component.
+#[derive(Clone, Copy, Default)]
+struct MeanTwist {
+    sum: Twist,
+    count: u64,
+}
+
+impl MeanTwist {
+    fn add(&mut self, twist: Twist) {
+        self.sum = self.sum + twist;
+        self.count += 1;
+    }
+
+    fn get(self) -> Option<Twist> {
+        (self.count > 0).then(|| self.sum.scaled(1.0 / self.count as f64))
+    }
+}
+
+/// Figures over all wheels, which are counted one wheel after the other.
+#[derive(Default)]
+struct AllWheels {
+    rate_error_rad_s: Rms,
+    command_rad_s: Largest,
+    torque_n_m: Largest,
+    slip_m_s: Rms,
+    slip_largest_m_s: Largest,
+}
+
+impl AllWheels {
+    fn add(&mut self, chunk: &Trace, wheel: usize) {
+        for sample in chunk.wheel(wheel) {
+            self.rate_error_rad_s
+                .add(sample.target_rad_s - sample.rate_rad_s);
+            self.command_rad_s.add(sample.target_rad_s.abs());
+            self.torque_n_m.add(sample.torque_n_m.abs());
+            if sample.touching {
+                let speed_m_s = sample.slip_speed_m_s();
+                self.slip_m_s.add(speed_m_s);
+                self.slip_largest_m_s.add(speed_m_s);
+            }
+        }
+    }
+}
+
+/// Rms deviation of the real twist from its mean within the window of the means, component by component.
+#[derive(Default)]
+struct Ripple([Rms; 3]);
+
+impl Ripple {
+    fn add(&mut self, header: &Header, chunk: &Trace, mean: Twist) {
+        for record in chunk.records() {
+            if header.is_measured(record.t_s) {
+                let off = record.truth.twist_in_body - mean;
+                let components = [off.vx_m_s, off.vy_m_s, off.omega_rad_s];
+                for (rms, component) in self.0.iter_mut().zip(components) {
+                    rms.add(component);
+                }
+            }
+        }
+    }
+
+    fn get(&self) -> Twist {
+        let [vx_m_s, vy_m_s, omega_rad_s] = self.0.map(|rms| rms.get().unwrap_or(0.0));
+        Twist::new(vx_m_s, vy_m_s, omega_rad_s)
+    }
+}
+
+/// Number of physics steps in the run; 0 where the step is unknown.
+fn physics_steps(duration_s: f64, physics_dt_s: f64) -> u64 {
+    if physics_dt_s > 0.0 {
+        (duration_s / physics_dt_s).round() as u64
+    } else {
+        0
+    }
+}
+
+/// Real over modelled, for the driven components.
+fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> TwistRatio {
+    let (Some(real), Some(modelled)) = (real, modelled) else {
+        return TwistRatio::default();
+    };
+    let of = |driven: bool, real: f64, modelled: f64| {
+        (driven && modelled != 0.0).then(|| real / modelled)
+    };
+    TwistRatio {
+        vx: of(driven[0], real.vx_m_s, modelled.vx_m_s),
+        vy: of(driven[1], real.vy_m_s, modelled.vy_m_s),
+        omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
+    }
+}
+
+/// Below this energy turned over, in J, a share of it says nothing.
+const LEAST_TURNED_OVER_J: f64 = 1e-3;
+
+/// The energy balance between the first and the last record.
+fn energy(first: Option<&Record>, last: Option<&Record>) -> Energy {
+    let (Some(first), Some(last)) = (first, last) else {
+        return Energy::default();
+    };
+    let gain = |f: fn(&Record) -> f64| f(last) - f(first);
+    let motor_j = gain(|r| r.motor_energy_j);
+    let outside_j = gain(|r| r.outside_energy_j);
+    let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
+    let slip_j = gain(|r| r.slip_energy_j);
+    let bearing_j = gain(|r| r.bearing_energy_j);
+    let impact_j = gain(|r| r.impact_energy_j);
+    let lost_j = slip_j + bearing_j + impact_j;
+    let unexplained_j = motor_j + outside_j - stored_j - lost_j;
+    let turned_over_j = (motor_j + outside_j).max(lost_j);
+    Energy {
+        motor_j: finite(motor_j),
+        outside_j: finite(outside_j),
+        stored_j: finite(stored_j),
+        slip_j: finite(slip_j),
+        bearing_j: finite(bearing_j),
+        impact_j: finite(impact_j),
+        unexplained_j: finite(unexplained_j),
+        unexplained_share: finite(unexplained_j / turned_over_j)
+            .filter(|_| turned_over_j >= LEAST_TURNED_OVER_J),
+    }
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
