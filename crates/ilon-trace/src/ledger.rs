@@ -186,9 +186,9 @@ mod tests {
 
     #[test]
     fn each_cause_is_booked_under_its_own_name() {
-        // A robot asked for 1 m/s to the left: saturation leaves 0.8, the wheels reach 0.7, of which the rollers'
-        // geometry leaves 0.69, of which slip leaves 0.66.
-        let left = |v| Twist::new(0.0, v, 0.0);
+        // A robot asked for 1 m/s to the left and 1 rad/s to the right: saturation leaves 0.8, the wheels reach 0.7, of which
+        // the rollers' geometry leaves 0.69, of which slip leaves 0.66.
+        let left = |v| Twist::new(0.0, v, -v);
         let mut record = Record {
             command_twist_in_body: left(1.0),
             granted_twist_in_body: left(0.8),
@@ -198,7 +198,7 @@ mod tests {
             ..Record::default()
         };
         record.truth.twist_in_body = left(0.66);
-        record.truth.pose.heading_rad = std::f64::consts::FRAC_PI_2;
+        record.truth.pose.heading_rad = f64::atan2(0.8, 0.6);
         let header = Header {
             control_dt_s: 0.5,
             ..Header::default()
@@ -208,7 +208,7 @@ mod tests {
             trace.push(record, &[]);
         }
         let ledger = Ledger::of(&trace);
-        // 2 s; the body's left is the world's -x at a quarter turn.
+        // 2 s; the body's left is (-0.8, 0.6) in the world.
         for (got, want) in [
             (ledger.guidance, 0.4),
             (ledger.compensation, 0.0),
@@ -218,8 +218,10 @@ mod tests {
             (ledger.total, 0.68),
         ] {
             // Differences of decimals near 1: a few 1e-16 each, four of them.
-            assert!((got.x_m + want).abs() < 1e-14 && (got.path_m - want).abs() < 1e-14);
-            assert!(got.y_m.abs() < 1e-14 && got.heading_rad == 0.0);
+            let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
+            assert!(near(got.x_m, -0.8 * want) && near(got.y_m, 0.6 * want));
+            assert!(near(got.heading_rad, -want));
+            assert!(near(got.path_m, want) && near(got.turned_rad, want));
         }
     }
 

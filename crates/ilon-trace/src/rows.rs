@@ -98,3 +98,28 @@ pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
     })?;
     Ok(thin)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::made_up_trace;
+
+    #[test]
+    fn a_thinned_trace_has_every_so_many_rows_as_much_further_apart() {
+        let whole = made_up_trace(2, 10, true);
+        let Ok(thin) = thinned(&whole, 4);
+        assert_eq!(thin.header.control_dt_s, 4.0 * whole.header.control_dt_s);
+        let rows: Vec<_> = thin.steps().collect();
+        let expected: Vec<_> = whole.steps().step_by(4).collect();
+        assert_eq!(rows, expected);
+    }
+
+    #[test]
+    fn values_are_those_of_the_signal_and_none_of_an_unknown_one() {
+        let trace = made_up_trace(2, 3, false);
+        let Ok(rates) = trace.values("wheel1_rate_rad_s");
+        assert_eq!(trace.signal("wheel1_rate_rad_s"), Some(rates));
+        assert_eq!(trace.values("desired_x_m"), Ok(vec![None; 3]));
+        assert_eq!(trace.values("wheel2_rate_rad_s"), Ok(Vec::new()));
+    }
+}

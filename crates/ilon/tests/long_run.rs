@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ilon::Error;
 use ilon::judge::{differences, judge, judge_rows};
+use ilon::report::{html, write_recorded};
 use ilon::scenario::Scenario;
 use ilon::simulate::Simulation;
 use ilon::trace::file::ROWS_A_GROUP;
@@ -21,6 +22,14 @@ fn scenario(rows: usize) -> Scenario {
     );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
     Scenario::from_toml(&text, "long", folder).expect("a scenario")
+}
+
+/// The data of a figure in a report.
+fn drawn<'p>(page: &'p str, figure: &str) -> &'p str {
+    let begin = page.split(&format!("data-figure=\"{figure}\">")).nth(1);
+    begin
+        .and_then(|begin| begin.split("</script>").next())
+        .expect("the figure is there")
 }
 
 #[test]
@@ -60,6 +69,27 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
     assert_eq!(verdicts.len(), 3);
     // 0.1 m/s take 2 rad/s: the bound of 0.5 is broken, and both agree on where it is worst.
     assert!(!verdicts[1].held, "{}", verdicts[1]);
+
+    // Curves and means of the report are taken from all rows; a few kinds of picture are drawn from some of them.
+    let report = file("report.html");
+    write_recorded(&report, &recorded.trace, &recorded.summary).expect("a report");
+    let page = std::fs::read_to_string(report).expect("it was written");
+    let whole = html(&run.trace, &run.summary);
+    for (figure, is_same) in [
+        ("position-error", true),
+        ("twist-vx", true),
+        ("rate-0", true),
+        ("slip-speed", true),
+        ("slip-polar", true),
+        ("hand-over", true),
+        ("ledger-growth-position", true),
+        ("friction-cone", false),
+    ] {
+        let drawn = drawn(&page, figure);
+        assert!(drawn.len() > 500, "{figure}: {drawn}");
+        assert_eq!(drawn == self::drawn(&whole, figure), is_same, "{figure}");
+    }
+    assert!(page.contains("are drawn from one row in 3;"));
 
     // Against a baseline both leave it at the same place, which lies beyond the first rows in the file.
     let mut baseline = Trace::with_capacity(run.trace.header.clone(), rows);
