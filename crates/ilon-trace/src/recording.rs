@@ -130,10 +130,9 @@ impl Recording {
             Place::Temporary(folder) => folder,
         };
         match path {
-            Some(path) if is_long => Ok(Recorded::File {
-                file: TraceFile::open(&path)?,
-                _folder: folder,
-            }),
+            Some(path) if is_long => {
+                Ok(Recorded::File(TraceFile::open(&path)?.with_folder(folder)))
+            }
             _ => Ok(Recorded::Memory(recent)),
         }
     }
@@ -176,12 +175,7 @@ pub enum Recorded {
     /// A short one, in memory.
     Memory(Trace),
     /// A long one, in its file.
-    File {
-        /// The file.
-        file: TraceFile,
-        /// The folder that goes with it, where it is temporary.
-        _folder: Option<TempDir>,
-    },
+    File(TraceFile),
 }
 
 impl Recorded {
@@ -190,10 +184,7 @@ impl Recorded {
     /// # Errors
     /// Like [`TraceFile::open`].
     pub fn open(path: &Path) -> Result<Self, TraceError> {
-        Ok(Self::File {
-            file: TraceFile::open(path)?,
-            _folder: None,
-        })
+        Ok(Self::File(TraceFile::open(path)?))
     }
 
     /// Writes the trace as a Parquet file of its own. The file appears whole or not at all.
@@ -203,7 +194,7 @@ impl Recorded {
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
         match self {
             Self::Memory(trace) => trace.write_parquet(path),
-            Self::File { file, .. } => write_atomically(path, |copy| {
+            Self::File(file) => write_atomically(path, |copy| {
                 File::open(file.path())
                     .and_then(|mut file| std::io::copy(&mut file, copy))
                     .map(|_| ())
@@ -223,14 +214,14 @@ impl Rows for Recorded {
     fn header(&self) -> &Header {
         match self {
             Self::Memory(trace) => trace.header(),
-            Self::File { file, .. } => file.header(),
+            Self::File(file) => file.header(),
         }
     }
 
     fn row_count(&self) -> usize {
         match self {
             Self::Memory(trace) => trace.row_count(),
-            Self::File { file, .. } => file.row_count(),
+            Self::File(file) => file.row_count(),
         }
     }
 
@@ -240,7 +231,7 @@ impl Rows for Recorded {
                 let Ok(()) = trace.each_chunk(which, see);
                 Ok(())
             }
-            Self::File { file, .. } => file.each_chunk(which, see),
+            Self::File(file) => file.each_chunk(which, see),
         }
     }
 
@@ -250,7 +241,7 @@ impl Rows for Recorded {
                 let Ok(()) = trace.each_value(signal, see);
                 Ok(())
             }
-            Self::File { file, .. } => file.each_value(signal, see),
+            Self::File(file) => file.each_value(signal, see),
         }
     }
 }
@@ -344,7 +335,7 @@ mod tests {
         let mut recording = Recording::temporary(whole.header.clone());
         record(&mut recording, &whole);
         let recorded = recording.finish().unwrap();
-        let Recorded::File { file, .. } = &recorded else {
+        let Recorded::File(file) = &recorded else {
             panic!("it is too long for memory");
         };
         let path = file.path().to_owned();

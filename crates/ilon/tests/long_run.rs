@@ -47,7 +47,7 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
         })
         .expect("it runs");
     assert_eq!(most_rows, ROWS_A_GROUP);
-    assert!(matches!(recorded.trace, Recorded::File { .. }));
+    assert!(matches!(recorded.trace, Recorded::File(_)));
     assert_eq!(recorded.trace.row_count(), rows);
 
     let run = ilon::run(&scenario).expect("it runs");

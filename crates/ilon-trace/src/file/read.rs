@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use tempfile::TempDir;
 
 use super::HEADER_KEY;
 use crate::columns::{Kind, Signal, signals};
@@ -21,6 +22,8 @@ pub struct TraceFile {
     reader: SerializedFileReader<File>,
     header: Header,
     row_count: usize,
+    /// The folder that goes with the file, where it is temporary.
+    folder: Option<TempDir>,
 }
 
 impl TraceFile {
@@ -45,7 +48,13 @@ impl TraceFile {
             reader,
             header,
             row_count: usize::try_from(row_count).unwrap_or(0),
+            folder: None,
         })
+    }
+
+    /// Takes the folder in which the file stands: it is removed with this.
+    pub(crate) fn with_folder(self, folder: Option<TempDir>) -> Self {
+        Self { folder, ..self }
     }
 
     /// Where the file is.
@@ -92,6 +101,7 @@ impl std::fmt::Debug for TraceFile {
         f.debug_struct("TraceFile")
             .field("path", &self.path)
             .field("row_count", &self.row_count)
+            .field("folder", &self.folder)
             .finish_non_exhaustive()
     }
 }

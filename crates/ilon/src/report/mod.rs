@@ -55,7 +55,7 @@ pub fn write_recorded(
 ) -> Result<(), TraceError> {
     match recorded {
         Recorded::Memory(trace) => write(path, trace, summary),
-        Recorded::File { file, .. } => {
+        Recorded::File(file) => {
             let shown = Shown::of_many(file, ROWS_A_GROUP)?;
             write_text(path, &page_of(&shown, summary))
         }
