@@ -45,8 +45,7 @@ fn rollers_that_turn_hard_slow_a_torque_driven_robot_sideways_by_what_their_bear
             "/assets/robots/mecanum4_hard_rollers.urdf"
         );
         let robot = ilon::robot::Robot::load(path).expect("a shipped robot");
-        let armature = ilon::world::Settings::default().roller_armature_ratio;
-        (1.0 + armature) * robot.wheels[0].rollers[0].axial_inertia_kg_m2
+        robot.wheels[0].rollers[0].axial_inertia_kg_m2
     };
     let end_m = RADIUS_M - RING_M / 20_f64.to_radians().cos();
     let mut rate_rad_s = target_rad_s;

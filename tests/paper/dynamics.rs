@@ -21,11 +21,7 @@ fn torques_for(model: &DynamicModel, twist_rate: Twist) -> Vec<f64> {
 /// Twists after `time_s` of constant torques, of the model and of the simulated robot.
 fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, Twist) {
     let settings = Settings::default();
-    let model_settings = DynamicsSettings {
-        roller_armature_ratio: settings.roller_armature_ratio,
-        ..DynamicsSettings::default()
-    };
-    let model = DynamicModel::new(robot, &model_settings).unwrap();
+    let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
     let torques = torques_for(&model, twist_rate);
 
     let mut world = World::new(robot, &Floor::default(), Pose::default(), &settings).unwrap();

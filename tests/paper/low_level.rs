@@ -14,15 +14,8 @@ use crate::robots::shipped;
 /// A low-level law: torques from targets, rates, limits and period.
 type Law<'a> = Box<dyn FnMut(&[f64], &[f64], &[TorqueRange], f64) -> Vec<f64> + 'a>;
 
-fn dynamics(settings: &Settings) -> DynamicsSettings {
-    DynamicsSettings {
-        roller_armature_ratio: settings.roller_armature_ratio,
-        ..DynamicsSettings::default()
-    }
-}
-
 fn computed_torque(robot: &Robot, settings: &Settings) -> Law<'static> {
-    let model = DynamicModel::new(robot, &dynamics(settings)).unwrap();
+    let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
     let law_settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,
         target_filter_s: 0.0,
@@ -42,7 +35,8 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static
         friction,
         gravity_m_s2: 9.81,
     };
-    let mut law = PrioritisedTorque::new(robot, &dynamics(settings), &law_settings).unwrap();
+    let mut law =
+        PrioritisedTorque::new(robot, &DynamicsSettings::default(), &law_settings).unwrap();
     Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
 }
 
@@ -116,24 +110,30 @@ fn section_5_a_saturating_motor_slows_the_turn_and_not_the_sideways_motion() {
 
 #[test]
 fn section_5_free_torques_save_slip_on_a_slippery_floor() {
-    // Robot A on a floor of friction 0.3, its mass centred 8 cm towards the front left wheel, speeding up at 1 m/s^2.
+    // Robot A on a floor of friction 0.29, its mass centred 8 cm towards the front left wheel, speeding up at 1 m/s^2.
     // Eq. (12) spreads the pushes alike and asks more of the rear right wheel than it can hold; spread by load they fit.
     let mut robot = shipped("mecanum4");
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let wanted = Twist::new(0.9, 0.45, 0.0);
-    let plain = drive(&robot, 0.3, 50.0, wanted, 0.5, computed_torque);
-    let spared = drive(&robot, 0.3, 50.0, wanted, 0.5, |r, s| {
-        prioritised(r, s, 0.3)
+    let plain = drive(&robot, 0.29, 50.0, wanted, 0.5, computed_torque);
+    let spared = drive(&robot, 0.29, 50.0, wanted, 0.5, |r, s| {
+        prioritised(r, s, 0.29)
     });
+    let gripping = drive(&robot, 0.8, 50.0, wanted, 0.5, computed_torque);
     let turned = |outcome: &Outcome| outcome.twist.omega_rad_s.abs();
+    // Rollers that are spun up as they take over cost something on any floor.
+    let slid_j = |outcome: &Outcome| outcome.slip_energy_j - gripping.slip_energy_j;
     println!(
-        "slip energy: plain {:.2} mJ, by load {:.2} mJ; turn that nobody asked for: {:.4}, {:.4} rad/s",
+        "slip energy: plain {:.2} mJ, by load {:.2} mJ, on a floor that grips {:.2} mJ; turn that nobody asked for: {:.4}, \
+         {:.4} rad/s",
         1e3 * plain.slip_energy_j,
         1e3 * spared.slip_energy_j,
+        1e3 * gripping.slip_energy_j,
         turned(&plain),
         turned(&spared)
     );
-    // What both lose alike is what rollers cost that are spun up as they take over.
-    assert!(spared.slip_energy_j < 0.8 * plain.slip_energy_j);
-    assert!(turned(&spared) < 0.7 * turned(&plain));
+    // The law knows the mean loads; at every hand-over the contact jumps along the roller and the loads by several N, so
+    // that now and then a wheel slides all the same.
+    assert!(slid_j(&spared) < 0.6 * slid_j(&plain));
+    assert!(turned(&spared) < 0.3 * turned(&plain));
 }

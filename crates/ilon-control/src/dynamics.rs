@@ -21,7 +21,7 @@
 //! **The touching rollers' spin.** By eq. (3) the roller carries alpha = n . v_h / cos(gamma) along u_gamma, so it
 //! spins with alpha / r about n_gamma against its hub: a row t_h nu. About its own axis it turns with
 //! t_h nu + (n . n_gamma) q'_h in space, with the axial inertia J_r, and against its bearing with t_h nu, where the
-//! bearing's armature (if a world uses one), damping and friction act. A spin is a scalar coordinate: by d'Alembert it
+//! bearing's damping and friction act. A spin is a scalar coordinate: by d'Alembert it
 //! adds its inertia times its row's square to the inertia matrix and nothing to the Coriolis matrix. The other rollers
 //! turn with their hub. That a roller has to be spun up when its turn comes is a loss that this mean model leaves out.
 //!
@@ -50,9 +50,6 @@ use crate::{ControlError, Kinematics};
 pub struct DynamicsSettings {
     /// Inertia that each wheel's motor and gear add to the wheel, at the wheel, in kg m^2.
     pub wheel_armature_kg_m2: f64,
-    /// Inertia added to each roller's bearing, as a multiple of the roller's own about its axis: zero on a real robot; a
-    /// simulated one may need a little.
-    pub roller_armature_ratio: f64,
 }
 
 /// I, C(omega) and F of eq. (11), and what they are made of.
@@ -90,10 +87,6 @@ impl DynamicModel {
             "the wheel's armature in kg m^2",
             settings.wheel_armature_kg_m2,
         )?;
-        let armature_ratio = not_negative(
-            "the roller's armature over its own inertia",
-            settings.roller_armature_ratio,
-        )?;
         let kinematics = Kinematics::new(robot)?;
         let n = kinematics.wheel_count();
         let p = kinematics.twist_matrix();
@@ -115,8 +108,6 @@ impl DynamicModel {
             in_space[h] += spin.roller_on_axis;
             inertia[(h, h)] += spin.wheel_inertia_kg_m2 + wheel_armature;
             inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
-            let roller_armature = armature_ratio * spin.roller_inertia_kg_m2;
-            inertia += against_hub.transpose() * against_hub * roller_armature;
             roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
         }
         let r = kinematics.rate_matrix();

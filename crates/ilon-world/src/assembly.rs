@@ -1,7 +1,7 @@
 //! Building the robot's multibody: chassis, hubs, and a body for every roller that shall have one.
 
 use ilon_robot::{Collision, Joint, MassProperties as RobotMass, Robot};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 use rapier3d::prelude::*;
 
 use crate::collision::shape_of;
@@ -31,7 +31,6 @@ impl Assembly {
         rapier: &mut PhysicsWorld,
         robot: &Robot,
         settings: &Settings,
-        friction: f64,
         state: &State,
         rollers: &[Vec<RollerState>],
         windows: &[Vec<usize>],
@@ -44,7 +43,7 @@ impl Assembly {
         );
         let chassis_from_body = Isometry3::from(-robot.chassis.mass.center_of_mass_m);
         for collision in &robot.chassis.collisions {
-            if let Some(collider) = chassis_collider(&chassis_from_body, collision, friction) {
+            if let Some(collider) = chassis_collider(&chassis_from_body, collision) {
                 rapier.insert_collider(collider, Some(chassis));
             }
         }
@@ -55,7 +54,7 @@ impl Assembly {
                     &robot.wheels[i],
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
                     (&rollers[i], &windows[i]),
-                    (settings, friction),
+                    settings,
                 )
             })
             .collect();
@@ -87,26 +86,6 @@ impl Assembly {
         let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
         for body in parts.chain([self.chassis]) {
             rapier.remove_body(body);
-        }
-    }
-
-    /// Moves the whole robot as it stands and goes into another frame of rapier's, given the old one in the new.
-    pub fn reframe(&self, rapier: &mut PhysicsWorld, new_from_old: &Isometry3<f64>) {
-        let by = convert::pose(new_from_old);
-        let wheels = self.wheels.iter();
-        let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
-        for body in parts.chain([self.chassis]) {
-            let body = &mut rapier.bodies[body];
-            body.set_position(by * *body.position(), false);
-        }
-        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
-        let mut rates = multibody.generalized_velocity_mut();
-        for first in [0, 3] {
-            let old = Vector3::from_fn(|i, _| f64::from(rates[first + i]));
-            let new = new_from_old.rotation * old;
-            for i in 0..3 {
-                rates[first + i] = new[i] as Real;
-            }
         }
     }
 
@@ -184,15 +163,13 @@ fn chassis_mass_properties(mass: &RobotMass) -> MassProperties {
 fn chassis_collider(
     chassis_from_body: &Isometry3<f64>,
     collision: &Collision,
-    friction: f64,
 ) -> Option<ColliderBuilder> {
     let (body_from_shape, shape) = shape_of(collision)?;
     let collider = ColliderBuilder::new(shape)
         .position(convert::pose(&(chassis_from_body * body_from_shape)))
         .density(0.0)
-        .friction(friction as Real)
-        .friction_combine_rule(CoefficientCombineRule::Min)
-        .collision_groups(groups::CHASSIS);
+        .collision_groups(groups::CHASSIS)
+        .solver_groups(InteractionGroups::none());
     Some(collider)
 }
 
@@ -227,7 +204,8 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
     index
 }
 
-/// Damping, dry friction and armature of every joint; rapier's own default damps every free axis by 0.1.
+/// Damping and armature of every joint; rapier's own default damps every free axis by 0.1. Dry friction is among the
+/// reactions.
 fn set_joint_dynamics(
     rapier: &mut PhysicsWorld,
     multibody: MultibodyIndex,
@@ -238,7 +216,6 @@ fn set_joint_dynamics(
     multibody.damping_mut().fill(0.0);
     let mut set = |dof: usize, joint: &Joint, armature: f64| {
         multibody.damping_mut()[dof] = joint.damping_n_m_s as Real;
-        multibody.frictions_mut()[dof] = joint.friction_n_m as Real;
         multibody.armature_mut()[dof] = armature as Real;
     };
     for (body, wheel) in wheels.iter().zip(&robot.wheels) {

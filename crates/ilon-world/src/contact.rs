@@ -1,11 +1,10 @@
 //! What the rollers of a wheel do to the ground.
 
-use nalgebra::{Isometry3, Vector2, Vector3};
-use rapier3d::prelude::*;
+use nalgebra::{Vector2, Vector3};
 
-use crate::convert;
 use crate::state::State;
 use crate::wheel_body::WheelBody;
+use crate::world::{Part, Reaction};
 
 /// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,15 +37,14 @@ pub struct WheelContact {
 }
 
 impl WheelContact {
-    /// Reads a wheel's contacts out of rapier's narrow phase.
+    /// Sums up what the reactions of a step did to a wheel.
     ///
-    /// The solver worked at the poses `before` the step and left the velocities `after` it; both are used here, so
-    /// that a contact which the solver held still reads as still. The work of an impulse is its product with the mean
-    /// of the velocities before and after it, which is exact for a body of constant inertia: the powers are such.
-    /// `rate_of` gives the rate of a degree of freedom of the robot's multibody, in rad/s.
+    /// They were solved at the poses `before` the step and left the velocities `after` it; both are used here, so that
+    /// a contact which was held still reads as still. The work of an impulse is its product with the mean of the
+    /// velocities before and after it, which is exact for a body of constant inertia: the powers are such. `rate_of`
+    /// gives the rate of a degree of freedom of the robot's multibody, in rad/s.
     pub(crate) fn read(
-        rapier: &PhysicsWorld,
-        floor_from_rapier: &Isometry3<f64>,
+        reactions: &[Reaction],
         (index, body): (usize, &WheelBody),
         before: &State,
         after: &State,
@@ -68,70 +66,48 @@ impl WheelContact {
         let mut hardest_n = 0.0;
         let mut force = Vector3::zeros();
         let mut sliding = Vector3::zeros();
-        for slot in &body.slots {
+        for reaction in reactions {
+            let slot = match reaction.part {
+                Part::Roller(wheel, slot) if wheel == index => &body.slots[slot],
+                _ => continue,
+            };
+            let (pressed, rubbed) = reaction.on_robot_n_s();
+            let (normal_n, tangential_n) = (reaction.impulse.x / dt_s, rubbed / dt_s);
+            if normal_n <= 0.0 {
+                continue;
+            }
+            let (at, up) = (reaction.at_m, reaction.frame[0]);
             let roller = &body.rollers[slot.roller];
             let spin_rad_s = rate_of(slot.dof);
             let roller_axis = floor_from_hub.rotation * roller.axis_in_hub();
             let roller_center =
                 floor_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
-            for pair in rapier.narrow_phase.contact_pairs_with(slot.collider) {
-                let slot_is_first = pair.collider1 == slot.collider;
-                let ground = if slot_is_first {
-                    pair.collider2
+            let surface = roller_axis.cross(&(at - roller_center.coords));
+            let carried_on = carried(after, &at);
+            let velocity = carried_on + spin_rad_s * surface;
+            let slip = velocity - up * velocity.dot(&up);
+            let came = carried(before, &at) + slot.spin_before_rad_s * surface;
+            let mean = 0.5 * (came + velocity);
+
+            contact.touching = true;
+            contact.normal_force_n += normal_n;
+            force += tangential_n;
+            sliding += normal_n * slip;
+            contact.slip_power_w -= tangential_n.dot(&mean);
+            contact.impact_power_w -= pressed.dot(&mean) / dt_s;
+            if normal_n > hardest_n {
+                hardest_n = normal_n;
+                contact.roller = slot.roller;
+                contact.friction = reaction.friction;
+                contact.roller_spin_rad_s = spin_rad_s;
+                // No sliding along the surface's own direction: (carried + spin surface) . surface = 0.
+                let tangent = surface - up * surface.dot(&up);
+                let reach = tangent.norm_squared();
+                contact.roller_spin_ideal_rad_s = if reach > 0.0 {
+                    -carried_on.dot(&tangent) / reach
                 } else {
-                    pair.collider1
+                    0.0
                 };
-                let rapier_from_ground = *rapier.colliders[ground].position();
-                for manifold in pair.manifolds() {
-                    for point in &manifold.points {
-                        let normal_n = f64::from(point.data.impulse) / dt_s;
-                        if normal_n <= 0.0 {
-                            continue;
-                        }
-                        // Impulses are given on the first collider of the pair; ours is wanted.
-                        let sign = if slot_is_first { 1.0 } else { -1.0 };
-                        let turned = floor_from_rapier.rotation;
-                        let up = turned * (-sign * convert::to_f64(manifold.data.normal));
-                        let tangent_impulse = convert::to_f64(point.data.warmstart_tangent_world);
-                        let tangential_n = turned * (sign / dt_s * tangent_impulse);
-                        let on_ground = if slot_is_first {
-                            point.local_p2
-                        } else {
-                            point.local_p1
-                        };
-                        let in_rapier = convert::to_f64(rapier_from_ground * on_ground);
-                        let at = (floor_from_rapier * nalgebra::Point3::from(in_rapier)).coords;
-
-                        let lever = at - roller_center.coords;
-                        let surface = roller_axis.cross(&lever);
-                        let carried_on = carried(after, &at);
-                        let velocity = carried_on + spin_rad_s * surface;
-                        let slip = velocity - up * velocity.dot(&up);
-                        let came = carried(before, &at) + slot.spin_before_rad_s * surface;
-                        let mean = 0.5 * (came + velocity);
-
-                        contact.touching = true;
-                        contact.normal_force_n += normal_n;
-                        force += tangential_n;
-                        sliding += normal_n * slip;
-                        contact.slip_power_w -= tangential_n.dot(&mean);
-                        contact.impact_power_w -= normal_n * up.dot(&mean);
-                        if normal_n > hardest_n {
-                            hardest_n = normal_n;
-                            contact.roller = slot.roller;
-                            contact.friction = f64::from(manifold.data.friction);
-                            contact.roller_spin_rad_s = spin_rad_s;
-                            // No sliding along the surface's own direction: (carried + spin surface) . surface = 0.
-                            let tangent = surface - up * surface.dot(&up);
-                            let reach = tangent.norm_squared();
-                            contact.roller_spin_ideal_rad_s = if reach > 0.0 {
-                                -carried_on.dot(&tangent) / reach
-                            } else {
-                                0.0
-                            };
-                        }
-                    }
-                }
             }
         }
         if contact.touching {

@@ -23,12 +23,3 @@ pub(crate) fn matrix(m: &Matrix3<f64>) -> Matrix {
 pub(crate) fn to_f64(v: Vector) -> Vector3<f64> {
     Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
 }
-
-pub(crate) fn rotation_to_f64(q: Rotation) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
-        f64::from(q.w),
-        f64::from(q.x),
-        f64::from(q.y),
-        f64::from(q.z),
-    ))
-}

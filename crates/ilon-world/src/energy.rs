@@ -8,7 +8,7 @@ use crate::state::State;
 /// Kinetic and potential energy, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// Of all parts in the world, the rollers' spin and armature included.
+    /// Of all parts in the world, the rollers' spin included.
     pub kinetic_j: f64,
     /// Above the world's origin.
     pub potential_j: f64,
@@ -17,13 +17,12 @@ pub struct Energy {
 /// Energy of a robot in a state.
 ///
 /// `gravity` is the acceleration of gravity in the floor's frame, in m/s^2; `spins_rad_s` are, for each wheel, the spins
-/// of its rollers against the hub; `armature_ratio` is a roller's armature over its own inertia.
+/// of its rollers against the hub.
 pub(crate) fn energy(
     robot: &Robot,
     state: &State,
     gravity: &Vector3<f64>,
     spins_rad_s: impl Fn(usize) -> Vec<f64>,
-    armature_ratio: f64,
 ) -> Energy {
     let mut sum = Energy::default();
     let mut add_mass = |mass_kg: f64, at_m: &Vector3<f64>, velocity_m_s: &Vector3<f64>| {
@@ -57,7 +56,6 @@ pub(crate) fn energy(
             let across = in_hub.norm_squared() - carried * carried;
             turning_j += 0.5 * roller.transverse_inertia_kg_m2 * across;
             turning_j += 0.5 * roller.axial_inertia_kg_m2 * (carried + spin).powi(2);
-            turning_j += 0.5 * armature_ratio * roller.axial_inertia_kg_m2 * spin * spin;
         }
     }
     sum.kinetic_j += turning_j;

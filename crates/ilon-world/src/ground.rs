@@ -1,12 +1,9 @@
 //! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
 
-use std::f64::consts::FRAC_PI_2;
-
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use parry3d::bounding_volume::{Aabb, BoundingVolume};
 use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
-use rapier3d::pipeline::{ContactModificationContext, PhysicsHooks};
 use rapier3d::prelude::*;
 
 use crate::{WorldError, convert, groups};
@@ -143,7 +140,7 @@ impl Floor {
     }
 
     /// Puts the ground into rapier, whose frame is the floor's.
-    pub(crate) fn insert(&self, colliders: &mut ColliderSet, dt_s: f64) -> Ground {
+    pub(crate) fn insert(&self, colliders: &mut ColliderSet) -> Ground {
         let solids = self.solids();
         let plane = self
             .relief
@@ -153,11 +150,8 @@ impl Floor {
             colliders.insert(
                 ColliderBuilder::new(shape.clone())
                     .position(convert::pose(floor_from_shape))
-                    .friction(self.friction as Real)
-                    .friction_combine_rule(CoefficientCombineRule::Min)
-                    .restitution(0.0)
-                    .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
-                    .collision_groups(groups::GROUND),
+                    .collision_groups(groups::GROUND)
+                    .solver_groups(InteractionGroups::none()),
             )
         };
         if let Some(plane) = &plane {
@@ -173,10 +167,8 @@ impl Floor {
             has_plane: plane.is_some(),
             friction: self.friction,
             patches: self.patches.clone(),
-            has_its_own_friction: !self.patches.is_empty(),
             world_from_floor: self.world_from_floor(),
-            floor_from_rapier: Isometry3::identity(),
-            dt_s: dt_s as Real,
+            rapier_origin_m: Vector3::zeros(),
         }
     }
 
@@ -230,23 +222,16 @@ impl Relief {
 
 /// What a running world needs to know of its ground.
 ///
-/// rapier counts in f32 from an anchor near the robot: contact points a few metres away would be rounded by as much
-/// as a roller moves in a step, and a robot at rest would creep. And the anchor turns with the robot: rapier solves
-/// friction along two axes that are fixed in its frame, one after the other, and a roller is light across its axis and
-/// heavy along it. Where its axis lies between rapier's the two are coupled and converge slowly; along them hardly any
-/// sweeps are needed.
+/// rapier's frame is the floor's, but it counts in f32 from an anchor near the robot: contact points a few metres away
+/// would be rounded by as much as a roller moves in a step.
 pub(crate) struct Ground {
     has_plane: bool,
     friction: f64,
     patches: Vec<Patch>,
-    /// Whether the friction is another than the one that rapier knows, somewhere or by now.
-    has_its_own_friction: bool,
     solids: Vec<Solid>,
     world_from_floor: UnitQuaternion<f64>,
-    /// rapier's frame in the floor's: its origin lies in the plane, its z axis stands on it.
-    floor_from_rapier: Isometry3<f64>,
-    /// Length of a physics step, in seconds.
-    dt_s: Real,
+    /// rapier's origin in the floor's frame, in the plane.
+    rapier_origin_m: Vector3<f64>,
 }
 
 /// A part of the ground that is not the plane.
@@ -279,47 +264,31 @@ impl Ground {
         })
     }
 
-    /// Moves rapier's frame beneath a robot once that has gone or turned too far away from it, and the solids along with
-    /// it. `heading_rad` is the direction in the floor's frame that shall lie along an axis of rapier's, where there is
-    /// any. Gives back the frame as it was, if it moved.
-    pub fn follow(
-        &mut self,
-        place_m: &Vector3<f64>,
-        heading_rad: Option<f64>,
-        colliders: &mut ColliderSet,
-    ) -> Option<Isometry3<f64>> {
+    /// Moves rapier's origin beneath a robot once that has gone too far away from it, and the solids along with it.
+    pub fn follow(&mut self, place_m: &Vector3<f64>, colliders: &mut ColliderSet) {
         /// Within this distance f32 resolves 1e-8 m, a hundredth of what a slow robot moves in a step.
         const LEASH_M: f64 = 0.1;
-        /// Friction's two directions converge about as fast at this angle as along the axes.
-        const LEASH_RAD: f64 = 0.02;
-        let before = self.floor_from_rapier;
         let beneath_m = Vector3::new(place_m.x, place_m.y, 0.0);
-        let turned_rad = before.rotation.euler_angles().2;
-        // Any of the four directions along rapier's axes will do.
-        let off_rad = heading_rad.map_or(0.0, |heading_rad| {
-            let off = heading_rad - turned_rad;
-            off - FRAC_PI_2 * (off / FRAC_PI_2).round()
-        });
-        if (beneath_m - before.translation.vector).norm() < LEASH_M && off_rad.abs() < LEASH_RAD {
-            return None;
+        if (beneath_m - self.rapier_origin_m).norm() < LEASH_M {
+            return;
         }
-        self.floor_from_rapier = Isometry3::from_parts(
-            beneath_m.into(),
-            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turned_rad + off_rad),
-        );
-        let rapier_from_floor = self.floor_from_rapier.inverse();
+        self.rapier_origin_m = beneath_m;
         for solid in &self.solids {
-            let in_rapier = rapier_from_floor * solid.floor_from_solid;
+            let in_rapier = Translation3::from(-beneath_m) * solid.floor_from_solid;
             if let Some(collider) = colliders.get_mut(solid.collider) {
                 collider.set_position(convert::pose(&in_rapier));
             }
         }
-        Some(before)
     }
 
-    /// rapier's frame in the floor's.
-    pub fn floor_from_rapier(&self) -> &Isometry3<f64> {
-        &self.floor_from_rapier
+    /// rapier's origin in the floor's frame, in metres; the axes are the same.
+    pub fn rapier_origin_m(&self) -> Vector3<f64> {
+        self.rapier_origin_m
+    }
+
+    /// What takes places in the floor's frame to rapier's.
+    pub fn rapier_from_floor(&self) -> Translation3<f64> {
+        Translation3::from(-self.rapier_origin_m)
     }
 
     /// The rotation from the floor's frame to the world.
@@ -332,21 +301,18 @@ impl Ground {
         self.world_from_floor.inverse() * (Vector3::z() * -gravity_m_s2)
     }
 
-    /// The same in rapier's frame.
-    pub fn gravity_in_rapier(&self, gravity_m_s2: f64) -> Vector {
-        let rapier_from_floor = self.floor_from_rapier.rotation.inverse();
-        convert::vector(&(rapier_from_floor * self.gravity_in_floor(gravity_m_s2)))
-    }
-
     /// Changes the friction from now on.
     pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
         self.friction = friction;
         self.patches = patches.to_vec();
-        self.has_its_own_friction = true;
     }
 
-    /// The friction at a place of the world.
-    fn friction_at(&self, in_world_m: &Vector3<f64>) -> f64 {
+    /// The friction coefficient at a place in the floor's frame.
+    pub fn friction_at(&self, in_floor_m: &Vector3<f64>) -> f64 {
+        if self.patches.is_empty() {
+            return self.friction.max(0.0);
+        }
+        let in_world_m = self.world_from_floor * in_floor_m;
         let inside = |p: &&Patch| {
             let off = in_world_m.xy() - p.center_m;
             off.x.abs() <= p.half_sides_m.x && off.y.abs() <= p.half_sides_m.y
@@ -358,58 +324,4 @@ impl Ground {
             .map_or(self.friction, |p| p.friction)
             .max(0.0)
     }
-}
-
-/// What rapier lets us say about every contact before it solves them: how slippery the ground is there, and that a
-/// rounding of the contact point is no way to make good.
-impl PhysicsHooks for Ground {
-    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
-        let ground_first = context.rigid_body1.is_none();
-        let (ground, body) = if ground_first {
-            (context.collider1, context.rigid_body2)
-        } else {
-            (context.collider2, context.rigid_body1)
-        };
-        let (bodies, colliders) = (context.bodies, context.colliders);
-        let (Some(ground), Some(body)) = (colliders.get(ground), body.and_then(|b| bodies.get(b)))
-        else {
-            return;
-        };
-        let Some(contact) = context.rigid_mut() else {
-            return;
-        };
-        if self.has_its_own_friction
-            && let Some(point) = contact.manifold.points.first()
-        {
-            let local = if ground_first {
-                point.local_p1
-            } else {
-                point.local_p2
-            };
-            let in_rapier_m = convert::to_f64(ground.position() * local);
-            let in_floor_m = self.floor_from_rapier * nalgebra::Point3::from(in_rapier_m);
-            let in_world_m = self.world_from_floor * in_floor_m.coords;
-            *contact.friction = self.friction_at(&in_world_m) as Real;
-        }
-        let normal = *contact.normal;
-        for point in contact.solver_contacts.iter_mut() {
-            let shift = (point.anchor2 - point.anchor1).dot(normal) - point.dist;
-            let middle = (point.anchor1 + normal * shift + point.anchor2) * 0.5;
-            let rounding = rounding_of(middle, body);
-            let between = if ground_first { -rounding } else { rounding };
-            point.tangent_velocity -= between / self.dt_s;
-        }
-    }
-}
-
-/// By how much rapier's friction misplaces a contact point on a body, in metres.
-///
-/// The solver keeps the point in the body's frame and takes it back to the world, in f32, and asks friction to close the
-/// gap to the other body's point within the step. The gap is some 1e-8 m of rounding, and a robot at rest would creep by
-/// that in every step. This repeats rapier's own operations to the letter, so that it can be taken off.
-fn rounding_of(point: Vector, body: &RigidBody) -> Vector {
-    let center = body.center_of_mass();
-    let kept = center + (point - center);
-    let pose = body.position();
-    pose * pose.inverse_transform_point(kept) - point
 }

@@ -13,6 +13,7 @@ mod energy;
 mod error;
 mod ground;
 mod groups;
+mod impulse_problem;
 mod roller_contact;
 mod roller_shape;
 mod settings;

@@ -3,6 +3,8 @@
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use crate::ground::Ground;
+
 /// The state of a robot but for its rollers.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
@@ -64,13 +66,10 @@ impl State {
         }
     }
 
-    /// The same state in another frame, which is given in the floor's.
-    pub fn seen_from(&self, floor_from_frame: &Isometry3<f64>) -> Self {
+    /// The same state as rapier counts it, from its own origin.
+    pub fn seen_from(&self, ground: &Ground) -> Self {
         let mut seen = self.clone();
-        let frame_from_floor = floor_from_frame.inverse();
-        seen.floor_from_chassis = frame_from_floor * self.floor_from_chassis;
-        seen.velocity_m_s = frame_from_floor.rotation * self.velocity_m_s;
-        seen.angular_rad_s = frame_from_floor.rotation * self.angular_rad_s;
+        seen.floor_from_chassis = ground.rapier_from_floor() * self.floor_from_chassis;
         seen
     }
 

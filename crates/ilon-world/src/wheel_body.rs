@@ -58,23 +58,19 @@ pub(crate) struct RollerState {
     /// Angle of its centre about the hub axis, from the hub frame's x axis, in radians.
     pub place_rad: f64,
     /// What stays while nothing but its bearing touches it, however the hub turns, in rad/s: its angular momentum about
-    /// its axis over its inertia, which is its spin against the hub plus its share of the hub's own rate.
+    /// its axis over its inertia, which is its spin against the hub plus the hub's own rate about that axis.
     steady_rate_rad_s: f64,
-    /// Inertia that follows its spin, armature included, in kg m^2.
+    /// Inertia about its axis, in kg m^2.
     spin_inertia_kg_m2: f64,
-    /// How much of that inertia the hub carries along: all but the armature, which only knows the spin.
-    carried_share: f64,
     /// Bearing damping, in N m s/rad.
     pub damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
     pub friction_n_m: f64,
-    /// Inertia that only the spin against the hub knows, in kg m^2.
-    armature_kg_m2: f64,
     /// Whether the roller has seized on its axle.
     seized: bool,
 }
 
-/// The armature of a seized roller, in kg m^2: 0.1 N m, more than a contact puts on a roller, would take 1000 s to give
+/// Inertia that stands for a seized roller's axle, in kg m^2: 0.1 N m, more than a contact puts on a roller, would take 1000 s to give
 /// it 0.1 rad/s.
 const SEIZED_KG_M2: f64 = 1e3;
 
@@ -101,17 +97,15 @@ pub(crate) fn joint_frame(parent_from_child: &Isometry3<f64>) -> Pose {
 }
 
 impl RollerState {
-    /// A roller at rest, with armature as a multiple of its own inertia.
-    pub fn new(roller: &Roller, armature_ratio: f64) -> Self {
+    /// A roller at rest.
+    pub fn new(roller: &Roller) -> Self {
         Self {
             hub_from_roller: roller.hub_from_roller(),
             place_rad: roller.place_rad(),
             steady_rate_rad_s: 0.0,
-            spin_inertia_kg_m2: (1.0 + armature_ratio) * roller.axial_inertia_kg_m2,
-            carried_share: 1.0 / (1.0 + armature_ratio),
+            spin_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
-            armature_kg_m2: armature_ratio * roller.axial_inertia_kg_m2,
             seized: false,
         }
     }
@@ -122,13 +116,9 @@ impl RollerState {
         self.set_spin(0.0, hub_rate_in_hub_rad_s);
     }
 
-    /// Inertia that only the spin against the hub knows, in kg m^2.
+    /// Inertia that rapier adds to its spin against the hub, in kg m^2.
     pub fn armature_kg_m2(&self) -> f64 {
-        if self.seized {
-            SEIZED_KG_M2
-        } else {
-            self.armature_kg_m2
-        }
+        if self.seized { SEIZED_KG_M2 } else { 0.0 }
     }
 
     /// The roller's axis in the hub frame.
@@ -136,9 +126,9 @@ impl RollerState {
         self.hub_from_roller.rotation * Vector3::z()
     }
 
-    /// The share of the hub's angular velocity, given in the hub frame, that the roller is carried along with.
+    /// The hub's angular velocity about the roller's axis, with which it carries the roller along.
     fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
-        self.carried_share * hub_rate_in_hub_rad_s.dot(&self.axis_in_hub())
+        hub_rate_in_hub_rad_s.dot(&self.axis_in_hub())
     }
 
     /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
@@ -158,8 +148,7 @@ impl RollerState {
     /// I d(spin)/dt = -damping spin - friction sign(spin), solved exactly for the damping; dry friction never reverses
     /// the spin.
     ///
-    /// What the bearing takes from the roller it gives to the hub, but for the armature's share, which has no body to
-    /// lose it.
+    /// What the bearing takes from the roller it gives to the hub.
     pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Coasted {
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
         let damped = spin * libm::exp(-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s);
@@ -169,7 +158,7 @@ impl RollerState {
         let inertia = self.spin_inertia_kg_m2;
         Coasted {
             lost_j: 0.5 * inertia * (spin * spin - slowed * slowed),
-            torque_on_hub_n_m: self.carried_share * inertia * (spin - slowed) / dt_s,
+            torque_on_hub_n_m: inertia * (spin - slowed) / dt_s,
         }
     }
 }
@@ -182,15 +171,13 @@ impl RollerState {
 /// an inertia about one axis alone, so a slot is round and the hub gives up the mean of what it has too much: about
 /// the hub axis, where wheels turn fast, that is exact because all rollers stand at the same angle to it.
 ///
-/// A roller that coasts keeps its axial momentum p = I (c + s) + A s, with c the hub's rate about its axis, s its spin
-/// and A its armature. Of that the hub's own share is I (c + s) = (p + A c) I / (I + A): its bearing gives the hub p's
-/// change over 1 + A/I, see [`RollerState::coast`], and the hub carries I A / (I + A) of inertia about the axis.
+/// A roller that coasts keeps its axial momentum I (c + s), with c the hub's rate about its axis and s its spin: the hub
+/// carries nothing of it.
 fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> MassProperties {
     let parts: &[Roller] = match settings.roller_bodies {
         RollerBodies::All => &[],
         RollerBodies::Near => &wheel.rollers,
     };
-    let armature_share = settings.roller_armature_ratio / (1.0 + settings.roller_armature_ratio);
     let mut mass_kg = wheel.hub.mass_kg;
     let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
     for roller in parts {
@@ -207,11 +194,9 @@ fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> Mass
     for roller in parts {
         let d = roller.axis_in_hub.into_inner();
         let in_slots = slots as f64 / parts.len() as f64 * roller.axial_inertia_kg_m2;
-        let coasting = roller.axial_inertia_kg_m2 - in_slots;
         inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
             + (roller.transverse_inertia_kg_m2 - in_slots)
-                * (Matrix3::identity() - d * d.transpose())
-            + armature_share * coasting * d * d.transpose();
+                * (Matrix3::identity() - d * d.transpose());
     }
     MassProperties::with_inertia_matrix(
         convert::vector(&center_m),
@@ -243,7 +228,7 @@ pub(crate) fn insert(
     wheel: &Wheel,
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     (rollers, window): (&[RollerState], &[usize]),
-    (settings, friction): (&Settings, f64),
+    settings: &Settings,
 ) -> WheelBody {
     let roller_bodies = settings.roller_bodies;
     let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
@@ -270,10 +255,8 @@ pub(crate) fn insert(
         let collider = rapier.insert_collider(
             ColliderBuilder::new(shape)
                 .density(0.0)
-                .friction(friction as Real)
-                .friction_combine_rule(CoefficientCombineRule::Min)
-                .restitution(0.0)
-                .collision_groups(crate::groups::ROLLER),
+                .collision_groups(crate::groups::ROLLER)
+                .solver_groups(InteractionGroups::none()),
             Some(body),
         );
         Slot {

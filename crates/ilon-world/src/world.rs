@@ -1,6 +1,7 @@
 //! The world: a robot on a floor, stepped by rapier.
 
 mod disturbance;
+mod reactions;
 
 use ilon_robot::{
     MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, RollerForm, Twist, Wheel,
@@ -19,6 +20,8 @@ use crate::window;
 use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError, convert};
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
+use reactions::Reactions;
+pub(crate) use reactions::{Part, Reaction};
 
 /// A wheel whose window is wider than needed for this long is built narrower, in seconds.
 const WINDOW_PATIENCE_S: f64 = 0.2;
@@ -35,9 +38,6 @@ pub struct World {
     ground: Ground,
     robot: Robot,
     settings: Settings,
-    friction: f64,
-    /// The direction in the body frame that rapier's axes of friction shall follow, if any serves the wheels.
-    friction_axis_rad: Option<f64>,
     assembly: Assembly,
     windows: Vec<Window>,
     state: State,
@@ -59,6 +59,7 @@ pub struct World {
     payloads: Vec<Payload>,
     /// What pushes during the coming step.
     pushes: Vec<ActingPush>,
+    reactions: Reactions,
     steps: u64,
 }
 
@@ -111,24 +112,16 @@ impl World {
             narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
             ..PhysicsWorld::default()
         };
-        let mut ground = floor.insert(&mut rapier.colliders, settings.dt_s);
+        let mut ground = floor.insert(&mut rapier.colliders);
 
         let state = State::at_rest(robot, &standing(robot, floor, start));
-        let friction_axis_rad = crate::settings::friction_axis_rad(robot);
-        let heading_rad = friction_axis_rad.map(|axis_rad| start.heading_rad + axis_rad);
         let place_m = state.floor_from_chassis.translation.vector;
-        ground.follow(&place_m, heading_rad, &mut rapier.colliders);
-        rapier.gravity = ground.gravity_in_rapier(settings.gravity_m_s2);
+        ground.follow(&place_m, &mut rapier.colliders);
+        rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
-            .map(|wheel| {
-                wheel
-                    .rollers
-                    .iter()
-                    .map(|r| RollerState::new(r, settings.roller_armature_ratio))
-                    .collect()
-            })
+            .map(|wheel| wheel.rollers.iter().map(RollerState::new).collect())
             .collect();
         let slots: Vec<Vec<usize>> = robot
             .wheels
@@ -142,8 +135,7 @@ impl World {
             &mut rapier,
             robot,
             settings,
-            floor.friction,
-            &state.seen_from(ground.floor_from_rapier()),
+            &state.seen_from(&ground),
             &rollers,
             &slots,
         );
@@ -175,11 +167,10 @@ impl World {
             bare_chassis: robot.chassis.mass.clone(),
             payloads: Vec::new(),
             pushes: Vec::new(),
+            reactions: Reactions::default(),
             steps: 0,
             robot: robot.clone(),
             settings: settings.clone(),
-            friction: floor.friction,
-            friction_axis_rad,
             assembly,
             rapier,
         };
@@ -210,14 +201,16 @@ impl World {
         self.keep_spins();
         self.drive();
         self.begin_pushes();
-        self.rapier.step_with_events(&self.ground, &());
+        self.rapier.step();
         self.steps += 1;
+        self.react();
         self.read_state();
         self.read_contacts();
         self.count_bearings();
         self.end_pushes();
         self.write_back();
         self.move_windows();
+        self.place_rollers();
         self.torques_n_m.fill(0.0);
         self.droops_n_m_s.fill(0.0);
     }
@@ -281,6 +274,12 @@ impl World {
         &self.contacts
     }
 
+    /// By how much the laws of contact and of dry friction were broken at the worst place in the last step, in m/s or
+    /// rad/s: the speed at which something moves that should not.
+    pub fn reaction_error(&self) -> f64 {
+        self.reactions.error()
+    }
+
     /// Energy that sliding at the contacts has turned into heat since the start, in J.
     pub fn slip_energy_j(&self) -> f64 {
         self.slip_energy_j
@@ -306,8 +305,7 @@ impl World {
     pub fn energy(&self) -> Energy {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         let spins = |wheel: usize| self.roller_spins_rad_s(wheel);
-        let armature_ratio = self.settings.roller_armature_ratio;
-        energy(&self.robot, &self.state, &gravity, spins, armature_ratio)
+        energy(&self.robot, &self.state, &gravity, spins)
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
@@ -336,7 +334,6 @@ impl World {
 
     /// Hands rapier the motors' torques, and what the bearings of coasting rollers put on the hubs.
     fn drive(&mut self) {
-        let rapier_from_floor = self.ground.floor_from_rapier().rotation.inverse();
         let mut reaction = Vector3::zeros();
         for (index, torque_n_m) in self.torques_n_m.iter().enumerate() {
             let wheel = &self.assembly.wheels[index];
@@ -347,13 +344,12 @@ impl World {
             let hub = &mut self.rapier.bodies[wheel.hub];
             hub.reset_torques(false);
             let bearings = floor_from_hub * wheel.coasting_torque_in_hub_n_m;
-            let in_rapier = rapier_from_floor * (torque + bearings);
-            hub.add_torque(convert::vector(&in_rapier), false);
+            hub.add_torque(convert::vector(&(torque + bearings)), false);
             reaction -= torque;
         }
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         chassis.reset_torques(false);
-        chassis.add_torque(convert::vector(&(rapier_from_floor * reaction)), false);
+        chassis.add_torque(convert::vector(&reaction), false);
         self.assembly
             .set_droops(&mut self.rapier, &self.robot, &self.droops_n_m_s);
     }
@@ -363,17 +359,12 @@ impl World {
     fn read_state(&mut self) {
         let dt_s = self.settings.dt_s;
         let rate = |dof: usize| self.assembly.rate(&self.rapier, dof);
-        let turned = self.ground.floor_from_rapier().rotation;
         let state = &mut self.state;
-        state.velocity_m_s = turned * Vector3::new(rate(0), rate(1), rate(2));
-        state.angular_rad_s = turned * Vector3::new(rate(3), rate(4), rate(5));
+        state.velocity_m_s = Vector3::new(rate(0), rate(1), rate(2));
+        state.angular_rad_s = Vector3::new(rate(3), rate(4), rate(5));
         state.floor_from_chassis.translation.vector += dt_s * state.velocity_m_s;
-        state.floor_from_chassis.rotation = turned
-            * convert::rotation_to_f64(
-                self.rapier.bodies[self.assembly.chassis]
-                    .position()
-                    .rotation,
-            );
+        state.floor_from_chassis.rotation =
+            UnitQuaternion::new(dt_s * state.angular_rad_s) * state.floor_from_chassis.rotation;
         for (index, wheel) in self.assembly.wheels.iter().enumerate() {
             let rate_rad_s = rate(wheel.hub_dof);
             state.wheel_rates_rad_s[index] = rate_rad_s;
@@ -391,18 +382,9 @@ impl World {
         let dt_s = self.settings.dt_s;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
             let spin = |dof: usize| self.assembly.rate(&self.rapier, dof);
-            let floor_from_rapier = self.ground.floor_from_rapier();
             let wheel = (index, &self.assembly.wheels[index]);
             let (before, after) = (&self.before, &self.state);
-            *contact = WheelContact::read(
-                &self.rapier,
-                floor_from_rapier,
-                wheel,
-                before,
-                after,
-                dt_s,
-                spin,
-            );
+            *contact = WheelContact::read(self.reactions.all(), wheel, before, after, dt_s, spin);
             self.slip_energy_j += contact.slip_power_w * dt_s;
             self.impact_energy_j += contact.impact_power_w * dt_s;
         }
@@ -419,57 +401,62 @@ impl World {
         }
     }
 
-    /// Sums what damping and dry friction took out of the joints that rapier solved; rollers without a body are counted
-    /// where they coast. The torque is that of the rate after the step, with which rapier solves it; its work goes with
-    /// the mean rate.
+    /// Sums what damping and dry friction took out of the joints; rollers without a body are counted where they coast.
+    /// Damping acts with the rate after the step, with which rapier solves it; all work goes with the mean rate.
     fn count_bearings(&mut self) {
-        let power_w = |joint: &ilon_robot::Joint, before_rad_s: f64, after_rad_s: f64| {
-            let mean_rad_s = 0.5 * (before_rad_s + after_rad_s);
-            joint.damping_n_m_s * after_rad_s * mean_rad_s + joint.friction_n_m * mean_rad_s.abs()
+        let dt_s = self.settings.dt_s;
+        let hub_rates = |wheel: usize| {
+            let before_rad_s = self.before.wheel_rates_rad_s[wheel];
+            (before_rad_s, self.state.wheel_rates_rad_s[wheel])
         };
-        let mut lost_w = 0.0;
-        for (index, (body, wheel)) in self
-            .assembly
-            .wheels
-            .iter()
-            .zip(&self.robot.wheels)
-            .enumerate()
-        {
-            let before_rad_s = self.before.wheel_rates_rad_s[index];
-            let after_rad_s = self.state.wheel_rates_rad_s[index];
-            lost_w += power_w(&wheel.joint, before_rad_s, after_rad_s);
-            for slot in &body.slots {
-                let spin = self.assembly.rate(&self.rapier, slot.dof);
-                lost_w += power_w(
-                    &wheel.rollers[slot.roller].joint,
-                    slot.spin_before_rad_s,
-                    spin,
-                );
+        let axle_rates = |wheel: usize, slot: usize| {
+            let slot = &self.assembly.wheels[wheel].slots[slot];
+            let after_rad_s = self.assembly.rate(&self.rapier, slot.dof);
+            (slot.spin_before_rad_s, after_rad_s)
+        };
+        let damped_j = |joint: &ilon_robot::Joint, (before_rad_s, after_rad_s): (f64, f64)| {
+            joint.damping_n_m_s * after_rad_s * 0.5 * (before_rad_s + after_rad_s) * dt_s
+        };
+        let mut lost_j = 0.0;
+        for (index, wheel) in self.robot.wheels.iter().enumerate() {
+            lost_j += damped_j(&wheel.joint, hub_rates(index));
+            for (place, slot) in self.assembly.wheels[index].slots.iter().enumerate() {
+                lost_j += damped_j(&wheel.rollers[slot.roller].joint, axle_rates(index, place));
             }
         }
-        self.bearing_energy_j += lost_w * self.settings.dt_s;
+        for reaction in self.reactions.all() {
+            let (before_rad_s, after_rad_s) = match reaction.part {
+                Part::Hub(wheel) => hub_rates(wheel),
+                Part::Axle(wheel, slot) => axle_rates(wheel, slot),
+                Part::Chassis | Part::Roller(..) => continue,
+            };
+            lost_j -= reaction.impulse.x * 0.5 * (before_rad_s + after_rad_s);
+        }
+        self.bearing_energy_j += lost_j;
     }
 
     /// Hands rapier the f64 sums, counted from its own origin and rounded: the chassis's pose, and wheel angles within
     /// one turn.
     fn write_back(&mut self) {
         let place_m = self.state.floor_from_chassis.translation.vector;
-        let ahead = self.state.floor_from_chassis.rotation * Vector3::x();
-        let heading_rad =
-            (self.friction_axis_rad).map(|axis_rad| libm::atan2(ahead.y, ahead.x) + axis_rad);
-        if let Some(before) =
-            (self.ground).follow(&place_m, heading_rad, &mut self.rapier.colliders)
-        {
-            let rapier_from_floor = self.ground.floor_from_rapier().inverse();
-            self.assembly
-                .reframe(&mut self.rapier, &(rapier_from_floor * before));
-            self.rapier.gravity = self.ground.gravity_in_rapier(self.settings.gravity_m_s2);
-        }
-        let in_rapier = self.ground.floor_from_rapier().inverse() * self.state.floor_from_chassis;
+        self.ground.follow(&place_m, &mut self.rapier.colliders);
+        let in_rapier = self.ground.rapier_from_floor() * self.state.floor_from_chassis;
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         chassis.set_position(convert::pose(&in_rapier), false);
         self.assembly
             .set_wheel_angles(&mut self.rapier, &self.state.wheel_angles_rad);
+    }
+
+    /// Sets the bodies of the rollers to where the f64 sums put them; rapier moves their colliders along.
+    fn place_rollers(&mut self) {
+        let rapier_from_floor = self.ground.rapier_from_floor();
+        for (index, wheel) in self.assembly.wheels.iter().enumerate() {
+            let rapier_from_hub = rapier_from_floor * self.state.floor_from_hub(index);
+            for slot in &wheel.slots {
+                let pose = rapier_from_hub * wheel.rollers[slot.roller].hub_from_roller;
+                self.rapier.bodies[slot.body].set_position(convert::pose(&pose), false);
+            }
+        }
     }
 
     /// Lets the rollers without a body coast, and gives bodies to those that can touch something now.
@@ -540,16 +527,11 @@ impl World {
                 }
                 let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
                 let leaving_spin = self.assembly.rate(&self.rapier, slot.dof);
-                let WheelBody {
-                    hub,
-                    slots,
-                    rollers,
-                    ..
-                } = &mut self.assembly.wheels[index];
+                let WheelBody { slots, rollers, .. } = &mut self.assembly.wheels[index];
                 let slot = &mut slots[place];
                 rollers[slot.roller].set_spin(leaving_spin, &hub_rate_in_hub);
                 slot.roller = entering;
-                let (hub, dof, link, body) = (*hub, slot.dof, slot.link, slot.body);
+                let (dof, link) = (slot.dof, slot.link);
                 let entering = &rollers[entering];
                 let spin = entering.spin_rad_s(&hub_rate_in_hub);
                 let armature = entering.armature_kg_m2();
@@ -562,10 +544,6 @@ impl World {
                     .link_mut(link)
                     .expect("links are indexed when built");
                 link.joint.data.local_frame1 = frame;
-                // The start of rapier's next step moves the bodies by itself, but not their colliders.
-                let hub_from_slot = link.joint().body_to_parent();
-                let world_from_hub = *self.rapier.bodies[hub].position();
-                self.rapier.bodies[body].set_position(world_from_hub * hub_from_slot, false);
             }
         }
     }
@@ -598,8 +576,7 @@ impl World {
             &mut self.rapier,
             &self.robot,
             &self.settings,
-            self.friction,
-            &self.state.seen_from(self.ground.floor_from_rapier()),
+            &self.state.seen_from(&self.ground),
             &rollers,
             &slots,
         );
@@ -653,7 +630,6 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
         ("contact_frequency_hz", settings.contact_frequency_hz),
         ("contact_damping_ratio", settings.contact_damping_ratio),
         ("prediction_m", settings.prediction_m),
-        ("sweeps", settings.sweeps as f64),
     ];
     for (name, value) in positive {
         if !(value.is_finite() && value > 0.0) {
@@ -664,10 +640,7 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
             });
         }
     }
-    let not_negative = [
-        ("roller_armature_ratio", settings.roller_armature_ratio),
-        ("gravity_m_s2", settings.gravity_m_s2),
-    ];
+    let not_negative = [("gravity_m_s2", settings.gravity_m_s2)];
     for (name, value) in not_negative {
         if !(value.is_finite() && value >= 0.0) {
             return Err(WorldError::Setting {
@@ -719,7 +692,7 @@ fn integration_parameters(settings: &Settings) -> IntegrationParameters {
         num_solver_iterations: 1,
         // With stabilisation rapier solves friction after it has moved the bodies: large steps then lose up to 40 %.
         num_internal_stabilization_iterations: 0,
-        num_internal_pgs_iterations: settings.sweeps,
+        num_internal_pgs_iterations: 1,
         normalized_prediction_distance: settings.prediction_m as Real,
         // One exact contact a roller and piece of ground: nothing to merge, and every force stays where it acts.
         contact_clustering: false,

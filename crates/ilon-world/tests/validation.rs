@@ -305,7 +305,7 @@ fn a_torque_step_accelerates_as_the_rigid_body_does() {
         wheel.hub.inertia_kg_m2[(2, 2)] + wheel.rollers.iter().map(roller_kg_m2).sum::<f64>();
     let rho = wheel.radius_m;
     let expected = 4.0 * torque_n_m / rho / (robot.mass_kg() + 4.0 * inertia / (rho * rho));
-    for (settings, bound) in [(near(500.0), 1e-3), (all(500.0), FULL_LOSS_AT_500_HZ)] {
+    for (settings, bound) in [(near(500.0), 1e-3), (all(500.0), 1e-3)] {
         let mut rig = Rig::new(&robot, &Floor::default(), 30.0, &settings);
         rig.run_s(0.5);
         rig.push_s(&[torque_n_m; 4], 0.1);
@@ -348,10 +348,6 @@ fn acceleration_ends_at_the_friction_limit() {
     }
 }
 
-/// What the full model loses to its hand-overs at 500 Hz, as a share of speed or force: for part of a step two rollers
-/// of a wheel press on the ground at once and rub against each other's way. The loss falls with the square of the step.
-const FULL_LOSS_AT_500_HZ: f64 = 0.01;
-
 /// Without torque nothing but bearings brakes. Straight ahead the rollers stand still and nothing brakes at all.
 #[test]
 fn coasting_straight_ahead_keeps_its_speed() {
@@ -364,22 +360,16 @@ fn coasting_straight_ahead_keeps_its_speed() {
         rig.push_s(&[0.0; 4], 1.0);
         1.0 - rig.twist().vx_m_s / from
     };
-    // The window changes rollers at the very angle of the hand-over: f32 noise is all that is left.
-    let window = lost(&near(500.0));
-    assert!(
-        window.abs() < 1e-4,
-        "the window loses {window:.1e} of its speed in a second"
-    );
-    let (coarse, fine) = (lost(&all(500.0)), lost(&all(1000.0)));
-    assert!(
-        coarse < FULL_LOSS_AT_500_HZ,
-        "the full model loses {coarse:.1e} at 500 Hz"
-    );
-    // Second order would be a quarter; impacts that fall on another step leave some scatter.
-    assert!(
-        fine < 0.5 * coarse,
-        "the full model loses {fine:.1e} at 1 kHz, {coarse:.1e} at 500 Hz"
-    );
+    // No two rollers of a wheel rub against each other as they hand over: what is left is f32's rounding of the rates,
+    // 3e-8 of them in each of 500 steps, at random.
+    for settings in [near(500.0), all(500.0), all(100.0)] {
+        let share = lost(&settings);
+        let bodies = settings.roller_bodies;
+        assert!(
+            share.abs() < 1e-5,
+            "{bodies:?} lose {share:.1e} of their speed in a second"
+        );
+    }
 }
 
 /// Moving a body from one roller to the next must not move momentum: sideways, where rollers spin hard, the contact
@@ -571,10 +561,7 @@ fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
 #[test]
 fn friction_converges_at_any_heading_under_stiff_wheel_loops() {
     let robot = mecanum4();
-    let settings = Settings {
-        sweeps: Settings::sweeps_for(&robot, RollerBodies::Near),
-        ..near(60.0)
-    };
+    let settings = near(60.0);
     for heading_deg in [0.0, 20.0] {
         for (name, [vx, vy, omega]) in DRIVES {
             let mut rig = Rig::new(&robot, &Floor::default(), heading_deg, &settings);

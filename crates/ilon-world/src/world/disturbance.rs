@@ -121,12 +121,10 @@ impl World {
 
     /// Hands the pushes of the coming step to rapier.
     pub(super) fn begin_pushes(&mut self) {
-        let rapier_from_floor = self.ground.floor_from_rapier().rotation.inverse();
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         for push in &self.pushes {
-            let force = rapier_from_floor * push.force_n;
-            chassis.add_force(convert::vector(&force), false);
-            let torque = rapier_from_floor * push.lever_m.cross(&push.force_n);
+            chassis.add_force(convert::vector(&push.force_n), false);
+            let torque = push.lever_m.cross(&push.force_n);
             chassis.add_torque(convert::vector(&torque), false);
         }
     }

@@ -119,14 +119,6 @@ pub struct Solver {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub contact_damping_ratio: Option<f64>,
-    /// Sweeps over the contacts in one step.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 1))]
-    pub sweeps: Option<u32>,
-    /// Inertia added to every roller's spin, as a multiple of its own about its axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0))]
-    pub roller_armature_ratio: Option<f64>,
 }
 
 impl Default for World {

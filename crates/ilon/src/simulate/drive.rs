@@ -61,8 +61,7 @@ impl Drive {
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
-                let dynamics = dynamics_settings(scenario);
-                let law = PrioritisedTorque::new(robot, &dynamics, &settings)?;
+                let law = PrioritisedTorque::new(robot, &DynamicsSettings::default(), &settings)?;
                 Law::PrioritisedTorque(Box::new(law))
             }
         };
@@ -171,19 +170,7 @@ fn pid(
     Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)
 }
 
-/// The dynamic model of a scenario's robot, with the roller armature of the simulated one.
-pub(super) fn dynamic_model(scenario: &Scenario, robot: &Robot) -> Result<DynamicModel, Error> {
-    Ok(DynamicModel::new(robot, &dynamics_settings(scenario))?)
-}
-
-fn dynamics_settings(scenario: &Scenario) -> DynamicsSettings {
-    let defaults = ilon_world::Settings::default();
-    DynamicsSettings {
-        roller_armature_ratio: scenario
-            .world
-            .solver
-            .roller_armature_ratio
-            .unwrap_or(defaults.roller_armature_ratio),
-        ..DynamicsSettings::default()
-    }
+/// The dynamic model of a scenario's robot.
+pub(super) fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
+    Ok(DynamicModel::new(robot, &DynamicsSettings::default())?)
 }

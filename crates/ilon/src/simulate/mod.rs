@@ -120,7 +120,7 @@ impl Simulation {
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
 
-        let model = drive::dynamic_model(&scenario, robot)?;
+        let model = drive::dynamic_model(robot)?;
         let physics_dt_s = match scenario.run.physics_dt_s {
             Step::Seconds(dt_s) => dt_s,
             Step::Auto(_) => tuning::physics_dt_s(&scenario, robot, &model),
@@ -134,7 +134,7 @@ impl Simulation {
             heading_rad: scenario.robot.heading_deg.to_radians(),
         };
         let floor = floor::floor(&scenario.world.floor)?;
-        let settings = world_settings(&mut scenario, robot, physics_dt_s);
+        let settings = world_settings(&mut scenario, physics_dt_s);
         let world = World::new(robot, &floor, start, &settings)?;
 
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
@@ -372,11 +372,7 @@ fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 }
 
 /// The solver of a scenario, with its defaults written into the scenario.
-fn world_settings(
-    scenario: &mut Scenario,
-    robot: &Robot,
-    physics_dt_s: f64,
-) -> ilon_world::Settings {
+fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Settings {
     let world = &mut scenario.world;
     let defaults = ilon_world::Settings::default();
     let solver = &mut world.solver;
@@ -384,7 +380,6 @@ fn world_settings(
         RollerBodies::All => ilon_world::RollerBodies::All,
         RollerBodies::Near => ilon_world::RollerBodies::Near,
     };
-    let sweeps = ilon_world::Settings::sweeps_for(robot, roller_bodies);
     ilon_world::Settings {
         dt_s: physics_dt_s,
         roller_bodies,
@@ -394,10 +389,6 @@ fn world_settings(
         contact_damping_ratio: *solver
             .contact_damping_ratio
             .get_or_insert(defaults.contact_damping_ratio),
-        sweeps: *solver.sweeps.get_or_insert(sweeps as u32) as usize,
-        roller_armature_ratio: *solver
-            .roller_armature_ratio
-            .get_or_insert(defaults.roller_armature_ratio),
         gravity_m_s2: world.gravity_m_s2,
         ..defaults
     }

@@ -73,7 +73,7 @@ mod tests {
         let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
         let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
         let scenario = Scenario::from_toml(&text, "test", "").unwrap();
-        let model = super::super::drive::dynamic_model(&scenario, &robot).unwrap();
+        let model = super::super::drive::dynamic_model(&robot).unwrap();
         physics_dt_s(&scenario, &robot, &model)
     }
 
