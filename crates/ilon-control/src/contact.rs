@@ -20,7 +20,7 @@
 //! says: sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight ahead, and for gamma = 0, it changes nothing.
 
 use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist};
-use nalgebra::{Isometry3, Matrix3, MatrixXx3, Unit, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, Unit, Vector2, Vector3};
 
 use crate::error::finite;
 use crate::kinematics::multiply;
@@ -76,8 +76,14 @@ struct WheelContacts {
 #[derive(Clone, Debug)]
 struct RollerGeometry {
     center_in_hub_m: Vector3<f64>,
+    /// The centre over its distance from the hub axis: its product with "down" says how near to straight down it is.
+    outward: Vector3<f64>,
     axis_in_hub: Unit<Vector3<f64>>,
     outline: Outline,
+    /// No part of the roller is further from its middle along its axis, in metres.
+    half_length_m: f64,
+    /// Nor thicker, in metres.
+    radius_m: f64,
 }
 
 /// The outline of a roller about its axis.
@@ -90,6 +96,20 @@ enum Outline {
 }
 
 impl Outline {
+    /// The largest distance of its parts from its middle, along its axis, and the largest radius, in metres.
+    fn extent_m(&self) -> (f64, f64) {
+        match self {
+            Self::Barrel(barrel) => (barrel.half_length_m, barrel.sphere_radius_m(0.0)),
+            Self::Modelled(profile) => profile
+                .parts()
+                .iter()
+                .map(|part| (part.t_m.abs(), part.ring_m + part.ball_m))
+                .fold((0.0, 0.0), |(t, r), (part_t, part_r)| {
+                    (part_t.max(t), part_r.max(r))
+                }),
+        }
+    }
+
     /// The point that reaches furthest in a unit direction `w`, from the roller's centre, and its distance from the axis
     /// against `w`, in metres. `axis` is the roller's.
     fn support_m(&self, axis: &Vector3<f64>, w: &Vector3<f64>) -> (Vector3<f64>, f64) {
@@ -127,13 +147,20 @@ impl ContactKinematics {
                     wheel: w.name.clone(),
                 });
             }
-            let geometry = |r: &ilon_robot::Roller| RollerGeometry {
-                center_in_hub_m: r.center_in_hub_m,
-                axis_in_hub: r.axis_in_hub,
-                outline: match &r.form {
+            let geometry = |r: &ilon_robot::Roller| {
+                let outline = match &r.form {
                     RollerForm::Barrel => Outline::Barrel(w.barrel(r)),
                     RollerForm::AsModelled(modelled) => Outline::Modelled(modelled.profile.clone()),
-                },
+                };
+                let (half_length_m, radius_m) = outline.extent_m();
+                RollerGeometry {
+                    center_in_hub_m: r.center_in_hub_m,
+                    outward: r.center_in_hub_m / r.center_in_hub_m.xy().norm(),
+                    axis_in_hub: r.axis_in_hub,
+                    outline,
+                    half_length_m,
+                    radius_m,
+                }
             };
             wheels.push(WheelContacts {
                 body_from_hub: w.body_from_hub,
@@ -292,51 +319,62 @@ impl WheelContacts {
     fn touching(&self, wheel_angle_rad: f64) -> RollerContact {
         // Below this share of the radius depths count as equal: far above rounding, far below what a contact feels.
         let tie_m = 1e-9 * self.radius_m;
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), wheel_angle_rad);
-        let w = self.down_in_hub;
-        let mut best: Option<(f64, f64, RollerContact)> = None;
-        for (index, roller) in self.rollers.iter().enumerate() {
-            let center = turn * roller.center_in_hub_m;
-            let nearness = center.dot(&w) / center.xy().norm();
-            // A barrel beyond a quarter turn from down never touches flat ground.
-            if nearness <= 0.0 && best.is_some() {
-                continue;
-            }
-            let axis = turn * roller.axis_in_hub;
-            let (from_center_m, radius_m) = roller.outline.support_m(&axis, &w);
-            let point = center + from_center_m;
-            let depth_m = point.dot(&w);
-            let better = best
-                .as_ref()
-                .is_none_or(|(best_depth_m, best_nearness, _)| {
-                    depth_m > best_depth_m + tie_m
-                        || (depth_m > best_depth_m - tie_m && nearness > *best_nearness)
-                });
-            if better {
-                // The angle about the hub axis z from straight down.
-                let phi = libm::atan2(w.cross(&center).z, w.dot(&center));
-                let contact = RollerContact {
-                    roller: index,
-                    angle_rad: phi,
-                    point_in_body_m: (self.body_from_hub * nalgebra::Point3::from(point)).coords,
-                    axis_in_body: self.body_from_hub.rotation * axis,
-                    radius_m,
-                };
-                best = Some((depth_m, nearness, contact));
-            }
-        }
+        // "Down" is turned into the wheel's frame, which is less work than turning every roller.
+        let (sin, cos) = libm::sincos(wheel_angle_rad);
+        let d = self.down_in_hub;
+        let w = Vector3::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x, d.z);
+        let depth_of = |roller: &RollerGeometry| {
+            let (from_center_m, radius_m) = roller.outline.support_m(&roller.axis_in_hub, &w);
+            let point_m = roller.center_in_hub_m + from_center_m;
+            (point_m.dot(&w), point_m, radius_m)
+        };
+        let nearness = |roller: &RollerGeometry| roller.outward.dot(&w);
+        let rollers = || self.rollers.iter().enumerate();
+        // Of several the first, which is the last of the list turned round.
+        let nearest = rollers()
+            .rev()
+            .max_by(|(_, a), (_, b)| nearness(a).total_cmp(&nearness(b)));
         // The constructor refuses wheels without rollers; a wheel without any would touch below its hub.
-        best.map_or_else(
-            || RollerContact {
+        let Some((mut index, nearest)) = nearest else {
+            return RollerContact {
                 roller: 0,
                 angle_rad: 0.0,
                 point_in_body_m: self.body_from_hub.translation.vector
                     - self.radius_m * Vector3::z(),
                 axis_in_body: self.body_from_hub.rotation * Vector3::y_axis(),
                 radius_m: self.radius_m,
-            },
-            |(_, _, contact)| contact,
-        )
+            };
+        };
+        let (mut best, mut best_nearness) = (depth_of(nearest), nearness(nearest));
+        for (other, roller) in rollers() {
+            let near = nearness(roller);
+            // No deeper than this: the middle's depth, the end's below the middle, and the thickness. A roller beyond a
+            // quarter turn from down never touches flat ground.
+            let at_most_m = roller.center_in_hub_m.dot(&w)
+                + roller.half_length_m * roller.axis_in_hub.dot(&w).abs()
+                + roller.radius_m;
+            if other == index || near <= 0.0 || at_most_m <= best.0 - tie_m {
+                continue;
+            }
+            let found = depth_of(roller);
+            if found.0 > best.0 + tie_m || (found.0 > best.0 - tie_m && near > best_nearness) {
+                (index, best, best_nearness) = (other, found, near);
+            }
+        }
+        let (_, point_m, radius_m) = best;
+        let roller = &self.rollers[index];
+        // The angle about the hub axis z from straight down.
+        let center = roller.center_in_hub_m;
+        let turned =
+            |v: Vector3<f64>| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
+        let axis = Unit::new_unchecked(turned(roller.axis_in_hub.into_inner()));
+        RollerContact {
+            roller: index,
+            angle_rad: libm::atan2(w.cross(&center).z, w.dot(&center)),
+            point_in_body_m: (self.body_from_hub * Point3::from(turned(point_m))).coords,
+            axis_in_body: self.body_from_hub.rotation * axis,
+            radius_m,
+        }
     }
 
     /// Velocity of the contact point as a point of the wheel with its rollers held fast, in the body frame, in m/s.
@@ -522,7 +560,7 @@ mod tests {
                 let wheel = &robot.wheels[h];
                 let roller = &wheel.rollers[c.roller];
                 let spin_of = |angle: f64, axis: Unit<Vector3<f64>>| {
-                    UnitQuaternion::from_axis_angle(&axis, angle)
+                    nalgebra::UnitQuaternion::from_axis_angle(&axis, angle)
                 };
                 // World position of the material point that touches at time zero, at time t.
                 let hub_spin = |t: f64| spin_of(angles[h] + rates[h] * t, Vector3::z_axis());
@@ -543,6 +581,36 @@ mod tests {
                 // Central difference over 1 us: curvature enters with t^2, rounding with 1e-16 / 1e-6.
                 let velocity = (place(1e-6) - place(-1e-6)) / 2e-6;
                 assert!(velocity.xy().norm() < 1e-8, "wheel {h}: {velocity:?}");
+            }
+        }
+    }
+
+    /// What the search leaves out cannot touch: against all rollers, turned one by one.
+    #[test]
+    fn no_roller_reaches_lower_than_the_one_that_is_found() {
+        for robot in [mecanum4(), volksbot(), six_wheels()] {
+            let mut contact = ContactKinematics::new(&robot).unwrap();
+            for k in 0..1000 {
+                let angle_rad = 0.0137 * f64::from(k) - 5.0;
+                contact.update(&vec![angle_rad; robot.wheels.len()]);
+                for (wheel, found) in robot.wheels.iter().zip(contact.contacts()) {
+                    let turn =
+                        nalgebra::UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
+                    let body_from_wheel = wheel.body_from_hub.rotation * turn;
+                    let depth_m = |roller: &ilon_robot::Roller| {
+                        let axis = body_from_wheel * roller.axis_in_hub;
+                        let barrel = wheel.barrel(roller);
+                        let w_axial = -axis.z;
+                        let t_m = barrel.support_place_m(w_axial);
+                        let center = body_from_wheel * roller.center_in_hub_m;
+                        t_m * w_axial + barrel.sphere_radius_m(t_m) - center.z
+                    };
+                    let deepest_m = wheel.rollers.iter().map(depth_m).reduce(f64::max).unwrap();
+                    let found_m = wheel.position_m().z - found.point_in_body_m.z;
+                    // The tie, a billionth of the radius, and rounding.
+                    assert!((found_m - deepest_m).abs() < 2e-9 * wheel.radius_m);
+                    assert!((found_m - depth_m(&wheel.rollers[found.roller])).abs() < 1e-15);
+                }
             }
         }
     }
