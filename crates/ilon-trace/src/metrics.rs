@@ -220,16 +220,24 @@ mod tests {
         Summary::of(&run(of_time), &Settings::default())
     }
 
-    /// A reference at the origin and the robot at a pose.
-    fn tracking(x_m: f64, heading_rad: f64) -> Record {
+    /// The robot off its reference, which stands at (1 m, 2 m, 0.5 rad), along x and in heading.
+    fn tracking(off_x_m: f64, off_rad: f64) -> Record {
+        let desired = Pose {
+            x_m: 1.0,
+            y_m: 2.0,
+            heading_rad: 0.5,
+        };
         let mut record = Record {
-            desired: Some(Desired::default()),
+            desired: Some(Desired {
+                pose: desired,
+                ..Desired::default()
+            }),
             ..Record::default()
         };
         record.truth.pose = Pose {
-            x_m,
-            y_m: 0.0,
-            heading_rad,
+            x_m: desired.x_m + off_x_m,
+            heading_rad: desired.heading_rad + off_rad,
+            ..desired
         };
         record
     }
@@ -253,6 +261,117 @@ mod tests {
         let q = (-2.0 * DT_S).exp();
         let rms = ((1.0 - q.powi(1000)) / (1.0 - q) / 1000.0).sqrt();
         assert!((s.position_error_rms_m.unwrap() - rms).abs() < 1e-12);
+
+        let trace = run(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
+        let (errors_m, errors_rad) = errors(&trace);
+        assert_eq!((errors_m.len(), errors_rad.len()), (1000, 1000));
+        assert_eq!(errors_m.last().copied(), s.position_error_final_m);
+        assert_eq!(errors_rad.last().copied(), s.heading_error_final_rad);
+    }
+
+    #[test]
+    fn an_error_on_its_threshold_is_not_below_it() {
+        let trace = run(|_| (tracking(0.5, 0.25), WheelSample::default()));
+        let thresholds = |position_threshold_m, heading_threshold_rad| Settings {
+            position_threshold_m,
+            heading_threshold_rad,
+            ..Settings::default()
+        };
+        // Powers of two: their squares and roots are exact.
+        let on = Summary::of(&trace, &thresholds(0.5, 0.25));
+        assert_eq!(
+            (on.position_converged_s, on.heading_converged_s),
+            (None, None)
+        );
+        let above = Summary::of(&trace, &thresholds(0.5001, 0.2501));
+        let start = Some(0.0);
+        assert_eq!(
+            (above.position_converged_s, above.heading_converged_s),
+            (start, start)
+        );
+    }
+
+    #[test]
+    fn the_seen_pose_is_held_against_the_real_one() {
+        let s = summary(|_| {
+            let mut record = tracking(7.0, 3.0);
+            // 3-4-5, and across the cut at pi.
+            record.seen_pose = Pose {
+                x_m: 8.3,
+                y_m: 1.6,
+                heading_rad: 3.7 - std::f64::consts::TAU,
+            };
+            (record, WheelSample::default())
+        });
+        // Means of equal numbers: a thousand roundings at most.
+        assert!((s.seen_position_error_rms_m.unwrap() - 0.5).abs() < 1e-13);
+        assert!((s.seen_heading_error_rms_rad.unwrap() - 0.2).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_task_gives_way_only_where_it_asks_and_there_is_one() {
+        let at_rest = |_| {
+            let mut record = Record::default();
+            record.tasks[0].weight = 0.0;
+            (record, WheelSample::default())
+        };
+        assert_eq!(summary(at_rest).saturated_share, Some(0.0));
+        let mut without = run(at_rest);
+        without.header.task_names.clear();
+        let s = Summary::of(&without, &Settings::default());
+        assert_eq!(s.saturated_share, None);
+    }
+
+    #[test]
+    fn a_component_is_driven_from_a_hundredth_of_the_speed_at_the_outermost_wheel() {
+        // 0.4 rad/s are 0.2 m/s at 0.5 m: 2 mm/s decide.
+        let v = Twist::new(0.0021, 0.0019, 0.4);
+        let s = summary(|_| {
+            let mut record = Record {
+                twist_ideal: v,
+                ..Record::default()
+            };
+            record.truth.twist_in_body = v;
+            (record, WheelSample::default())
+        });
+        let TwistRatio { vx, vy, omega } = s.twist_ratio_ideal;
+        assert_eq!((vx, vy, omega), (Some(1.0), None, Some(1.0)));
+    }
+
+    #[test]
+    fn an_open_loop_run_shakes_by_its_deviation_from_the_mean() {
+        let shaking = |t: f64| {
+            let sign = if (t / DT_S).round() % 2.0 == 0.0 {
+                1.0
+            } else {
+                -1.0
+            };
+            let mut record = Record::default();
+            record.truth.twist_in_body =
+                Twist::new(0.3 + 0.01 * sign, 0.02 * sign, -0.4 - 0.03 * sign);
+            (record, WheelSample::default())
+        };
+        let mut trace = run(shaking);
+        trace.header.open_loop = true;
+        let ripple = Summary::of(&trace, &Settings::default())
+            .twist_ripple
+            .unwrap();
+        // As many rows on either side of the mean; 600 roundings of numbers below 1.
+        assert!((ripple.vx_m_s - 0.01).abs() < 1e-12);
+        assert!((ripple.vy_m_s - 0.02).abs() < 1e-12);
+        assert!((ripple.omega_rad_s - 0.03).abs() < 1e-12);
+        assert_eq!(summary(shaking).twist_ripple, None, "closed loop");
+    }
+
+    #[test]
+    fn without_a_row_in_the_window_there_is_no_mean_and_without_a_step_no_steps() {
+        let mut trace = run(|_| (Record::default(), WheelSample::default()));
+        trace.header.measure_from_s = 20.0;
+        trace.header.physics_dt_s = 0.0;
+        trace.header.open_loop = true;
+        let s = Summary::of(&trace, &Settings::default());
+        assert_eq!((s.twist_mean, s.twist_ripple, s.steps), (None, None, 0));
+        assert_eq!(s.hub_ripple_m, None);
     }
 
     #[test]
@@ -319,6 +438,7 @@ mod tests {
         let s = summary(|t| {
             let wheel = WheelSample {
                 target_rad_s: -8.7 * t / 9.99,
+                rate_rad_s: -8.7 * t / 9.99 + 0.25,
                 torque_n_m: if t == 0.5 { -3.0 } else { 1.0 },
                 hub_height_m: 0.05
                     + if t > 8.5 {
@@ -339,6 +459,8 @@ mod tests {
         assert!((s.duration_s - 10.0).abs() < 1e-12);
         assert_eq!(s.steps, 5000);
         assert!((s.wheel_rate_command_max_rad_s.unwrap() - 8.7).abs() < 1e-12);
+        // A thousand squares of 0.25, each off by a rounding of 8.7.
+        assert!((s.wheel_rate_error_rms_rad_s.unwrap() - 0.25).abs() < 1e-14);
         assert_eq!(s.wheel_torque_max_n_m, Some(3.0));
         // A sine of amplitude 0.1 mm; the sampling at 0.1 rad misses its peaks by at most (0.05^2)/2 each.
         assert!((s.hub_ripple_m.unwrap() - 2e-4).abs() < 2e-4 * 0.00125);

@@ -139,18 +139,18 @@ mod tests {
 
     #[test]
     fn drift_is_counted_on_the_way_travelled_not_on_the_distance_from_the_start() {
-        // 1 m out and 1 m back, turned by half a turn across the cut at pi; reckoned 2 cm to the side and 0.1 rad off.
+        // 1 m out and 1 m back, far from the origin, turned on across the cut at pi; reckoned 2 cm to the side and 0.1 rad off.
         let trace = moved(&[
-            (pose(0.0, 0.0, 3.0), pose(0.0, 0.0, 3.0)),
-            (pose(1.0, 0.0, -3.0), pose(1.0, 0.0, -3.0)),
-            (pose(0.0, 0.0, -2.5), pose(0.0, 0.02, -2.4)),
+            (pose(5.0, 0.0, 3.1), pose(5.0, 0.0, 3.1)),
+            (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),
+            (pose(5.0, 0.0, -2.5), pose(5.0, 0.02, -2.4)),
         ]);
         let reckoning = Reckoning::of(&trace);
         let drift = reckoning.ideal;
-        let turned = std::f64::consts::TAU - 6.0 + 0.5;
+        let turned = std::f64::consts::TAU - 6.1 + 0.5;
         assert!((reckoning.turned_rad - turned).abs() < 1e-14);
         assert_eq!(reckoning.travelled_m, 2.0);
-        assert_eq!(drift.m_per_m, Some(0.01));
+        assert_eq!((drift.m_per_m, drift.worst_m), (Some(0.01), Some(0.05)));
         // One subtraction near 2.5: 4e-16.
         assert!((drift.rad_per_m.unwrap() - 0.05).abs() < 1e-15);
         let per_turn = 0.1 * std::f64::consts::TAU / turned;

@@ -196,8 +196,8 @@ mod tests {
             slip_x_m_s,
             slip_y_m_s: 4.0 / 3.0 * slip_x_m_s,
             touching,
-            load_share: 1.0,
-            rate_rad_s: 20.0,
+            load_share: if slip_x_m_s == 0.0 { 0.7 } else { 1.0 },
+            rate_rad_s: 10.0,
             ..WheelSample::default()
         };
         let trace = one_wheel(&[slides(0.03, true), slides(9.0, false), slides(0.0, true)]);
@@ -206,10 +206,48 @@ mod tests {
         assert!((slip.speed_max_m_s.unwrap() - 0.05).abs() < 1e-16);
         let rms = (0.05_f64.powi(2) / 2.0).sqrt();
         assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-16);
-        // The rim runs at 1 m/s.
-        assert!((slip.ratio.unwrap() - rms).abs() < 1e-15);
+        // The rim runs at 0.5 m/s.
+        assert!((slip.ratio.unwrap() - rms / 0.5).abs() < 1e-15);
         assert!((slip.lost_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
-        assert_eq!(slip.shared_contact, Some(0.0));
+        // Of the three one touches and carries only a part.
+        assert!((slip.shared_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn each_wheel_is_measured_by_its_own_radius_and_samples() {
+        let wheel = |radius_m| WheelHeader {
+            radius_m,
+            ..WheelHeader::default()
+        };
+        let header = Header {
+            wheels: vec![wheel(0.05), wheel(0.1)],
+            ..Header::default()
+        };
+        let slides = |slip_x_m_s| WheelSample {
+            slip_x_m_s,
+            touching: true,
+            rate_rad_s: -10.0,
+            ..WheelSample::default()
+        };
+        let mut trace = Trace::with_capacity(header, 1);
+        trace.push(Record::default(), &[slides(0.01), slides(0.04)]);
+        let ratios: Vec<_> = per_wheel(&trace).iter().map(|slip| slip.ratio).collect();
+        // 1 cm/s of 0.5 m/s, and 4 cm/s of 1 m/s; one square root of a square each.
+        assert!((ratios[0].unwrap() - 0.02).abs() < 1e-16);
+        assert!((ratios[1].unwrap() - 0.04).abs() < 1e-16);
+    }
+
+    #[test]
+    fn means_are_what_their_names_say_and_none_of_nothing() {
+        let values = || [3.0, -4.0, 1.0, -4.0].into_iter();
+        assert_eq!(mean(values()), Some(-1.0));
+        assert_eq!(rms(values()), Some(10.5_f64.sqrt()));
+        assert_eq!(peak_to_peak(values()), Some(7.0));
+        let none = std::iter::empty::<f64>;
+        assert_eq!(
+            (mean(none()), rms(none()), peak_to_peak(none())),
+            (None, None, None)
+        );
     }
 
     #[test]
@@ -269,5 +307,25 @@ mod tests {
             let dragged = constraint_residual_m_s(&wheel, forward, 0.0);
             assert!((dragged + 0.5 * gamma_rad.cos()).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn the_residual_is_what_is_left_along_the_rollers_axis_of_hub_and_rim() {
+        // The hub moves with the body, (v_x - w b_y, v_y + w b_x); the rim takes the contact back at rho q' along x. The
+        // roller gives way along u = (-sin gamma, cos gamma) and grips along its axis, (cos gamma, sin gamma).
+        let wheel = WheelHeader {
+            position_m: [0.3, -0.2],
+            radius_m: 0.05,
+            gamma_rad: 0.6,
+            axis: [0.0, 1.0],
+            ..WheelHeader::default()
+        };
+        let (v_x, v_y, w, rate_rad_s) = (0.5, -0.3, 0.8, 7.0);
+        let hub = [v_x - w * -0.2, v_y + w * 0.3];
+        let along_axis = |[x, y]: [f64; 2]| x * 0.6_f64.cos() + y * 0.6_f64.sin();
+        let expected = along_axis([0.05 * rate_rad_s, 0.0]) - along_axis(hub);
+        let residual = constraint_residual_m_s(&wheel, Twist::new(v_x, v_y, w), rate_rad_s);
+        // A dozen roundings of numbers below 1.
+        assert!((residual - expected).abs() < 1e-15, "{residual} {expected}");
     }
 }
