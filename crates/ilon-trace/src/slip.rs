@@ -200,17 +200,22 @@ mod tests {
             rate_rad_s: 10.0,
             ..WheelSample::default()
         };
-        let trace = one_wheel(&[slides(0.03, true), slides(9.0, false), slides(0.0, true)]);
+        let trace = one_wheel(&[
+            slides(0.03, true),
+            slides(9.0, false),
+            slides(0.0, true),
+            slides(0.03, true),
+        ]);
         let slip = &per_wheel(&trace)[0];
-        // A 3-4-5 triangle: 0.05 m/s once, 0 once.
+        // A 3-4-5 triangle: 0.05 m/s twice, 0 once.
         assert!((slip.speed_max_m_s.unwrap() - 0.05).abs() < 1e-16);
-        let rms = (0.05_f64.powi(2) / 2.0).sqrt();
+        let rms = (2.0 * 0.05_f64.powi(2) / 3.0).sqrt();
         assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-16);
         // The rim runs at 0.5 m/s.
         assert!((slip.ratio.unwrap() - rms / 0.5).abs() < 1e-15);
-        assert!((slip.lost_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
-        // Of the three one touches and carries only a part.
-        assert!((slip.shared_contact.unwrap() - 1.0 / 3.0).abs() < 1e-15);
+        assert_eq!(slip.lost_contact, Some(0.25));
+        // One of the four touches and carries only a part.
+        assert_eq!(slip.shared_contact, Some(0.25));
     }
 
     #[test]
