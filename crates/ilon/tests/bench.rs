@@ -44,7 +44,7 @@ const LITTLE: [&str; 11] = [
     "40,20",
     "--headings",
     "0,-15.5",
-    "--stretches",
+    "--rounds",
     "1",
     "--quick",
 ];
@@ -149,7 +149,7 @@ fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
 #[case::no_rate(&["--rates", "240,0"], "give a number of steps a second from 1 to 100000")]
 #[case::not_a_number(&["--headings", "nan"], "give a number of degrees from -360 to 360")]
 #[case::no_kind(&["--rollers", "some"], "rollers are bodies `all`, or those `near` the ground")]
-#[case::no_stretch(&["--stretches", "0"], "give a whole number from 1 to 10000")]
+#[case::no_round(&["--rounds", "0"], "give a whole number from 1 to 10000")]
 #[case::no_thread(&["--threads", "0"], "give a whole number from 1 to 10000")]
 #[case::half_a_robot(&["--fleets", "1.5"], "give a whole number, 10000 at most")]
 #[case::no_folder(&["--out", "taken"], "cannot write `taken`")]

@@ -114,7 +114,7 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
     let options = Options {
         configurations: vec![(RollerBodies::Near, 40.0), (RollerBodies::Near, 20.0)],
         headings_deg: vec![0.0],
-        stretches: 1,
+        rounds: 1,
         fleets: vec![1],
         ..Options::quick().expect("the built-in robots")
     };

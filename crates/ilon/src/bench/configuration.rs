@@ -7,7 +7,7 @@ use ilon_trace::Summary;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{DRIVES, Options, scenario, word};
+use super::{DRIVES, scenario, word};
 use crate::Error;
 use crate::scenario::{RollerBodies, Scenario};
 use crate::simulate::{CpuTime, Simulation};
@@ -16,9 +16,9 @@ use crate::simulate::{CpuTime, Simulation};
 const WARM_UP_S: f64 = 1.0;
 /// A stretch takes at least this much CPU time, in seconds: thousands of the clock's own grains.
 const STRETCH_CPU_S: f64 = 0.02;
-/// CPU time for which the drives of a configuration are timed together, at least, in seconds for each stretch that is asked
-/// for: short stretches are made more of, because one of many meets a quiet moment.
-const TIMED_CPU_S: f64 = 0.3;
+/// CPU time for which the drives of a configuration are timed in a round, together and at least, in seconds: short stretches
+/// are made more of, because one of many meets a quiet moment.
+const ROUND_CPU_S: f64 = 0.3;
 /// The longest stretch, in simulated seconds.
 const LONGEST_STRETCH_S: f64 = 100.0;
 
@@ -81,20 +81,28 @@ pub struct Heading {
     pub rate_shortfall_pct: f64,
 }
 
-impl Configuration {
-    pub(super) fn measure(
+/// What of a configuration is measured first: how right it is.
+pub(super) struct Accuracy {
+    bodies: RollerBodies,
+    rate_hz: f64,
+    /// Each drive's headings.
+    outcomes: Vec<(&'static str, Heading)>,
+}
+
+impl Accuracy {
+    /// Drives a robot through all drives at all headings. What is right does not depend on who else computes: all
+    /// threads take part.
+    pub fn measure(
         robot: &Robot,
         bodies: RollerBodies,
         rate_hz: f64,
-        options: &Options,
+        headings_deg: &[f64],
     ) -> Result<Self, Error> {
-        let headings_deg = &options.headings_deg;
-        // What is right does not depend on who else computes; what is fast does, and is timed afterwards, alone.
         let tasks: Vec<_> = DRIVES
             .iter()
             .flat_map(|(name, twist)| headings_deg.iter().map(move |deg| (*name, *twist, *deg)))
             .collect();
-        let outcomes: Vec<(&str, Heading)> = tasks
+        let outcomes = tasks
             .into_par_iter()
             .map(|(name, twist, heading_deg)| {
                 let scenario = scenario(twist, heading_deg, bodies, rate_hz)?;
@@ -102,9 +110,22 @@ impl Configuration {
                 Ok((name, Heading::of(&run.summary, twist, heading_deg)))
             })
             .collect::<Result<_, Error>>()?;
-        let heading_deg = headings_deg.first().copied().unwrap_or(0.0);
-        let speeds = speeds(robot, bodies, rate_hz, heading_deg, options.stretches)?;
+        Ok(Self {
+            bodies,
+            rate_hz,
+            outcomes,
+        })
+    }
+}
 
+impl Configuration {
+    pub(super) fn of(accuracy: Accuracy, timing: Timing) -> Self {
+        let Accuracy {
+            bodies,
+            rate_hz,
+            outcomes,
+        } = accuracy;
+        let speeds: Vec<Option<Speed>> = timing.drives.into_iter().map(Held::speed).collect();
         let drives = DRIVES.iter().zip(&speeds).map(|((name, _), speed)| {
             let headings = outcomes.iter().filter(|(of, _)| of == name);
             let headings = headings.map(|(_, heading)| heading.clone()).collect();
@@ -120,7 +141,7 @@ impl Configuration {
             .sum::<Option<f64>>();
         let speed = cpu_s.map(|cpu_s| DRIVES.len() as f64 / cpu_s);
         let spreads = speeds.iter().flatten().map(|speed| speed.spread_pct);
-        Ok(Self {
+        Self {
             roller_bodies: word(bodies).to_owned(),
             physics_dt_s: 1.0 / rate_hz,
             worst_error_pct: largest(|h| Some(h.error_pct)).unwrap_or(f64::NAN),
@@ -131,7 +152,7 @@ impl Configuration {
             steps_per_cpu_s: speed.map(|speed| speed * rate_hz),
             speed_spread_pct: spreads.reduce(f64::max),
             drives,
-        })
+        }
     }
 
     /// Physics steps a second.
@@ -209,34 +230,42 @@ struct Speed {
     spread_pct: f64,
 }
 
-/// The speed of each drive, stretch after stretch, all drives in turn, so that what else the machine does in one moment
-/// does not spoil all stretches of one; `None` where the system does not tell CPU time.
-fn speeds(
-    robot: &Robot,
-    bodies: RollerBodies,
-    rate_hz: f64,
-    heading_deg: f64,
-    stretches: usize,
-) -> Result<Vec<Option<Speed>>, Error> {
-    let mut drives = DRIVES
-        .iter()
-        .map(|(_, twist)| {
+/// The drives of a configuration at their held twists, timed again and again.
+pub(super) struct Timing {
+    drives: Vec<Held>,
+}
+
+impl Timing {
+    /// All drives of a robot, warmed up.
+    pub fn warmed_up(
+        robot: &Robot,
+        bodies: RollerBodies,
+        rate_hz: f64,
+        heading_deg: f64,
+    ) -> Result<Self, Error> {
+        let drives = DRIVES.iter().map(|(_, twist)| {
             let scenario = held(scenario(*twist, heading_deg, bodies, rate_hz)?);
             let simulation = Simulation::with_robot(&scenario, robot)?;
             Ok(Held::warmed_up(simulation, rate_hz))
+        });
+        Ok(Self {
+            drives: drives.collect::<Result<_, Error>>()?,
         })
-        .collect::<Result<Vec<_>, Error>>()?;
-    let (mut done, cpu) = (0, CpuTime::now());
-    while done < stretches
-        // Where the system does not tell, there is nothing to time.
-        || cpu.elapsed_s().is_some_and(|cpu_s| cpu_s < TIMED_CPU_S * stretches as f64)
-    {
-        for drive in &mut drives {
-            drive.time_a_stretch();
-        }
-        done += 1;
     }
-    Ok(drives.into_iter().map(Held::speed).collect())
+
+    /// Times a stretch of each drive, and more of them where they are short.
+    pub fn round(&mut self) {
+        let cpu = CpuTime::now();
+        loop {
+            for drive in &mut self.drives {
+                drive.time_a_stretch();
+            }
+            // Where the system does not tell, there is nothing to time.
+            if cpu.elapsed_s().is_none_or(|cpu_s| cpu_s >= ROUND_CPU_S) {
+                return;
+            }
+        }
+    }
 }
 
 /// A drive as it is timed: without rest, and with a row of the trace a second.

@@ -49,7 +49,7 @@ pub(super) fn measure(
     for &threads in &options.threads {
         for &robots in &options.fleets {
             tell(&format!("{name}: {robots} robots on {threads} threads"));
-            let best = best_of(options.stretches, robot, robots, threads)?;
+            let best = best_of(options.rounds, robot, robots, threads)?;
             all.push(Throughput {
                 robot: name.to_owned(),
                 robots,

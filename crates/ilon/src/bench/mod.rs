@@ -6,7 +6,7 @@
 //!   were asked for, in per cent; the worst over the headings. 1 s of rest, 0.5 s of ramp, 4 s held, of which the last 3 s
 //!   count.
 //! - **Speed**: simulated time over the CPU time of the one thread that simulates, while the twist is held, after a second
-//!   of warm-up; the best of a few stretches of at least a simulated second each, with a row of the trace a second.
+//!   of warm-up; the best of several stretches of at least a simulated second each, with a row of the trace a second.
 //! - **Many robots**: simulated time of all together over wall clock, all of them alive in one process.
 
 mod configuration;
@@ -20,6 +20,8 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::scenario::{RollerBodies, Scenario, Step, Twist};
+
+use configuration::{Accuracy, Timing};
 
 pub use configuration::{Configuration, Drive, Heading};
 pub use fleet::{RATE_HZ as FLEET_RATE_HZ, Throughput};
@@ -46,8 +48,8 @@ pub const ROBOTS: [(&str, &str); 2] = [
     ),
 ];
 
-/// Physics steps a second with every roller a body; finer ones only cost more, longer ones let hubs hop.
-const ALL_RATES_HZ: [f64; 3] = [1000.0, 500.0, 240.0];
+/// Physics steps a second with every roller a body.
+const ALL_RATES_HZ: [f64; 7] = [1000.0, 500.0, 240.0, 120.0, 60.0, 30.0, 20.0];
 /// Physics steps a second in the contact window.
 const NEAR_RATES_HZ: [f64; 10] = [
     1000.0, 500.0, 240.0, 120.0, 60.0, 40.0, 30.0, 20.0, 15.0, 10.0,
@@ -64,8 +66,9 @@ pub struct Options {
     pub configurations: Vec<(RollerBodies, f64)>,
     /// Headings at which the accuracy is measured, in degrees, at least one; speed is measured at the first.
     pub headings_deg: Vec<f64>,
-    /// How many stretches of each drive are timed at least, of which the best counts, at least 1.
-    pub stretches: usize,
+    /// In how many rounds, at least 1, all configurations are timed: a stretch of each drive or more a round, of which the
+    /// best counts.
+    pub rounds: usize,
     /// How many robots simulate at once in one process; none to leave that out.
     pub fleets: Vec<usize>,
     /// On how many threads they do so.
@@ -73,7 +76,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// All that there is to measure, with both built-in robots: about three minutes.
+    /// All that there is to measure, with both built-in robots: some three minutes.
     ///
     /// # Errors
     /// None of the built-in robots has a fault; an error is one of this program.
@@ -85,7 +88,7 @@ impl Options {
             robots: robots.into_iter().collect::<Result<_, Error>>()?,
             configurations: all.into_iter().chain(near).collect(),
             headings_deg: vec![0.0, 20.0],
-            stretches: 5,
+            rounds: 5,
             fleets: vec![1, 10, 100],
             threads: vec![1, 2],
         })
@@ -98,12 +101,12 @@ impl Options {
     pub fn quick() -> Result<Self, Error> {
         let near = [240.0, 60.0, 20.0].map(|rate_hz| (RollerBodies::Near, rate_hz));
         Ok(Self {
-            configurations: [(RollerBodies::All, 500.0)]
+            configurations: [(RollerBodies::All, 240.0)]
                 .into_iter()
                 .chain(near)
                 .collect(),
             headings_deg: vec![20.0],
-            stretches: 3,
+            rounds: 3,
             fleets: vec![1, 10],
             ..Self::full()?
         })
@@ -162,16 +165,32 @@ impl Bench {
     /// # Errors
     /// Where a robot cannot drive: no rollers, wheels that leave a direction without control, a step it cannot take.
     pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Self, Error> {
-        let mut robots = BTreeMap::new();
+        let heading_deg = options.headings_deg.first().copied().unwrap_or(0.0);
+        let mut measured = Vec::new();
         for (name, robot) in &options.robots {
-            let mut configurations = Vec::new();
             for (bodies, rate_hz) in &options.configurations {
                 tell(&format!("{name}: {}", describe(*bodies, *rate_hz)));
-                let measured = Configuration::measure(robot, *bodies, *rate_hz, options)?;
-                configurations.push(measured);
+                let headings_deg = &options.headings_deg;
+                let accuracy = Accuracy::measure(robot, *bodies, *rate_hz, headings_deg)?;
+                let timing = Timing::warmed_up(robot, *bodies, *rate_hz, heading_deg)?;
+                measured.push((name, accuracy, timing));
             }
-            robots.insert(name.clone(), RobotBench::of(configurations));
         }
+        // All configurations in turn, so that what else the machine does for a while does not meet all stretches of one.
+        for round in 1..=options.rounds {
+            tell(&format!("timing, round {round} of {}", options.rounds));
+            for (_, _, timing) in &mut measured {
+                timing.round();
+            }
+        }
+        let mut configurations: BTreeMap<String, Vec<Configuration>> = BTreeMap::new();
+        for (name, accuracy, timing) in measured {
+            let of = configurations.entry(name.clone()).or_default();
+            of.push(Configuration::of(accuracy, timing));
+        }
+        let robots = configurations.into_iter();
+        let robots = robots.map(|(name, all)| (name, RobotBench::of(all)));
+        let robots = robots.collect();
         let throughput = match options.robots.first() {
             Some((name, robot)) => fleet::measure(name, robot, options, &mut tell)?,
             None => Vec::new(),

@@ -27,9 +27,9 @@ headings, in per cent.
 
 Speed: the whole loop (sensors, wheel loops, motors, world, recording with a row of the trace a second), simulated time
 over the CPU time of its one thread, while the twist is held, after 1 s of warm-up. A stretch is a second of simulated time
-or more, 20 ms of CPU time at least; of each drive the best stretch counts. Short ones are repeated until 0.3 s of CPU time
-a stretch asked for are spent. \"spread\" is how much longer the middle one of the stretches took. Set-up and writing files
-are not timed.
+or more, 20 ms of CPU time at least; of each drive the best counts. All configurations are timed in turn, round after round,
+each for 0.3 s of CPU time a round or a stretch of each drive. \"spread\" is how much longer the middle one of the stretches
+took, in the worst drive. Set-up and writing files are not timed.
 
 Many robots: all alive in one process, advanced in turn, in the contact window at 240 steps a second; simulated time of all
 together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     /// Which rollers are bodies: `all`, or `near` (the contact window) [default: both].
     #[arg(long, value_name = "all|near", value_parser = roller_bodies)]
     rollers: Option<RollerBodies>,
-    /// Physics steps a second [default: 1000,500,240 with all rollers; 1000,500,240,120,60,40,30,20,15,10 near].
+    /// Physics steps a second [default: 1000,500,240,120,60,30,20, and near also 40,15,10].
     #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
     rates: Vec<f64>,
     /// Headings at which the error is measured, in degrees; speed is measured at the first [default: 0,20].
@@ -56,17 +56,17 @@ pub(super) struct Arguments {
         value_parser = heading_deg
     )]
     headings: Vec<f64>,
-    /// How many stretches of each drive are timed at least, of which the best counts [default: 5].
+    /// In how many rounds all configurations are timed; the best stretch counts [default: 5].
     #[arg(long, value_name = "N", value_parser = at_least_one)]
-    stretches: Option<usize>,
+    rounds: Option<usize>,
     /// How many robots simulate at once in one process; 0 leaves that out [default: 1,10,100].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = count)]
     fleets: Vec<usize>,
     /// On how many threads they do so [default: 1,2].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = at_least_one)]
     threads: Vec<usize>,
-    /// A first look in a tenth of the time: 500 steps a second with all rollers, 240, 60 and 20 near; a heading of 20
-    /// degrees, 3 stretches, 1 and 10 robots at once, unless other options say otherwise.
+    /// A first look in a tenth of the time: 240 steps a second with all rollers, 240, 60 and 20 near; a heading of 20
+    /// degrees, 3 rounds, 1 and 10 robots at once, unless other options say otherwise.
     #[arg(long)]
     quick: bool,
     /// Write `bench.json` and `bench.html`, a page with the plot of error against cost, into this folder.
@@ -143,8 +143,8 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
     if !arguments.headings.is_empty() {
         options.headings_deg.clone_from(&arguments.headings);
     }
-    if let Some(stretches) = arguments.stretches {
-        options.stretches = stretches;
+    if let Some(rounds) = arguments.rounds {
+        options.rounds = rounds;
     }
     if !arguments.fleets.is_empty() {
         options.fleets = arguments

@@ -165,7 +165,11 @@ fn pen(robot: usize, roller_bodies: &str) -> Pen {
 fn work_precision(bench: &Bench) -> Figure {
     let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
     for (index, (name, robot)) in bench.robots.iter().enumerate() {
-        for (kind, words) in [("all", "all rollers"), ("near", "contact window")] {
+        // Both kinds of a robot may lie on each other: the figures at their points do not.
+        for (kind, words, side) in [
+            ("all", "all rollers", Position::TopCenter),
+            ("near", "contact window", Position::BottomCenter),
+        ] {
             let of_kind = robot
                 .configurations
                 .iter()
@@ -175,7 +179,7 @@ fn work_precision(bench: &Bench) -> Figure {
                 .collect();
             if !points.is_empty() {
                 let name = format!("{name}, {words}");
-                curves.push(labelled(&name, &points, pen(index, kind)));
+                curves.push(labelled(&name, &points, pen(index, kind), side));
             }
         }
     }
@@ -188,16 +192,20 @@ fn work_precision(bench: &Bench) -> Figure {
         caption: "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps are \
                   paid for with error; where it is flat, they are free."
             .to_owned(),
-        height_px: 370,
+        height_px: 340,
         span: Span::Whole,
         over_time: false,
         plot: plot(curves, layout),
     }
 }
 
-/// A curve whose points say their steps a second; their figures stand above and below in turn.
-fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen) -> Box<Scatter<f64, f64>> {
-    let sides = [Position::TopCenter, Position::BottomCenter];
+/// A curve whose points say their steps a second.
+fn labelled(
+    name: &str,
+    points: &[(&Configuration, f64)],
+    pen: Pen,
+    side: Position,
+) -> Box<Scatter<f64, f64>> {
     let at = points
         .iter()
         .map(|(c, cpu_s)| (1e3 * cpu_s, c.worst_error_pct.max(LEAST_ERROR_PCT)));
@@ -219,11 +227,7 @@ fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen) -> Box<Scatt
                 .map(|(c, _)| c.rate_hz().to_string())
                 .collect(),
         )
-        .text_position_array(
-            (0..points.len())
-                .map(|index| sides[index % 2].clone())
-                .collect(),
-        )
+        .text_position(side)
         .text_font(Font::new().size(10).color(pen.color))
         .hover_text_array(hover.collect())
         .hover_info(plotly::common::HoverInfo::Text)
@@ -415,7 +419,7 @@ fn method_section(bench: &Bench) -> Section {
              rollers, over drives and headings.</p>\
              <p><b>Speed.</b> The whole loop (sensors, wheel loops, motors, world, recording with a row of the trace a \
              second): simulated time over the CPU time of its one thread, while the twist is held, after 1 s of warm-up. A \
-             stretch is a simulated second or more, and 20 ms of CPU time; of each drive the best of several counts. <i>Spread</i> \
+             stretch is a simulated second or more, and 20 ms of CPU time; of each drive the best counts, of several rounds through all configurations. <i>Spread</i> \
              is how much longer the middle one of the stretches took, in the worst drive.</p>\
              <p><b>Many robots.</b> All alive in one process and advanced in turn, warmed up; simulated time of all together \
              over wall clock, the best stretch.</p></div>\n\
