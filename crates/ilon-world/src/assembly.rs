@@ -1,13 +1,13 @@
-//! Building the robot's multibody: chassis, hubs, and a body for every roller that shall have one.
+//! Building the robot's multibody: the chassis and the hubs, with colliders for the rollers that can touch the world.
 
-use ilon_robot::{Collision, Joint, MassProperties as RobotMass, Robot};
+use ilon_robot::{Collision, MassProperties as RobotMass, Robot};
 use nalgebra::Isometry3;
 use rapier3d::prelude::*;
 
 use crate::collision::shape_of;
 use crate::state::State;
 use crate::wheel_body::{self, RollerState, WheelBody};
-use crate::{Settings, convert, groups};
+use crate::{convert, groups};
 
 /// The robot's parts in rapier.
 #[derive(Clone, Debug)]
@@ -25,12 +25,11 @@ const HINGE: usize = 3;
 impl Assembly {
     /// Builds the robot in a given state.
     ///
-    /// `windows` names, for each wheel, the rollers that get a body. Every velocity is the state's own, so that a
-    /// robot which is taken apart and built again with another window loses no momentum.
+    /// `windows` names, for each wheel, the rollers that get a collider. Every velocity is the state's own, so that a
+    /// robot which is taken apart and built again loses no momentum.
     pub fn build(
         rapier: &mut PhysicsWorld,
         robot: &Robot,
-        settings: &Settings,
         state: &State,
         rollers: &[Vec<RollerState>],
         windows: &[Vec<usize>],
@@ -54,12 +53,11 @@ impl Assembly {
                     &robot.wheels[i],
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
                     (&rollers[i], &windows[i]),
-                    settings,
                 )
             })
             .collect();
         let multibody = index_links(rapier, &mut wheels);
-        set_joint_dynamics(rapier, multibody, robot, &wheels);
+        set_damping(rapier, multibody, robot, &wheels);
         let ndofs = rapier.multibody_joints[multibody].ndofs();
         let mut assembly = Self {
             chassis,
@@ -68,7 +66,7 @@ impl Assembly {
             displacement: vec![0.0; ndofs],
         };
         assembly.set_wheel_angles(rapier, &state.wheel_angles_rad);
-        assembly.set_velocities(rapier, state, rollers);
+        assembly.set_velocities(rapier, state);
         let PhysicsWorld {
             bodies,
             multibody_joints,
@@ -82,9 +80,8 @@ impl Assembly {
 
     /// Takes the robot out of the world.
     pub fn remove(&self, rapier: &mut PhysicsWorld) {
-        let wheels = self.wheels.iter();
-        let parts = wheels.flat_map(|w| w.slots.iter().map(|s| s.body).chain([w.hub]));
-        for body in parts.chain([self.chassis]) {
+        let hubs = self.wheels.iter().map(|wheel| wheel.hub);
+        for body in hubs.chain([self.chassis]) {
             rapier.remove_body(body);
         }
     }
@@ -124,24 +121,15 @@ impl Assembly {
         }
     }
 
-    fn set_velocities(
-        &self,
-        rapier: &mut PhysicsWorld,
-        state: &State,
-        rollers: &[Vec<RollerState>],
-    ) {
+    fn set_velocities(&self, rapier: &mut PhysicsWorld, state: &State) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         let mut rates = multibody.generalized_velocity_mut();
         let root = state.velocity_m_s.iter().chain(state.angular_rad_s.iter());
         for (dof, value) in root.enumerate() {
             rates[dof] = *value as Real;
         }
-        for (index, wheel) in self.wheels.iter().enumerate() {
-            rates[wheel.hub_dof] = state.wheel_rates_rad_s[index] as Real;
-            for slot in &wheel.slots {
-                let carried = state.hub_rate_in_hub(index);
-                rates[slot.dof] = rollers[index][slot.roller].spin_rad_s(&carried) as Real;
-            }
+        for (wheel, rate_rad_s) in self.wheels.iter().zip(&state.wheel_rates_rad_s) {
+            rates[wheel.hub_dof] = *rate_rad_s as Real;
         }
     }
 }
@@ -173,7 +161,7 @@ fn chassis_collider(
     Some(collider)
 }
 
-/// Looks up, once, where each hub and slot stands in the robot's multibody.
+/// Looks up, once, where each hub stands in the robot's multibody.
 fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> MultibodyIndex {
     let PhysicsWorld {
         bodies,
@@ -183,7 +171,7 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
     let find = |joints: &MultibodyJointSet, body: RigidBodyHandle| {
         *joints
             .rigid_body_link(body)
-            .expect("every hub and slot is inserted as a link")
+            .expect("every hub is inserted as a link")
     };
     let index = find(multibody_joints, wheels[0].hub).multibody;
     // Only now does rapier see that the chassis is free, and give the root its six axes before all others.
@@ -197,16 +185,13 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
     };
     for wheel in wheels {
         (wheel.hub_link, wheel.hub_dof) = place(wheel.hub);
-        for slot in &mut wheel.slots {
-            (slot.link, slot.dof) = place(slot.body);
-        }
     }
     index
 }
 
-/// Damping and armature of every joint; rapier's own default damps every free axis by 0.1. Dry friction is among the
+/// The damping of the wheels' bearings; rapier's own default damps every free axis by 0.1. Dry friction is among the
 /// reactions.
-fn set_joint_dynamics(
+fn set_damping(
     rapier: &mut PhysicsWorld,
     multibody: MultibodyIndex,
     robot: &Robot,
@@ -214,19 +199,7 @@ fn set_joint_dynamics(
 ) {
     let multibody = link_owner(&mut rapier.multibody_joints, multibody);
     multibody.damping_mut().fill(0.0);
-    let mut set = |dof: usize, joint: &Joint, armature: f64| {
-        multibody.damping_mut()[dof] = joint.damping_n_m_s as Real;
-        multibody.armature_mut()[dof] = armature as Real;
-    };
     for (body, wheel) in wheels.iter().zip(&robot.wheels) {
-        set(body.hub_dof, &wheel.joint, 0.0);
-        for slot in &body.slots {
-            let roller = &wheel.rollers[slot.roller];
-            set(
-                slot.dof,
-                &roller.joint,
-                body.rollers[slot.roller].armature_kg_m2(),
-            );
-        }
+        multibody.damping_mut()[body.hub_dof] = wheel.joint.damping_n_m_s as Real;
     }
 }

@@ -41,19 +41,18 @@ impl WheelContact {
     ///
     /// They were solved at the poses `before` the step and left the velocities `after` it; both are used here, so that
     /// a contact which was held still reads as still. The work of an impulse is its product with the mean of the
-    /// velocities before and after it, which is exact for a body of constant inertia: the powers are such. `rate_of`
-    /// gives the rate of a degree of freedom of the robot's multibody, in rad/s.
+    /// velocities before and after it, which is exact for a body of constant inertia: the powers are such.
     pub(crate) fn read(
         reactions: &[Reaction],
         (index, body): (usize, &WheelBody),
         before: &State,
         after: &State,
         dt_s: f64,
-        rate_of: impl Fn(usize) -> f64,
     ) -> Self {
         let floor_from_hub = before.floor_from_hub(index);
         let hub = floor_from_hub.translation.vector;
         let hub_axis = floor_from_hub.rotation * Vector3::z();
+        let hub_rate_in_hub = after.hub_rate_at(index, before);
         let center = before.floor_from_chassis.translation.vector;
         // Velocity of a point of the hub as the poses were before the step, with the rates of a state.
         let carried = |state: &State, at: &Vector3<f64>| {
@@ -67,8 +66,8 @@ impl WheelContact {
         let mut force = Vector3::zeros();
         let mut sliding = Vector3::zeros();
         for reaction in reactions {
-            let slot = match reaction.part {
-                Part::Roller(wheel, slot) if wheel == index => &body.slots[slot],
+            let place = match reaction.part {
+                Part::Roller(wheel, roller) if wheel == index => roller,
                 _ => continue,
             };
             let (pressed, rubbed) = reaction.on_robot_n_s();
@@ -77,8 +76,8 @@ impl WheelContact {
                 continue;
             }
             let (at, up) = (reaction.at_m, reaction.frame[0]);
-            let roller = &body.rollers[slot.roller];
-            let spin_rad_s = rate_of(slot.dof);
+            let roller = &body.rollers[place];
+            let spin_rad_s = roller.spin_rad_s(&hub_rate_in_hub);
             let roller_axis = floor_from_hub.rotation * roller.axis_in_hub();
             let roller_center =
                 floor_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
@@ -86,7 +85,7 @@ impl WheelContact {
             let carried_on = carried(after, &at);
             let velocity = carried_on + spin_rad_s * surface;
             let slip = velocity - up * velocity.dot(&up);
-            let came = carried(before, &at) + slot.spin_before_rad_s * surface;
+            let came = carried(before, &at) + roller.spin_before_rad_s * surface;
             let mean = 0.5 * (came + velocity);
 
             contact.touching = true;
@@ -97,7 +96,7 @@ impl WheelContact {
             contact.impact_power_w -= pressed.dot(&mean) / dt_s;
             if normal_n > hardest_n {
                 hardest_n = normal_n;
-                contact.roller = slot.roller;
+                contact.roller = place;
                 contact.friction = reaction.friction;
                 contact.roller_spin_rad_s = spin_rad_s;
                 // No sliding along the surface's own direction: (carried + spin surface) . surface = 0.

@@ -1,12 +1,12 @@
 //! How a world is built and stepped. Every default is the outcome of the measurements in `docs/accuracy.md`.
 
-/// Which rollers are rigid bodies of their own.
+/// Which rollers have their shapes in the world. All have their mass, inertia and spin, whichever this is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
-    /// The contact window: every roller keeps its place and spin, and those that can touch the ground have a body.
+    /// The contact window: those that can touch the ground.
     Near,
 }
 
@@ -15,7 +15,7 @@ pub enum RollerBodies {
 pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
     pub dt_s: f64,
-    /// Which rollers are bodies.
+    /// Which rollers have their shapes in the world.
     pub roller_bodies: RollerBodies,
     /// Natural frequency of a contact's spring, in Hz, > 0: how fast penetration is pushed out. It scales with the
     /// mass at the contact; at 1000 Hz a 10 kg robot sinks by less than a micrometre.

@@ -51,7 +51,12 @@ impl State {
 
     /// Angular velocity of a hub in its own frame, in rad/s.
     pub fn hub_rate_in_hub(&self, wheel: usize) -> Vector3<f64> {
-        let hub_from_floor = self.floor_from_hub(wheel).rotation.inverse();
+        self.hub_rate_at(wheel, self)
+    }
+
+    /// Angular velocity of a hub, in the frame that it had in another state, in rad/s.
+    pub fn hub_rate_at(&self, wheel: usize, place: &Self) -> Vector3<f64> {
+        let hub_from_floor = place.floor_from_hub(wheel).rotation.inverse();
         hub_from_floor * self.angular_rad_s + Vector3::z() * self.wheel_rates_rad_s[wheel]
     }
 

@@ -1,11 +1,16 @@
-//! One wheel in the world: its hub, and the slots through which its rollers are bodies.
+//! One wheel in the world: its hub as a body, and its rollers as flywheels on it.
+//!
+//! A roller is round, and its middle and axis are fixed to the hub. So its motion is the hub's but for one number: its rate
+//! about its own axis. Its mass and its inertia across the axis move with the hub and belong to the hub's body; what is left
+//! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
+//! roller one number instead of a body, a joint and a row of the mass matrix.
 
-use ilon_robot::{Roller, Wheel};
+use ilon_robot::{Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::collision::shape_of_roller;
-use crate::{RollerBodies, Settings, convert};
+use crate::convert;
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -16,63 +21,59 @@ pub(crate) struct WheelBody {
     pub hub_link: usize,
     /// The wheel's axis among the multibody's degrees of freedom.
     pub hub_dof: usize,
-    /// The bodies through which rollers touch the world.
+    /// The colliders through which rollers touch the world.
     pub slots: Vec<Slot>,
-    /// What every roller carries along, in or out of a slot.
+    /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers without a body put on the hub now, in its frame, in N m.
-    pub coasting_torque_in_hub_n_m: Vector3<f64>,
+    /// What the bearings of the rollers put on the hub now, in its frame, in N m.
+    pub bearing_torque_in_hub_n_m: Vector3<f64>,
 }
 
-/// What a step of coasting did.
+/// What a bearing did in a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coasted {
+pub(crate) struct Borne {
     /// Energy that the bearing took, in J.
     pub lost_j: f64,
     /// Torque of the bearing on the hub about the roller's axis, in N m.
     pub torque_on_hub_n_m: f64,
 }
 
-/// A body that stands for one roller at a time.
-#[derive(Clone, Debug)]
+/// A collider on the hub that stands for one roller at a time.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
-    /// The body.
-    pub body: RigidBodyHandle,
-    /// Its collider: the exact barrel, or the shapes of the roller's file.
+    /// The exact barrel, or the shapes of the roller's file.
     pub collider: ColliderHandle,
-    /// Its link in the robot's multibody.
-    pub link: usize,
-    /// Its spin among the multibody's degrees of freedom.
-    pub dof: usize,
     /// The roller it stands for now.
     pub roller: usize,
-    /// Its spin when the step began, in rad/s.
-    pub spin_before_rad_s: f64,
 }
 
-/// A roller's place on its wheel and, while no body carries it, its spin.
+/// A roller's place on its wheel and its motion about its axis.
 #[derive(Clone, Debug)]
 pub(crate) struct RollerState {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
     /// Angle of its centre about the hub axis, from the hub frame's x axis, in radians.
     pub place_rad: f64,
-    /// What stays while nothing but its bearing touches it, however the hub turns, in rad/s: its angular momentum about
-    /// its axis over its inertia, which is its spin against the hub plus the hub's own rate about that axis.
-    steady_rate_rad_s: f64,
+    /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
+    /// stays while nothing but its bearing touches it, however the hub turns.
+    pub axial_rate_rad_s: f64,
+    /// Spin against the hub when the step began, in rad/s.
+    pub spin_before_rad_s: f64,
+    /// Whether the ground touched it in the last step.
+    pub touched: bool,
+    /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
+    pub angle_rad: f64,
+    /// Whether the shape that touches the world is the exact barrel, which looks the same at any angle.
+    pub round: bool,
     /// Inertia about its axis, in kg m^2.
-    spin_inertia_kg_m2: f64,
+    axial_inertia_kg_m2: f64,
     /// Bearing damping, in N m s/rad.
-    pub damping_n_m_s: f64,
+    damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
     pub friction_n_m: f64,
     /// Whether the roller has seized on its axle.
-    seized: bool,
+    pub seized: bool,
 }
-
-/// Inertia that stands for a seized roller's axle, in kg m^2: 0.1 N m, more than a contact puts on a roller, would take 1000 s to give
-/// it 0.1 rad/s.
-const SEIZED_KG_M2: f64 = 1e3;
 
 /// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
 fn x_to_z() -> UnitQuaternion<f64> {
@@ -84,16 +85,10 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
     let child_from_joint = Isometry3::from_parts(Default::default(), x_to_z());
     let mut joint = GenericJoint::new(JointAxesMask::LOCKED_REVOLUTE_AXES);
     joint
-        .set_local_frame1(joint_frame(parent_from_child))
+        .set_local_frame1(convert::pose(&(parent_from_child * child_from_joint)))
         .set_local_frame2(convert::pose(&child_from_joint))
         .set_contacts_enabled(false);
     joint
-}
-
-/// The joint's frame in its parent, for [`joint_about_z`].
-pub(crate) fn joint_frame(parent_from_child: &Isometry3<f64>) -> Pose {
-    let child_from_joint = Isometry3::from_parts(Default::default(), x_to_z());
-    convert::pose(&(parent_from_child * child_from_joint))
 }
 
 impl RollerState {
@@ -102,8 +97,12 @@ impl RollerState {
         Self {
             hub_from_roller: roller.hub_from_roller(),
             place_rad: roller.place_rad(),
-            steady_rate_rad_s: 0.0,
-            spin_inertia_kg_m2: roller.axial_inertia_kg_m2,
+            axial_rate_rad_s: 0.0,
+            spin_before_rad_s: 0.0,
+            touched: false,
+            angle_rad: 0.0,
+            round: !matches!(roller.form, RollerForm::AsModelled(_)),
+            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
             seized: false,
@@ -113,12 +112,7 @@ impl RollerState {
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
     pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
         self.seized = seized;
-        self.set_spin(0.0, hub_rate_in_hub_rad_s);
-    }
-
-    /// Inertia that rapier adds to its spin against the hub, in kg m^2.
-    pub fn armature_kg_m2(&self) -> f64 {
-        if self.seized { SEIZED_KG_M2 } else { 0.0 }
+        self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
     }
 
     /// The roller's axis in the hub frame.
@@ -126,7 +120,7 @@ impl RollerState {
         self.hub_from_roller.rotation * Vector3::z()
     }
 
-    /// The hub's angular velocity about the roller's axis, with which it carries the roller along.
+    /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in rad/s.
     fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
         hub_rate_in_hub_rad_s.dot(&self.axis_in_hub())
     }
@@ -136,12 +130,40 @@ impl RollerState {
         if self.seized {
             return 0.0;
         }
-        self.steady_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
+        self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
     }
 
-    /// Takes over a spin against the hub, in rad/s.
-    pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
-        self.steady_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
+    /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s. That of a seized roller is its hub's.
+    pub fn momentum_in_hub(&self) -> Vector3<f64> {
+        if self.seized {
+            return Vector3::zeros();
+        }
+        self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub()
+    }
+
+    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's
+    /// damping acts with the rate after the step.
+    pub fn response(&self, dt_s: f64) -> f64 {
+        1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
+    }
+
+    /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
+    /// [`RollerState::response`].
+    pub fn free_rate_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+        let carried = self.carried_rad_s(hub_rate_in_hub_rad_s);
+        let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
+        (momentum + self.damping_n_m_s * dt_s * carried) * self.response(dt_s)
+    }
+
+    /// What damping did to a roller that the ground has just turned: as [`RollerState::free_rate_rad_s`] has it. Its work
+    /// goes with the mean spin. Dry friction is among the reactions then.
+    pub fn bear(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+        let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
+        let torque_n_m = self.damping_n_m_s * spin;
+        Borne {
+            lost_j: torque_n_m * 0.5 * (self.spin_before_rad_s + spin) * dt_s,
+            torque_on_hub_n_m: torque_n_m,
+        }
     }
 
     /// Lets a roller that touches nothing spin on for `dt_s`: only its bearing acts,
@@ -149,38 +171,26 @@ impl RollerState {
     /// the spin.
     ///
     /// What the bearing takes from the roller it gives to the hub.
-    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Coasted {
+    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+        let inertia = self.axial_inertia_kg_m2;
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let damped = spin * libm::exp(-self.damping_n_m_s / self.spin_inertia_kg_m2 * dt_s);
-        let stopping = self.friction_n_m / self.spin_inertia_kg_m2 * dt_s;
+        let damped = spin * libm::exp(-self.damping_n_m_s / inertia * dt_s);
+        let stopping = self.friction_n_m / inertia * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
-        self.set_spin(slowed, hub_rate_in_hub_rad_s);
-        let inertia = self.spin_inertia_kg_m2;
-        Coasted {
+        self.axial_rate_rad_s = slowed + self.carried_rad_s(hub_rate_in_hub_rad_s);
+        Borne {
             lost_j: 0.5 * inertia * (spin * spin - slowed * slowed),
             torque_on_hub_n_m: inertia * (spin - slowed) / dt_s,
         }
     }
 }
 
-/// Mass properties of the hub body in its frame: the hub alone, or with what its rollers bring while their bodies do
-/// not carry their mass.
-///
-/// In the contact window a roller's mass and its inertia across its axis belong to the hub for good, and only its
-/// spin inertia to the slot, so that moving a slot from one roller to the next moves no momentum. rapier cannot invert
-/// an inertia about one axis alone, so a slot is round and the hub gives up the mean of what it has too much: about
-/// the hub axis, where wheels turn fast, that is exact because all rollers stand at the same angle to it.
-///
-/// A roller that coasts keeps its axial momentum I (c + s), with c the hub's rate about its axis and s its spin: the hub
-/// carries nothing of it.
-fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> MassProperties {
-    let parts: &[Roller] = match settings.roller_bodies {
-        RollerBodies::All => &[],
-        RollerBodies::Near => &wheel.rollers,
-    };
+/// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia
+/// across its axis; of a seized one all.
+fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
     let mut mass_kg = wheel.hub.mass_kg;
     let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
-    for roller in parts {
+    for roller in &wheel.rollers {
         mass_kg += roller.mass_kg;
         first_moment += roller.mass_kg * roller.center_in_hub_m;
     }
@@ -191,12 +201,14 @@ fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> Mass
     };
     let mut inertia =
         wheel.hub.inertia_kg_m2 + about_center(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
-    for roller in parts {
+    for (roller, state) in wheel.rollers.iter().zip(states) {
         let d = roller.axis_in_hub.into_inner();
-        let in_slots = slots as f64 / parts.len() as f64 * roller.axial_inertia_kg_m2;
+        let along = d * d.transpose();
         inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
-            + (roller.transverse_inertia_kg_m2 - in_slots)
-                * (Matrix3::identity() - d * d.transpose());
+            + roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
+        if state.seized {
+            inertia += roller.axial_inertia_kg_m2 * along;
+        }
     }
     MassProperties::with_inertia_matrix(
         convert::vector(&center_m),
@@ -205,75 +217,76 @@ fn hub_mass_properties(wheel: &Wheel, settings: &Settings, slots: usize) -> Mass
     )
 }
 
-/// Mass properties of a roller's body in its own frame.
-fn slot_mass_properties(roller: &Roller, roller_bodies: RollerBodies) -> MassProperties {
-    let (mass_kg, transverse) = match roller_bodies {
-        RollerBodies::All => (roller.mass_kg, roller.transverse_inertia_kg_m2),
-        RollerBodies::Near => (0.0, roller.axial_inertia_kg_m2),
-    };
-    MassProperties::new(
-        Vector::ZERO,
-        mass_kg as Real,
-        Vector::new(
-            transverse as Real,
-            transverse as Real,
-            roller.axial_inertia_kg_m2 as Real,
-        ),
-    )
-}
-
-/// Adds a wheel to the robot's multibody: the hub on the chassis, and a slot on the hub for each roller of its window.
+/// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller of its window.
 pub(crate) fn insert(
     rapier: &mut PhysicsWorld,
     wheel: &Wheel,
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     (rollers, window): (&[RollerState], &[usize]),
-    settings: &Settings,
 ) -> WheelBody {
-    let roller_bodies = settings.roller_bodies;
     let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
     let hub = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()
             .pose(world_from_hub)
             .can_sleep(false)
-            .additional_mass_properties(hub_mass_properties(wheel, settings, window.len())),
+            .additional_mass_properties(hub_mass_properties(wheel, rollers)),
     );
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
-
-    let slots = window.iter().map(|&roller| {
-        let hub_from_roller = &rollers[roller].hub_from_roller;
-        let mass = slot_mass_properties(&wheel.rollers[roller], roller_bodies);
-        let body = rapier.bodies.insert(
-            RigidBodyBuilder::dynamic()
-                .pose(world_from_hub * convert::pose(hub_from_roller))
-                .can_sleep(false)
-                .additional_mass_properties(mass),
-        );
-        rapier.insert_multibody_joint(hub, body, joint_about_z(hub_from_roller));
-        let shape = shape_of_roller(wheel, &wheel.rollers[roller])
-            .expect("the shapes are checked before the robot is built");
-        let collider = rapier.insert_collider(
-            ColliderBuilder::new(shape)
-                .density(0.0)
-                .collision_groups(crate::groups::ROLLER)
-                .solver_groups(InteractionGroups::none()),
-            Some(body),
-        );
-        Slot {
-            body,
-            collider,
-            link: 0,
-            dof: 0,
-            roller,
-            spin_before_rad_s: 0.0,
-        }
-    });
-    WheelBody {
+    let mut body = WheelBody {
         hub,
-        slots: slots.collect(),
+        slots: Vec::with_capacity(rollers.len()),
         hub_link: 0,
         hub_dof: 0,
         rollers: rollers.to_vec(),
-        coasting_torque_in_hub_n_m: Vector3::zeros(),
+        bearing_torque_in_hub_n_m: Vector3::zeros(),
+    };
+    body.set_window(rapier, wheel, window);
+    body
+}
+
+impl WheelBody {
+    /// Lets a collider stand for each of the rollers named, and for no other.
+    pub fn set_window(&mut self, rapier: &mut PhysicsWorld, wheel: &Wheel, window: &[usize]) {
+        for slot in self.slots.drain(window.len().min(self.slots.len())..) {
+            rapier.remove_collider(slot.collider);
+        }
+        for (place, &roller) in window.iter().enumerate() {
+            let hub_from_roller = convert::pose(&self.rollers[roller].hub_from_roller);
+            if let Some(slot) = self.slots.get_mut(place) {
+                if slot.roller != roller {
+                    slot.roller = roller;
+                    rapier.colliders[slot.collider].set_position_wrt_parent(hub_from_roller);
+                }
+                continue;
+            }
+            let shape = shape_of_roller(wheel, &wheel.rollers[roller])
+                .expect("the shapes are checked before the robot is built");
+            let collider = ColliderBuilder::new(shape)
+                .position(hub_from_roller)
+                .density(0.0)
+                .collision_groups(crate::groups::ROLLER)
+                .solver_groups(InteractionGroups::none());
+            let collider = rapier.insert_collider(collider, Some(self.hub));
+            self.slots.push(Slot { collider, roller });
+        }
+    }
+
+    /// What the rollers put on the hub, in its frame, in N m: their bearings' torques, and what it takes to turn the axes
+    /// of flywheels along with it, -W x (I w d), which takes no work.
+    pub fn torque_of_rollers_in_hub(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> Vector3<f64> {
+        let momentum: Vector3<f64> = self.rollers.iter().map(RollerState::momentum_in_hub).sum();
+        self.bearing_torque_in_hub_n_m - hub_rate_in_hub_rad_s.cross(&momentum)
+    }
+
+    /// Turns the colliders of rollers that are not round to where the rollers are.
+    pub fn turn_rollers(&self, rapier: &mut PhysicsWorld) {
+        for slot in &self.slots {
+            let roller = &self.rollers[slot.roller];
+            if !roller.round {
+                let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
+                let pose = convert::pose(&(roller.hub_from_roller * turned));
+                rapier.colliders[slot.collider].set_position_wrt_parent(pose);
+            }
+        }
     }
 }

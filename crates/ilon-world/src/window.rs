@@ -1,4 +1,4 @@
-//! The contact window: which rollers of a wheel need a body of their own now.
+//! The contact window: which rollers of a wheel need their shapes in the world now.
 //!
 //! On a plane the lowest roller of a wheel is the only one that touches, and the next one takes over where the two
 //! barrels meet. Near anything else (a kerb, a rough surface) every roller that the ground could reach within the next

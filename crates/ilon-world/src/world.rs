@@ -15,7 +15,7 @@ use crate::contact::WheelContact;
 use crate::energy::{Energy, energy};
 use crate::ground::Ground;
 use crate::state::State;
-use crate::wheel_body::{self, RollerState, WheelBody};
+use crate::wheel_body::RollerState;
 use crate::window;
 use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError, convert};
 use disturbance::ActingPush;
@@ -134,7 +134,6 @@ impl World {
         let assembly = Assembly::build(
             &mut rapier,
             robot,
-            settings,
             &state.seen_from(&ground),
             &rollers,
             &slots,
@@ -206,11 +205,11 @@ impl World {
         self.react();
         self.read_state();
         self.read_contacts();
-        self.count_bearings();
+        self.run_bearings();
         self.end_pushes();
         self.write_back();
         self.move_windows();
-        self.place_rollers();
+        self.place_wheels();
         self.torques_n_m.fill(0.0);
         self.droops_n_m_s.fill(0.0);
     }
@@ -311,19 +310,13 @@ impl World {
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
         let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
-        let body = &self.assembly.wheels[wheel];
-        let mut spins: Vec<f64> = body
-            .rollers
-            .iter()
+        let rollers = self.assembly.wheels[wheel].rollers.iter();
+        rollers
             .map(|roller| roller.spin_rad_s(&hub_rate_in_hub))
-            .collect();
-        for slot in &body.slots {
-            spins[slot.roller] = self.assembly.rate(&self.rapier, slot.dof);
-        }
-        spins
+            .collect()
     }
 
-    /// How many rollers of each wheel are bodies now.
+    /// How many rollers of each wheel can touch the world now.
     pub fn roller_body_counts(&self) -> Vec<usize> {
         self.assembly
             .wheels
@@ -332,19 +325,20 @@ impl World {
             .collect()
     }
 
-    /// Hands rapier the motors' torques, and what the bearings of coasting rollers put on the hubs.
+    /// Hands rapier the motors' torques, and what the rollers put on the hubs.
     fn drive(&mut self) {
         let mut reaction = Vector3::zeros();
         for (index, torque_n_m) in self.torques_n_m.iter().enumerate() {
             let wheel = &self.assembly.wheels[index];
             let floor_from_hub = self.state.floor_from_hub(index).rotation;
+            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
             let undamped_n_m = self.droops_n_m_s[index] * self.state.wheel_rates_rad_s[index];
             let torque = floor_from_hub * Vector3::z() * (torque_n_m + undamped_n_m);
             let hub = &mut self.rapier.bodies[wheel.hub];
             hub.reset_torques(false);
-            let bearings = floor_from_hub * wheel.coasting_torque_in_hub_n_m;
-            hub.add_torque(convert::vector(&(torque + bearings)), false);
+            let rollers = floor_from_hub * wheel.torque_of_rollers_in_hub(&hub_rate_in_hub);
+            hub.add_torque(convert::vector(&(torque + rollers)), false);
             reaction -= torque;
         }
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
@@ -381,10 +375,9 @@ impl World {
     fn read_contacts(&mut self) {
         let dt_s = self.settings.dt_s;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
-            let spin = |dof: usize| self.assembly.rate(&self.rapier, dof);
             let wheel = (index, &self.assembly.wheels[index]);
             let (before, after) = (&self.before, &self.state);
-            *contact = WheelContact::read(self.reactions.all(), wheel, before, after, dt_s, spin);
+            *contact = WheelContact::read(self.reactions.all(), wheel, before, after, dt_s);
             self.slip_energy_j += contact.slip_power_w * dt_s;
             self.impact_energy_j += contact.impact_power_w * dt_s;
         }
@@ -392,42 +385,53 @@ impl World {
 
     /// Notes the spins with which the rollers go into the step.
     fn keep_spins(&mut self) {
-        let Assembly {
-            wheels, multibody, ..
-        } = &mut self.assembly;
-        let rates = self.rapier.multibody_joints[*multibody].generalized_velocity();
-        for slot in wheels.iter_mut().flat_map(|wheel| &mut wheel.slots) {
-            slot.spin_before_rad_s = f64::from(rates[slot.dof]);
+        for (index, wheel) in self.assembly.wheels.iter_mut().enumerate() {
+            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
+            for roller in &mut wheel.rollers {
+                roller.spin_before_rad_s = roller.spin_rad_s(&hub_rate_in_hub);
+            }
         }
     }
 
-    /// Sums what damping and dry friction took out of the joints; rollers without a body are counted where they coast.
-    /// Damping acts with the rate after the step, with which rapier solves it; all work goes with the mean rate.
-    fn count_bearings(&mut self) {
+    /// Lets the bearings act on rollers that nothing touched, and sums what damping and dry friction took out of all of
+    /// them. Damping acts with the rate after the step, with which it is solved; all work goes with the mean rate.
+    fn run_bearings(&mut self) {
         let dt_s = self.settings.dt_s;
-        let hub_rates = |wheel: usize| {
-            let before_rad_s = self.before.wheel_rates_rad_s[wheel];
-            (before_rad_s, self.state.wheel_rates_rad_s[wheel])
-        };
-        let axle_rates = |wheel: usize, slot: usize| {
-            let slot = &self.assembly.wheels[wheel].slots[slot];
-            let after_rad_s = self.assembly.rate(&self.rapier, slot.dof);
-            (slot.spin_before_rad_s, after_rad_s)
-        };
-        let damped_j = |joint: &ilon_robot::Joint, (before_rad_s, after_rad_s): (f64, f64)| {
-            joint.damping_n_m_s * after_rad_s * 0.5 * (before_rad_s + after_rad_s) * dt_s
-        };
         let mut lost_j = 0.0;
-        for (index, wheel) in self.robot.wheels.iter().enumerate() {
-            lost_j += damped_j(&wheel.joint, hub_rates(index));
-            for (place, slot) in self.assembly.wheels[index].slots.iter().enumerate() {
-                lost_j += damped_j(&wheel.rollers[slot.roller].joint, axle_rates(index, place));
+        for (index, (body, wheel)) in (self.assembly.wheels.iter_mut())
+            .zip(&self.robot.wheels)
+            .enumerate()
+        {
+            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
+            body.bearing_torque_in_hub_n_m = Vector3::zeros();
+            for roller in &mut body.rollers {
+                let borne = if roller.touched {
+                    roller.bear(&hub_rate_in_hub, dt_s)
+                } else {
+                    roller.coast(&hub_rate_in_hub, dt_s)
+                };
+                lost_j += borne.lost_j;
+                body.bearing_torque_in_hub_n_m += borne.torque_on_hub_n_m * roller.axis_in_hub();
+                roller.angle_rad += roller.spin_rad_s(&hub_rate_in_hub) * dt_s;
             }
+            let after_rad_s = self.state.wheel_rates_rad_s[index];
+            let mean_rad_s = 0.5 * (self.before.wheel_rates_rad_s[index] + after_rad_s);
+            lost_j += wheel.joint.damping_n_m_s * after_rad_s * mean_rad_s * dt_s;
         }
         for reaction in self.reactions.all() {
             let (before_rad_s, after_rad_s) = match reaction.part {
-                Part::Hub(wheel) => hub_rates(wheel),
-                Part::Axle(wheel, slot) => axle_rates(wheel, slot),
+                Part::Hub(wheel) => (
+                    self.before.wheel_rates_rad_s[wheel],
+                    self.state.wheel_rates_rad_s[wheel],
+                ),
+                Part::Axle(wheel, roller) => {
+                    let roller = &self.assembly.wheels[wheel].rollers[roller];
+                    let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
+                    (
+                        roller.spin_before_rad_s,
+                        roller.spin_rad_s(&hub_rate_in_hub),
+                    )
+                }
                 Part::Chassis | Part::Roller(..) => continue,
             };
             lost_j -= reaction.impulse.x * 0.5 * (before_rad_s + after_rad_s);
@@ -447,28 +451,23 @@ impl World {
             .set_wheel_angles(&mut self.rapier, &self.state.wheel_angles_rad);
     }
 
-    /// Sets the bodies of the rollers to where the f64 sums put them; rapier moves their colliders along.
-    fn place_rollers(&mut self) {
+    /// Sets the hubs to where the f64 sums put them; rapier moves their rollers' colliders along.
+    fn place_wheels(&mut self) {
         let rapier_from_floor = self.ground.rapier_from_floor();
         for (index, wheel) in self.assembly.wheels.iter().enumerate() {
-            let rapier_from_hub = rapier_from_floor * self.state.floor_from_hub(index);
-            for slot in &wheel.slots {
-                let pose = rapier_from_hub * wheel.rollers[slot.roller].hub_from_roller;
-                self.rapier.bodies[slot.body].set_position(convert::pose(&pose), false);
-            }
+            let pose = rapier_from_floor * self.state.floor_from_hub(index);
+            self.rapier.bodies[wheel.hub].set_position(convert::pose(&pose), false);
+            wheel.turn_rollers(&mut self.rapier);
         }
     }
 
-    /// Lets the rollers without a body coast, and gives bodies to those that can touch something now.
+    /// Lets those rollers touch the world that can.
     fn move_windows(&mut self) {
-        let mut rebuild = false;
-        for index in 0..self.windows.len() {
-            if !self.windows[index].moves {
+        for (index, window) in self.windows.iter_mut().enumerate() {
+            if !window.moves {
                 continue;
             }
-            self.coast(index);
-            let window = &mut self.windows[index];
-            let body = &self.assembly.wheels[index];
+            let body = &mut self.assembly.wheels[index];
             let floor_from_hub = self.state.floor_from_hub(index);
             let Window {
                 shapes,
@@ -485,81 +484,15 @@ impl World {
             };
             let patience = (WINDOW_PATIENCE_S / self.settings.dt_s) as u32;
             if !wide_enough || window.idle_steps > patience {
-                window.slots.clone_from(&window.needed);
+                slots.clone_from(needed);
                 window.idle_steps = 0;
-                rebuild = true;
             }
-        }
-        if rebuild {
-            self.rebuild();
-        } else {
-            self.relabel();
-        }
-    }
-
-    /// Lets the rollers of a wheel that have no body spin on.
-    fn coast(&mut self, index: usize) {
-        let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-        let WheelBody {
-            slots,
-            rollers,
-            coasting_torque_in_hub_n_m,
-            ..
-        } = &mut self.assembly.wheels[index];
-        *coasting_torque_in_hub_n_m = Vector3::zeros();
-        for (i, roller) in rollers.iter_mut().enumerate() {
-            if slots.iter().all(|slot| slot.roller != i) {
-                let coasted = roller.coast(&hub_rate_in_hub, self.settings.dt_s);
-                self.bearing_energy_j += coasted.lost_j;
-                *coasting_torque_in_hub_n_m += coasted.torque_on_hub_n_m * roller.axis_in_hub();
-            }
-        }
-    }
-
-    /// Lets every slot stand for the roller that its window asks for: the leaving roller keeps its spin, the entering
-    /// one brings its own. A slot carries nothing but spin inertia, so no momentum moves with it.
-    fn relabel(&mut self) {
-        for (index, window) in self.windows.iter().enumerate() {
-            for (place, &entering) in window.slots.iter().enumerate() {
-                let slot = &self.assembly.wheels[index].slots[place];
-                if slot.roller == entering {
-                    continue;
-                }
-                let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-                let leaving_spin = self.assembly.rate(&self.rapier, slot.dof);
-                let WheelBody { slots, rollers, .. } = &mut self.assembly.wheels[index];
-                let slot = &mut slots[place];
-                rollers[slot.roller].set_spin(leaving_spin, &hub_rate_in_hub);
-                slot.roller = entering;
-                let (dof, link) = (slot.dof, slot.link);
-                let entering = &rollers[entering];
-                let spin = entering.spin_rad_s(&hub_rate_in_hub);
-                let armature = entering.armature_kg_m2();
-                let frame = wheel_body::joint_frame(&entering.hub_from_roller);
-
-                let multibody = self.assembly.multibody_mut(&mut self.rapier);
-                multibody.generalized_velocity_mut()[dof] = spin as Real;
-                multibody.armature_mut()[dof] = armature as Real;
-                let link = multibody
-                    .link_mut(link)
-                    .expect("links are indexed when built");
-                link.joint.data.local_frame1 = frame;
-            }
+            body.set_window(&mut self.rapier, &self.robot.wheels[index], slots);
         }
     }
 
     /// Builds the robot again, in the state in which it is, with the windows as they are asked for now.
     fn rebuild(&mut self) {
-        for (index, wheel) in self.assembly.wheels.iter_mut().enumerate() {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            for slot in &wheel.slots {
-                let spin = f64::from(
-                    self.rapier.multibody_joints[self.assembly.multibody].generalized_velocity()
-                        [slot.dof],
-                );
-                wheel.rollers[slot.roller].set_spin(spin, &hub_rate_in_hub);
-            }
-        }
         let rollers: Vec<Vec<RollerState>> = self
             .assembly
             .wheels
@@ -575,7 +508,6 @@ impl World {
         self.assembly = Assembly::build(
             &mut self.rapier,
             &self.robot,
-            &self.settings,
             &self.state.seen_from(&self.ground),
             &rollers,
             &slots,

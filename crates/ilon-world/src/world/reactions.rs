@@ -1,8 +1,8 @@
 //! What the ground and dry bearings do to the robot in a step.
 //!
-//! rapier moves the robot as if nothing touched it: its mass matrix, gravity, motors and the forces of turning frames. It
-//! says where rollers and chassis are near the ground. The impulses that follow are solved for here, all at once and to
-//! the end, and change the rates with which the step is taken.
+//! rapier moves chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
+//! frames. It says where rollers and chassis are near the ground. The impulses that follow are solved for here, all at once
+//! and to the end, and change the rates with which the step is taken.
 
 use ilon_robot::Robot;
 use nalgebra::{DMatrixViewMut, Vector3};
@@ -25,12 +25,24 @@ const OPEN_M_S: f64 = 0.1;
 pub(crate) enum Part {
     /// The chassis touches the ground.
     Chassis,
-    /// A roller touches the ground: wheel and slot.
+    /// A roller touches the ground: wheel and roller.
     Roller(usize, usize),
     /// The bearing of a wheel.
     Hub(usize),
-    /// The bearing of a roller: wheel and slot.
+    /// The bearing of a roller that touches the ground: wheel and roller.
     Axle(usize, usize),
+}
+
+impl Part {
+    /// Whether a reaction here goes on where one there was in the last step. A wheel changes rollers as it turns.
+    fn follows(self, before: Self) -> bool {
+        match (self, before) {
+            (Part::Roller(a, _), Part::Roller(b, _)) | (Part::Axle(a, _), Part::Axle(b, _)) => {
+                a == b
+            }
+            _ => self == before,
+        }
+    }
 }
 
 /// One reaction of the last step.
@@ -65,28 +77,46 @@ impl Reaction {
     }
 }
 
-/// How a velocity follows from the robot's rates, and a unit impulse there goes into its degrees of freedom: those of the
-/// chassis, and of up to two joints.
+/// How a velocity follows from the robot's rates, and what a unit impulse there does to them: those of the chassis, of a
+/// wheel, and of a roller about its axis.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     chassis: [f64; 6],
-    joints: [(usize, f64); 2],
+    /// Degree of freedom and share.
+    hub: Option<(usize, f64)>,
+    /// Place among the axles and share.
+    axle: Option<(usize, f64)>,
 }
 
 impl Row {
-    fn dot(&self, rates: impl Fn(usize) -> f64) -> f64 {
+    /// The part of the velocity that chassis and wheel make.
+    fn of_bodies(&self, rates: impl Fn(usize) -> f64) -> f64 {
         let chassis = self.chassis.iter().enumerate().map(|(i, c)| c * rates(i));
-        let joints = self.joints.iter().map(|&(i, c)| c * rates(i));
-        chassis.sum::<f64>() + joints.sum::<f64>()
+        chassis.sum::<f64>() + self.hub.map_or(0.0, |(dof, c)| c * rates(dof))
     }
 }
 
-/// A hinge, in the floor's frame.
+/// A wheel, in the floor's frame.
 #[derive(Clone, Copy, Debug)]
-struct Hinge {
+struct Hub {
     axis: Vector3<f64>,
-    on_axis_m: Vector3<f64>,
+    center_m: Vector3<f64>,
+    /// Its turning among the robot's degrees of freedom.
     dof: usize,
+}
+
+/// A roller near the ground.
+#[derive(Clone, Copy, Debug)]
+struct Axle {
+    wheel: usize,
+    roller: usize,
+    /// Its axis and middle, in the floor's frame.
+    axis: Vector3<f64>,
+    center_m: Vector3<f64>,
+    /// Its rate about its axis without any reaction, and then with them, in rad/s.
+    rate_rad_s: f64,
+    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub because it has seized.
+    response: Option<f64>,
 }
 
 /// A place where a part of the robot is near the ground.
@@ -96,7 +126,8 @@ struct Nearby {
     at_m: Vector3<f64>,
     gap_m: f64,
     frame: [Vector3<f64>; 3],
-    hinges: [Option<Hinge>; 2],
+    /// What it hangs on.
+    on: Option<(Hub, Axle)>,
     /// Whether it is the outermost end of a roller's barrel.
     on_its_end: bool,
 }
@@ -124,6 +155,8 @@ impl Nearby {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reactions {
     nearby: Vec<Nearby>,
+    /// Of the rollers that touch.
+    axles: Vec<Axle>,
     all: Vec<Reaction>,
     before: Vec<Reaction>,
     rows: Vec<Row>,
@@ -131,7 +164,6 @@ pub(super) struct Reactions {
     /// What the unit impulse of each row does to every rate, row by row.
     responses: Vec<Real>,
     change: Vec<f64>,
-    displacement: Vec<Real>,
     error: f64,
 }
 
@@ -150,6 +182,7 @@ impl Reactions {
         std::mem::swap(&mut self.all, &mut self.before);
         self.all.clear();
         self.rows.clear();
+        self.axles.clear();
         self.problem.clear();
     }
 
@@ -170,20 +203,27 @@ impl Reactions {
             for (dof, c) in row.chassis.iter().enumerate() {
                 impulse[dof] = *c as Real;
             }
-            for &(dof, c) in &row.joints {
-                impulse[dof] += c as Real;
+            if let Some((dof, c)) = row.hub {
+                impulse[dof] = c as Real;
             }
         }
         solve(&mut self.responses);
-        let responses = &self.responses;
+        let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
         self.problem.set_response(|row, column| {
-            self.rows[row].dot(|dof| f64::from(responses[column * dofs + dof]))
+            let (at, by) = (&rows[row], &rows[column]);
+            let of_bodies = at.of_bodies(|dof| f64::from(responses[column * dofs + dof]));
+            match (at.axle, by.axle) {
+                (Some((i, a)), Some((j, b))) if i == j => {
+                    of_bodies + a * b * axles[i].response.unwrap_or(0.0)
+                }
+                _ => of_bodies,
+            }
         });
 
         // What acted in the last step is most of what acts in this one.
         let mut row = 0;
         for (i, reaction) in self.all.iter().enumerate() {
-            let of_part = |r: &&Reaction| r.part == reaction.part;
+            let of_part = |other: &&Reaction| reaction.part.follows(other.part);
             let place = self.all[..i].iter().filter(of_part).count();
             if let Some(before) = self.before.iter().filter(of_part).nth(place) {
                 for k in reaction.rows() {
@@ -204,6 +244,10 @@ impl Reactions {
                 let response = &self.responses[row * dofs..][..dofs];
                 for (change, rate) in self.change.iter_mut().zip(response) {
                     *change += impulse * f64::from(*rate);
+                }
+                if let Some((axle, c)) = self.rows[row].axle {
+                    let axle = &mut self.axles[axle];
+                    axle.rate_rad_s += impulse * c * axle.response.unwrap_or(0.0);
                 }
                 row += 1;
             }
@@ -243,25 +287,20 @@ impl World {
             multibody.inv_augmented_mass().solve_mut(&mut impulses);
         });
 
-        let Reactions {
-            change,
-            displacement,
-            ..
-        } = reactions;
         let multibody = self.assembly.multibody_mut(&mut self.rapier);
         let mut rates = multibody.generalized_velocity_mut();
-        displacement.clear();
-        for (dof, change) in change.iter().enumerate() {
+        for (dof, change) in self.reactions.change.iter().enumerate() {
             rates[dof] = (f64::from(rates[dof]) + change) as Real;
-            // The chassis is put where it belongs by itself.
-            let moved = if dof < 6 {
-                0.0
-            } else {
-                change * self.settings.dt_s
-            };
-            displacement.push(moved as Real);
         }
-        multibody.apply_displacements(displacement);
+        let wheels = &mut self.assembly.wheels;
+        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+            roller.touched = false;
+        }
+        for axle in &self.reactions.axles {
+            let roller = &mut wheels[axle.wheel].rollers[axle.roller];
+            roller.axial_rate_rad_s = axle.rate_rad_s;
+            roller.touched = true;
+        }
     }
 }
 
@@ -270,57 +309,67 @@ impl Scene<'_> {
     fn gather(&self, reactions: &mut Reactions) {
         let chassis = &self.rapier.bodies[self.assembly.chassis];
         for collider in chassis.colliders() {
-            self.find(
-                &mut reactions.nearby,
-                Part::Chassis,
-                *collider,
-                [None, None],
-            );
+            self.find(reactions, Part::Chassis, *collider, None);
         }
         self.touch(reactions);
-        for (index, (body, wheel)) in (self.assembly.wheels.iter())
-            .zip(&self.robot.wheels)
-            .enumerate()
-        {
-            let floor_from_hub = self.before.floor_from_hub(index);
-            let hub = Hinge {
-                axis: floor_from_hub.rotation * Vector3::z(),
-                on_axis_m: floor_from_hub.translation.vector,
-                dof: body.hub_dof,
+        for (index, wheel) in self.robot.wheels.iter().enumerate() {
+            self.gather_wheel(reactions, index, wheel.joint.friction_n_m);
+        }
+    }
+
+    fn gather_wheel(&self, reactions: &mut Reactions, index: usize, friction_n_m: f64) {
+        let body = &self.assembly.wheels[index];
+        let floor_from_hub = self.before.floor_from_hub(index);
+        let hub_rate_in_hub = self.before.hub_rate_in_hub(index);
+        let hub = Hub {
+            axis: floor_from_hub.rotation * Vector3::z(),
+            center_m: floor_from_hub.translation.vector,
+            dof: body.hub_dof,
+        };
+        if friction_n_m > 0.0 {
+            let row = Row {
+                chassis: [0.0; 6],
+                hub: Some((hub.dof, 1.0)),
+                axle: None,
             };
-            self.rub(
-                reactions,
-                Part::Hub(index),
-                hub.dof,
-                wheel.joint.friction_n_m,
-            );
-            for (place, slot) in body.slots.iter().enumerate() {
-                let roller = &body.rollers[slot.roller];
-                let center_m = roller.hub_from_roller.translation.vector;
-                let axle = Hinge {
-                    axis: floor_from_hub.rotation * roller.axis_in_hub(),
-                    on_axis_m: hub.on_axis_m + floor_from_hub.rotation * center_m,
-                    dof: slot.dof,
+            self.rub(reactions, Part::Hub(index), row, friction_n_m);
+        }
+
+        for slot in &body.slots {
+            let roller = &body.rollers[slot.roller];
+            let center_in_hub_m = roller.hub_from_roller.translation.vector;
+            let axle = Axle {
+                wheel: index,
+                roller: slot.roller,
+                axis: floor_from_hub.rotation * roller.axis_in_hub(),
+                center_m: hub.center_m + floor_from_hub.rotation * center_in_hub_m,
+                rate_rad_s: roller.free_rate_rad_s(&hub_rate_in_hub, self.dt_s),
+                response: (!roller.seized).then(|| roller.response(self.dt_s)),
+            };
+            let part = Part::Roller(index, slot.roller);
+            self.find(reactions, part, slot.collider, Some((hub, axle)));
+        }
+        let others = reactions.axles.len();
+        self.touch(reactions);
+
+        for i in others..reactions.axles.len() {
+            let axle = reactions.axles[i];
+            let friction_n_m = body.rollers[axle.roller].friction_n_m;
+            if friction_n_m > 0.0 && axle.response.is_some() {
+                // Its spin against the hub.
+                let d = axle.axis;
+                let row = Row {
+                    chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
+                    hub: Some((hub.dof, -d.dot(&hub.axis))),
+                    axle: Some((i, 1.0)),
                 };
-                let part = Part::Roller(index, place);
-                let hinges = [Some(hub), Some(axle)];
-                self.find(&mut reactions.nearby, part, slot.collider, hinges);
-                let part = Part::Axle(index, place);
-                self.rub(reactions, part, slot.dof, roller.friction_n_m);
+                self.rub(reactions, Part::Axle(index, axle.roller), row, friction_n_m);
             }
-            self.touch(reactions);
         }
     }
 
-    fn rate(&self, dof: usize) -> f64 {
-        self.assembly.rate(self.rapier, dof)
-    }
-
-    /// Adds a bearing, if it is a dry one.
-    fn rub(&self, reactions: &mut Reactions, part: Part, dof: usize, friction_n_m: f64) {
-        if friction_n_m <= 0.0 {
-            return;
-        }
+    /// Adds a dry bearing.
+    fn rub(&self, reactions: &mut Reactions, part: Part, row: Row, friction_n_m: f64) {
         let law = Law::Bearing {
             most_n_m_s: friction_n_m * self.dt_s,
         };
@@ -331,21 +380,25 @@ impl Scene<'_> {
             friction: 0.0,
             impulse: Vector3::zeros(),
         };
-        let row = Row {
-            chassis: [0.0; 6],
-            joints: [(dof, 1.0), (dof, 0.0)],
-        };
-        reactions.push(law, reaction, &[row], &[self.rate(dof)]);
+        let of_axle = |(axle, c): (usize, f64)| c * reactions.axles[axle].rate_rad_s;
+        let free = self.of_bodies(&row) + row.axle.map_or(0.0, of_axle);
+        reactions.push(law, reaction, &[row], &[free]);
     }
 
-    /// Collects where a collider of the robot, which hangs on hinges, is near the ground.
+    /// The part of a velocity that chassis and wheel make without any reaction.
+    fn of_bodies(&self, row: &Row) -> f64 {
+        row.of_bodies(|dof| self.assembly.rate(self.rapier, dof))
+    }
+
+    /// Collects where a collider is near the ground.
     fn find(
         &self,
-        nearby: &mut Vec<Nearby>,
+        reactions: &mut Reactions,
         part: Part,
         collider: ColliderHandle,
-        hinges: [Option<Hinge>; 2],
+        on: Option<(Hub, Axle)>,
     ) {
+        let along = on.map_or_else(Vector3::x, |(_, axle)| axle.axis);
         let barrel = self.rapier.colliders[collider]
             .shape()
             .as_shape::<RollerShape>();
@@ -365,7 +418,6 @@ impl Scene<'_> {
                 } else {
                     towards_second
                 };
-                let along = hinges[1].map_or_else(Vector3::x, |axle| axle.axis);
                 let on_its_end = barrel.is_some_and(|barrel| {
                     let place_m = barrel.support_place_m(-normal.dot(&along) as Real);
                     place_m.abs() >= barrel.half_length_m()
@@ -377,12 +429,12 @@ impl Scene<'_> {
                         point.local_p1
                     };
                     let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
-                    nearby.push(Nearby {
+                    reactions.nearby.push(Nearby {
                         part,
                         at_m: self.ground.rapier_origin_m() + in_rapier_m,
                         gap_m: f64::from(point.dist),
                         frame: frame(normal, along),
-                        hinges,
+                        on,
                         on_its_end,
                     });
                 }
@@ -401,16 +453,17 @@ impl Scene<'_> {
             if nearby.iter().any(|other| place.handed_over_to(other)) {
                 continue;
             }
-            let Nearby {
-                part,
-                at_m,
-                gap_m,
-                frame,
-                hinges,
-                ..
-            } = *place;
-            let rows = frame.map(|direction| self.row(at_m, direction, hinges));
-            let free = rows.map(|row| row.dot(|dof| self.rate(dof)));
+            let axles = &reactions.axles;
+            let of_this = |axle: &Axle| Part::Roller(axle.wheel, axle.roller) == place.part;
+            let known = axles.iter().position(of_this);
+            let rows = (place.frame)
+                .map(|direction| self.row(place, direction, known.unwrap_or(axles.len())));
+            let free = rows.map(|row| {
+                let of_axle =
+                    |(_, axle): (Hub, Axle)| row.axle.map_or(0.0, |(_, c)| c * axle.rate_rad_s);
+                self.of_bodies(&row) + place.on.map_or(0.0, of_axle)
+            });
+            let gap_m = place.gap_m;
             let approach_m_s = if gap_m > 0.0 {
                 gap_m / self.dt_s
             } else {
@@ -419,16 +472,19 @@ impl Scene<'_> {
             if free[0] + approach_m_s > OPEN_M_S {
                 continue;
             }
-            let friction = self.ground.friction_at(&at_m);
+            if let (None, Some((_, axle))) = (known, place.on) {
+                reactions.axles.push(axle);
+            }
+            let friction = self.ground.friction_at(&place.at_m);
             let law = Law::Contact {
                 friction,
                 approach_m_s,
                 softness,
             };
             let reaction = Reaction {
-                part,
-                at_m,
-                frame,
+                part: place.part,
+                at_m: place.at_m,
+                frame: place.frame,
                 friction,
                 impulse: Vector3::zeros(),
             };
@@ -439,15 +495,25 @@ impl Scene<'_> {
     }
 
     /// How the velocity of a place along a direction follows from the robot's rates.
-    fn row(&self, at_m: Vector3<f64>, direction: Vector3<f64>, hinges: [Option<Hinge>; 2]) -> Row {
-        let center_m = self.before.floor_from_chassis.translation.vector;
-        let turn = (at_m - center_m).cross(&direction);
-        let about = |hinge: Option<Hinge>| {
-            hinge.map_or((0, 0.0), |hinge| {
-                let lever_m = at_m - hinge.on_axis_m;
-                (hinge.dof, hinge.axis.dot(&lever_m.cross(&direction)))
-            })
-        };
+    ///
+    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
+    /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
+    fn row(&self, place: &Nearby, direction: Vector3<f64>, axle_index: usize) -> Row {
+        let chassis_m = self.before.floor_from_chassis.translation.vector;
+        let mut turn = (place.at_m - chassis_m).cross(&direction);
+        let (mut hub_row, mut axle_row) = (None, None);
+        if let Some((hub, axle)) = &place.on {
+            let mut of_hub = (place.at_m - hub.center_m).cross(&direction);
+            if axle.response.is_some() {
+                let share = axle
+                    .axis
+                    .dot(&(place.at_m - axle.center_m).cross(&direction));
+                turn -= share * axle.axis;
+                of_hub -= share * axle.axis;
+                axle_row = Some((axle_index, share));
+            }
+            hub_row = Some((hub.dof, hub.axis.dot(&of_hub)));
+        }
         Row {
             chassis: [
                 direction.x,
@@ -457,7 +523,8 @@ impl Scene<'_> {
                 turn.y,
                 turn.z,
             ],
-            joints: hinges.map(about),
+            hub: hub_row,
+            axle: axle_row,
         }
     }
 }

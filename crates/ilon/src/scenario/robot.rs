@@ -23,7 +23,7 @@ pub struct Robot {
     /// Where it looks at the start: the angle from the world's x axis to the body's, in degrees, counter-clockwise.
     #[serde(default)]
     pub heading_deg: f64,
-    /// Which rollers are bodies of their own in the simulated world.
+    /// Which rollers have their shapes in the simulated world: all, or those near the ground. The motion is the same.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
     /// What the rollers touch the ground with.
@@ -152,7 +152,7 @@ pub enum Rollers {
     AsModelled,
 }
 
-/// Which rollers are bodies of their own in the simulated world.
+/// Which rollers have their shapes in the simulated world. All have their mass, inertia and spin, whichever this is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollerBodies {

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use ilon_control::DynamicModel;
 use ilon_robot::Robot;
 
-use crate::scenario::{LoopTiming, RollerBodies, Scenario, WheelLaw};
+use crate::scenario::{LoopTiming, Rollers, Scenario, WheelLaw};
 
-/// The longest step in the contact window, in seconds. Mean motion is as accurate at 60 steps a second as at 1000, but
-/// how a roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/accuracy.md`).
-const LONGEST_NEAR_S: f64 = 1.0 / 240.0;
+/// The longest step on an open plane, in seconds. Mean motion is as accurate at 20 steps a second as at 1000, but how a
+/// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/accuracy.md`).
+const LONGEST_ON_A_PLANE_S: f64 = 1.0 / 240.0;
 /// Steps that a roller's passage over the ground takes at least: one that is missed altogether is never felt.
 const STEPS_PER_PASSAGE: f64 = 6.0;
 /// The shortest step that a sampled wheel loop is given for its bandwidth, in seconds; below, its gains give way.
@@ -25,8 +25,8 @@ pub(super) fn physics_dt_s(scenario: &Scenario, robot: &Robot, model: &DynamicMo
     control_dt_s / steps
 }
 
-/// What the contacts allow: with every roller a body the world's measured default, in the contact window longer steps
-/// on an open plane where the wheels' rates are bounded.
+/// What the contacts allow: the world's measured default, and longer steps for exact rollers on an open plane where the
+/// wheels' rates are bounded.
 fn contact_s(scenario: &Scenario, robot: &Robot) -> f64 {
     let default_s = ilon_world::Settings::default().dt_s;
     let limit_rad_s = scenario
@@ -38,9 +38,11 @@ fn contact_s(scenario: &Scenario, robot: &Robot) -> f64 {
     let passage_s = TAU / (rollers.unwrap_or(1) as f64 * limit_rad_s);
     let floor = &scenario.world.floor;
     let open_plane = floor.boxes.is_empty() && floor.rough.is_none();
-    let longest_s = match scenario.robot.roller_bodies {
-        RollerBodies::Near if open_plane && limit_rad_s.is_finite() => LONGEST_NEAR_S,
-        _ => default_s,
+    let round = scenario.robot.rollers == Rollers::Barrel;
+    let longest_s = if round && open_plane && limit_rad_s.is_finite() {
+        LONGEST_ON_A_PLANE_S
+    } else {
+        default_s
     };
     if limit_rad_s.is_finite() {
         longest_s.min(passage_s / STEPS_PER_PASSAGE)
@@ -78,30 +80,32 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_step_divides_the_control_period_and_is_no_longer_than_the_default() {
+    fn the_chosen_step_divides_the_control_period_and_is_no_longer_than_the_longest() {
         for control_dt_s in [0.01, 1.0 / 30.0, 0.0007, 0.0123] {
             let dt_s = chosen_s(&format!("run.control_dt_s = {control_dt_s}"));
             let steps = control_dt_s / dt_s;
             assert!((steps - steps.round()).abs() < 1e-9 * steps);
-            assert!(dt_s <= ilon_world::Settings::default().dt_s * (1.0 + 1e-9));
+            assert!(dt_s <= LONGEST_ON_A_PLANE_S * (1.0 + 1e-9));
         }
     }
 
     #[test]
-    fn in_the_contact_window_the_step_follows_the_rollers_that_pass() {
-        let near = "robot.roller_bodies = \"near\"\nrun.control_dt_s = 0.1\n";
+    fn on_a_plane_the_step_follows_the_rollers_that_pass() {
+        let slow = "run.control_dt_s = 0.1\n";
         // Nine rollers at 10 rad/s: one passes in 2 pi / 90 = 69.8 ms, a sixth of which is longer than 1/240 s; at the
         // motors' 30 rad/s a sixth is 3.88 ms. 24 and 26 steps a control period.
         let at = |limit_rad_s: f64| {
             chosen_s(&format!(
-                "{near}guidance.wheel_rate_limit_rad_s = {limit_rad_s}"
+                "{slow}guidance.wheel_rate_limit_rad_s = {limit_rad_s}"
             ))
         };
         assert!((at(10.0) - 0.1 / 24.0).abs() < 1e-12);
         assert!((at(100.0) - 0.1 / 26.0).abs() < 1e-12);
-        // On a kerb it is the step that holds for contacts of all kinds.
+        // On a kerb, and under rollers as modelled, it is the step that holds for contacts of all kinds.
         let kerb = "world.floor.boxes = [{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = 0.01 }]\n";
-        assert!((chosen_s(&format!("{near}{kerb}")) - 0.002).abs() < 1e-12);
+        assert!((chosen_s(&format!("{slow}{kerb}")) - 0.002).abs() < 1e-12);
+        let modelled = "robot.rollers = \"as_modelled\"\n";
+        assert!((chosen_s(&format!("{modelled}{slow}")) - 0.002).abs() < 1e-12);
     }
 
     #[test]
@@ -110,6 +114,6 @@ mod tests {
         // Half a millisecond is the least; a soft loop of 5 rad/s needs no shorter step than the contacts.
         assert!((chosen_s(sampled) - 0.01 / 18.0).abs() < 1e-4);
         let soft = format!("{sampled}wheel_loop.bandwidth_rad_s = 5.0");
-        assert!((chosen_s(&soft) - 0.002).abs() < 1e-12);
+        assert!((chosen_s(&soft) - 0.01 / 3.0).abs() < 1e-12);
     }
 }
