@@ -107,21 +107,19 @@ fn deepest(robot: &Robot, wheel: usize, angle_rad: f64) -> (usize, f64, f64) {
     (depths[0].0, depths[0].1, depths[0].1 - depths[1].1)
 }
 
-/// The same robot with hub frames turned about their axles, a different angle each, and every other roller 2 mm nearer to
-/// its hub, so that the one nearest to straight down is not always the one that touches.
-fn worn_and_turned(mut robot: Robot) -> Robot {
+/// The same robot with hub frames turned about their axles, a different angle each, and every other roller half as long,
+/// so that the one nearest to straight down is not always the one that reaches lowest.
+fn uneven_and_turned(mut robot: Robot) -> Robot {
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
         let hub_from_new =
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7 + 1.3 * index as f64);
         wheel.body_from_hub.rotation *= hub_from_new;
-        for (index, roller) in wheel.rollers.iter_mut().enumerate() {
-            let center_m = &mut roller.center_in_hub_m;
-            if index % 2 == 1 {
-                let outward = Vector3::new(center_m.x, center_m.y, 0.0).normalize();
-                *center_m -= 0.002 * outward;
-            }
-            *center_m = hub_from_new.inverse() * *center_m;
+        for roller in &mut wheel.rollers {
+            roller.center_in_hub_m = hub_from_new.inverse() * roller.center_in_hub_m;
             roller.axis_in_hub = hub_from_new.inverse() * roller.axis_in_hub;
+        }
+        for roller in wheel.rollers.iter_mut().step_by(2) {
+            roller.length_m *= 0.5;
         }
     }
     robot
@@ -137,8 +135,8 @@ fn the_touching_roller_is_the_one_that_reaches_lowest() {
             WheelSpec::new(-0.2, -0.3, 4.0, 0.0, 12),
         ],
     );
-    let worn = robots().map(worn_and_turned);
-    for robot in robots().into_iter().chain([uneven]).chain(worn) {
+    let turned = robots().map(uneven_and_turned);
+    for robot in robots().into_iter().chain([uneven]).chain(turned) {
         let count = robot.wheels.len();
         let mut contact = ContactKinematics::new(&robot).unwrap();
         let mut looked_at = 0;
