@@ -165,6 +165,29 @@ fn the_touching_roller_is_the_one_that_reaches_lowest() {
 }
 
 #[test]
+fn of_rollers_that_reach_equally_low_the_nearest_to_straight_down_touches() {
+    for mut robot in robots() {
+        // Barrels that overlap their neighbours by a fifth: there both lie on the wheel's circle.
+        for roller in robot.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+            roller.length_m *= 1.2;
+        }
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        for step in 0..200 {
+            contact.update(&vec![0.0314 * f64::from(step); robot.wheels.len()]);
+            for (wheel, found) in robot.wheels.iter().zip(contact.contacts()) {
+                // Half a pitch, and what makes depths count as equal: a billionth of the radius, at a slope below 1.
+                let half_rad = std::f64::consts::PI / wheel.rollers.len() as f64;
+                assert!(
+                    found.angle_rad.abs() < half_rad + 1e-8,
+                    "{}",
+                    found.angle_rad
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_reference_that_takes_exactly_half_of_the_limit_is_not_feasible() {
     let feasibility = |position_rad_s, heading_rad_s| Feasibility {
         position_rad_s,
