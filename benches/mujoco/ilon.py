@@ -1,4 +1,4 @@
-"""ilon's half: what `ilon bench` measures, and longer steps through `ilon run`."""
+"""ilon's half: what `ilon bench` measures, and the error at other speeds through `ilon run`."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ import math
 import subprocess
 import tempfile
 
-import numpy as np
-
 from drives import DRIVES, OTHER_SPEEDS
-from model import Settings, wheel_loop_gains
 from robot import Robot
 
 SCENARIOS = {"D1": "forward", "D2": "lateral", "D3": "yaw", "D4": "diagonal", "D5": "arc"}
-# Steps a second beyond those of `ilon bench`, in the contact window, and bandwidths of the wheel loop: None is ilon's
-# own choice, which keeps a wheel in the air stable at any step and grows slow with long ones.
-LONG_RATES_HZ = (60.0, 40.0, 30.0, 20.0)
+# Steps a second with all rollers' shapes in the world, and in the contact window.
+ALL_RATES_HZ = (1000, 500, 250, 125, 60, 30, 20, 15, 12, 10)
+NEAR_RATES_HZ = (1000, 500, 250, 125, 60, 40, 30, 20, 15, 12, 10, 8, 6, 5)
+# Bandwidths of the wheel loop: None is ilon's own, 60 rad/s.
 LOOPS_RAD_S = (None, 10.0, 4.0)
 
 
@@ -24,53 +22,40 @@ def version(path: str) -> str:
     return _output([path, "--version"]).removeprefix("ilon").strip()
 
 
-def bench_rows(path: str, robots: list[Robot]) -> dict[str, list[dict]]:
-    """The configurations of `ilon bench`, by robot."""
-    report = json.loads(_output([path, "bench", "--json"]))
-    return {
-        robot.name: [
-            _row(
-                f"{c['roller_bodies']} rollers",
-                None,
-                c["physics_dt_s"],
-                c["worst_error_pct"],
-                c["hub_ripple_m"],
-                c["sim_s_per_cpu_s"] or 0.0,
-                None,
-            )
-            for c in report["robots"][robot.name]["configurations"]
-        ]
-        for robot in robots
-    }
-
-
-def run_rows(path: str, robot: Robot) -> list[dict]:
-    """The five drives through the scenarios of the project, at long steps."""
-    return [_run(path, robot, 1 / rate_hz, loop) for rate_hz in LONG_RATES_HZ for loop in LOOPS_RAD_S]
+def bench_rows(path: str, robots: list[Robot], rounds: int) -> dict[str, list[dict]]:
+    """What `ilon bench` measures, by robot: every step with ilon's own loop, and the window with the others."""
+    rows = {robot.name: [] for robot in robots}
+    for rollers, rates_hz in (("all", ALL_RATES_HZ), ("near", NEAR_RATES_HZ)):
+        for loop_rad_s in LOOPS_RAD_S if rollers == "near" else LOOPS_RAD_S[:1]:
+            command = [path, "bench", "--json", "--fleets", "0", "--rollers", rollers, "--rounds", str(rounds)]
+            command += ["--rates", ",".join(map(str, rates_hz))]
+            command += [part for robot in robots for part in ("--robot", robot.name)]
+            command += ["--bandwidth", str(loop_rad_s)] if loop_rad_s else []
+            report = json.loads(_output(command))
+            for robot in robots:
+                for c in report["robots"][robot.name]["configurations"]:
+                    rows[robot.name].append(_row(c, loop_rad_s))
+    return rows
 
 
 def complete(path: str, robot: Robot, row: dict) -> None:
-    """Adds what `ilon bench` does not tell: how far the wheels miss their rates, and the error at other speeds."""
+    """Adds what `ilon bench` does not tell: the error at other speeds."""
     if row["name"] != "near rollers":
         return
-    if row["rate_shortfall"] is None:
-        row["rate_shortfall"] = _run(path, robot, row["dt_s"], row["loop_rad_s"])["rate_shortfall"]
-    others = [_run(path, robot, row["dt_s"], row["loop_rad_s"], speed) for speed in OTHER_SPEEDS]
-    row["any_speed_error_pct"] = max(r["worst_error_pct"] for r in [row, *others])
+    others = [_error_pct(path, robot, row["dt_s"], row["loop_rad_s"], speed) for speed in OTHER_SPEEDS]
+    row["any_speed_error_pct"] = max(row["worst_error_pct"], *others)
 
 
-def _run(path: str, robot: Robot, dt_s: float, loop_rad_s: float | None, speed: float = 1.0) -> dict:
-    """As `ilon bench` does it, and with another wheel loop or at another speed where one is given."""
+def _error_pct(path: str, robot: Robot, dt_s: float, loop_rad_s: float | None, speed: float) -> float:
+    """The worst error of the five drives at another speed."""
     given = {
         "run.physics_dt_s": dt_s,
         "run.control_dt_s": dt_s * max(1, round(0.01 / dt_s)),
         "robot.roller_bodies": "near",
     }
     if loop_rad_s is not None:
-        loop = Settings(dt_s=dt_s, loop_rad_s=loop_rad_s, loop_air_bound=False)
-        kp, ki = wheel_loop_gains(robot, loop)
-        given |= {"wheel_loop.proportional_n_m_s": kp, "wheel_loop.integral_n_m": ki}
-    errors, ripples, shortfalls, cpu_s, sim_s = [], [], [], 0.0, 0.0
+        given["wheel_loop.bandwidth_rad_s"] = loop_rad_s
+    errors = []
     for drive, asked in DRIVES.items():
         scenario = robot.path.parent.parent / "scenarios" / f"{robot.name}_{SCENARIOS[drive]}.toml"
         twist = {f"twist.{key}": speed * x for key, x in zip(("vx_m_s", "vy_m_s", "omega_rad_s"), asked)}
@@ -80,35 +65,22 @@ def _run(path: str, robot: Robot, dt_s: float, loop_rad_s: float | None, speed: 
         ratios = summary["twist_ratio_contact"]
         for name, component in zip(("vx", "vy", "omega"), asked):
             if component:
-                errors.append(abs((ratios[name] or 0.0) - 1))
-        ideal = summary["twist_ideal_mean"]
-        reached = robot.rate_matrix @ [ideal["vx_m_s"], ideal["vy_m_s"], ideal["omega_rad_s"]]
-        shortfalls.append(abs(np.linalg.norm(reached) / np.linalg.norm(speed * robot.rate_matrix @ asked) - 1))
-        ripples.append(summary["hub_ripple_m"])
-        sim_s += summary["duration_s"]
-        cpu_s += summary["duration_s"] / summary["sim_seconds_per_cpu_second"]
-    return _row(
-        "near rollers",
-        loop_rad_s,
-        dt_s,
-        100 * max(errors),
-        max(ripples, key=lambda r: r or 0.0),
-        sim_s / cpu_s,
-        max(shortfalls),
-    )
+                errors.append(100 * abs((ratios[name] or 0.0) - 1))
+    return max(errors)
 
 
-def _row(name, loop_rad_s, dt_s, error_pct, ripple_m, speed, shortfall) -> dict:
+def _row(configuration: dict, loop_rad_s: float | None) -> dict:
+    error_pct = configuration["worst_error_pct"]
     return {
         "engine": "ilon",
-        "name": name,
+        "name": f"{configuration['roller_bodies']} rollers",
         "drive": "pi",
         "words": f"loop_rad_s {loop_rad_s:g}" if loop_rad_s else "",
-        "dt_s": dt_s,
-        "worst_error_pct": error_pct if math.isfinite(error_pct) else math.inf,
-        "hub_ripple_m": ripple_m,
-        "sim_s_per_cpu_s": speed,
-        "rate_shortfall": shortfall,
+        "dt_s": configuration["physics_dt_s"],
+        "worst_error_pct": error_pct if error_pct is not None and math.isfinite(error_pct) else math.inf,
+        "hub_ripple_m": configuration["hub_ripple_m"],
+        "sim_s_per_cpu_s": configuration["sim_s_per_cpu_s"] or 0.0,
+        "rate_shortfall": configuration["rate_shortfall_pct"] / 100,
         "loop_rad_s": loop_rad_s,
         "any_speed_error_pct": None,
     }

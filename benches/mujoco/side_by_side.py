@@ -4,8 +4,9 @@
   side_by_side.py --ilon ../../target/release/ilon --json speed.json --svg ../../docs/speed.svg > table.md
 
 Without --ilon only the MuJoCo half runs. Speed is simulated seconds per CPU second. MuJoCo's is pure stepping inside
-the library, the best of all stretches; ilon's is that of `ilon bench`, which counts the wheel loops and the recording
-too, the best of its rounds. The rounds of both alternate, so that both meet the same noise of the machine.
+the library, the best of all stretches of each drive; ilon's is that of `ilon bench`, the best of all stretches of each
+drive too, which counts the wheel loops and the recording as well. The rounds of both alternate, so that both meet the same
+noise of the machine.
 """
 
 from __future__ import annotations
@@ -102,17 +103,14 @@ def measure(args, robots: list[Robot]) -> dict[str, list[dict]]:
     best: dict[str, dict[tuple, dict]] = {robot.name: {} for robot in robots}
     for number in range(1, args.rounds + 1):
         if args.ilon:
-            benched = ilon.bench_rows(args.ilon, robots)
+            benched = ilon.bench_rows(args.ilon, robots, args.stretches)
             for robot in robots:
-                for row in benched[robot.name] + ilon.run_rows(args.ilon, robot):
-                    # A configuration that both measure is one row.
+                for row in benched[robot.name]:
                     key = (row["name"], row["words"], round(1e6 * row["dt_s"]))
                     old = best[robot.name].get(key)
                     if old is None:
                         best[robot.name][key] = row
                         continue
-                    if old["rate_shortfall"] is None:
-                        old["rate_shortfall"] = row["rate_shortfall"]
                     old["sim_s_per_cpu_s"] = max(old["sim_s_per_cpu_s"], row["sim_s_per_cpu_s"])
         for members in benches.values():
             for _, bench in members:

@@ -78,7 +78,7 @@ impl WheelContact {
             let (at, up) = (reaction.at_m, reaction.frame[0]);
             let roller = &body.rollers[place];
             let spin_rad_s = roller.spin_rad_s(&hub_rate_in_hub);
-            let roller_axis = floor_from_hub.rotation * roller.axis_in_hub();
+            let roller_axis = floor_from_hub.rotation * roller.axis_in_hub;
             let roller_center =
                 floor_from_hub * nalgebra::Point3::from(roller.hub_from_roller.translation.vector);
             let surface = roller_axis.cross(&(at - roller_center.coords));

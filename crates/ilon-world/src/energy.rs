@@ -4,6 +4,7 @@ use ilon_robot::Robot;
 use nalgebra::Vector3;
 
 use crate::state::State;
+use crate::wheel_body::WheelBody;
 
 /// Kinetic and potential energy, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,13 +17,12 @@ pub struct Energy {
 
 /// Energy of a robot in a state.
 ///
-/// `gravity` is the acceleration of gravity in the floor's frame, in m/s^2; `spins_rad_s` are, for each wheel, the spins
-/// of its rollers against the hub.
+/// `gravity` is the acceleration of gravity in the floor's frame, in m/s^2; `wheels` know how their rollers turn.
 pub(crate) fn energy(
     robot: &Robot,
     state: &State,
     gravity: &Vector3<f64>,
-    spins_rad_s: impl Fn(usize) -> Vec<f64>,
+    wheels: &[WheelBody],
 ) -> Energy {
     let mut sum = Energy::default();
     let mut add_mass = |mass_kg: f64, at_m: &Vector3<f64>, velocity_m_s: &Vector3<f64>| {
@@ -50,7 +50,8 @@ pub(crate) fn energy(
         };
         add(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
         turning_j += 0.5 * in_hub.dot(&(wheel.hub.inertia_kg_m2 * in_hub));
-        for (roller, spin) in wheel.rollers.iter().zip(spins_rad_s(index)) {
+        for (roller, turning) in wheel.rollers.iter().zip(&wheels[index].rollers) {
+            let spin = turning.spin_rad_s(&in_hub);
             add(roller.mass_kg, &roller.center_in_hub_m);
             let carried = in_hub.dot(&roller.axis_in_hub);
             let across = in_hub.norm_squared() - carried * carried;

@@ -52,6 +52,8 @@ pub(crate) struct Slot {
 pub(crate) struct RollerState {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
+    /// The roller's axis in the hub frame.
+    pub axis_in_hub: Vector3<f64>,
     /// Angle of its centre about the hub axis, from the hub frame's x axis, in radians.
     pub place_rad: f64,
     /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
@@ -71,6 +73,11 @@ pub(crate) struct RollerState {
     damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
     pub friction_n_m: f64,
+    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's
+    /// damping acts with the rate after the step.
+    pub response: f64,
+    /// What damping leaves of its spin in a step in the air.
+    damping_leaves: f64,
     /// Whether the roller has seized on its axle.
     pub seized: bool,
 }
@@ -92,19 +99,23 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
 }
 
 impl RollerState {
-    /// A roller at rest.
-    pub fn new(roller: &Roller) -> Self {
+    /// A roller at rest, for steps of `dt_s`.
+    pub fn new(roller: &Roller, dt_s: f64) -> Self {
+        let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
         Self {
             hub_from_roller: roller.hub_from_roller(),
+            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
             place_rad: roller.place_rad(),
             axial_rate_rad_s: 0.0,
             spin_before_rad_s: 0.0,
             touched: false,
             angle_rad: 0.0,
             round: !matches!(roller.form, RollerForm::AsModelled(_)),
-            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
-            damping_n_m_s: roller.joint.damping_n_m_s,
+            axial_inertia_kg_m2: inertia,
+            damping_n_m_s: damping,
             friction_n_m: roller.joint.friction_n_m,
+            response: 1.0 / (inertia + damping * dt_s),
+            damping_leaves: libm::exp(-damping / inertia * dt_s),
             seized: false,
         }
     }
@@ -115,14 +126,9 @@ impl RollerState {
         self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
     }
 
-    /// The roller's axis in the hub frame.
-    pub fn axis_in_hub(&self) -> Vector3<f64> {
-        self.hub_from_roller.rotation * Vector3::z()
-    }
-
     /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in rad/s.
     fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
-        hub_rate_in_hub_rad_s.dot(&self.axis_in_hub())
+        hub_rate_in_hub_rad_s.dot(&self.axis_in_hub)
     }
 
     /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
@@ -138,13 +144,7 @@ impl RollerState {
         if self.seized {
             return Vector3::zeros();
         }
-        self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub()
-    }
-
-    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's
-    /// damping acts with the rate after the step.
-    pub fn response(&self, dt_s: f64) -> f64 {
-        1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
+        self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub
     }
 
     /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
@@ -152,7 +152,7 @@ impl RollerState {
     pub fn free_rate_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         let carried = self.carried_rad_s(hub_rate_in_hub_rad_s);
         let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
-        (momentum + self.damping_n_m_s * dt_s * carried) * self.response(dt_s)
+        (momentum + self.damping_n_m_s * dt_s * carried) * self.response
     }
 
     /// What damping did to a roller that the ground has just turned: as [`RollerState::free_rate_rad_s`] has it. Its work
@@ -174,7 +174,7 @@ impl RollerState {
     pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
         let inertia = self.axial_inertia_kg_m2;
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let damped = spin * libm::exp(-self.damping_n_m_s / inertia * dt_s);
+        let damped = spin * self.damping_leaves;
         let stopping = self.friction_n_m / inertia * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
         self.axial_rate_rad_s = slowed + self.carried_rad_s(hub_rate_in_hub_rad_s);

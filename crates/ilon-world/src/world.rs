@@ -118,10 +118,11 @@ impl World {
         let place_m = state.floor_from_chassis.translation.vector;
         ground.follow(&place_m, &mut rapier.colliders);
         rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
+        let state_of = |roller| RollerState::new(roller, settings.dt_s);
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
-            .map(|wheel| wheel.rollers.iter().map(RollerState::new).collect())
+            .map(|wheel| wheel.rollers.iter().map(state_of).collect())
             .collect();
         let slots: Vec<Vec<usize>> = robot
             .wheels
@@ -303,8 +304,7 @@ impl World {
     /// Kinetic and potential energy of the robot now.
     pub fn energy(&self) -> Energy {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        let spins = |wheel: usize| self.roller_spins_rad_s(wheel);
-        energy(&self.robot, &self.state, &gravity, spins)
+        energy(&self.robot, &self.state, &gravity, &self.assembly.wheels)
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
@@ -411,7 +411,7 @@ impl World {
                     roller.coast(&hub_rate_in_hub, dt_s)
                 };
                 lost_j += borne.lost_j;
-                body.bearing_torque_in_hub_n_m += borne.torque_on_hub_n_m * roller.axis_in_hub();
+                body.bearing_torque_in_hub_n_m += borne.torque_on_hub_n_m * roller.axis_in_hub;
                 roller.angle_rad += roller.spin_rad_s(&hub_rate_in_hub) * dt_s;
             }
             let after_rad_s = self.state.wheel_rates_rad_s[index];

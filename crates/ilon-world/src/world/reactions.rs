@@ -341,10 +341,10 @@ impl Scene<'_> {
             let axle = Axle {
                 wheel: index,
                 roller: slot.roller,
-                axis: floor_from_hub.rotation * roller.axis_in_hub(),
+                axis: floor_from_hub.rotation * roller.axis_in_hub,
                 center_m: hub.center_m + floor_from_hub.rotation * center_in_hub_m,
                 rate_rad_s: roller.free_rate_rad_s(&hub_rate_in_hub, self.dt_s),
-                response: (!roller.seized).then(|| roller.response(self.dt_s)),
+                response: (!roller.seized).then_some(roller.response),
             };
             let part = Part::Roller(index, slot.roller);
             self.find(reactions, part, slot.collider, Some((hub, axle)));

@@ -94,8 +94,8 @@ impl Accuracy {
     /// threads take part.
     pub fn measure(
         robot: &Robot,
-        bodies: RollerBodies,
-        rate_hz: f64,
+        (bodies, rate_hz): (RollerBodies, f64),
+        bandwidth_rad_s: Option<f64>,
         headings_deg: &[f64],
     ) -> Result<Self, Error> {
         let tasks: Vec<_> = DRIVES
@@ -105,7 +105,7 @@ impl Accuracy {
         let outcomes = tasks
             .into_par_iter()
             .map(|(name, twist, heading_deg)| {
-                let scenario = scenario(twist, heading_deg, bodies, rate_hz)?;
+                let scenario = scenario(twist, heading_deg, bodies, rate_hz, bandwidth_rad_s)?;
                 let run = Simulation::with_robot(&scenario, robot)?.run();
                 Ok((name, Heading::of(&run.summary, twist, heading_deg)))
             })
@@ -239,12 +239,18 @@ impl Timing {
     /// All drives of a robot, warmed up.
     pub fn warmed_up(
         robot: &Robot,
-        bodies: RollerBodies,
-        rate_hz: f64,
+        (bodies, rate_hz): (RollerBodies, f64),
+        bandwidth_rad_s: Option<f64>,
         heading_deg: f64,
     ) -> Result<Self, Error> {
         let drives = DRIVES.iter().map(|(_, twist)| {
-            let scenario = held(scenario(*twist, heading_deg, bodies, rate_hz)?);
+            let scenario = held(scenario(
+                *twist,
+                heading_deg,
+                bodies,
+                rate_hz,
+                bandwidth_rad_s,
+            )?);
             let simulation = Simulation::with_robot(&scenario, robot)?;
             Ok(Held::warmed_up(simulation, rate_hz))
         });

@@ -128,6 +128,7 @@ fn set_up(robot: &Robot, index: usize) -> Result<Simulation, Error> {
         heading_deg,
         RollerBodies::Near,
         RATE_HZ,
+        None,
     )?);
     let mut simulation = Simulation::with_robot(&scenario, robot)?;
     advance(&mut simulation, 1.0, RATE_HZ);

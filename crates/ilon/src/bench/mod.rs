@@ -64,6 +64,8 @@ pub struct Options {
     pub robots: Vec<(String, Robot)>,
     /// Which rollers are bodies, and at how many steps a second (> 0), in the order of measurement.
     pub configurations: Vec<(RollerBodies, f64)>,
+    /// Bandwidth of the wheel loops on the ground, in rad/s; a scenario's own where none is given.
+    pub bandwidth_rad_s: Option<f64>,
     /// Headings at which the accuracy is measured, in degrees, at least one; speed is measured at the first.
     pub headings_deg: Vec<f64>,
     /// In how many rounds, at least 1, all configurations are timed: a stretch of each drive or more a round, of which the
@@ -87,6 +89,7 @@ impl Options {
         Ok(Self {
             robots: robots.into_iter().collect::<Result<_, Error>>()?,
             configurations: all.into_iter().chain(near).collect(),
+            bandwidth_rad_s: None,
             headings_deg: vec![0.0, 20.0],
             rounds: 5,
             fleets: vec![1, 10, 100],
@@ -166,13 +169,16 @@ impl Bench {
     /// Where a robot cannot drive: no rollers, wheels that leave a direction without control, a step it cannot take.
     pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Self, Error> {
         let heading_deg = options.headings_deg.first().copied().unwrap_or(0.0);
+        let bandwidth_rad_s = options.bandwidth_rad_s;
         let mut measured = Vec::new();
         for (name, robot) in &options.robots {
             for (bodies, rate_hz) in &options.configurations {
                 tell(&format!("{name}: {}", describe(*bodies, *rate_hz)));
                 let headings_deg = &options.headings_deg;
-                let accuracy = Accuracy::measure(robot, *bodies, *rate_hz, headings_deg)?;
-                let timing = Timing::warmed_up(robot, *bodies, *rate_hz, heading_deg)?;
+                let accuracy =
+                    Accuracy::measure(robot, (*bodies, *rate_hz), bandwidth_rad_s, headings_deg)?;
+                let timing =
+                    Timing::warmed_up(robot, (*bodies, *rate_hz), bandwidth_rad_s, heading_deg)?;
                 measured.push((name, accuracy, timing));
             }
         }
@@ -248,12 +254,16 @@ fn scenario(
     heading_deg: f64,
     roller_bodies: RollerBodies,
     rate_hz: f64,
+    bandwidth_rad_s: Option<f64>,
 ) -> Result<Scenario, Error> {
     const BASE: &str = "[robot]\nfile = \"\"\n[twist]\n[run]\nduration_s = 5.5\n";
     let physics_dt_s = 1.0 / rate_hz;
     let mut scenario = Scenario::from_toml(BASE, "bench", "")?;
     scenario.robot.roller_bodies = roller_bodies;
     scenario.robot.heading_deg = heading_deg;
+    if let Some(bandwidth_rad_s) = bandwidth_rad_s {
+        scenario.wheel_loop.bandwidth_rad_s = bandwidth_rad_s;
+    }
     scenario.twist = Some(Twist {
         vx_m_s,
         vy_m_s,

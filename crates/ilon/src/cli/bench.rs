@@ -47,6 +47,9 @@ pub(super) struct Arguments {
     /// Physics steps a second [default: 1000,500,240,120,60,30,20, and near also 40,15,10].
     #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
     rates: Vec<f64>,
+    /// Bandwidth of the wheel loops on the ground [default: 60].
+    #[arg(long, value_name = "RAD_S", value_parser = bandwidth_rad_s)]
+    bandwidth: Option<f64>,
     /// Headings at which the error is measured, in degrees; speed is measured at the first [default: 0,20].
     #[arg(
         long,
@@ -140,6 +143,7 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
             .flat_map(|bodies| rates.iter().map(move |rate_hz| (bodies, *rate_hz)))
             .collect();
     }
+    options.bandwidth_rad_s = arguments.bandwidth.or(options.bandwidth_rad_s);
     if !arguments.headings.is_empty() {
         options.headings_deg.clone_from(&arguments.headings);
     }
@@ -188,6 +192,10 @@ fn roller_bodies(text: &str) -> Result<RollerBodies, String> {
 
 fn rate_hz(text: &str) -> Result<f64, String> {
     within(text, 1.0, 100_000.0, "steps a second")
+}
+
+fn bandwidth_rad_s(text: &str) -> Result<f64, String> {
+    within(text, 0.1, 10_000.0, "rad/s")
 }
 
 fn heading_deg(text: &str) -> Result<f64, String> {
