@@ -134,8 +134,8 @@ fn at_rest_the_robot_stays_where_it_is_at_any_heading_on_the_flat_and_on_a_slope
     }
 }
 
-/// A robot that has driven and stopped stands at odd wheel angles, where rapier rounds every contact point by some
-/// 1e-8 m and would close that gap in one step, at 1e-5 m/s, again and again.
+/// A robot that has driven and stopped stands at odd wheel angles, where every contact point is rounded by some 1e-8 m: to
+/// close such a gap within a step would be a creep of 1e-5 m/s.
 #[test]
 fn after_a_drive_the_robot_stands_still_again() {
     let robot = mecanum4();
@@ -156,16 +156,20 @@ fn after_a_drive_the_robot_stands_still_again() {
     }
 }
 
-/// The mean twist is the one that the touching rollers allow. The bounds are the project's promise: 0.1 % with every
-/// roller a body, 0.2 % in the contact window.
+/// The mean twist is the one that the touching rollers allow. The bound is the project's promise, 0.1 %, whichever rollers
+/// have their shapes in the world, and at steps of 50 ms as at 2.
 #[test]
 fn every_drive_follows_the_contact_kinematics_at_every_heading() {
-    for (robot, mode, bound) in [
-        (mecanum4(), near(500.0), 2e-3),
-        (mecanum4(), near(240.0), 2e-3),
-        (mecanum4(), all(500.0), 1e-3),
-        (volksbot(), near(240.0), 1e-3),
-        (volksbot(), all(500.0), 1e-3),
+    const BOUND: f64 = 1e-3;
+    for (robot, mode) in [
+        (mecanum4(), near(500.0)),
+        (mecanum4(), near(240.0)),
+        (mecanum4(), near(20.0)),
+        (mecanum4(), all(500.0)),
+        (mecanum4(), all(20.0)),
+        (volksbot(), near(240.0)),
+        (volksbot(), near(20.0)),
+        (volksbot(), all(500.0)),
     ] {
         let headings: &[f64] = match mode.roller_bodies {
             RollerBodies::All => &[20.0],
@@ -176,7 +180,7 @@ fn every_drive_follows_the_contact_kinematics_at_every_heading() {
                 let seen = run(&robot, command, heading_deg, &Floor::default(), &mode);
                 let worst = seen.worst(command);
                 assert!(
-                    worst < bound,
+                    worst < BOUND,
                     "{} {name} at {heading_deg} deg, {:?} at {:.0} Hz: {:.3} % off",
                     robot.name,
                     mode.roller_bodies,
@@ -184,7 +188,7 @@ fn every_drive_follows_the_contact_kinematics_at_every_heading() {
                     100.0 * worst,
                 );
                 assert!(
-                    seen.ripple_mm < 0.02,
+                    seen.ripple_mm < 0.002,
                     "{name}: the hubs ripple by {:.4} mm",
                     seen.ripple_mm
                 );
@@ -222,7 +226,7 @@ fn six_wheels_follow_it_too() {
     let worst = seen.worst(lateral);
     assert!(
         worst < 1e-3,
-        "every roller a body: {:.3} % off",
+        "with all rollers: {:.3} % off",
         100.0 * worst
     );
 }
@@ -555,11 +559,9 @@ fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
 }
 
 /// Under wheel loops as stiff as a held wheel, steps of 1/60 s leave no sliding that only the solver knows, at any heading
-/// and while the heading turns: rapier's axes of friction lie along the rollers. Fixed in the world they leave 0.1 m/s.
-///
-/// What is left is the last digit of 16 sweeps, and the 0.02 rad by which the axes may lag.
+/// and while the heading turns. What is left is f32's rounding of the rates: 6e-8 of a roller's 40 rad/s at 12 mm.
 #[test]
-fn friction_converges_at_any_heading_under_stiff_wheel_loops() {
+fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
     let robot = mecanum4();
     let settings = near(60.0);
     for heading_deg in [0.0, 20.0] {
@@ -584,7 +586,7 @@ fn friction_converges_at_any_heading_under_stiff_wheel_loops() {
             }
             let sliding_m_s = f64::sqrt(squares / count);
             assert!(
-                sliding_m_s < 1e-3,
+                sliding_m_s < 1e-6,
                 "{name} at {heading_deg} deg: {sliding_m_s} m/s rms"
             );
         }

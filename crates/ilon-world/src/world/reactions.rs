@@ -21,7 +21,7 @@ use crate::state::State;
 const OPEN_M_S: f64 = 0.1;
 
 /// What a reaction acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Part {
     /// The chassis touches the ground.
     Chassis,
@@ -143,9 +143,12 @@ impl Nearby {
         const ONE_PLANE_M: f64 = 1e-5;
         let normal = &self.frame[0];
         let step_m = normal.dot(&(other.at_m - self.at_m));
+        // Of two that are equally near one must stay.
+        let nearer = other.gap_m < self.gap_m
+            || other.gap_m == self.gap_m && (!other.on_its_end || other.part < self.part);
         self.part != other.part
             && self.on_its_end
-            && self.gap_m >= other.gap_m
+            && nearer
             && normal.dot(&other.frame[0]) > 1.0 - 1e-6
             && step_m.abs() < ONE_PLANE_M
     }
@@ -537,4 +540,47 @@ fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
         .or_else(|| tangent(Vector3::y()))
         .unwrap_or_else(Vector3::z);
     [normal, first, normal.cross(&first)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nearby(roller: usize, gap_m: f64, on_its_end: bool) -> Nearby {
+        Nearby {
+            part: Part::Roller(0, roller),
+            at_m: Vector3::new(0.0, 0.01 * roller as f64, 0.0),
+            gap_m,
+            frame: frame(Vector3::z(), Vector3::x()),
+            on: None,
+            on_its_end,
+        }
+    }
+
+    /// Whatever two neighbours do at a hand-over, a wheel on a plane keeps at least one contact, and a roller that stands
+    /// on its barrel and not on its end keeps its own.
+    #[test]
+    fn a_hand_over_leaves_a_wheel_one_contact() {
+        for (a_ends, b_ends) in [(true, true), (true, false), (false, true), (false, false)] {
+            for gap_m in [-1e-7, 0.0, 1e-7] {
+                let (a, b) = (nearby(3, gap_m, a_ends), nearby(4, 0.0, b_ends));
+                let gone = [a.handed_over_to(&b), b.handed_over_to(&a)];
+                assert_ne!(gone, [true, true]);
+                assert!(a_ends || !gone[0]);
+                assert!(b_ends || !gone[1]);
+                assert!(!(a_ends && b_ends) || gone[0] != gone[1]);
+            }
+        }
+    }
+
+    /// On a step in the ground both stay: they stand on two planes.
+    #[test]
+    fn rollers_on_two_planes_do_not_hand_over() {
+        let (mut a, b) = (nearby(3, 0.0, true), nearby(4, 0.0, false));
+        a.at_m.z = 1e-3;
+        assert!(!a.handed_over_to(&b));
+        a.at_m.z = 0.0;
+        a.frame = frame(Vector3::new(0.1, 0.0, 1.0).normalize(), Vector3::x());
+        assert!(!a.handed_over_to(&b));
+    }
 }
