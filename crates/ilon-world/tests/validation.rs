@@ -29,7 +29,7 @@ fn all(hz: f64) -> Settings {
     }
 }
 
-/// Drives with loops soft enough for the step: see `WheelLoop` for the bound.
+/// Drives with loops that act within the step, so that they are stable at any.
 fn run(
     robot: &Robot,
     command: [f64; 3],
@@ -188,7 +188,7 @@ fn every_drive_follows_the_contact_kinematics_at_every_heading() {
                     100.0 * worst,
                 );
                 assert!(
-                    seen.ripple_mm < 0.002,
+                    seen.ripple_mm < 0.005,
                     "{name}: the hubs ripple by {:.4} mm",
                     seen.ripple_mm
                 );
@@ -224,11 +224,7 @@ fn six_wheels_follow_it_too() {
     let lateral = [0.0, 0.3, 0.0];
     let seen = run(&robot, lateral, 20.0, &Floor::default(), &all(500.0));
     let worst = seen.worst(lateral);
-    assert!(
-        worst < 1e-3,
-        "with all rollers: {:.3} % off",
-        100.0 * worst
-    );
+    assert!(worst < 1e-3, "with all rollers: {:.3} % off", 100.0 * worst);
 }
 
 #[test]
@@ -407,9 +403,9 @@ fn rollers_spin_as_they_must_not_to_slide() {
     for contact in rig.world.contacts() {
         assert!(contact.touching);
         let (spin, ideal) = (contact.roller_spin_rad_s, contact.roller_spin_ideal_rad_s);
-        // The solver leaves sliding of the order of 1e-5 m/s on a radius of 0.01 m.
+        // f32's rounding of a wheel's 6 rad/s at 50 mm, over a radius of 10 mm: 2e-6 rad/s.
         assert!(
-            (spin - ideal).abs() < 0.01 * ideal.abs().max(1.0),
+            (spin - ideal).abs() < 1e-5 * ideal.abs().max(1.0),
             "{spin} instead of {ideal}"
         );
     }

@@ -288,7 +288,7 @@ pub fn drive(
                 kp * e + integral[i]
             })
             .collect();
-        world.apply(&torques);
+        world.apply_with_droop(&torques, &vec![kp; n]);
         world.step();
         let b = world.body();
         if (t - 0.5).abs() < 0.5 * dt {
