@@ -13,13 +13,13 @@ fn main() {
     divan::main();
 }
 
-/// With every roller a body.
+/// With the shapes of all rollers in the world.
 #[divan::bench(args = ROBOTS)]
 fn all(bencher: Bencher, robot: &str) {
     bench(bencher, robot, RollerBodies::All);
 }
 
-/// With the rollers near the ground as bodies.
+/// With the shapes of the rollers near the ground.
 #[divan::bench(args = ROBOTS)]
 fn near(bencher: Bencher, robot: &str) {
     bench(bencher, robot, RollerBodies::Near);

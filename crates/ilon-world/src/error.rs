@@ -34,10 +34,10 @@ pub enum WorldError {
         /// The roller's name.
         roller: String,
     },
-    /// Rollers shall have the shapes of their file, and bodies only near the ground.
+    /// Rollers shall have the shapes of their file, and these only near the ground.
     #[error(
         "wheel `{wheel}`: its rollers have the shapes of their file, and which of them can touch is known of barrels only; \
-         give every roller a body"
+         put the shapes of all rollers into the world"
     )]
     ModelledRollersNear {
         /// The wheel's name.

@@ -2,7 +2,7 @@
 //!
 //! On a plane the lowest roller of a wheel is the only one that touches, and the next one takes over where the two
 //! barrels meet. Near anything else (a kerb, a rough surface) every roller that the ground could reach within the next
-//! steps needs a body too.
+//! steps needs its shape too.
 
 use nalgebra::{Isometry3, Vector3};
 use parry3d::bounding_volume::BoundingVolume;

@@ -66,7 +66,7 @@ pub struct World {
 /// A wheel's contact window and what it has needed lately.
 #[derive(Clone, Debug)]
 struct Window {
-    /// Whether the window moves at all, or all rollers are bodies for good.
+    /// Whether the window moves at all, or the shapes of all rollers are in the world for good.
     moves: bool,
     shapes: Vec<RollerShape>,
     /// The rollers in reach now.
@@ -611,7 +611,7 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
     Ok(())
 }
 
-/// rapier's solver as it has to be set for light rollers under a heavy robot.
+/// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.
 fn integration_parameters(settings: &Settings) -> IntegrationParameters {
     let softness = SpringCoefficients::new(
         settings.contact_frequency_hz as Real,
@@ -622,7 +622,7 @@ fn integration_parameters(settings: &Settings) -> IntegrationParameters {
         contact_softness: softness,
         static_contact_softness: softness,
         num_solver_iterations: 1,
-        // With stabilisation rapier solves friction after it has moved the bodies: large steps then lose up to 40 %.
+        // It has no contact to solve, and so none to stabilise.
         num_internal_stabilization_iterations: 0,
         num_internal_pgs_iterations: 1,
         normalized_prediction_distance: settings.prediction_m as Real,

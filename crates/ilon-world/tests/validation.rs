@@ -372,7 +372,7 @@ fn coasting_straight_ahead_keeps_its_speed() {
     }
 }
 
-/// Moving a body from one roller to the next must not move momentum: sideways, where rollers spin hard, the contact
+/// Moving a shape from one roller to the next must not move momentum: sideways, where rollers spin hard, the contact
 /// window coasts as the full model does.
 #[test]
 fn the_contact_window_coasts_like_the_full_model() {

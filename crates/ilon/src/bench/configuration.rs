@@ -25,7 +25,7 @@ const LONGEST_STRETCH_S: f64 = 100.0;
 /// One way to simulate a robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Configuration {
-    /// Which rollers are bodies: `all` or `near`.
+    /// Which rollers have their shapes in the world: `all` or `near`.
     pub roller_bodies: String,
     /// Length of a physics step, in seconds.
     pub physics_dt_s: f64,

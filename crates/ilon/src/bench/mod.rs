@@ -48,7 +48,7 @@ pub const ROBOTS: [(&str, &str); 2] = [
     ),
 ];
 
-/// Physics steps a second with every roller a body.
+/// Physics steps a second with the shapes of all rollers in the world.
 const ALL_RATES_HZ: [f64; 7] = [1000.0, 500.0, 240.0, 120.0, 60.0, 30.0, 20.0];
 /// Physics steps a second in the contact window.
 const NEAR_RATES_HZ: [f64; 10] = [
@@ -62,7 +62,7 @@ const HEADLINE_ERROR_PCT: f64 = 0.1;
 pub struct Options {
     /// The robots, each by a name that no other has.
     pub robots: Vec<(String, Robot)>,
-    /// Which rollers are bodies, and at how many steps a second (> 0), in the order of measurement.
+    /// Which rollers have their shapes in the world, and at how many steps a second (> 0), in the order of measurement.
     pub configurations: Vec<(RollerBodies, f64)>,
     /// Bandwidth of the wheel loops on the ground, in rad/s; a scenario's own where none is given.
     pub bandwidth_rad_s: Option<f64>,
@@ -239,7 +239,7 @@ fn describe(bodies: RollerBodies, rate_hz: f64) -> String {
     format!("{} rollers, {rate_hz} steps a second", word(bodies))
 }
 
-/// Which rollers are bodies, as a scenario writes it.
+/// Which rollers have their shapes in the world, as a scenario writes it.
 fn word(bodies: RollerBodies) -> &'static str {
     match bodies {
         RollerBodies::All => "all",

@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     /// A robot: `mecanum4`, `volksbot`, or a file (URDF or xacro); may be given several times [default: both].
     #[arg(long = "robot", value_name = "NAME|FILE")]
     robots: Vec<String>,
-    /// Which rollers are bodies: `all`, or `near` (the contact window) [default: both].
+    /// Which rollers have their shapes in the world: `all`, or those `near` the ground [default: both].
     #[arg(long, value_name = "all|near", value_parser = roller_bodies)]
     rollers: Option<RollerBodies>,
     /// Physics steps a second [default: 1000,500,240,120,60,30,20, and near also 40,15,10].
@@ -186,7 +186,10 @@ fn roller_bodies(text: &str) -> Result<RollerBodies, String> {
     match text {
         "all" => Ok(RollerBodies::All),
         "near" => Ok(RollerBodies::Near),
-        _ => Err("rollers are bodies `all`, or those `near` the ground".to_owned()),
+        _ => Err(
+            "the shapes in the world are those of `all` rollers, or of those `near` the ground"
+                .to_owned(),
+        ),
     }
 }
 

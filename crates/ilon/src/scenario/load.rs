@@ -144,7 +144,7 @@ impl Scenario {
             return Err(Error::invalid(
                 "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
                  can touch the ground is known of barrels only",
-                "give every roller a body, `robot.roller_bodies` = \"all\", or take barrels",
+                "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
             ));
         }
         if let Step::Seconds(dt_s) = self.run.physics_dt_s {

@@ -148,7 +148,7 @@ pub enum Rollers {
     #[default]
     Barrel,
     /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other simulators roll on.
-    /// Every roller must be a body. Rollers that are put in by `robot.wheels` stay barrels.
+    /// `roller_bodies` must be `"all"` then. Rollers that are put in by `robot.wheels` stay barrels.
     AsModelled,
 }
 
@@ -159,6 +159,6 @@ pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
-    /// Those that can touch something; the others keep their spin without a body. Faster.
+    /// Those that can touch something; the others keep their spin. Faster.
     Near,
 }

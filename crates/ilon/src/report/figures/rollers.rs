@@ -76,8 +76,8 @@ pub(in crate::report) fn hand_over(shown: &Shown) -> Figure {
         id: "hand-over".to_owned(),
         title: "Load hand-over".to_owned(),
         caption: "The mean share of the wheel's load that the carrying roller has, with the wheel's turn folded into one \
-                  roller pitch. At 1 it carries alone. The dip is the hand-over: its width is how long neighbours share, \
-                  and in it they pull in different directions."
+                  roller pitch. At 1 it carries alone, as on a plane, where the load passes in a step. A dip is a \
+                  hand-over in which neighbours share, as on bumps and edges, and pull in different directions."
             .to_owned(),
         height_px: 320,
         span: Span::Half,
