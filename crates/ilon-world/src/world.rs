@@ -371,7 +371,8 @@ impl World {
         }
     }
 
-    /// Reads the contacts of the last step at the poses where the solver saw them.
+    /// Reads the contacts of the last step at the poses where they were solved, and counts the work that they took, the
+    /// chassis's too where it scrapes along.
     fn read_contacts(&mut self) {
         let dt_s = self.settings.dt_s;
         for (index, contact) in self.contacts.iter_mut().enumerate() {
@@ -380,6 +381,18 @@ impl World {
             *contact = WheelContact::read(self.reactions.all(), wheel, before, after, dt_s);
             self.slip_energy_j += contact.slip_power_w * dt_s;
             self.impact_energy_j += contact.impact_power_w * dt_s;
+        }
+        for reaction in self.reactions.all() {
+            if reaction.part != Part::Chassis {
+                continue;
+            }
+            let center_m = self.before.floor_from_chassis.translation.vector;
+            let lever_m = reaction.at_m - center_m;
+            let of = |state: &State| state.velocity_m_s + state.angular_rad_s.cross(&lever_m);
+            let mean_m_s = 0.5 * (of(&self.before) + of(&self.state));
+            let (pressed, rubbed) = reaction.on_robot_n_s();
+            self.slip_energy_j -= rubbed.dot(&mean_m_s);
+            self.impact_energy_j -= pressed.dot(&mean_m_s);
         }
     }
 

@@ -603,6 +603,9 @@ fn the_energy_balance_closes() {
         }],
         ..Floor::default()
     };
+    // Too high for robot A's chassis, which clears 10 mm.
+    let mut high_kerb = kerb.clone();
+    high_kerb.boxes[0].half_sides_m.z = 0.02;
     let slope = Floor {
         slope_rad: 0.1,
         ..Floor::default()
@@ -611,6 +614,7 @@ fn the_energy_balance_closes() {
         ("on the plane", Floor::default()),
         ("on a slope", slope),
         ("over a kerb", kerb),
+        ("against a high kerb", high_kerb),
         ("on bumps", bumps(7)),
     ] {
         for (robot, twist) in [
