@@ -90,12 +90,12 @@ struct Newton {
 /// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
 const TOLERANCE: f64 = 1e-8;
 
-/// Rounds of sweeps and Newton steps at most. Where many contacts of one roller say nearly the same (rough ground), the
+/// Rounds of Newton steps and sweeps at most. Where many contacts of one roller say nearly the same (rough ground), the
 /// last digits may not be had; 99 of 100 steps there end below 1e-4 m/s.
 const ROUNDS: usize = 8;
 
-/// Sweeps before Newton's method.
-const SWEEPS_A_ROUND: usize = 4;
+/// Sweeps where Newton's method needs a better start.
+const SWEEPS_A_ROUND: usize = 50;
 
 /// Newton steps in a row at most, while each brings the error down by a factor of ten.
 const NEWTON_STEPS: usize = 4;
