@@ -91,7 +91,7 @@ struct Newton {
 const TOLERANCE: f64 = 1e-8;
 
 /// Rounds of Newton steps and sweeps at most. Where many contacts of one roller say nearly the same (rough ground), the
-/// last digits may not be had; 99 of 100 steps there end below 1e-4 m/s.
+/// last digits may not be had; 99 of 100 steps there end below 2e-3 m/s.
 const ROUNDS: usize = 8;
 
 /// Sweeps where Newton's method needs a better start.

