@@ -2,9 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::reaction::{Part, Reaction};
 use crate::state::State;
 use crate::wheel_body::WheelBody;
-use crate::world::{Part, Reaction};
 
 /// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -14,6 +14,7 @@ mod error;
 mod ground;
 mod groups;
 mod impulse_problem;
+mod reaction;
 mod roller_contact;
 mod roller_shape;
 mod settings;

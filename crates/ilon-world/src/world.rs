@@ -14,6 +14,7 @@ use crate::collision::shape_of_roller;
 use crate::contact::WheelContact;
 use crate::energy::{Energy, energy};
 use crate::ground::Ground;
+use crate::reaction::Part;
 use crate::state::State;
 use crate::wheel_body::RollerState;
 use crate::window;
@@ -21,7 +22,6 @@ use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldE
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
 use reactions::Reactions;
-pub(crate) use reactions::{Part, Reaction};
 
 /// A wheel whose window is wider than needed for this long is built narrower, in seconds.
 const WINDOW_PATIENCE_S: f64 = 0.2;
