@@ -350,53 +350,62 @@ impl ImpulseProblem {
         let mut newton = std::mem::take(&mut self.newton);
         newton.clear(rows);
         for &(at, law) in &self.laws {
-            match self.state((at, law)) {
-                State::Open => (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row])),
-                State::Turns(impulse) => newton.fix(at, impulse - self.impulses[at]),
-                State::Sticks => (at..at + law.rows()).for_each(|row| newton.stop(row, self)),
-                State::Slides {
-                    along,
-                    share,
-                    scale,
-                } => {
-                    newton.stop(at, self);
-                    let Law::Contact { friction, .. } = law else {
-                        continue;
-                    };
-                    // p_t = mu p_n q/|q| with q = p_t - scale u_t, differentiated.
-                    for (i, row) in [at + 1, at + 2].into_iter().enumerate() {
-                        newton.fix(
-                            row,
-                            friction * self.impulses[at] * along[i] - self.impulses[row],
-                        );
-                        let line = &mut newton.matrix[row * rows..][..rows];
-                        line[at] -= friction * along[i];
-                        for (j, other) in [at + 1, at + 2].into_iter().enumerate() {
-                            let across = if i == j { 1.0 } else { 0.0 } - along[i] * along[j];
-                            line[other] -= share * across;
-                            let of_velocity = &self.response[other * rows..][..rows];
-                            for (entry, w) in line.iter_mut().zip(of_velocity) {
-                                *entry += share * across * scale * w;
-                            }
-                        }
+            match (self.state((at, law)), law) {
+                (State::Open, _) => {
+                    (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row]))
+                }
+                (State::Turns(impulse), _) => newton.fix(at, impulse - self.impulses[at]),
+                (_, Law::Bearing { .. }) => newton.stop(at, self),
+                (
+                    state,
+                    Law::Contact {
+                        friction,
+                        approach_m_s,
+                        softness,
+                    },
+                ) => {
+                    (at..at + 3).for_each(|row| newton.stop(row, self));
+                    let give = softness * self.w(at, at);
+                    newton.matrix[at * rows + at] += give;
+                    newton.step[at] -= approach_m_s + give * self.impulses[at];
+                    if let State::Slides {
+                        along,
+                        share,
+                        scale,
+                    } = state
+                    {
+                        self.linearise_sliding(&mut newton, (at, friction), (along, share, scale));
                     }
                 }
             }
-            if let (
-                Law::Contact {
-                    approach_m_s,
-                    softness,
-                    ..
-                },
-                true,
-            ) = (law, self.state((at, law)) != State::Open)
-            {
-                let give = softness * self.w(at, at);
-                newton.matrix[at * rows + at] += give;
-                newton.step[at] -= approach_m_s + give * self.impulses[at];
-            }
         }
         self.newton = newton;
+    }
+
+    /// The tangents of a contact that slides: p_t = mu p_n q/|q| with q = p_t - scale u_t, differentiated.
+    fn linearise_sliding(
+        &self,
+        newton: &mut Newton,
+        (at, friction): (usize, f64),
+        (along, share, scale): (Vector2<f64>, f64, f64),
+    ) {
+        let rows = self.rows();
+        let tangents = [at + 1, at + 2];
+        for (i, row) in tangents.into_iter().enumerate() {
+            newton.matrix[row * rows..][..rows].fill(0.0);
+            let by = friction * self.impulses[at] * along[i] - self.impulses[row];
+            newton.fix(row, by);
+            let line = &mut newton.matrix[row * rows..][..rows];
+            line[at] -= friction * along[i];
+            for (j, other) in tangents.into_iter().enumerate() {
+                let across = if i == j { 1.0 } else { 0.0 } - along[i] * along[j];
+                line[other] -= share * across;
+                let of_velocity = &self.response[other * rows..][..rows];
+                for (entry, w) in line.iter_mut().zip(of_velocity) {
+                    *entry += share * across * scale * w;
+                }
+            }
+        }
     }
 }
 

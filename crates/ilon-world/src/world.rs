@@ -2,6 +2,8 @@
 
 mod disturbance;
 mod reactions;
+#[cfg(test)]
+mod tests;
 
 use ilon_robot::{
     MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, RollerForm, Twist, Wheel,
@@ -541,7 +543,7 @@ fn standing(robot: &Robot, floor: &Floor, start: PlanarPose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(at), yaw)
 }
 
-/// Whether all rollers of a wheel are the same but for their places, so that one body can stand for any of them.
+/// Whether all rollers of a wheel are the same but for their places, so that one collider can stand for any of them.
 fn alike(wheel: &Wheel) -> bool {
     // Files round their numbers: what agrees to a few digits was meant to be the same.
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-4 * a.abs().max(b.abs());
