@@ -36,7 +36,7 @@ pub trait Rows {
     /// # Errors
     /// Like [`Rows::each_value`].
     fn values(&self, signal: &str) -> Result<Vec<Option<f64>>, Self::Error> {
-        let mut values = Vec::with_capacity(self.row_count());
+        let mut values = Vec::new();
         self.each_value(signal, &mut |value| values.push(value))?;
         Ok(values)
     }

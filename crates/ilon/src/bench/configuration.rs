@@ -168,8 +168,7 @@ impl Configuration {
 
     /// The configuration in a few words.
     pub fn describe(&self) -> String {
-        let rate_hz = self.rate_hz();
-        format!("{} rollers, {rate_hz} steps a second", self.roller_bodies)
+        super::describe(&self.roller_bodies, self.rate_hz())
     }
 }
 

@@ -173,7 +173,7 @@ impl Bench {
         let mut measured = Vec::new();
         for (name, robot) in &options.robots {
             for (bodies, rate_hz) in &options.configurations {
-                tell(&format!("{name}: {}", describe(*bodies, *rate_hz)));
+                tell(&format!("{name}: {}", describe(word(*bodies), *rate_hz)));
                 let headings_deg = &options.headings_deg;
                 let accuracy =
                     Accuracy::measure(robot, (*bodies, *rate_hz), bandwidth_rad_s, headings_deg)?;
@@ -235,8 +235,8 @@ impl RobotBench {
 }
 
 /// A configuration in a few words.
-fn describe(bodies: RollerBodies, rate_hz: f64) -> String {
-    format!("{} rollers, {rate_hz} steps a second", word(bodies))
+fn describe(bodies: &str, rate_hz: f64) -> String {
+    format!("{bodies} rollers, {rate_hz} steps a second")
 }
 
 /// Which rollers have their shapes in the world, as a scenario writes it.

@@ -6,6 +6,7 @@ use ilon_robot::Robot;
 use ilon_trace::file::write_text;
 
 use super::Outcome;
+use super::output::OutputFolder;
 use super::table::Table;
 use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
 use crate::scenario::RollerBodies;
@@ -83,7 +84,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = options(arguments)?;
     if let Some(folder) = &arguments.out {
-        prepare(folder)?;
+        OutputFolder::prepare(folder.clone())?;
     }
     if cfg!(debug_assertions) {
         eprintln!("note: this is a build for debugging; its speeds tell nothing");
@@ -224,15 +225,6 @@ fn at_least_one(text: &str) -> Result<usize, String> {
         .ok()
         .filter(|number| *number > 0)
         .ok_or_else(|| format!("give a whole number from 1 to {MOST}"))
-}
-
-/// Makes sure, before anything is measured, that the folder is there and can be written to.
-fn prepare(folder: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
-    let probe = folder.join(format!(".ilon-{}", std::process::id()));
-    std::fs::write(&probe, b"")
-        .and_then(|()| std::fs::remove_file(&probe))
-        .map_err(|source| Error::write(folder, &source))
 }
 
 /// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.

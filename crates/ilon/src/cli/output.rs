@@ -102,19 +102,18 @@ impl OutputFolder {
         )?)
     }
 
-    /// Writes scenario, report and summary of a run whose trace stands in the folder.
+    /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
     pub fn write(&self, run: &Run<Recorded>) -> Result<(), Error> {
-        // An older summary would make the new files look complete before they are.
-        self.remove(&self.path.join("summary.json"))?;
-        let scenario = run.scenario.moved_to(&self.path).to_toml()?;
-        self.write_text("scenario.toml", &scenario)?;
         report::write_recorded(&self.path.join("report.html"), &run.trace, &run.summary)?;
         self.write_text("summary.json", &self.summary_json(run)?)
     }
 
     /// Writes all results of a run that was recorded elsewhere.
     pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Error> {
+        // An older summary would make the new files look complete before they are.
         self.remove(&self.path.join("summary.json"))?;
+        let scenario = run.scenario.moved_to(&self.path).to_toml()?;
+        self.write_text("scenario.toml", &scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
         self.write(run)
     }

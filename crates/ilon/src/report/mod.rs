@@ -289,8 +289,8 @@ fn footer(shown: &Shown) -> String {
     let some = match shown.every {
         1 => String::new(),
         every => format!(
-            " Ways over the floor, which roller touches, grip and the picture that plays are drawn from one row in {every}; \
-             all curves and figures are taken from all rows."
+            " Ways over the floor, which roller touches, grip, the areas of the energy and the picture that plays are drawn \
+             from one row in {every}; all other curves and all figures are taken from all rows."
         ),
     };
     format!(

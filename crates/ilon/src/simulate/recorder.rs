@@ -29,11 +29,11 @@ impl Recorder {
         kinematics: Kinematics,
         contact_kinematics: ContactKinematics,
         start: Pose,
-        control_periods: usize,
+        rows: usize,
     ) -> Self {
         let wheel_count = robot.wheels.len();
         Self {
-            trace: Trace::with_capacity(header, control_periods),
+            trace: Trace::with_capacity(header, rows),
             kinematics,
             odometry_ideal: start,
             odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
