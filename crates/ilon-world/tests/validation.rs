@@ -635,7 +635,7 @@ fn the_energy_balance_closes() {
         }],
         ..Floor::default()
     };
-    // Too high for robot A's chassis, which clears 10 mm.
+    // Too high to be climbed: the wheels push and slide.
     let mut high_kerb = kerb.clone();
     high_kerb.boxes[0].half_sides_m.z = 0.02;
     let slope = Floor {
