@@ -6,7 +6,8 @@ use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
-use crate::{WorldError, convert, groups};
+use crate::WorldError;
+use crate::engine::{convert, groups};
 
 /// The ground a robot drives on.
 #[derive(Clone, Debug, PartialEq)]

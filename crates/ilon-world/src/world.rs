@@ -1,7 +1,6 @@
 //! The world: a robot on a floor, stepped by rapier.
 
 mod disturbance;
-mod reactions;
 #[cfg(test)]
 mod tests;
 
@@ -11,19 +10,20 @@ use ilon_robot::{
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::assembly::Assembly;
-use crate::collision::shape_of_roller;
-use crate::contact::WheelContact;
-use crate::energy::{Energy, energy};
+use crate::contact::reaction::Part;
+use crate::contact::readout::WheelContact;
+use crate::contact::solve::{Reactions, Scene};
+use crate::contact::window;
+use crate::engine::convert;
+use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
-use crate::reaction::Part;
-use crate::state::State;
-use crate::wheel_body::RollerState;
-use crate::window;
-use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError, convert};
+use crate::robot::assembly::Assembly;
+use crate::robot::energy::{Energy, energy};
+use crate::robot::state::State;
+use crate::robot::wheel::RollerState;
+use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError};
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
-use reactions::Reactions;
 
 /// A wheel whose window is wider than needed for this long is built narrower, in seconds.
 const WINDOW_PATIENCE_S: f64 = 0.2;
@@ -348,6 +348,32 @@ impl World {
         chassis.add_torque(convert::vector(&reaction), false);
         self.assembly
             .set_droops(&mut self.rapier, &self.robot, &self.droops_n_m_s);
+    }
+
+    /// Solves for the reactions of the step that rapier has just taken without any, and corrects the rates by them.
+    fn react(&mut self) {
+        self.reactions.react(&Scene {
+            rapier: &self.rapier,
+            ground: &self.ground,
+            robot: &self.robot,
+            assembly: &self.assembly,
+            before: &self.before,
+            dt_s: self.settings.dt_s,
+        });
+        let multibody = self.assembly.multibody_mut(&mut self.rapier);
+        let mut rates = multibody.generalized_velocity_mut();
+        for (dof, change) in self.reactions.change().iter().enumerate() {
+            rates[dof] = (f64::from(rates[dof]) + change) as Real;
+        }
+        let wheels = &mut self.assembly.wheels;
+        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+            roller.touched = false;
+        }
+        for touched in self.reactions.touched() {
+            let roller = &mut wheels[touched.wheel].rollers[touched.roller];
+            roller.axial_rate_rad_s = touched.rate_rad_s;
+            roller.touched = true;
+        }
     }
 
     /// Takes rapier's velocities over and sums positions and angles in f64 as rapier does in f32: with the velocity

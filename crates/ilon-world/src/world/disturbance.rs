@@ -7,7 +7,8 @@ use ilon_robot::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
 use super::World;
-use crate::{Patch, WorldError, convert};
+use crate::engine::convert;
+use crate::{Patch, WorldError};
 
 /// A force on the chassis for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]

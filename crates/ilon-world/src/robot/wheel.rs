@@ -9,8 +9,8 @@ use ilon_robot::{Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::collision::shape_of_roller;
-use crate::convert;
+use crate::engine::convert;
+use crate::engine::shapes::shape_of_roller;
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -264,7 +264,7 @@ impl WheelBody {
             let collider = ColliderBuilder::new(shape)
                 .position(hub_from_roller)
                 .density(0.0)
-                .collision_groups(crate::groups::ROLLER)
+                .collision_groups(crate::engine::groups::ROLLER)
                 .solver_groups(InteractionGroups::none());
             let collider = rapier.insert_collider(collider, Some(self.hub));
             self.slots.push(Slot { collider, roller });

@@ -3,8 +3,8 @@
 use ilon_robot::Robot;
 use nalgebra::Vector3;
 
-use crate::state::State;
-use crate::wheel_body::WheelBody;
+use crate::robot::state::State;
+use crate::robot::wheel::WheelBody;
 
 /// Kinetic and potential energy, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -9,9 +9,10 @@ use parry3d::bounding_volume::BoundingVolume;
 use parry3d::shape::Shape;
 use rapier3d::math::Real;
 
+use crate::RollerShape;
+use crate::engine::convert;
 use crate::ground::Ground;
-use crate::wheel_body::WheelBody;
-use crate::{RollerShape, convert};
+use crate::robot::wheel::WheelBody;
 
 /// How far around a roller the ground counts as being in reach, in metres: wheels turn by less between two looks.
 const MARGIN_M: Real = 2e-3;

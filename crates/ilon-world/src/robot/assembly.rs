@@ -4,10 +4,10 @@ use ilon_robot::{Collision, MassProperties as RobotMass, Robot};
 use nalgebra::Isometry3;
 use rapier3d::prelude::*;
 
-use crate::collision::shape_of;
-use crate::state::State;
-use crate::wheel_body::{self, RollerState, WheelBody};
-use crate::{convert, groups};
+use crate::engine::shapes::shape_of;
+use crate::engine::{convert, groups};
+use crate::robot::state::State;
+use crate::robot::wheel::{self, RollerState, WheelBody};
 
 /// The robot's parts in rapier.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl Assembly {
         }
         let mut wheels: Vec<WheelBody> = (0..robot.wheels.len())
             .map(|i| {
-                wheel_body::insert(
+                wheel::insert(
                     rapier,
                     &robot.wheels[i],
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),

@@ -8,14 +8,13 @@ use ilon_robot::Robot;
 use nalgebra::{DMatrixViewMut, Vector3};
 use rapier3d::prelude::*;
 
-use super::World;
 use crate::RollerShape;
-use crate::assembly::Assembly;
-use crate::convert;
+use crate::contact::problem::{ImpulseProblem, Law};
+use crate::contact::reaction::{Part, Reaction};
+use crate::engine::convert;
 use crate::ground::Ground;
-use crate::impulse_problem::{ImpulseProblem, Law};
-use crate::reaction::{Part, Reaction};
-use crate::state::State;
+use crate::robot::assembly::Assembly;
+use crate::robot::state::State;
 
 /// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
 /// change it by as much. It spares rough ground most of its foreseen contacts.
@@ -100,7 +99,7 @@ impl Nearby {
 
 /// The reactions of the last step, and room for those of the next.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Reactions {
+pub(crate) struct Reactions {
     nearby: Vec<Nearby>,
     /// Of the rollers that touch.
     axles: Vec<Axle>,
@@ -203,51 +202,50 @@ impl Reactions {
 }
 
 /// Everything that a step's reactions depend on, as rapier left it.
-struct Scene<'a> {
-    rapier: &'a PhysicsWorld,
-    ground: &'a Ground,
-    robot: &'a Robot,
-    assembly: &'a Assembly,
-    before: &'a State,
-    dt_s: f64,
+pub(crate) struct Scene<'a> {
+    pub rapier: &'a PhysicsWorld,
+    pub ground: &'a Ground,
+    pub robot: &'a Robot,
+    pub assembly: &'a Assembly,
+    pub before: &'a State,
+    pub dt_s: f64,
 }
 
-impl World {
-    /// Solves for the reactions of the step that rapier has just taken without any, and corrects the rates by them.
-    pub(super) fn react(&mut self) {
-        let scene = Scene {
-            rapier: &self.rapier,
-            ground: &self.ground,
-            robot: &self.robot,
-            assembly: &self.assembly,
-            before: &self.before,
-            dt_s: self.settings.dt_s,
-        };
-        let reactions = &mut self.reactions;
-        reactions.clear();
-        scene.gather(reactions);
-        let multibody = &self.rapier.multibody_joints[self.assembly.multibody];
+/// A roller that the ground touched in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TouchedRoller {
+    pub wheel: usize,
+    pub roller: usize,
+    /// Its rate about its axis after the step, in rad/s.
+    pub rate_rad_s: f64,
+}
+
+impl Reactions {
+    /// Solves for the reactions of the step that rapier has just taken without any.
+    pub fn react(&mut self, scene: &Scene<'_>) {
+        self.clear();
+        scene.gather(self);
+        let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
         let dofs = multibody.ndofs();
-        let rows = reactions.rows.len();
-        reactions.solve(dofs, |impulses| {
+        let rows = self.rows.len();
+        self.solve(dofs, |impulses| {
             let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, rows);
             multibody.inv_augmented_mass().solve_mut(&mut impulses);
         });
+    }
 
-        let multibody = self.assembly.multibody_mut(&mut self.rapier);
-        let mut rates = multibody.generalized_velocity_mut();
-        for (dof, change) in self.reactions.change.iter().enumerate() {
-            rates[dof] = (f64::from(rates[dof]) + change) as Real;
-        }
-        let wheels = &mut self.assembly.wheels;
-        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
-            roller.touched = false;
-        }
-        for axle in &self.reactions.axles {
-            let roller = &mut wheels[axle.wheel].rollers[axle.roller];
-            roller.axial_rate_rad_s = axle.rate_rad_s;
-            roller.touched = true;
-        }
+    /// By how much the reactions change each rate of the robot.
+    pub fn change(&self) -> &[f64] {
+        &self.change
+    }
+
+    /// The rollers that the ground touched.
+    pub fn touched(&self) -> impl Iterator<Item = TouchedRoller> {
+        self.axles.iter().map(|axle| TouchedRoller {
+            wheel: axle.wheel,
+            roller: axle.roller,
+            rate_rad_s: axle.rate_rad_s,
+        })
     }
 }
 
