@@ -54,10 +54,22 @@ pub struct Summary {
 
     /// Rms distance from the desired position over the run, in metres.
     pub position_error_rms_m: Option<f64>,
+    /// The largest distance from the desired position, in metres.
+    #[serde(default)]
+    pub position_error_max_m: Option<f64>,
+    /// When it was, in seconds.
+    #[serde(default)]
+    pub position_error_max_at_s: Option<f64>,
     /// Distance from the desired position at the end, in metres.
     pub position_error_final_m: Option<f64>,
     /// Rms heading error over the run, in radians.
     pub heading_error_rms_rad: Option<f64>,
+    /// The largest heading error, its magnitude, in radians.
+    #[serde(default)]
+    pub heading_error_max_rad: Option<f64>,
+    /// When it was, in seconds.
+    #[serde(default)]
+    pub heading_error_max_at_s: Option<f64>,
     /// Heading error at the end, its magnitude, in radians.
     pub heading_error_final_rad: Option<f64>,
     /// The time from which on the position error stays below its threshold, in seconds.
@@ -99,6 +111,13 @@ pub struct Summary {
     pub slip_speed_max_m_s: Option<f64>,
     /// Energy lost to sliding, in J.
     pub slip_energy_j: Option<f64>,
+    /// The part of the wheels' time that they spent in the air, in [0, 1].
+    #[serde(default)]
+    pub airborne_share: Option<f64>,
+    /// By how much the laws of contact and of dry friction were broken in the worst step, in m/s: the speed at which
+    /// something moved that should not.
+    #[serde(default)]
+    pub contact_residual_max_m_s: Option<f64>,
     /// Distance of dead reckoning by eq. (7) from the truth at the end, per metre travelled.
     pub odometry_drift_m_per_m: Option<f64>,
     /// Heading error of dead reckoning by eq. (7) at the end, per metre travelled, in rad/m, signed.
@@ -134,7 +153,7 @@ pub struct TwistRatio {
 }
 
 /// Where the motors' work went, and what came from outside, in J:
-/// motor + outside = stored + slip + bearing + impact + unexplained.
+/// motor + outside = stored + slip + spin-up + bearing + impact + unexplained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Work of all motors.
@@ -145,6 +164,9 @@ pub struct Energy {
     pub stored_j: Option<f64>,
     /// Lost to sliding.
     pub slip_j: Option<f64>,
+    /// Lost where rollers that come down are brought up to their spin.
+    #[serde(default)]
+    pub spin_up_j: Option<f64>,
     /// Lost in bearings.
     pub bearing_j: Option<f64>,
     /// Lost where rollers land on the ground and do not bounce.

@@ -13,6 +13,8 @@ pub(crate) enum Part {
     Hub(usize),
     /// The bearing of a roller that touches the ground: wheel and roller.
     Axle(usize, usize),
+    /// What keeps the motor of a wheel from driving it beyond its rate limit.
+    RateLimit(usize),
 }
 
 impl Part {
@@ -28,33 +30,48 @@ impl Part {
 }
 
 /// One reaction of the last step.
+///
+/// Its three numbers are a contact's normal and two tangents; a bearing has only the first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction {
     pub part: Part,
-    /// Where, in the floor's frame, in metres; nowhere for a bearing.
+    /// Where, in the middle of the step, in the floor's frame, in metres; nowhere for a bearing.
     pub at_m: Vector3<f64>,
     /// For a contact the ground's normal and two tangents, in the floor's frame, of which the first lies along the
     /// roller.
     pub frame: [Vector3<f64>; 3],
     /// Coulomb friction coefficient of a contact.
     pub friction: f64,
-    /// Impulse on the robot along `frame`, in N s; of a bearing the first number, in N m s.
+    /// Impulse on the robot along `frame`, in N s; of a bearing in N m s.
     pub impulse: Vector3<f64>,
+    /// Velocity along `frame` when the step began, in m/s; of a bearing in rad/s.
+    pub velocity_before: Vector3<f64>,
+    /// Velocity along `frame` when it ended.
+    pub velocity_after: Vector3<f64>,
+    /// Energy that each of the impulses took out of the robot, in J.
+    pub taken_j: Vector3<f64>,
+    /// Whether a roller came down on the ground in the step.
+    pub came_down: bool,
+    /// By how much the second tangent's velocity grows with the roller's rate about its axis, in m.
+    pub rolling_radius_m: f64,
 }
 
 impl Reaction {
-    /// Which numbers of the impulse the part has.
-    pub fn rows(&self) -> std::ops::Range<usize> {
+    /// How many numbers the part has.
+    pub fn rows(&self) -> usize {
         match self.part {
-            Part::Chassis | Part::Roller(..) => 0..3,
-            Part::Hub(_) | Part::Axle(..) => 0..1,
+            Part::Chassis | Part::Roller(..) => 3,
+            Part::Hub(_) | Part::Axle(..) | Part::RateLimit(_) => 1,
         }
     }
 
-    /// The impulse on the robot in the floor's frame, in N s: normal and tangential part.
-    pub fn on_robot_n_s(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let [normal, along, across] = self.frame;
-        let p = &self.impulse;
-        (p.x * normal, p.y * along + p.z * across)
+    /// Tangential impulse on the robot in the floor's frame, in N s.
+    pub fn friction_impulse_n_s(&self) -> Vector3<f64> {
+        self.impulse.y * self.frame[1] + self.impulse.z * self.frame[2]
+    }
+
+    /// Tangential velocity after the step in the floor's frame, in m/s.
+    pub fn sliding_m_s(&self) -> Vector3<f64> {
+        self.velocity_after.y * self.frame[1] + self.velocity_after.z * self.frame[2]
     }
 }

@@ -1,24 +1,47 @@
 //! What the ground and dry bearings do to the robot in a step.
 //!
 //! rapier moves chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
-//! frames. It says where rollers and chassis are near the ground. The impulses that follow are solved for here, all at once
-//! and to the end, and change the rates with which the step is taken.
+//! frames. The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
+//! rates with which the step is taken.
+//!
+//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the middle of the step. What a
+//! contact's law speaks of is its velocity u_1 at the *end* of the step, in the pose that it has then. With J the rows in
+//! the middle, q'_0 and q'_1 the rates before and after, and J_0 and J_1 the rows in the poses at the start and where q'_0
+//! leads by the end,
+//!
+//! u_0 = J q'_0 - b,  u_1 = J q'_1 + b,  b = (J_1 - J_0) q'_0 / 2:
+//!
+//! b is what the turning of the frame does to the velocity in half a step. That is right to second order, and a contact
+//! that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 + u_1) / 2 = 0. To hold it in the frame at the
+//! start would take m v^2 omega^2 dt / 2 of power from a robot in a turn in which nothing slides. Across the ground b is
+//! left out: a roller that hands over leaves its place there in another way than it turns.
+//!
+//! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
+//! step of constant inertia; where rollers come down, [`crate::contact::jump`] says of which velocities.
+//!
+//! **The compliance.** Every contact is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
+//! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
+//! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
 
 use ilon_robot::Robot;
 use nalgebra::{DMatrixViewMut, Vector3};
 use rapier3d::prelude::*;
 
-use crate::RollerShape;
+use crate::contact::candidates::{Candidate, Workspace};
+use crate::contact::jump::{Jump, Responses};
 use crate::contact::problem::{ImpulseProblem, Law};
 use crate::contact::reaction::{Part, Reaction};
-use crate::engine::convert;
 use crate::ground::Ground;
 use crate::robot::assembly::Assembly;
 use crate::robot::state::State;
+use crate::{MotorTorque, Settings};
 
 /// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
-/// change it by as much. It spares rough ground most of its foreseen contacts.
+/// change it by as much, unless they have to stop more. It spares rough ground most of its foreseen contacts.
 const OPEN_M_S: f64 = 0.1;
+
+/// What is deeper in the ground than its load explains is pushed out at this speed, in m/s: too slowly to bounce, 1 um.
+const PUSH_OUT_M_S: f64 = 5e-3;
 
 /// How a velocity follows from the robot's rates, and what a unit impulse there does to them: those of the chassis, of a
 /// wheel, and of a roller about its axis.
@@ -32,96 +55,242 @@ struct Row {
 }
 
 impl Row {
-    /// The part of the velocity that chassis and wheel make.
-    fn of_bodies(&self, rates: impl Fn(usize) -> f64) -> f64 {
-        let chassis = self.chassis.iter().enumerate().map(|(i, c)| c * rates(i));
-        chassis.sum::<f64>() + self.hub.map_or(0.0, |(dof, c)| c * rates(dof))
+    /// The part of the velocity that chassis and wheel make, with these rates by degree of freedom.
+    fn of_bodies(&self, rates: &[f64]) -> f64 {
+        self.sum(|dof| rates[dof])
+    }
+
+    /// The same of rates as rapier has them.
+    fn of_bodies_f32(&self, rates: &[Real]) -> f64 {
+        self.sum(|dof| f64::from(rates[dof]))
+    }
+
+    fn sum(&self, rate: impl Fn(usize) -> f64) -> f64 {
+        let chassis = self.chassis.iter().enumerate().map(|(i, c)| c * rate(i));
+        chassis.sum::<f64>() + self.hub.map_or(0.0, |(dof, c)| c * rate(dof))
     }
 }
 
-/// A wheel, in the floor's frame.
-#[derive(Clone, Copy, Debug)]
-struct Hub {
-    axis: Vector3<f64>,
-    center_m: Vector3<f64>,
-    /// Its turning among the robot's degrees of freedom.
-    dof: usize,
-}
-
-/// A roller near the ground.
+/// A roller that may touch the ground.
 #[derive(Clone, Copy, Debug)]
 struct Axle {
     wheel: usize,
     roller: usize,
-    /// Its axis and middle, in the floor's frame.
+    /// Its axis and middle in the middle of the step, in the floor's frame.
     axis: Vector3<f64>,
     center_m: Vector3<f64>,
-    /// Its rate about its axis without any reaction, and then with them, in rad/s.
+    /// Its rate about its axis when the step began, in rad/s.
+    before_rad_s: f64,
+    /// What it starts from once a jump is over.
+    start_rad_s: f64,
+    /// Its rate at the end of the step without any reaction, and then with them, in rad/s.
     rate_rad_s: f64,
     /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub because it has seized.
     response: Option<f64>,
 }
 
-/// A place where a part of the robot is near the ground.
+/// A place near the ground, as the contact that it would be.
 #[derive(Clone, Copy, Debug)]
-struct Nearby {
-    part: Part,
-    at_m: Vector3<f64>,
-    gap_m: f64,
+struct Foreseen {
+    candidate: Candidate,
+    /// Distance from the ground when the step began, in metres, as its velocity in the middle has it.
+    gap_before_m: f64,
+    /// Normal and two tangents.
     frame: [Vector3<f64>; 3],
-    /// What it hangs on.
-    on: Option<(Hub, Axle)>,
-    /// Whether it is the outermost end of a roller's barrel.
-    on_its_end: bool,
-}
-
-impl Nearby {
-    /// Whether a roller has handed the wheel over to another, which stands on the same plane and is nearer to it.
-    ///
-    /// Barrels that follow each other without a gap make a wheel round, and rigid: beyond its end a roller is higher than
-    /// the next one and carries nothing. But in the step of the hand-over both are within a micrometre of the ground, and
-    /// two that stick in one step rub against each other's way.
-    fn handed_over_to(&self, other: &Self) -> bool {
-        /// Far above what f32 makes of a plane, and far below any step in a ground.
-        const ONE_PLANE_M: f64 = 1e-5;
-        let normal = &self.frame[0];
-        let step_m = normal.dot(&(other.at_m - self.at_m));
-        // Of two that are equally near one must stay.
-        let nearer = other.gap_m < self.gap_m
-            || other.gap_m == self.gap_m && (!other.on_its_end || other.part < self.part);
-        self.part != other.part
-            && self.on_its_end
-            && nearer
-            && normal.dot(&other.frame[0]) > 1.0 - 1e-6
-            && step_m.abs() < ONE_PLANE_M
-    }
+    /// The share of an axle stands in them, its place among the axles not yet.
+    rows: [Row; 3],
+    axle: Option<Axle>,
+    /// Velocity along the frame when the step began, in m/s.
+    before: Vector3<f64>,
+    /// And at its end without any reaction.
+    free: Vector3<f64>,
 }
 
 /// The reactions of the last step, and room for those of the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reactions {
-    nearby: Vec<Nearby>,
-    /// Of the rollers that touch.
+    found: Vec<Candidate>,
+    nearby: Vec<Candidate>,
+    foreseen: Vec<Foreseen>,
+    workspace: Workspace,
+    /// Of each contact in its order: how far from the ground it is in the middle of the step and was at its start.
+    gaps_m: Vec<(f64, f64)>,
+    /// Of the rollers that may touch.
     axles: Vec<Axle>,
     all: Vec<Reaction>,
     before: Vec<Reaction>,
     rows: Vec<Row>,
     problem: ImpulseProblem,
-    /// What the unit impulse of each row does to every rate, row by row.
+    /// What the unit impulse of each row does to every rate, row by row; and of each wheel, where that is needed.
     responses: Vec<Real>,
+    wheel_responses: Vec<Real>,
+    wheel_dofs: Vec<usize>,
     change: Vec<f64>,
+    jump: Jump,
     error: f64,
 }
 
+/// Everything that a step's reactions depend on, as rapier left it.
+pub(crate) struct Scene<'a> {
+    pub rapier: &'a PhysicsWorld,
+    pub ground: &'a Ground,
+    pub robot: &'a Robot,
+    pub assembly: &'a Assembly,
+    pub settings: &'a Settings,
+    /// How long the step is, in seconds.
+    pub dt_s: f64,
+    /// The robot when the step began.
+    pub before: &'a State,
+    /// Its poses in the middle of the step, with the rates of its beginning.
+    pub middle: &'a State,
+    /// And where these rates would take it by the end of the step.
+    pub ahead: &'a State,
+    /// The rates of bodies when the step began, by degree of freedom.
+    pub rates_before: &'a [f64],
+    /// And at its end without any reaction.
+    pub rates_free: &'a [f64],
+    /// What the motors do.
+    pub motors: &'a [MotorTorque],
+    /// What each wheel's motor and bearing lose of their impulse in the step per rate that it gains, in N m s per rad/s.
+    pub held_n_m_s2: &'a [f64],
+}
+
+/// A roller that the ground touched in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TouchedRoller {
+    pub wheel: usize,
+    pub roller: usize,
+    /// The mean of its rate about its axis over the step, in rad/s.
+    pub mean_rad_s: f64,
+    /// Its rate about its axis after the step, in rad/s.
+    pub rate_rad_s: f64,
+}
+
 impl Reactions {
+    /// Solves for the reactions of the step that rapier has just taken without any.
+    pub fn react(&mut self, scene: &Scene<'_>) {
+        self.clear();
+        self.gather(scene);
+        let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
+        let dofs = multibody.ndofs();
+        let answer = |impulses: &mut [Real]| {
+            let count = impulses.len() / dofs;
+            let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, count);
+            multibody.inv_augmented_mass().solve_mut(&mut impulses);
+        };
+        self.solve(dofs, answer);
+        self.jump.clear(self.rows.len(), dofs);
+        if Jump::happens(&self.all) {
+            self.find_jump(scene, dofs, answer);
+        }
+        self.count_work();
+    }
+
+    /// Tells the jump of rollers that came down apart from the rest of the step.
+    fn find_jump(&mut self, scene: &Scene<'_>, dofs: usize, answer: impl FnOnce(&mut [Real])) {
+        let wheels = scene.assembly.wheels.iter();
+        self.wheel_dofs.clear();
+        self.wheel_dofs.extend(wheels.map(|wheel| wheel.hub_dof));
+        self.wheel_responses.clear();
+        self.wheel_responses
+            .resize(self.wheel_dofs.len() * dofs, 0.0);
+        for (wheel, dof) in self.wheel_dofs.iter().enumerate() {
+            self.wheel_responses[wheel * dofs + dof] = 1.0;
+        }
+        answer(&mut self.wheel_responses);
+        let responses = Responses {
+            of_rows: &self.responses,
+            of_wheels: &self.wheel_responses,
+            wheel_dofs: &self.wheel_dofs,
+            held_n_m_s2: scene.held_n_m_s2,
+        };
+        self.jump.find(&self.all, &self.problem, &responses);
+        let over = 1.0 - self.jump.share();
+        for (row, of) in self.rows.iter().enumerate() {
+            if let Some((axle, c)) = of.axle {
+                let axle = &mut self.axles[axle];
+                let by = c * axle.response.unwrap_or(0.0);
+                axle.start_rad_s += over * self.jump.impulse(row) * by;
+            }
+        }
+    }
+
+    /// Counts what each impulse took.
+    fn count_work(&mut self) {
+        let mut row = 0;
+        for reaction in &mut self.all {
+            for k in 0..reaction.rows() {
+                let velocities = (reaction.velocity_before[k], reaction.velocity_after[k]);
+                reaction.taken_j[k] = self.jump.taken_j(row, reaction.impulse[k], velocities);
+                row += 1;
+            }
+        }
+    }
+
+    /// The jump of rollers that came down in the last step.
+    pub fn jump(&self) -> &Jump {
+        &self.jump
+    }
+
     /// The reactions of the last step.
     pub fn all(&self) -> &[Reaction] {
         &self.all
     }
 
+    /// By how much the reactions change each rate of the bodies.
+    pub fn change(&self) -> &[f64] {
+        &self.change
+    }
+
+    /// The rollers that the ground touched.
+    pub fn touched(&self) -> impl Iterator<Item = TouchedRoller> {
+        self.axles.iter().map(|axle| TouchedRoller {
+            wheel: axle.wheel,
+            roller: axle.roller,
+            mean_rad_s: 0.5 * (axle.start_rad_s + axle.rate_rad_s),
+            rate_rad_s: axle.rate_rad_s,
+        })
+    }
+
+    /// By how much deeper than when it began the deepest contact would be in the ground at the end of the last step if the
+    /// robot moved on with the mean of the rates, in metres.
+    pub fn sinks_m(&self, dt_s: f64) -> f64 {
+        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let sinks = contacts
+            .zip(&self.gaps_m)
+            .map(|(contact, (gap_m, before_m))| {
+                let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
+                before_m.min(0.0) - then_m
+            });
+        sinks.fold(0.0, f64::max)
+    }
+
+    /// Whether a roller is about to slide: its friction is near its limit, and it holds or has just begun to slide.
+    pub fn about_to_slide(&self) -> bool {
+        /// Near its limit, as a share of it.
+        const NEAR_LIMIT: f64 = 0.85;
+        /// A roller that slides faster has made up its mind, in m/s.
+        const SLIDES_M_S: f64 = 0.03;
+        self.all.iter().any(|reaction| {
+            let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
+            matches!(reaction.part, Part::Roller(..))
+                && limit > 0.0
+                && reaction.impulse.yz().norm() > limit
+                && reaction.velocity_after.yz().norm() < SLIDES_M_S
+        })
+    }
+
     /// By how much the laws were broken in the last step, in m/s or rad/s.
     pub fn error(&self) -> f64 {
         self.error
+    }
+
+    /// Energy in the springs of the contacts, in J: F^2 / (2 k) each.
+    pub fn spring_energy_j(&self, settings: &Settings, dt_s: f64) -> f64 {
+        let force_n = |reaction: &Reaction| reaction.impulse.x / dt_s;
+        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let squares: f64 = contacts.map(|reaction| force_n(reaction).powi(2)).sum();
+        0.5 * squares / settings.contact_stiffness_n_m
     }
 
     fn clear(&mut self) {
@@ -130,6 +299,188 @@ impl Reactions {
         self.rows.clear();
         self.axles.clear();
         self.problem.clear();
+        self.nearby.clear();
+        self.gaps_m.clear();
+    }
+
+    /// Collects all contacts and dry bearings.
+    fn gather(&mut self, scene: &Scene<'_>) {
+        scene.find_chassis(&mut self.found);
+        self.nearby.append(&mut self.found);
+        for wheel in 0..scene.robot.wheels.len() {
+            scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
+            self.nearby.append(&mut self.found);
+        }
+        self.touch(scene);
+        for (index, wheel) in scene.robot.wheels.iter().enumerate() {
+            let friction_n_m = wheel.joint.friction_n_m;
+            self.limit_motor(scene, index);
+            if friction_n_m > 0.0 {
+                let row = Row {
+                    chassis: [0.0; 6],
+                    hub: Some((scene.assembly.wheels[index].hub_dof, 1.0)),
+                    axle: None,
+                };
+                self.hold_bearing(scene, Part::Hub(index), row, friction_n_m);
+            }
+        }
+        for i in 0..self.axles.len() {
+            let axle = self.axles[i];
+            let body = &scene.assembly.wheels[axle.wheel];
+            let friction_n_m = body.rollers[axle.roller].friction_n_m;
+            if friction_n_m > 0.0 && axle.response.is_some() {
+                // Its spin against the hub.
+                let d = axle.axis;
+                let along = d.dot(&scene.middle.hubs()[axle.wheel].axis());
+                let row = Row {
+                    chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
+                    hub: Some((body.hub_dof, -along)),
+                    axle: Some((i, 1.0)),
+                };
+                let part = Part::Axle(axle.wheel, axle.roller);
+                self.hold_bearing(scene, part, row, friction_n_m);
+            }
+        }
+    }
+
+    /// Turns the places that are near the ground into contacts.
+    fn touch(&mut self, scene: &Scene<'_>) {
+        let settings = scene.settings;
+        let relaxed_s = scene.dt_s + settings.contact_relaxation_s;
+        let compliance = 1.0 / (settings.contact_stiffness_n_m * scene.dt_s * relaxed_s);
+        let mut foreseen = std::mem::take(&mut self.foreseen);
+        foreseen.clear();
+        foreseen.extend(self.nearby.iter().map(|place| scene.foresee(place)));
+
+        // What stops the one that comes in fastest may move the others by as much.
+        let open_m_s =
+            |contact: &Foreseen| contact.free.x + contact.gap_before_m.max(0.0) / scene.dt_s;
+        let comes_m_s = foreseen.iter().map(open_m_s).fold(0.0, f64::min).abs();
+        for contact in &foreseen {
+            if open_m_s(contact) > OPEN_M_S + comes_m_s {
+                continue;
+            }
+            let place = &contact.candidate;
+            let before = self.impulse_before(place.part);
+            let gap_m = contact.gap_before_m;
+            let approach_m_s = if gap_m > 0.0 {
+                gap_m / scene.dt_s
+            } else {
+                // No faster than what the spring was loaded with, and a little.
+                let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
+                (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT_M_S)
+            };
+            let friction = scene.ground.friction_at(&place.place_m);
+            let law = Law::Contact {
+                friction,
+                approach_m_s,
+                compliance,
+            };
+            let rows = contact.rows.map(|row| Row {
+                axle: contact
+                    .axle
+                    .and_then(|axle| Some((self.index_of(axle), row.axle?.1))),
+                ..row
+            });
+            let reaction = Reaction {
+                part: place.part,
+                at_m: place.place_m,
+                frame: contact.frame,
+                friction,
+                impulse: Vector3::zeros(),
+                velocity_before: contact.before,
+                velocity_after: Vector3::zeros(),
+                taken_j: Vector3::zeros(),
+                came_down: place.came_down,
+                rolling_radius_m: rows[2].axle.map_or(0.0, |(_, radius_m)| radius_m),
+            };
+            self.push(law, reaction, &rows, contact.free.as_slice());
+            self.gaps_m.push((place.gap_m, contact.gap_before_m));
+        }
+        self.foreseen = foreseen;
+    }
+
+    /// The place of a roller among those that may touch, where it is put if it is not there yet.
+    fn index_of(&mut self, axle: Axle) -> usize {
+        let of_this = |other: &Axle| (other.wheel, other.roller) == (axle.wheel, axle.roller);
+        self.axles.iter().position(of_this).unwrap_or_else(|| {
+            self.axles.push(axle);
+            self.axles.len() - 1
+        })
+    }
+
+    /// What acted in the last step on the part that a new reaction goes on from.
+    fn impulse_before(&self, part: Part) -> Option<Vector3<f64>> {
+        let place = self.all.iter().filter(|r| part.follows(r.part)).count();
+        let mut before = self.before.iter().filter(|r| part.follows(r.part));
+        before.nth(place).map(|reaction| reaction.impulse)
+    }
+
+    /// Adds a dry bearing.
+    fn hold_bearing(&mut self, scene: &Scene<'_>, part: Part, row: Row, friction_n_m: f64) {
+        let most_n_m_s = friction_n_m * scene.dt_s;
+        let law = Law::Joint {
+            least_n_m_s: -most_n_m_s,
+            most_n_m_s,
+        };
+        self.hold_joint(scene, part, row, law, 0.0);
+    }
+
+    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
+    /// needs, and not more.
+    fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
+        /// Below this share of its limit a wheel does not reach it within a step.
+        const NEAR_LIMIT: f64 = 0.9;
+        let (motor, dof) = (&scene.motors[wheel], scene.assembly.wheels[wheel].hub_dof);
+        let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
+        let limit_rad_s = motor.rate_limit_rad_s.copysign(now_rad_s);
+        if now_rad_s.abs().max(free_rad_s * limit_rad_s.signum())
+            < NEAR_LIMIT * motor.rate_limit_rad_s
+        {
+            return;
+        }
+        let gives_n_m = motor.torque_n_m - motor.droop_n_m_s * (limit_rad_s - now_rad_s);
+        let gives_n_m_s = gives_n_m * scene.dt_s;
+        let law = Law::Joint {
+            least_n_m_s: if limit_rad_s > 0.0 {
+                -gives_n_m_s.max(0.0)
+            } else {
+                0.0
+            },
+            most_n_m_s: if limit_rad_s > 0.0 {
+                0.0
+            } else {
+                -gives_n_m_s.min(0.0)
+            },
+        };
+        let row = Row {
+            chassis: [0.0; 6],
+            hub: Some((dof, 1.0)),
+            axle: None,
+        };
+        self.hold_joint(scene, Part::RateLimit(wheel), row, law, limit_rad_s);
+    }
+
+    /// Adds a joint whose rate is counted from another.
+    fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, row: Row, law: Law, from_rad_s: f64) {
+        let rate = |rates: &[f64], of_axle: fn(&Axle) -> f64| {
+            row.of_bodies(rates) + row.axle.map_or(0.0, |(i, c)| c * of_axle(&self.axles[i]))
+        };
+        let before = rate(scene.rates_before, |axle| axle.before_rad_s);
+        let free = rate(scene.rates_free, |axle| axle.rate_rad_s);
+        let reaction = Reaction {
+            part,
+            at_m: Vector3::zeros(),
+            frame: [Vector3::zeros(); 3],
+            friction: 0.0,
+            impulse: Vector3::zeros(),
+            velocity_before: Vector3::new(before - from_rad_s, 0.0, 0.0),
+            velocity_after: Vector3::zeros(),
+            taken_j: Vector3::zeros(),
+            came_down: false,
+            rolling_radius_m: 0.0,
+        };
+        self.push(law, reaction, &[row], &[free - from_rad_s]);
     }
 
     /// Adds a law and where it acts.
@@ -157,7 +508,8 @@ impl Reactions {
         let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
         self.problem.set_response(|row, column| {
             let (at, by) = (&rows[row], &rows[column]);
-            let of_bodies = at.of_bodies(|dof| f64::from(responses[column * dofs + dof]));
+            let response = &responses[column * dofs..][..dofs];
+            let of_bodies = at.of_bodies_f32(response);
             match (at.axle, by.axle) {
                 (Some((i, a)), Some((j, b))) if i == j => {
                     of_bodies + a * b * axles[i].response.unwrap_or(0.0)
@@ -165,28 +517,32 @@ impl Reactions {
                 _ => of_bodies,
             }
         });
-
         // What acted in the last step is most of what acts in this one.
-        let mut row = 0;
-        for (i, reaction) in self.all.iter().enumerate() {
-            let of_part = |other: &&Reaction| reaction.part.follows(other.part);
-            let place = self.all[..i].iter().filter(of_part).count();
-            if let Some(before) = self.before.iter().filter(of_part).nth(place) {
-                for k in reaction.rows() {
-                    self.problem.suppose(row + k, before.impulse[k]);
-                }
+        for law in 0..self.all.len() {
+            let part = self.all[law].part;
+            let place = self.all[..law]
+                .iter()
+                .filter(|other| part.follows(other.part))
+                .count();
+            let mut before = self.before.iter().filter(|other| part.follows(other.part));
+            if let Some(before) = before.nth(place) {
+                self.problem.suppose_within(law, before.impulse);
             }
-            row += reaction.rows().len();
         }
         self.error = self.problem.solve();
+        self.take_solution(dofs);
+    }
 
-        let mut row = 0;
+    /// Takes the impulses over, and what they do.
+    fn take_solution(&mut self, dofs: usize) {
         self.change.clear();
         self.change.resize(dofs, 0.0);
+        let mut row = 0;
         for reaction in &mut self.all {
-            for k in reaction.rows() {
+            for k in 0..reaction.rows() {
                 let impulse = self.problem.impulses()[row];
                 reaction.impulse[k] = impulse;
+                reaction.velocity_after[k] = self.problem.velocities()[row];
                 let response = &self.responses[row * dofs..][..dofs];
                 for (change, rate) in self.change.iter_mut().zip(response) {
                     *change += impulse * f64::from(*rate);
@@ -201,263 +557,88 @@ impl Reactions {
     }
 }
 
-/// Everything that a step's reactions depend on, as rapier left it.
-pub(crate) struct Scene<'a> {
-    pub rapier: &'a PhysicsWorld,
-    pub ground: &'a Ground,
-    pub robot: &'a Robot,
-    pub assembly: &'a Assembly,
-    pub before: &'a State,
-    pub dt_s: f64,
-}
-
-/// A roller that the ground touched in a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TouchedRoller {
-    pub wheel: usize,
-    pub roller: usize,
-    /// Its rate about its axis after the step, in rad/s.
-    pub rate_rad_s: f64,
-}
-
-impl Reactions {
-    /// Solves for the reactions of the step that rapier has just taken without any.
-    pub fn react(&mut self, scene: &Scene<'_>) {
-        self.clear();
-        scene.gather(self);
-        let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
-        let dofs = multibody.ndofs();
-        let rows = self.rows.len();
-        self.solve(dofs, |impulses| {
-            let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, rows);
-            multibody.inv_augmented_mass().solve_mut(&mut impulses);
-        });
-    }
-
-    /// By how much the reactions change each rate of the robot.
-    pub fn change(&self) -> &[f64] {
-        &self.change
-    }
-
-    /// The rollers that the ground touched.
-    pub fn touched(&self) -> impl Iterator<Item = TouchedRoller> {
-        self.axles.iter().map(|axle| TouchedRoller {
-            wheel: axle.wheel,
-            roller: axle.roller,
-            rate_rad_s: axle.rate_rad_s,
-        })
-    }
-}
-
 impl Scene<'_> {
-    /// Collects all contacts and dry bearings.
-    fn gather(&self, reactions: &mut Reactions) {
-        let chassis = &self.rapier.bodies[self.assembly.chassis];
-        for collider in chassis.colliders() {
-            self.find(reactions, Part::Chassis, *collider, None);
-        }
-        self.touch(reactions);
-        for (index, wheel) in self.robot.wheels.iter().enumerate() {
-            self.gather_wheel(reactions, index, wheel.joint.friction_n_m);
-        }
-    }
-
-    fn gather_wheel(&self, reactions: &mut Reactions, index: usize, friction_n_m: f64) {
-        let body = &self.assembly.wheels[index];
-        let floor_from_hub = self.before.floor_from_hub(index);
-        let hub_rate_in_hub = self.before.hub_rate_in_hub(index);
-        let hub = Hub {
-            axis: floor_from_hub.rotation * Vector3::z(),
-            center_m: floor_from_hub.translation.vector,
-            dof: body.hub_dof,
+    /// What a place near the ground would be as a contact.
+    fn foresee(&self, place: &Candidate) -> Foreseen {
+        let frame = frame(place.normal, place.along);
+        let axle = self.axle(place.part);
+        let hub = match place.part {
+            Part::Roller(wheel, _) => Some(wheel),
+            _ => None,
         };
-        if friction_n_m > 0.0 {
-            let row = Row {
-                chassis: [0.0; 6],
-                hub: Some((hub.dof, 1.0)),
-                axle: None,
+        let rows = frame.map(|direction| self.row(place, direction, hub, axle.as_ref()));
+        let velocities = |rates: &[f64], axle_rad_s: Option<f64>| {
+            let of = |row: &Row| {
+                let of_axle = row
+                    .axle
+                    .zip(axle_rad_s)
+                    .map_or(0.0, |((_, c), rate)| c * rate);
+                row.of_bodies(rates) + of_axle
             };
-            self.rub(reactions, Part::Hub(index), row, friction_n_m);
-        }
-
-        for slot in &body.slots {
-            let roller = &body.rollers[slot.roller];
-            let center_in_hub_m = roller.hub_from_roller.translation.vector;
-            let axle = Axle {
-                wheel: index,
-                roller: slot.roller,
-                axis: floor_from_hub.rotation * roller.axis_in_hub,
-                center_m: hub.center_m + floor_from_hub.rotation * center_in_hub_m,
-                rate_rad_s: roller.free_rate_rad_s(&hub_rate_in_hub, self.dt_s),
-                response: (!roller.seized).then_some(roller.response),
-            };
-            let part = Part::Roller(index, slot.roller);
-            self.find(reactions, part, slot.collider, Some((hub, axle)));
-        }
-        let others = reactions.axles.len();
-        self.touch(reactions);
-
-        for i in others..reactions.axles.len() {
-            let axle = reactions.axles[i];
-            let friction_n_m = body.rollers[axle.roller].friction_n_m;
-            if friction_n_m > 0.0 && axle.response.is_some() {
-                // Its spin against the hub.
-                let d = axle.axis;
-                let row = Row {
-                    chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
-                    hub: Some((hub.dof, -d.dot(&hub.axis))),
-                    axle: Some((i, 1.0)),
-                };
-                self.rub(reactions, Part::Axle(index, axle.roller), row, friction_n_m);
-            }
-        }
-    }
-
-    /// Adds a dry bearing.
-    fn rub(&self, reactions: &mut Reactions, part: Part, row: Row, friction_n_m: f64) {
-        let law = Law::Bearing {
-            most_n_m_s: friction_n_m * self.dt_s,
+            Vector3::new(of(&rows[0]), of(&rows[1]), of(&rows[2]))
         };
-        let reaction = Reaction {
-            part,
-            at_m: Vector3::zeros(),
-            frame: [Vector3::zeros(); 3],
-            friction: 0.0,
-            impulse: Vector3::zeros(),
+        let in_frame = |v: &Vector3<f64>| Vector3::from(frame.map(|direction| direction.dot(v)));
+        let now = velocities(self.rates_before, axle.map(|a| a.before_rad_s));
+        let mut turns = in_frame(&place.turns_m_s);
+        turns.x = 0.0;
+        let before = now - turns;
+        let free = velocities(self.rates_free, axle.map(|a| a.rate_rad_s)) + turns;
+        Foreseen {
+            candidate: *place,
+            gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
+            frame,
+            rows,
+            before,
+            free,
+            axle,
+        }
+    }
+
+    /// The roller of a part, if it is one's, with the rate that it has without reactions.
+    fn axle(&self, part: Part) -> Option<Axle> {
+        let Part::Roller(wheel, roller) = part else {
+            return None;
         };
-        let of_axle = |(axle, c): (usize, f64)| c * reactions.axles[axle].rate_rad_s;
-        let free = self.of_bodies(&row) + row.axle.map_or(0.0, of_axle);
-        reactions.push(law, reaction, &[row], &[free]);
-    }
-
-    /// The part of a velocity that chassis and wheel make without any reaction.
-    fn of_bodies(&self, row: &Row) -> f64 {
-        row.of_bodies(|dof| self.assembly.rate(self.rapier, dof))
-    }
-
-    /// Collects where a collider is near the ground.
-    fn find(
-        &self,
-        reactions: &mut Reactions,
-        part: Part,
-        collider: ColliderHandle,
-        on: Option<(Hub, Axle)>,
-    ) {
-        let along = on.map_or_else(Vector3::x, |(_, axle)| axle.axis);
-        let barrel = self.rapier.colliders[collider]
-            .shape()
-            .as_shape::<RollerShape>();
-        for pair in self.rapier.narrow_phase.contact_pairs_with(collider) {
-            let is_first = pair.collider1 == collider;
-            let ground = if is_first {
-                pair.collider2
-            } else {
-                pair.collider1
-            };
-            let rapier_from_ground = self.rapier.colliders[ground].position();
-            for manifold in pair.manifolds() {
-                // A manifold's normal points from its first shape to its second.
-                let towards_second = convert::to_f64(manifold.data.normal);
-                let normal = if is_first {
-                    -towards_second
-                } else {
-                    towards_second
-                };
-                let on_its_end = barrel.is_some_and(|barrel| {
-                    let place_m = barrel.support_place_m(-normal.dot(&along) as Real);
-                    place_m.abs() >= barrel.half_length_m()
-                });
-                for point in &manifold.points {
-                    let on_ground = if is_first {
-                        point.local_p2
-                    } else {
-                        point.local_p1
-                    };
-                    let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
-                    reactions.nearby.push(Nearby {
-                        part,
-                        at_m: self.ground.rapier_origin_m() + in_rapier_m,
-                        gap_m: f64::from(point.dist),
-                        frame: frame(normal, along),
-                        on,
-                        on_its_end,
-                    });
-                }
-            }
-        }
-    }
-
-    /// Turns the places that were found on the chassis or on one wheel into contacts.
-    fn touch(&self, reactions: &mut Reactions) {
-        let softness = &self.rapier.integration_parameters.contact_softness;
-        let dt = self.dt_s as Real;
-        let push_out_per_s = f64::from(softness.erp_inv_dt(dt));
-        let softness = 1.0 / f64::from(softness.cfm_factor(dt)) - 1.0;
-        let nearby = std::mem::take(&mut reactions.nearby);
-        for place in &nearby {
-            if nearby.iter().any(|other| place.handed_over_to(other)) {
-                continue;
-            }
-            let axles = &reactions.axles;
-            let of_this = |axle: &Axle| Part::Roller(axle.wheel, axle.roller) == place.part;
-            let known = axles.iter().position(of_this);
-            let rows = (place.frame)
-                .map(|direction| self.row(place, direction, known.unwrap_or(axles.len())));
-            let free = rows.map(|row| {
-                let of_axle =
-                    |(_, axle): (Hub, Axle)| row.axle.map_or(0.0, |(_, c)| c * axle.rate_rad_s);
-                self.of_bodies(&row) + place.on.map_or(0.0, of_axle)
-            });
-            let gap_m = place.gap_m;
-            let approach_m_s = if gap_m > 0.0 {
-                gap_m / self.dt_s
-            } else {
-                gap_m * push_out_per_s
-            };
-            if free[0] + approach_m_s > OPEN_M_S {
-                continue;
-            }
-            if let (None, Some((_, axle))) = (known, place.on) {
-                reactions.axles.push(axle);
-            }
-            let friction = self.ground.friction_at(&place.at_m);
-            let law = Law::Contact {
-                friction,
-                approach_m_s,
-                softness,
-            };
-            let reaction = Reaction {
-                part: place.part,
-                at_m: place.at_m,
-                frame: place.frame,
-                friction,
-                impulse: Vector3::zeros(),
-            };
-            reactions.push(law, reaction, &rows, &free);
-        }
-        reactions.nearby = nearby;
-        reactions.nearby.clear();
+        let state = &self.assembly.wheels[wheel].rollers[roller];
+        let hub = &self.middle.hubs()[wheel];
+        let hub_rate_in_hub = self.middle.hub_rate_in_hub(wheel);
+        Some(Axle {
+            wheel,
+            roller,
+            axis: hub.rotation * state.axis_in_hub,
+            center_m: state.center_m(hub),
+            before_rad_s: state.axial_rate_rad_s,
+            start_rad_s: state.axial_rate_rad_s,
+            rate_rad_s: state.free_rate_rad_s(&hub_rate_in_hub, self.dt_s),
+            response: (!state.seized).then_some(state.response(self.dt_s)),
+        })
     }
 
     /// How the velocity of a place along a direction follows from the robot's rates.
     ///
     /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
     /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
-    fn row(&self, place: &Nearby, direction: Vector3<f64>, axle_index: usize) -> Row {
-        let chassis_m = self.before.floor_from_chassis.translation.vector;
-        let mut turn = (place.at_m - chassis_m).cross(&direction);
+    fn row(
+        &self,
+        place: &Candidate,
+        direction: Vector3<f64>,
+        wheel: Option<usize>,
+        axle: Option<&Axle>,
+    ) -> Row {
+        let mut turn = (place.place_m - self.middle.center_m()).cross(&direction);
         let (mut hub_row, mut axle_row) = (None, None);
-        if let Some((hub, axle)) = &place.on {
-            let mut of_hub = (place.at_m - hub.center_m).cross(&direction);
+        if let (Some(wheel), Some(axle)) = (wheel, axle) {
+            let hub = &self.middle.hubs()[wheel];
+            let mut of_hub = (place.place_m - hub.center_m).cross(&direction);
             if axle.response.is_some() {
-                let share = axle
-                    .axis
-                    .dot(&(place.at_m - axle.center_m).cross(&direction));
+                let lever_m = place.place_m - axle.center_m;
+                let share = axle.axis.dot(&lever_m.cross(&direction));
                 turn -= share * axle.axis;
                 of_hub -= share * axle.axis;
-                axle_row = Some((axle_index, share));
+                axle_row = Some((0, share));
             }
-            hub_row = Some((hub.dof, hub.axis.dot(&of_hub)));
+            let dof = self.assembly.wheels[wheel].hub_dof;
+            hub_row = Some((dof, hub.axis().dot(&of_hub)));
         }
         Row {
             chassis: [
@@ -482,47 +663,4 @@ fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
         .or_else(|| tangent(Vector3::y()))
         .unwrap_or_else(Vector3::z);
     [normal, first, normal.cross(&first)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn nearby(roller: usize, gap_m: f64, on_its_end: bool) -> Nearby {
-        Nearby {
-            part: Part::Roller(0, roller),
-            at_m: Vector3::new(0.0, 0.01 * roller as f64, 0.0),
-            gap_m,
-            frame: frame(Vector3::z(), Vector3::x()),
-            on: None,
-            on_its_end,
-        }
-    }
-
-    /// Whatever two neighbours do at a hand-over, a wheel on a plane keeps at least one contact, and a roller that stands
-    /// on its barrel and not on its end keeps its own.
-    #[test]
-    fn a_hand_over_leaves_a_wheel_one_contact() {
-        for (a_ends, b_ends) in [(true, true), (true, false), (false, true), (false, false)] {
-            for gap_m in [-1e-7, 0.0, 1e-7] {
-                let (a, b) = (nearby(3, gap_m, a_ends), nearby(4, 0.0, b_ends));
-                let gone = [a.handed_over_to(&b), b.handed_over_to(&a)];
-                assert_ne!(gone, [true, true]);
-                assert!(a_ends || !gone[0]);
-                assert!(b_ends || !gone[1]);
-                assert!(!(a_ends && b_ends) || gone[0] != gone[1]);
-            }
-        }
-    }
-
-    /// On a step in the ground both stay: they stand on two planes.
-    #[test]
-    fn rollers_on_two_planes_do_not_hand_over() {
-        let (mut a, b) = (nearby(3, 0.0, true), nearby(4, 0.0, false));
-        a.at_m.z = 1e-3;
-        assert!(!a.handed_over_to(&b));
-        a.at_m.z = 0.0;
-        a.frame = frame(Vector3::new(0.1, 0.0, 1.0).normalize(), Vector3::x());
-        assert!(!a.handed_over_to(&b));
-    }
 }

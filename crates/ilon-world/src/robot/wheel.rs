@@ -5,12 +5,14 @@
 //! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
 //! roller one number instead of a body, a joint and a row of the mass matrix.
 
-use ilon_robot::{Roller, RollerForm, Wheel};
+use ilon_robot::{Barrel, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
+use crate::contact::nearest::PlacedBarrel;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
+use crate::robot::state::HubPose;
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -21,8 +23,10 @@ pub(crate) struct WheelBody {
     pub hub_link: usize,
     /// The wheel's axis among the multibody's degrees of freedom.
     pub hub_dof: usize,
-    /// The colliders through which rollers touch the world.
-    pub slots: Vec<Slot>,
+    /// The colliders of the rollers that have the shapes of their file; barrels have none.
+    pub colliders: Vec<RollerCollider>,
+    /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
+    pub reach_m: f64,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub now, in its frame, in N m.
@@ -38,12 +42,10 @@ pub(crate) struct Borne {
     pub torque_on_hub_n_m: f64,
 }
 
-/// A collider on the hub that stands for one roller at a time.
+/// The collider of a roller that has the shapes of its file.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    /// The exact barrel, or the shapes of the roller's file.
+pub(crate) struct RollerCollider {
     pub collider: ColliderHandle,
-    /// The roller it stands for now.
     pub roller: usize,
 }
 
@@ -54,30 +56,31 @@ pub(crate) struct RollerState {
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
     pub axis_in_hub: Vector3<f64>,
-    /// Angle of its centre about the hub axis, from the hub frame's x axis, in radians.
-    pub place_rad: f64,
+    /// The exact shape; `None` where the roller has the shapes of its file.
+    pub barrel: Option<Barrel>,
+    /// Radius of a ball around its middle that holds it whole, in metres.
+    pub bounding_radius_m: f64,
     /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
     /// stays while nothing but its bearing touches it, however the hub turns.
     pub axial_rate_rad_s: f64,
-    /// Spin against the hub when the step began, in rad/s.
-    pub spin_before_rad_s: f64,
+    /// The mean of that rate over the last step, if the ground touched it, in rad/s.
+    pub mean_rate_rad_s: f64,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
+    /// Whether the ground pressed on it in the last step.
+    pub pressed: bool,
+    /// What it still takes to bring it up to its spin since it came down, in J.
+    pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// Whether the shape that touches the world is the exact barrel, which looks the same at any angle.
-    pub round: bool,
     /// Inertia about its axis, in kg m^2.
     axial_inertia_kg_m2: f64,
     /// Bearing damping, in N m s/rad.
     damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
     pub friction_n_m: f64,
-    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's
-    /// damping acts with the rate after the step.
-    pub response: f64,
-    /// What damping leaves of its spin in a step in the air.
-    damping_leaves: f64,
+    /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
+    damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,
 }
@@ -99,25 +102,38 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
 }
 
 impl RollerState {
-    /// A roller at rest, for steps of `dt_s`.
-    pub fn new(roller: &Roller, dt_s: f64) -> Self {
+    /// A roller of a wheel at rest.
+    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
+        let barrel = match &roller.form {
+            RollerForm::AsModelled(_) => None,
+            _ => Some(wheel.barrel(roller)),
+        };
         let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
         Self {
             hub_from_roller: roller.hub_from_roller(),
             axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            place_rad: roller.place_rad(),
+            bounding_radius_m: barrel.as_ref().map_or(
+                0.5 * roller.length_m + roller.radius_m,
+                PlacedBarrel::bounding_radius_m,
+            ),
+            barrel,
             axial_rate_rad_s: 0.0,
-            spin_before_rad_s: 0.0,
+            mean_rate_rad_s: 0.0,
             touched: false,
+            pressed: false,
+            spin_up_left_j: 0.0,
             angle_rad: 0.0,
-            round: !matches!(roller.form, RollerForm::AsModelled(_)),
             axial_inertia_kg_m2: inertia,
             damping_n_m_s: damping,
             friction_n_m: roller.joint.friction_n_m,
-            response: 1.0 / (inertia + damping * dt_s),
-            damping_leaves: libm::exp(-damping / inertia * dt_s),
+            damping_leaves: (1.0, 0.0),
             seized: false,
         }
+    }
+
+    /// The roller's middle on a hub, in the floor's frame, in metres.
+    pub fn center_m(&self, hub: &HubPose) -> Vector3<f64> {
+        hub.place_m(&self.hub_from_roller.translation.vector)
     }
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
@@ -139,6 +155,12 @@ impl RollerState {
         self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
     }
 
+    /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
+    /// missing.
+    pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
+        0.5 * self.axial_inertia_kg_m2 * missing_rad_s * missing_rad_s
+    }
+
     /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s. That of a seized roller is its hub's.
     pub fn momentum_in_hub(&self) -> Vector3<f64> {
         if self.seized {
@@ -152,16 +174,31 @@ impl RollerState {
     pub fn free_rate_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         let carried = self.carried_rad_s(hub_rate_in_hub_rad_s);
         let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
-        (momentum + self.damping_n_m_s * dt_s * carried) * self.response
+        (momentum + self.damping_n_m_s * dt_s * carried) * self.response(dt_s)
+    }
+
+    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's damping
+    /// acts with the rate after the step.
+    pub fn response(&self, dt_s: f64) -> f64 {
+        1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
     }
 
     /// What damping did to a roller that the ground has just turned: as [`RollerState::free_rate_rad_s`] has it. Its work
-    /// goes with the mean spin. Dry friction is among the reactions then.
-    pub fn bear(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
-        let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let torque_n_m = self.damping_n_m_s * spin;
+    /// goes with the mean spin, for which the hub's mean rate is given. Dry friction is among the reactions then.
+    pub fn bear(
+        &self,
+        hub_rate_in_hub_rad_s: &Vector3<f64>,
+        hub_mean_in_hub_rad_s: &Vector3<f64>,
+        dt_s: f64,
+    ) -> Borne {
+        let torque_n_m = self.damping_n_m_s * self.spin_rad_s(hub_rate_in_hub_rad_s);
+        let mean = if self.seized {
+            0.0
+        } else {
+            self.mean_rate_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s)
+        };
         Borne {
-            lost_j: torque_n_m * 0.5 * (self.spin_before_rad_s + spin) * dt_s,
+            lost_j: torque_n_m * mean * dt_s,
             torque_on_hub_n_m: torque_n_m,
         }
     }
@@ -174,7 +211,10 @@ impl RollerState {
     pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
         let inertia = self.axial_inertia_kg_m2;
         let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let damped = spin * self.damping_leaves;
+        if self.damping_leaves.1 != dt_s {
+            self.damping_leaves = (libm::exp(-self.damping_n_m_s / inertia * dt_s), dt_s);
+        }
+        let damped = spin * self.damping_leaves.0;
         let stopping = self.friction_n_m / inertia * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
         self.axial_rate_rad_s = slowed + self.carried_rad_s(hub_rate_in_hub_rad_s);
@@ -217,12 +257,13 @@ fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties 
     )
 }
 
-/// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller of its window.
+/// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller that has the
+/// shapes of its file.
 pub(crate) fn insert(
     rapier: &mut PhysicsWorld,
     wheel: &Wheel,
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
-    (rollers, window): (&[RollerState], &[usize]),
+    rollers: &[RollerState],
 ) -> WheelBody {
     let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
     let hub = rapier.bodies.insert(
@@ -232,45 +273,36 @@ pub(crate) fn insert(
             .additional_mass_properties(hub_mass_properties(wheel, rollers)),
     );
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
-    let mut body = WheelBody {
+    let mut colliders = Vec::new();
+    for (roller, state) in rollers.iter().enumerate() {
+        if state.barrel.is_some() {
+            continue;
+        }
+        let shape = shape_of_roller(wheel, &wheel.rollers[roller])
+            .expect("the shapes are checked before the robot is built");
+        let collider = ColliderBuilder::new(shape)
+            .position(convert::pose(&state.hub_from_roller))
+            .density(0.0)
+            .collision_groups(crate::engine::groups::ROLLER)
+            .solver_groups(InteractionGroups::none());
+        let collider = rapier.insert_collider(collider, Some(hub));
+        colliders.push(RollerCollider { collider, roller });
+    }
+    let reach_m = |roller: &RollerState| {
+        roller.hub_from_roller.translation.vector.norm() + roller.bounding_radius_m
+    };
+    WheelBody {
         hub,
-        slots: Vec::with_capacity(rollers.len()),
         hub_link: 0,
         hub_dof: 0,
+        colliders,
+        reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         rollers: rollers.to_vec(),
         bearing_torque_in_hub_n_m: Vector3::zeros(),
-    };
-    body.set_window(rapier, wheel, window);
-    body
+    }
 }
 
 impl WheelBody {
-    /// Lets a collider stand for each of the rollers named, and for no other.
-    pub fn set_window(&mut self, rapier: &mut PhysicsWorld, wheel: &Wheel, window: &[usize]) {
-        for slot in self.slots.drain(window.len().min(self.slots.len())..) {
-            rapier.remove_collider(slot.collider);
-        }
-        for (place, &roller) in window.iter().enumerate() {
-            let hub_from_roller = convert::pose(&self.rollers[roller].hub_from_roller);
-            if let Some(slot) = self.slots.get_mut(place) {
-                if slot.roller != roller {
-                    slot.roller = roller;
-                    rapier.colliders[slot.collider].set_position_wrt_parent(hub_from_roller);
-                }
-                continue;
-            }
-            let shape = shape_of_roller(wheel, &wheel.rollers[roller])
-                .expect("the shapes are checked before the robot is built");
-            let collider = ColliderBuilder::new(shape)
-                .position(hub_from_roller)
-                .density(0.0)
-                .collision_groups(crate::engine::groups::ROLLER)
-                .solver_groups(InteractionGroups::none());
-            let collider = rapier.insert_collider(collider, Some(self.hub));
-            self.slots.push(Slot { collider, roller });
-        }
-    }
-
     /// What the rollers put on the hub, in its frame, in N m: their bearings' torques, and what it takes to turn the axes
     /// of flywheels along with it, -W x (I w d), which takes no work.
     pub fn torque_of_rollers_in_hub(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> Vector3<f64> {
@@ -278,15 +310,13 @@ impl WheelBody {
         self.bearing_torque_in_hub_n_m - hub_rate_in_hub_rad_s.cross(&momentum)
     }
 
-    /// Turns the colliders of rollers that are not round to where the rollers are.
+    /// Turns the colliders of rollers with the shapes of their file to where the rollers are.
     pub fn turn_rollers(&self, rapier: &mut PhysicsWorld) {
-        for slot in &self.slots {
-            let roller = &self.rollers[slot.roller];
-            if !roller.round {
-                let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
-                let pose = convert::pose(&(roller.hub_from_roller * turned));
-                rapier.colliders[slot.collider].set_position_wrt_parent(pose);
-            }
+        for RollerCollider { collider, roller } in &self.colliders {
+            let roller = &self.rollers[*roller];
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
+            let pose = convert::pose(&(roller.hub_from_roller * turned));
+            rapier.colliders[*collider].set_position_wrt_parent(pose);
         }
     }
 }

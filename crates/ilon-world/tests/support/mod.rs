@@ -288,7 +288,11 @@ pub fn drive(
                 kp * e + integral[i]
             })
             .collect();
-        world.apply_with_droop(&torques, &vec![kp; n]);
+        let motors: Vec<_> = torques
+            .iter()
+            .map(|t| MotorTorque::with_droop(*t, kp))
+            .collect();
+        world.drive(&motors);
         world.step();
         let b = world.body();
         if (t - 0.5).abs() < 0.5 * dt {

@@ -18,7 +18,7 @@ use std::convert::Infallible;
 use ilon_control::{ContactKinematics, Feasibility, Kinematics};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Header, Recorded, Recording, Summary, Trace, TraceError};
-use ilon_world::World;
+use ilon_world::{MotorTorque, World};
 
 pub use pilot::{Controller, TwistProfile, WheelCommand};
 pub use sensors::Seen;
@@ -75,8 +75,7 @@ pub struct Simulation {
     drive: Drive,
     faults: Faults,
     disturbances: Disturbances,
-    torques_n_m: Vec<f64>,
-    droops_n_m_s: Vec<f64>,
+    motors: Vec<MotorTorque>,
     recorder: Recorder,
     warnings: Vec<String>,
 }
@@ -123,7 +122,10 @@ impl Simulation {
         let model = drive::dynamic_model(robot)?;
         let physics_dt_s = match scenario.run.physics_dt_s {
             Step::Seconds(dt_s) => dt_s,
-            Step::Auto(_) => tuning::physics_dt_s(&scenario, robot, &model),
+            Step::Auto(_) => {
+                (scenario.world.solver.split_dt_s).get_or_insert(tuning::SPLIT_DT_S);
+                tuning::physics_dt_s(&scenario, robot, &model)
+            }
         };
         scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
         let clock = Clock::new(&scenario.run, physics_dt_s);
@@ -194,8 +196,7 @@ impl Simulation {
             drive,
             faults: Faults::new(&faults, robot)?,
             disturbances,
-            torques_n_m: vec![0.0; robot.wheels.len()],
-            droops_n_m_s: vec![0.0; robot.wheels.len()],
+            motors: vec![MotorTorque::constant(0.0); robot.wheels.len()],
             recorder,
             warnings,
         })
@@ -212,21 +213,17 @@ impl Simulation {
         if control_is_due {
             self.pilot.decide(t_s, seen);
         }
-        let (torques_n_m, droops_n_m_s) = self.drive.torques(
+        let torques = self.drive.torques(
             self.pilot.targets(),
             &seen.wheel_rates_rad_s,
             self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
-        self.torques_n_m.copy_from_slice(torques_n_m);
-        self.droops_n_m_s.copy_from_slice(droops_n_m_s);
-        self.faults.spoil_torques(t_s, &mut self.torques_n_m);
-        for (droop, (spoiled, given)) in
-            (self.droops_n_m_s.iter_mut()).zip(self.torques_n_m.iter().zip(torques_n_m))
-        {
-            // A motor that does not do what its loop asks has no loop.
-            if spoiled != given {
-                *droop = 0.0;
+        self.motors.copy_from_slice(torques);
+        for (wheel, motor) in self.motors.iter_mut().enumerate() {
+            // A lost motor has no loop either.
+            if self.faults.motor_is_lost(t_s, wheel) {
+                *motor = MotorTorque::constant(0.0);
             }
         }
         if control_is_due {
@@ -234,22 +231,14 @@ impl Simulation {
         }
         if self.clock.record_is_due() {
             let shares = self.drive.shares();
-            self.recorder.record(
-                t_s,
-                &self.world,
-                seen,
-                &self.pilot,
-                &self.torques_n_m,
-                shares,
-            );
+            self.recorder
+                .record(t_s, &self.world, seen, &self.pilot, shares);
         }
         self.disturbances
             .act(t_s, self.clock.physics_dt_s(), &mut self.world);
-        self.world
-            .apply_with_droop(&self.torques_n_m, &self.droops_n_m_s);
+        self.world.drive(&self.motors);
         self.world.step();
-        self.recorder
-            .count_losses(&self.world, self.clock.physics_dt_s());
+        self.recorder.count(&self.world, self.clock.physics_dt_s());
         self.clock.tick();
     }
 
@@ -382,13 +371,14 @@ fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Set
     };
     ilon_world::Settings {
         dt_s: physics_dt_s,
+        split_dt_s: solver.split_dt_s,
         roller_bodies,
-        contact_frequency_hz: *solver
-            .contact_frequency_hz
-            .get_or_insert(defaults.contact_frequency_hz),
-        contact_damping_ratio: *solver
-            .contact_damping_ratio
-            .get_or_insert(defaults.contact_damping_ratio),
+        contact_stiffness_n_m: *solver
+            .contact_stiffness_n_m
+            .get_or_insert(defaults.contact_stiffness_n_m),
+        contact_relaxation_s: *solver
+            .contact_relaxation_s
+            .get_or_insert(defaults.contact_relaxation_s),
         gravity_m_s2: world.gravity_m_s2,
         ..defaults
     }

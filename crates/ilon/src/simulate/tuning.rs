@@ -15,6 +15,10 @@ const STEPS_PER_PASSAGE: f64 = 6.0;
 /// The shortest step that a sampled wheel loop is given for its bandwidth, in seconds; below, its gains give way.
 const SHORTEST_FOR_LOOP_S: f64 = 1.0 / 2000.0;
 
+/// The parts in which a step is taken while a roller is about to slide, in seconds: what a fast turn on the edge of its grip
+/// loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
+pub(super) const SPLIT_DT_S: f64 = 1e-4;
+
 /// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers and the
 /// wheel loop, shortened to divide the control period.
 pub(super) fn physics_dt_s(scenario: &Scenario, robot: &Robot, model: &DynamicModel) -> f64 {
