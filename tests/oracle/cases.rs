@@ -134,9 +134,9 @@ pub fn table() -> Vec<Case> {
         ),
         hard_start_diagonal(),
         start(
-            "hard start to 5 rad/s in 0.25 s, mu 0.3",
+            "hard start to 5 rad/s in 0.1 s, mu 0.3",
             twist(0.0, 0.0, 5.0),
-            0.25,
+            0.1,
             0.3,
             1.5,
         ),

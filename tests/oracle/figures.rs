@@ -35,6 +35,8 @@ fn loads_of(course: &Course) -> [f64; 4] {
 #[test]
 #[ignore = "prints the wheel loads of docs/oracle.md; a minute with --release"]
 fn wheel_loads_in_steady_drives() {
+    println!("\n| drive | engine | mean N | standard deviation N | lowest and highest N |");
+    println!("|---|---|---|---|---|");
     for (name, robot, end) in [
         ("D1 ahead 0.3 m/s", "mecanum4", twist(0.3, 0.0, 0.0)),
         ("D2 sideways 0.3 m/s", "mecanum4", twist(0.0, 0.3, 0.0)),
@@ -53,6 +55,8 @@ fn wheel_loads_in_steady_drives() {
 #[ignore = "prints the fast turn of docs/oracle.md; a minute with --release"]
 fn heat_in_a_fast_turn() {
     let case = steady("1 m/s with 3 rad/s", "mecanum4", twist(1.0, 0.0, 3.0));
+    println!("\n| engine | sliding J | other J | sliding, last 3 s | other, last 3 s | drives J |");
+    println!("|---|---|---|---|---|---|");
     for (engine, course) in all(&case) {
         let (end, held) = (course.end().sums, course.at(2.5).sums);
         println!(
@@ -83,6 +87,8 @@ fn hand_overs(case: &Case, from: &Row, to: &Row) -> f64 {
 #[test]
 #[ignore = "prints the hand-overs of docs/oracle.md; a minute with --release"]
 fn energy_lost_while_coasting() {
+    println!("\n| coasting | engine | kinetic mJ | sliding mJ | other mJ | hand-overs | mJ each |");
+    println!("|---|---|---|---|---|---|---|");
     for (name, from) in [
         ("ahead 0.5 m/s", twist(0.5, 0.0, 0.0)),
         ("sideways 0.5 m/s", twist(0.0, 0.5, 0.0)),

@@ -5,16 +5,17 @@ use crate::course::Course;
 use crate::engines::{Springs, on_springs};
 use crate::limit;
 
+/// Where a course ends: x and y in mm where it moves, the heading where it turns.
 fn end(course: &Course) -> String {
     let end = course.end();
-    let (x, y, heading) = (
-        1e3 * end.position_m.x,
-        1e3 * end.position_m.y,
-        end.heading_rad.to_degrees(),
+    // Adding zero turns -0 into 0.
+    let tenths = |value: f64| (10.0 * value).round() / 10.0 + 0.0;
+    let (x, y) = (
+        tenths(1e3 * end.position_m.x),
+        tenths(1e3 * end.position_m.y),
     );
-    let turned = heading.abs() > 0.1;
-    let moved = end.position_m.norm() > 1e-3;
-    match (moved, turned) {
+    let heading = end.heading_rad.to_degrees();
+    match (end.position_m.norm() > 1e-3, heading.abs() > 0.1) {
         (true, true) => format!("{x:.1}, {y:.1}, {heading:.2}°"),
         (true, false) => format!("{x:.1}, {y:.1}"),
         _ => format!("{heading:.2}°"),
@@ -25,7 +26,8 @@ fn end(course: &Course) -> String {
 #[ignore = "prints the table of docs/oracle.md; minutes with --release"]
 fn transients_and_coasting() {
     println!(
-        "| case | ilon, 0.25 ms | oracle, 2e6 N/m | oracle, rigid limit | apart mm | of the way | expected mm | heat of sliding J | sliding from, until s |"
+        "\n| case | ilon, 0.25 ms | oracle, 2e6 N/m | oracle, rigid limit | apart mm | of the way | expected mm \
+         | heat of sliding J | longest slide from, until s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for case in cases::table() {

@@ -5,7 +5,7 @@ use crate::cases;
 use crate::limit;
 
 /// Holds that ilon's course is the oracle's rigid limit to within what is known of both, and that this says something: less than
-/// 0.3 % of the way. The long slide of each case begins and ends in the same ticks of 5 ms or in neighbouring ones, and has the
+/// 0.4 % of the way. The long slide of each case begins and ends in the same ticks of 5 ms or in neighbouring ones, and has the
 /// same heat.
 fn agree(case: &Case) {
     let (ilon, oracle) = (limit::ilon(case, 5e-4), limit::rigid(case));
@@ -22,7 +22,7 @@ fn agree(case: &Case) {
         1e3 * oracle.within_m,
     );
     assert!(
-        within_m < 3e-3 * way_m,
+        within_m < 4e-3 * way_m,
         "nothing is known within {within_m} m"
     );
     assert!(apart_m < within_m);
@@ -50,7 +50,7 @@ fn a_robot_on_three_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
 }
 
 #[test]
-#[ignore = "1.2 % apart as long as redundant contacts share loads by their own response and not evenly"]
+#[ignore = "1.1 % apart as long as redundant contacts share loads by their own response and not evenly"]
 fn a_robot_on_four_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
     agree(&cases::push_mecanum());
 }

@@ -170,11 +170,19 @@ impl Engine {
     }
 
     /// Drives a wheel so from the next step on.
+    ///
+    /// # Panics
+    ///
+    /// Where the robot has no such wheel.
     pub fn drive(&mut self, wheel: usize, drive: Drive) {
         self.drives[wheel] = drive;
     }
 
-    /// Holds a roller fast on its hub, or frees it, from the next step on.
+    /// Holds a roller fast on its hub, or frees it, from the next step on. Rollers are counted over all wheels.
+    ///
+    /// # Panics
+    ///
+    /// Where the robot has no such roller.
     pub fn seize_roller(&mut self, roller: usize, seized: bool) {
         self.seized[roller] = seized;
     }

@@ -16,7 +16,7 @@ pub enum Drive {
         target_rad_s: f64,
         /// k, in N m s/rad.
         gain_n_m_s: f64,
-        /// Largest torque in N m; may be infinite.
+        /// Largest torque in N m, 0 or more; may be infinite.
         limit_n_m: f64,
     },
     /// It stands still against the chassis, whatever torque that takes.
@@ -33,7 +33,11 @@ impl Drive {
                 target_rad_s,
                 gain_n_m_s,
                 limit_n_m,
-            } => Some((gain_n_m_s * (target_rad_s - rate_rad_s)).clamp(-limit_n_m, limit_n_m)),
+            } => Some(
+                (gain_n_m_s * (target_rad_s - rate_rad_s))
+                    .min(limit_n_m)
+                    .max(-limit_n_m),
+            ),
             Self::Locked => None,
         }
     }

@@ -52,15 +52,18 @@ pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(
         .fold(0.0, f64::max);
     let springs =
         limits.map(|(of, k, c, w)| (of, ((c * c * w * w + k * w).sqrt() - c * w) / (k * w)));
-    for (of, longest_s) in springs.into_iter().chain([("bearings", 0.5 / damped)]) {
-        let step_s = settings.step_s;
-        if step_s > longest_s {
-            return Err(OracleError::StepTooLong {
-                step_s,
-                of,
-                longest_s,
-            });
-        }
+    let step_s = settings.step_s;
+    let (of, longest_s) =
+        springs.into_iter().fold(
+            ("bearings", 0.5 / damped),
+            |a, b| if b.1 < a.1 { b } else { a },
+        );
+    if step_s > longest_s {
+        return Err(OracleError::StepTooLong {
+            step_s,
+            of,
+            longest_s,
+        });
     }
     Ok(())
 }
