@@ -364,7 +364,7 @@ impl ArrowSystem {
     }
 }
 
-/// Momenta and kinetic energy, summed body by body: no matrix of [`ArrowSystem`] enters.
+/// Momenta and kinetic energy, summed body by body: no mass matrix enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Kinetic energy of all bodies, in J.
