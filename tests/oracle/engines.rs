@@ -2,7 +2,7 @@
 
 use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Push};
 use ilon_robot::Pose;
-use ilon_world::{Floor, RollerBodies, World};
+use ilon_world::{Floor, MotorTorque, RollerBodies, World};
 use nalgebra::Vector2;
 
 use crate::case::{Case, GAIN_N_M_S, TICK_S};
@@ -100,7 +100,7 @@ fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
 const LOCK_N_M: f64 = 6.0;
 
 /// ilon's course, its settings the default ones but for these.
-pub fn in_ilon(case: &Case, step_s: f64, contact_frequency_hz: Option<f64>) -> Course {
+pub fn in_ilon(case: &Case, step_s: f64, contact_stiffness_n_m: Option<f64>) -> Course {
     let steps = (TICK_S / step_s).ceil();
     let mut robot = case.robot.clone();
     if let Some(wheel) = case.locked_wheel {
@@ -114,7 +114,7 @@ pub fn in_ilon(case: &Case, step_s: f64, contact_frequency_hz: Option<f64>) -> C
     let settings = ilon_world::Settings {
         dt_s: TICK_S / steps,
         roller_bodies: RollerBodies::Near,
-        contact_frequency_hz: contact_frequency_hz.unwrap_or(default.contact_frequency_hz),
+        contact_stiffness_n_m: contact_stiffness_n_m.unwrap_or(default.contact_stiffness_n_m),
         ..default
     };
     let start = Pose::default();
@@ -146,14 +146,14 @@ pub fn in_ilon(case: &Case, step_s: f64, contact_frequency_hz: Option<f64>) -> C
 fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
     let Some(targets) = targets else { return };
     let rates = world.wheel_rates_rad_s().iter().zip(targets).enumerate();
-    let (torques, gains): (Vec<f64>, Vec<f64>) = rates
+    let motors: Vec<MotorTorque> = rates
         .map(|(wheel, (rate, target))| {
             let locked = case.locked_wheel == Some(wheel);
             let gain = if locked { 0.0 } else { GAIN_N_M_S };
-            (gain * (target - rate), gain)
+            MotorTorque::with_droop(gain * (target - rate), gain)
         })
-        .unzip();
-    world.apply_with_droop(&torques, &gains);
+        .collect();
+    world.drive(&motors);
 }
 
 fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
@@ -170,7 +170,7 @@ fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
         loads_n,
         wheels_rad: world.wheel_angles_rad().to_vec(),
         sums: Sums {
-            slip_j: world.slip_energy_j(),
+            slip_j: world.slip_energy_j() + world.spin_up_energy_j(),
             other_j: world.impact_energy_j(),
             drives_j: world.motor_energy_j(),
             bearings_j: world.bearing_energy_j(),

@@ -8,8 +8,8 @@
 //! is then nearer. So the limit is known to within that distance at worst.
 //!
 //! **ilon** has two numerical settings. Its error falls with the step, measured with an order of 0.6 to 1.1: what is left after
-//! halving is at most 1 / (2^0.6 - 1) = 1.94 of what halving changed. The frequency of its contacts' springs should not matter:
-//! what halving it changes is uncertain.
+//! halving is at most 1 / (2^0.6 - 1) = 1.94 of what halving changed. The stiffness of its contacts should not matter: what halving
+//! it changes is uncertain.
 
 use crate::case::Case;
 use crate::course::Course;
@@ -33,12 +33,12 @@ pub fn rigid(case: &Case) -> Known {
     Known { course, within_m }
 }
 
-/// ilon with half of `step_s`, at its usual contact frequency.
+/// ilon with half of `step_s`, at its usual contact stiffness.
 pub fn ilon(case: &Case, step_s: f64) -> Known {
-    let usual_hz = ilon_world::Settings::default().contact_frequency_hz;
+    let usual_n_m = ilon_world::Settings::default().contact_stiffness_n_m;
     let coarse = in_ilon(case, step_s, None);
     let course = in_ilon(case, 0.5 * step_s, None);
-    let softer = in_ilon(case, 0.5 * step_s, Some(0.5 * usual_hz));
+    let softer = in_ilon(case, 0.5 * step_s, Some(0.5 * usual_n_m));
     let arm_m = case.arm_m();
     let left = 1.0 / (2.0_f64.powf(0.6) - 1.0);
     let within_m = left * course.worst_m(&coarse, arm_m) + course.worst_m(&softer, arm_m);

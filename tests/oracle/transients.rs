@@ -50,7 +50,6 @@ fn a_robot_on_three_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
 }
 
 #[test]
-#[ignore = "1.1 % apart as long as redundant contacts share loads by their own response and not evenly"]
 fn a_robot_on_four_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
     agree(&cases::push_mecanum());
 }
