@@ -33,6 +33,14 @@ impl Pose {
             heading_rad: wrap_angle(self.heading_rad + turn_rad),
         }
     }
+
+    /// The displacement in the body frame that takes this pose to another, metres and radians, by the shorter way round: the
+    /// inverse of [`Pose::moved`].
+    pub fn displacement_to(&self, other: &Self) -> Twist {
+        let turn_rad = wrap_angle(other.heading_rad - self.heading_rad);
+        Twist::new(other.x_m - self.x_m, other.y_m - self.y_m, turn_rad)
+            .rotated(-self.heading_rad - 0.5 * turn_rad)
+    }
 }
 
 /// Velocity of the robot in the ground plane: the paper's (v_c, omega).
@@ -135,5 +143,23 @@ mod tests {
         let left = Twist::new(1.0, 0.0, 0.5).rotated(std::f64::consts::FRAC_PI_2);
         assert!((left.vx_m_s).abs() < 1e-15 && (left.vy_m_s - 1.0).abs() < 1e-15);
         assert_eq!(left.omega_rad_s, 0.5);
+    }
+
+    #[test]
+    fn a_displacement_between_poses_takes_the_one_to_the_other_also_across_the_cut() {
+        let pose = |x_m, y_m, heading_rad| Pose {
+            x_m,
+            y_m,
+            heading_rad,
+        };
+        for (from, to) in [
+            (pose(1.0, -2.0, 3.0), pose(0.5, 0.7, -3.0)),
+            (pose(0.0, 0.0, 0.1), pose(0.3, 0.0, 0.1)),
+        ] {
+            let there = from.moved(from.displacement_to(&to));
+            // Rotations by an angle and back: some roundings of numbers of a few units.
+            let off = (there.position_m() - to.position_m()).norm();
+            assert!(off < 1e-14 && wrap_angle(there.heading_rad - to.heading_rad).abs() < 1e-14);
+        }
     }
 }

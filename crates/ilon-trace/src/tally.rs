@@ -1,6 +1,6 @@
 //! The figures of a run as they grow, row by row.
 
-use ilon_robot::{Twist, wrap_angle};
+use ilon_robot::{Pose, Twist, wrap_angle};
 
 use crate::fold::{Largest, Mean, Rms};
 use crate::ledger::Ledger;
@@ -111,6 +111,8 @@ struct Tally {
     reckoning: odometry::Tally,
     ledger: Ledger,
     residual_m_s: Largest,
+    /// The pose of the last row within the window of the means.
+    measured: Option<Pose>,
     first: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelTally>,
@@ -135,6 +137,7 @@ impl Tally {
             reckoning: odometry::Tally::default(),
             ledger: Ledger::default(),
             residual_m_s: Largest::default(),
+            measured: None,
             first: None,
             last: None,
             wheels: WheelTally::of_each(header),
@@ -167,7 +170,12 @@ impl Tally {
             self.saturated.add(f64::from(u8::from(gives_way)));
         }
         if header.is_measured(record.t_s) {
-            self.twist.add(record.truth.twist_in_body);
+            // What the robot moved by since the last row, and not how it moves now: rollers that hand over between two rows
+            // change its velocity.
+            if let Some(before) = self.measured.replace(record.truth.pose) {
+                let moved = before.displacement_to(&record.truth.pose);
+                self.twist.add(moved.scaled(1.0 / header.control_dt_s));
+            }
             self.twist_ideal.add(record.twist_ideal);
             self.twist_contact.add(record.twist_contact);
             let v = record.twist_ideal;

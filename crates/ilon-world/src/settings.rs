@@ -16,9 +16,9 @@ pub enum RollerBodies {
 pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
     pub dt_s: f64,
-    /// Steps in which a roller is about to slide, or has just begun to, are taken in parts of about this length, in
-    /// seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes over, and what that
-    /// costs, is decided within milliseconds.
+    /// Steps in which a roller uses more than half of its grip and holds, or has just begun to slide, are taken in parts of
+    /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
+    /// over, and what that costs, is decided within milliseconds.
     pub split_dt_s: Option<f64>,
     /// Which rollers are looked at for contact.
     pub roller_bodies: RollerBodies,

@@ -4,6 +4,8 @@ mod disturbance;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::TAU;
+
 use ilon_robot::{
     MassProperties as RobotMass, Pose as PlanarPose, Robot, RollerForm, Twist, Wheel,
 };
@@ -49,6 +51,8 @@ pub struct World {
     middle: State,
     /// Where the rates of the last step's beginning would have taken it by its end.
     ahead: State,
+    /// Whether the last step was short enough to see rollers pass.
+    sees_rollers_pass: bool,
     contacts: Vec<WheelContact>,
     /// What the motors do in the coming step.
     motors: Vec<MotorTorque>,
@@ -151,6 +155,7 @@ impl World {
             before: state.clone(),
             middle: state.clone(),
             ahead: state.clone(),
+            sees_rollers_pass: true,
             state,
             contacts: vec![WheelContact::default(); robot.wheels.len()],
             motors: vec![MotorTorque::constant(0.0); robot.wheels.len()],
@@ -247,11 +252,12 @@ impl World {
         self.before.copy_from(&self.state);
         self.middle.copy_from(&self.state);
         self.middle.advance(half_s);
+        self.sees_rollers_pass = self.rollers_pass_in_steps(dt_s);
         self.ahead.copy_from(&self.middle);
         self.ahead.advance(half_s);
         self.rapier.integration_parameters.dt = dt_s as Real;
         self.pose_rapier();
-        self.hand_over_torques();
+        self.hand_over_torques(dt_s);
         self.begin_pushes();
         self.rapier.step();
         self.react(dt_s);
@@ -405,10 +411,10 @@ impl World {
     }
 
     /// Hands rapier the motors' torques, and what the rollers put on the hubs.
-    fn hand_over_torques(&mut self) {
+    fn hand_over_torques(&mut self, dt_s: f64) {
         let mut reaction = Vector3::zeros();
         for (index, motor) in self.motors.iter().enumerate() {
-            let wheel = &self.assembly.wheels[index];
+            let wheel = &mut self.assembly.wheels[index];
             let floor_from_hub = &self.middle.hubs()[index].rotation;
             let hub_rate_in_hub = self.middle.hub_rate_in_hub(index);
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
@@ -416,7 +422,7 @@ impl World {
             let torque = floor_from_hub * Vector3::z() * (motor.torque_n_m + undamped_n_m);
             let hub = &mut self.rapier.bodies[wheel.hub];
             hub.reset_torques(false);
-            let rollers = floor_from_hub * wheel.torque_of_rollers_in_hub(&hub_rate_in_hub);
+            let rollers = floor_from_hub * wheel.begin_step(&hub_rate_in_hub, dt_s);
             hub.add_torque(convert::vector(&(torque + rollers)), false);
             reaction -= torque;
         }
@@ -451,6 +457,7 @@ impl World {
             before: &self.before,
             middle: &self.middle,
             ahead: &self.ahead,
+            sees_rollers_pass: self.sees_rollers_pass,
             rates_before: &self.rates_before,
             rates_free: &self.rates_free,
             motors: &self.motors,
@@ -482,13 +489,27 @@ impl World {
         }
     }
 
+    /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
+    ///
+    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean motion is better then if
+    /// each contact stays as it is in the middle of the step, and the robot moves on as that lets it: of many steps the middles
+    /// fall anywhere on the rollers, each place as often as it is passed.
+    fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
+        /// Steps that a roller's passage takes at least.
+        const STEPS: f64 = 6.0;
+        let rates = self.state.wheel_rates_rad_s.iter();
+        rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
+            STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
+        })
+    }
+
     /// Moves the poses to the end of the step.
     ///
     /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
     /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
     fn move_on(&mut self, dt_s: f64) {
         self.state.advance_with(&self.middle, dt_s);
-        if self.reactions.sinks_m(dt_s) > SINKS_M {
+        if !self.sees_rollers_pass || self.reactions.sinks_m(dt_s) > SINKS_M {
             let with_mean_j = self.potential_j();
             self.state.take_poses(&self.before);
             self.state.advance(dt_s);
@@ -558,26 +579,12 @@ impl World {
     }
 
     /// Lets the bearings act on rollers that nothing touched, and sums what damping and dry friction took out of all of
-    /// them. Damping acts with the rate after the step, with which it is solved; all work goes with the mean rate.
+    /// them. All work goes with the mean rates.
     fn run_bearings(&mut self, dt_s: f64) {
         let mut lost_j = 0.0;
-        for (index, (body, wheel)) in (self.assembly.wheels.iter_mut())
-            .zip(&self.robot.wheels)
-            .enumerate()
-        {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            let hub_mean_in_hub = self.middle.hub_rate_in_hub(index);
-            body.bearing_torque_in_hub_n_m = Vector3::zeros();
-            for roller in &mut body.rollers {
-                let borne = if roller.touched {
-                    roller.bear(&hub_rate_in_hub, &hub_mean_in_hub, dt_s)
-                } else {
-                    roller.coast(&hub_rate_in_hub, dt_s)
-                };
-                lost_j += borne.lost_j;
-                body.bearing_torque_in_hub_n_m += borne.torque_on_hub_n_m * roller.axis_in_hub;
-                roller.angle_rad += roller.spin_rad_s(&hub_rate_in_hub) * dt_s;
-            }
+        let wheels = self.assembly.wheels.iter_mut().zip(&self.robot.wheels);
+        for (index, (body, wheel)) in wheels.enumerate() {
+            lost_j += body.end_step(&self.middle.hub_rate_in_hub(index), dt_s);
             let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
             lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
         }

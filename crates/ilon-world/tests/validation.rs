@@ -624,8 +624,8 @@ fn the_laws_of_contact_hold_in_every_step() {
 
 /// Every joule of the motors is stored, slid away, rubbed away in a bearing, or lost where a roller lands.
 ///
-/// The work of every impulse is counted exactly for a constant inertia; what is left comes from the robot's turning on
-/// during a step and from f32.
+/// The work of every impulse is counted exactly for a constant inertia; what is left comes from how a roller turns on during
+/// the step in which it comes down, and from f32.
 #[test]
 fn the_energy_balance_closes() {
     let kerb = Floor {
@@ -655,7 +655,7 @@ fn the_energy_balance_closes() {
             (mecanum4(), Twist::new(0.0, 0.3, 0.0)),
             (volksbot(), Twist::new(0.2, 0.2, 0.5)),
         ] {
-            for settings in [all(500.0), near(500.0), near(60.0)] {
+            for settings in [all(500.0), near(500.0), near(250.0), near(60.0)] {
                 let mut rig = Rig::new(&robot, &floor, 0.3, &settings);
                 if settings.dt_s > 0.01 {
                     // Over edges a robot turns and falls by too much in so long a step.
@@ -673,6 +673,7 @@ fn the_energy_balance_closes() {
                         -stored.kinetic_j,
                         -stored.potential_j,
                         -world.slip_energy_j(),
+                        -world.spin_up_energy_j(),
                         -world.bearing_energy_j(),
                         -world.impact_energy_j(),
                     ]
@@ -685,12 +686,17 @@ fn the_energy_balance_closes() {
                 let turnover_j: f64 = 0.5 * terms.iter().map(|j| j.abs()).sum::<f64>();
                 let share = terms.iter().sum::<f64>() / turnover_j;
                 println!(
-                    "{share:.2e} {:?} {} {:?}",
-                    settings.roller_bodies, robot.name, terms
+                    "{share:.2e} {} {:?} {place} {} {:?}",
+                    settings.dt_s, settings.roller_bodies, robot.name, terms
                 );
-                // On the plane nothing lands or leaves, and a thousandth would be a term that is not counted: the bearings
-                // of coasting rollers are five.
-                let bound = if place == "on the plane" { 3e-4 } else { 0.01 };
+                // On the plane and on a slope nothing lands, and a thousandth would be a term that is not counted: the bearings
+                // of coasting rollers are five. A roller's spin changes by half over the first part of its passage, and a step
+                // takes it in one piece: an error of second order, (250 / 60)^2 = 17 times as large at 60 steps a second.
+                let bound = match place {
+                    "on the plane" | "on a slope" if settings.dt_s > 0.01 => 5e-3,
+                    "on the plane" | "on a slope" => 3e-4,
+                    _ => 2e-3,
+                };
                 assert!(
                     share.abs() < bound,
                     "{share:.2e} of {turnover_j:.3} J are missing: {} {place}, {twist:?}, {:?} at {} s",

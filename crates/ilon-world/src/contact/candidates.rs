@@ -31,13 +31,51 @@ pub(crate) struct Candidate {
     pub along: Vector3<f64>,
     /// Distance in metres, negative in penetration.
     pub gap_m: f64,
-    /// By how much the velocity of the robot's surface where it touches changes in half a step because the robot turns on,
-    /// with the rates as they were when the step began, in m/s.
-    pub turns_m_s: Vector3<f64>,
+    /// How the velocity of the robot's surface where it touches turns with the robot.
+    pub turning: Turning,
     /// Whether it is on a roller that the ground did not press on in the last step.
     pub came_down: bool,
     /// Whether it is on an exact barrel.
     on_barrel: bool,
+}
+
+/// How the velocity of the robot's surface at a contact changes because the robot turns on, with the rates as they were when
+/// the step began: along normal and tangents, which turn with the roller.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turning {
+    /// Where the tangents' rows are taken: on a roller that came down, its place when the step began, in metres.
+    pub came_down_at_m: Option<Vector3<f64>>,
+    /// From the beginning of the step to where the rows are taken, in m/s.
+    pub until_m_s: Vector3<f64>,
+    /// From there to its end, in m/s.
+    pub from_m_s: Vector3<f64>,
+}
+
+impl Turning {
+    /// None that is counted.
+    const NONE: Self = Self {
+        came_down_at_m: None,
+        until_m_s: Vector3::new(0.0, 0.0, 0.0),
+        from_m_s: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Of a contact in the middle of the step, that changes by this in each half of it.
+    fn in_each_half(half_m_s: Vector3<f64>) -> Self {
+        Self {
+            came_down_at_m: None,
+            until_m_s: half_m_s,
+            from_m_s: half_m_s,
+        }
+    }
+}
+
+/// How a roller stands on the ground in some pose.
+struct Touch {
+    place_m: Vector3<f64>,
+    /// Whether that is on one of its end spheres.
+    on_its_end: bool,
+    /// The ground's normal and two tangents.
+    axes: [Vector3<f64>; 3],
 }
 
 /// Room for what is looked through on the way.
@@ -55,10 +93,11 @@ impl Scene<'_> {
         for collider in body.colliders() {
             self.find_in_rapier(*collider, |place_m, normal, gap_m| {
                 let lever_m = place_m - self.middle.center_m();
+                let axes = frame(normal, Vector3::x());
                 let velocity = |state: &State| {
                     let turned = state.floor_from_chassis().rotation
                         * self.middle.floor_from_chassis().rotation.inverse();
-                    self.before.angular_rad_s.cross(&(turned * lever_m))
+                    along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
                 };
                 found.push(Candidate {
                     part: Part::Chassis,
@@ -66,7 +105,9 @@ impl Scene<'_> {
                     normal,
                     along: Vector3::x(),
                     gap_m,
-                    turns_m_s: 0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    turning: Turning::in_each_half(
+                        0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    ),
                     came_down: false,
                     on_barrel: false,
                 });
@@ -153,14 +194,50 @@ impl Scene<'_> {
         let Part::Roller(wheel, _) = part else {
             unreachable!("a barrel is a roller's");
         };
-        let velocity = |state: &State| {
+        let touches = |state: &State| {
             let hub = &state.hubs()[wheel];
             let then = PlacedBarrel {
                 barrel: placed.barrel,
                 center_m: roller.center_m(hub),
                 axis: hub.rotation * roller.axis_in_hub,
             };
-            self.roller_velocity_m_s((wheel, roller), state, &then.support_m(&nearest.normal))
+            Touch {
+                place_m: then.support_m(&nearest.normal),
+                on_its_end: then.stands_on_its_end(&nearest.normal),
+                axes: frame(nearest.normal, then.axis),
+            }
+        };
+        let velocity = |state: &State, touch: &Touch, more_spin_rad_s: f64| {
+            let (carried, per_spin) = self.roller_velocity((wheel, roller), state, &touch.place_m);
+            let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel)) + more_spin_rad_s;
+            along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
+        };
+        let (before, ahead) = (touches(self.before), touches(self.ahead));
+        let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized;
+        let turning = if !self.sees_rollers_pass {
+            Turning::NONE
+        } else if came_down {
+            // It takes over when the step begins, as near as can be said, and from then on it rolls.
+            let (_, per_spin) = self.roller_velocity((wheel, roller), self.before, &before.place_m);
+            let radius_m = along_frame(&before.axes, &per_spin).z;
+            let missing_rad_s = -velocity(self.before, &before, 0.0).z / radius_m;
+            let from_m_s = velocity(self.ahead, &ahead, missing_rad_s)
+                - velocity(self.before, &before, missing_rad_s);
+            Turning {
+                came_down_at_m: Some(before.place_m),
+                until_m_s: Vector3::zeros(),
+                from_m_s,
+            }
+        } else if ahead.on_its_end {
+            // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
+            let middle = touches(self.middle);
+            let half_m_s =
+                velocity(self.middle, &middle, 0.0) - velocity(self.before, &before, 0.0);
+            Turning::in_each_half(half_m_s)
+        } else {
+            let half_m_s =
+                0.5 * (velocity(self.ahead, &ahead, 0.0) - velocity(self.before, &before, 0.0));
+            Turning::in_each_half(half_m_s)
         };
         Candidate {
             part,
@@ -168,25 +245,25 @@ impl Scene<'_> {
             normal: nearest.normal,
             along: placed.axis,
             gap_m: nearest.gap_m,
-            turns_m_s: 0.5 * (velocity(self.ahead) - velocity(self.before)),
-            came_down: !roller.pressed && !roller.seized,
+            turning,
+            came_down,
             on_barrel: true,
         }
     }
 
     /// Velocity of a place of a roller's surface with the roller in the pose that it has in a state, and with the rates as
-    /// they were when the step began, in m/s.
-    fn roller_velocity_m_s(
+    /// they were when the step began: what the hub carries it with, in m/s, and what it gets for each rad/s of the roller's
+    /// spin, in m.
+    fn roller_velocity(
         &self,
         (wheel, roller): (usize, &RollerState),
         state: &State,
         place_m: &Vector3<f64>,
-    ) -> Vector3<f64> {
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let hub = &state.hubs()[wheel];
         let axis = hub.rotation * roller.axis_in_hub;
-        let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel));
-        state.hub_velocity_m_s(wheel, place_m)
-            + spin_rad_s * axis.cross(&(place_m - roller.center_m(hub)))
+        let carried = state.hub_velocity_m_s(wheel, place_m);
+        (carried, axis.cross(&(place_m - roller.center_m(hub))))
     }
 
     /// The places of rollers with the shapes of their file, as rapier finds them.
@@ -199,8 +276,13 @@ impl Scene<'_> {
             self.find_in_rapier(part.collider, |place_m, normal, gap_m| {
                 let in_hub_m = hub.rotation.tr_mul(&(place_m - hub.center_m));
                 let velocity = |state: &State| {
-                    let place_m = state.hubs()[wheel].place_m(&in_hub_m);
-                    self.roller_velocity_m_s((wheel, roller), state, &place_m)
+                    let hub = &state.hubs()[wheel];
+                    let place_m = hub.place_m(&in_hub_m);
+                    let (carried, per_spin) =
+                        self.roller_velocity((wheel, roller), state, &place_m);
+                    let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel));
+                    let axes = frame(normal, hub.rotation * roller.axis_in_hub);
+                    along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
                 found.push(Candidate {
                     part: Part::Roller(wheel, part.roller),
@@ -208,7 +290,9 @@ impl Scene<'_> {
                     normal,
                     along,
                     gap_m,
-                    turns_m_s: 0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    turning: Turning::in_each_half(
+                        0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    ),
                     came_down: !roller.pressed && !roller.seized,
                     on_barrel: false,
                 });
@@ -282,4 +366,19 @@ fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
             index += 1;
         }
     }
+}
+
+/// A normal and two tangents, of which the first lies along a direction as far as it can.
+pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
+    let tangent = |v: Vector3<f64>| (v - normal * normal.dot(&v)).try_normalize(1e-3);
+    let first = tangent(along)
+        .or_else(|| tangent(Vector3::x()))
+        .or_else(|| tangent(Vector3::y()))
+        .unwrap_or_else(Vector3::z);
+    [normal, first, normal.cross(&first)]
+}
+
+/// A vector along the axes of a frame.
+fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::from(frame.map(|axis| axis.dot(vector)))
 }

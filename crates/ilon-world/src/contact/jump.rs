@@ -7,8 +7,8 @@
 //! lose in proportion to the step's length.
 //!
 //! So the impulses p of a step are told apart. p_j takes the rollers to rolling, W p_j = -u_0 where they come down and
-//! W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest. Motors do not react within the jump: W is
-//! here the response without what they lose per rate gained, which the step otherwise holds implicitly. With
+//! W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest. Motors and bearings do not react within the
+//! jump: W is here the response without what they lose per rate gained, which the step otherwise holds implicitly. With
 //! u_0+ = u_0 + W p_j, and the jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
 //!
 //! work of p_j = p_j . ((u_0 + u_0+) / 2 + s (u_1 - u_0+) / 2),
@@ -53,6 +53,11 @@ pub(crate) struct Responses<'a> {
     pub wheel_dofs: &'a [usize],
     /// What a wheel's motor and bearing lose of their impulse per rate that it gains, in N m s per rad/s.
     pub held_n_m_s2: &'a [f64],
+    /// For each row that turns a roller about its axis, which roller and by how much a unit impulse does.
+    pub axles: &'a [Option<(usize, f64)>],
+    /// By how much each roller would answer more to an impulse about its axis if its bearing did not hold it, in rad/s per
+    /// N m s.
+    pub freed_axles: &'a [f64],
 }
 
 impl Responses<'_> {
@@ -68,6 +73,14 @@ impl Responses<'_> {
     /// What a unit impulse of a row does to a wheel's rate.
     fn at_wheel(&self, row: usize, wheel: usize) -> f64 {
         f64::from(self.row(row)[self.wheel_dofs[wheel]])
+    }
+
+    /// What the freed bearing of a roller adds to W of two rows.
+    fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
+        match (self.axles[row], self.axles[column]) {
+            (Some((i, a)), Some((j, b))) if i == j => a * b * self.freed_axles[i],
+            _ => 0.0,
+        }
     }
 
     /// What a unit impulse on a wheel does to a degree of freedom.
@@ -169,7 +182,7 @@ impl Jump {
         (row, column): (usize, usize),
     ) -> f64 {
         let wheels = responses.wheel_dofs.len();
-        let mut sum = problem.w(row, column);
+        let mut sum = problem.w(row, column) + responses.of_freed_axle(row, column);
         for a in 0..wheels {
             let at = responses.at_wheel(row, a);
             let freed =
@@ -240,10 +253,9 @@ impl Jump {
             self.solution.push(sum);
         }
         for row in 0..self.velocities.len() {
-            let of_rows = self
-                .held
-                .iter()
-                .map(|&by| problem.w(row, by) * self.impulses[by]);
+            let of_rows = self.held.iter().map(|&by| {
+                (problem.w(row, by) + responses.of_freed_axle(row, by)) * self.impulses[by]
+            });
             let of_wheels = self.solution.iter().enumerate();
             self.velocities[row] = of_rows.sum::<f64>()
                 + of_wheels

@@ -216,6 +216,12 @@ impl PlacedBarrel<'_> {
         self.center_m + t_m * self.axis - self.barrel.sphere_radius_m(t_m) * normal
     }
 
+    /// Whether the place that reaches furthest against a direction is on one of the roller's end spheres.
+    pub fn stands_on_its_end(&self, normal: &Vector3<f64>) -> bool {
+        let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
+        t_m.abs() >= self.barrel.half_length_m
+    }
+
     /// Where the roller is nearest to a piece.
     pub fn nearest_to(&self, piece: &Piece) -> Nearest {
         let half_m = self.barrel.half_length_m;

@@ -14,7 +14,8 @@
 //! b is what the turning of the frame does to the velocity in half a step. That is right to second order, and a contact
 //! that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 + u_1) / 2 = 0. To hold it in the frame at the
 //! start would take m v^2 omega^2 dt / 2 of power from a robot in a turn in which nothing slides. Across the ground b is
-//! left out: a roller that hands over leaves its place there in another way than it turns.
+//! left out: a roller that hands over leaves its place there in another way than it turns. A roller that came down takes
+//! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
 //!
 //! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
 //! step of constant inertia; where rollers come down, [`crate::contact::jump`] says of which velocities.
@@ -27,7 +28,7 @@ use ilon_robot::Robot;
 use nalgebra::{DMatrixViewMut, Vector3};
 use rapier3d::prelude::*;
 
-use crate::contact::candidates::{Candidate, Workspace};
+use crate::contact::candidates::{Candidate, Workspace, frame};
 use crate::contact::jump::{Jump, Responses};
 use crate::contact::problem::{ImpulseProblem, Law};
 use crate::contact::reaction::{Part, Reaction};
@@ -76,9 +77,8 @@ impl Row {
 struct Axle {
     wheel: usize,
     roller: usize,
-    /// Its axis and middle in the middle of the step, in the floor's frame.
+    /// Its axis in the middle of the step, in the floor's frame.
     axis: Vector3<f64>,
-    center_m: Vector3<f64>,
     /// Its rate about its axis when the step began, in rad/s.
     before_rad_s: f64,
     /// What it starts from once a jump is over.
@@ -87,6 +87,8 @@ struct Axle {
     rate_rad_s: f64,
     /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub because it has seized.
     response: Option<f64>,
+    /// What it would do if its bearing did not act; 0 where it has seized.
+    free_response: f64,
 }
 
 /// A place near the ground, as the contact that it would be.
@@ -125,6 +127,8 @@ pub(crate) struct Reactions {
     responses: Vec<Real>,
     wheel_responses: Vec<Real>,
     wheel_dofs: Vec<usize>,
+    row_axles: Vec<Option<(usize, f64)>>,
+    freed_axles: Vec<f64>,
     change: Vec<f64>,
     jump: Jump,
     error: f64,
@@ -145,6 +149,8 @@ pub(crate) struct Scene<'a> {
     pub middle: &'a State,
     /// And where these rates would take it by the end of the step.
     pub ahead: &'a State,
+    /// Whether the step is short enough to see how rollers turn while they pass over the ground.
+    pub sees_rollers_pass: bool,
     /// The rates of bodies when the step began, by degree of freedom.
     pub rates_before: &'a [f64],
     /// And at its end without any reaction.
@@ -198,19 +204,26 @@ impl Reactions {
             self.wheel_responses[wheel * dofs + dof] = 1.0;
         }
         answer(&mut self.wheel_responses);
+        self.row_axles.clear();
+        self.row_axles.extend(self.rows.iter().map(|row| row.axle));
+        self.freed_axles.clear();
+        let axles = self.axles.iter();
+        self.freed_axles
+            .extend(axles.map(|axle| axle.free_response - axle.response.unwrap_or(0.0)));
         let responses = Responses {
             of_rows: &self.responses,
             of_wheels: &self.wheel_responses,
             wheel_dofs: &self.wheel_dofs,
             held_n_m_s2: scene.held_n_m_s2,
+            axles: &self.row_axles,
+            freed_axles: &self.freed_axles,
         };
         self.jump.find(&self.all, &self.problem, &responses);
         let over = 1.0 - self.jump.share();
         for (row, of) in self.rows.iter().enumerate() {
             if let Some((axle, c)) = of.axle {
                 let axle = &mut self.axles[axle];
-                let by = c * axle.response.unwrap_or(0.0);
-                axle.start_rad_s += over * self.jump.impulse(row) * by;
+                axle.start_rad_s += over * self.jump.impulse(row) * c * axle.free_response;
             }
         }
     }
@@ -268,7 +281,7 @@ impl Reactions {
     /// Whether a roller is about to slide: its friction is near its limit, and it holds or has just begun to slide.
     pub fn about_to_slide(&self) -> bool {
         /// Near its limit, as a share of it.
-        const NEAR_LIMIT: f64 = 0.85;
+        const NEAR_LIMIT: f64 = 0.5;
         /// A roller that slides faster has made up its mind, in m/s.
         const SLIDES_M_S: f64 = 0.03;
         self.all.iter().any(|reaction| {
@@ -560,37 +573,48 @@ impl Reactions {
 impl Scene<'_> {
     /// What a place near the ground would be as a contact.
     fn foresee(&self, place: &Candidate) -> Foreseen {
-        let frame = frame(place.normal, place.along);
         let axle = self.axle(place.part);
-        let hub = match place.part {
-            Part::Roller(wheel, _) => Some(wheel),
-            _ => None,
+        let in_the_middle = frame(place.normal, place.along);
+        let row = |direction: Vector3<f64>| self.row(place, self.middle, place.place_m, direction);
+        let (frame, rows) = match place.turning.came_down_at_m {
+            Some(at_m) => {
+                // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
+                let axes = frame(place.normal, self.axis_of(place.part, self.before));
+                let tangent = |direction| self.row(place, self.before, at_m, direction);
+                (axes, [row(axes[0]), tangent(axes[1]), tangent(axes[2])])
+            }
+            None => (in_the_middle, in_the_middle.map(row)),
         };
-        let rows = frame.map(|direction| self.row(place, direction, hub, axle.as_ref()));
         let velocities = |rates: &[f64], axle_rad_s: Option<f64>| {
             let of = |row: &Row| {
-                let of_axle = row
-                    .axle
-                    .zip(axle_rad_s)
-                    .map_or(0.0, |((_, c), rate)| c * rate);
+                let of_axle = (row.axle.zip(axle_rad_s)).map_or(0.0, |((_, c), rate)| c * rate);
                 row.of_bodies(rates) + of_axle
             };
             Vector3::new(of(&rows[0]), of(&rows[1]), of(&rows[2]))
         };
-        let in_frame = |v: &Vector3<f64>| Vector3::from(frame.map(|direction| direction.dot(v)));
+        let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
+        let turning = &place.turning;
         let now = velocities(self.rates_before, axle.map(|a| a.before_rad_s));
-        let mut turns = in_frame(&place.turns_m_s);
-        turns.x = 0.0;
-        let before = now - turns;
-        let free = velocities(self.rates_free, axle.map(|a| a.rate_rad_s)) + turns;
+        let free = velocities(self.rates_free, axle.map(|a| a.rate_rad_s));
         Foreseen {
             candidate: *place,
             gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
             frame,
             rows,
-            before,
-            free,
+            before: now - tangential(&turning.until_m_s),
+            free: free + tangential(&turning.from_m_s),
             axle,
+        }
+    }
+
+    /// The axis of a part's roller in a state, in the floor's frame; any direction of what is none.
+    fn axis_of(&self, part: Part, state: &State) -> Vector3<f64> {
+        match part {
+            Part::Roller(wheel, roller) => {
+                let axis_in_hub = self.assembly.wheels[wheel].rollers[roller].axis_in_hub;
+                state.hubs()[wheel].rotation * axis_in_hub
+            }
+            _ => Vector3::x(),
         }
     }
 
@@ -601,44 +625,49 @@ impl Scene<'_> {
         };
         let state = &self.assembly.wheels[wheel].rollers[roller];
         let hub = &self.middle.hubs()[wheel];
-        let hub_rate_in_hub = self.middle.hub_rate_in_hub(wheel);
         Some(Axle {
             wheel,
             roller,
             axis: hub.rotation * state.axis_in_hub,
-            center_m: state.center_m(hub),
             before_rad_s: state.axial_rate_rad_s,
             start_rad_s: state.axial_rate_rad_s,
-            rate_rad_s: state.free_rate_rad_s(&hub_rate_in_hub, self.dt_s),
+            rate_rad_s: state.free_rate_rad_s(self.dt_s),
             response: (!state.seized).then_some(state.response(self.dt_s)),
+            free_response: if state.seized {
+                0.0
+            } else {
+                state.response(0.0)
+            },
         })
     }
 
-    /// How the velocity of a place along a direction follows from the robot's rates.
+    /// How the velocity of a place along a direction follows from the robot's rates, in the pose that it has in a state.
     ///
     /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
     /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
     fn row(
         &self,
         place: &Candidate,
+        state: &State,
+        place_m: Vector3<f64>,
         direction: Vector3<f64>,
-        wheel: Option<usize>,
-        axle: Option<&Axle>,
     ) -> Row {
-        let mut turn = (place.place_m - self.middle.center_m()).cross(&direction);
+        let mut turn = (place_m - state.center_m()).cross(&direction);
         let (mut hub_row, mut axle_row) = (None, None);
-        if let (Some(wheel), Some(axle)) = (wheel, axle) {
-            let hub = &self.middle.hubs()[wheel];
-            let mut of_hub = (place.place_m - hub.center_m).cross(&direction);
-            if axle.response.is_some() {
-                let lever_m = place.place_m - axle.center_m;
-                let share = axle.axis.dot(&lever_m.cross(&direction));
-                turn -= share * axle.axis;
-                of_hub -= share * axle.axis;
+        if let Part::Roller(wheel, roller) = place.part {
+            let hub = &state.hubs()[wheel];
+            let mut of_hub = (place_m - hub.center_m).cross(&direction);
+            let body = &self.assembly.wheels[wheel];
+            let roller = &body.rollers[roller];
+            if !roller.seized {
+                let axis = hub.rotation * roller.axis_in_hub;
+                let lever_m = place_m - roller.center_m(hub);
+                let share = axis.dot(&lever_m.cross(&direction));
+                turn -= share * axis;
+                of_hub -= share * axis;
                 axle_row = Some((0, share));
             }
-            let dof = self.assembly.wheels[wheel].hub_dof;
-            hub_row = Some((dof, hub.axis().dot(&of_hub)));
+            hub_row = Some((body.hub_dof, hub.axis().dot(&of_hub)));
         }
         Row {
             chassis: [
@@ -653,14 +682,4 @@ impl Scene<'_> {
             axle: axle_row,
         }
     }
-}
-
-/// A normal and two tangents, of which the first lies along a direction as far as it can.
-fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
-    let tangent = |v: Vector3<f64>| (v - normal * normal.dot(&v)).try_normalize(1e-3);
-    let first = tangent(along)
-        .or_else(|| tangent(Vector3::x()))
-        .or_else(|| tangent(Vector3::y()))
-        .unwrap_or_else(Vector3::z);
-    [normal, first, normal.cross(&first)]
 }

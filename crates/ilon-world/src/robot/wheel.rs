@@ -29,17 +29,18 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers put on the hub now, in its frame, in N m.
-    pub bearing_torque_in_hub_n_m: Vector3<f64>,
+    /// What the bearings of the rollers put on the hub in the last step beyond what was foreseen, in its frame, in N m: it
+    /// gets that in the next.
+    pub owed_in_hub_n_m: Vector3<f64>,
 }
 
 /// What a bearing did in a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Borne {
     /// Energy that the bearing took, in J.
     pub lost_j: f64,
-    /// Torque of the bearing on the hub about the roller's axis, in N m.
-    pub torque_on_hub_n_m: f64,
+    /// By how much its torque on the hub about the roller's axis was more than what was foreseen, in N m.
+    pub owed_n_m: f64,
 }
 
 /// The collider of a roller that has the shapes of its file.
@@ -65,6 +66,10 @@ pub(crate) struct RollerState {
     pub axial_rate_rad_s: f64,
     /// The mean of that rate over the last step, if the ground touched it, in rad/s.
     pub mean_rate_rad_s: f64,
+    /// The hub's own rate about that axis when the step began, in rad/s.
+    hub_carries_rad_s: f64,
+    /// What its bearing was foreseen to put on the hub in the step, in N m.
+    foreseen_n_m: f64,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
     /// Whether the ground pressed on it in the last step.
@@ -119,6 +124,8 @@ impl RollerState {
             barrel,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
+            hub_carries_rad_s: 0.0,
+            foreseen_n_m: 0.0,
             touched: false,
             pressed: false,
             spin_up_left_j: 0.0,
@@ -169,12 +176,26 @@ impl RollerState {
         self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub
     }
 
+    /// Begins a step on a hub of this angular velocity in its own frame. Gives the torque that the bearing is about to put on
+    /// the hub about the roller's axis, in N m: what it does if the roller keeps its spin where the ground turns it, and
+    /// what slows it otherwise.
+    pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+        self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
+        self.foreseen_n_m = if self.seized {
+            0.0
+        } else if self.touched {
+            self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s)
+        } else {
+            self.coasting_torque_n_m(dt_s)
+        };
+        self.foreseen_n_m
+    }
+
     /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
     /// [`RollerState::response`].
-    pub fn free_rate_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
-        let carried = self.carried_rad_s(hub_rate_in_hub_rad_s);
+    pub fn free_rate_rad_s(&self, dt_s: f64) -> f64 {
         let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
-        (momentum + self.damping_n_m_s * dt_s * carried) * self.response(dt_s)
+        (momentum + self.damping_n_m_s * dt_s * self.hub_carries_rad_s) * self.response(dt_s)
     }
 
     /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's damping
@@ -183,45 +204,42 @@ impl RollerState {
         1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
     }
 
-    /// What damping did to a roller that the ground has just turned: as [`RollerState::free_rate_rad_s`] has it. Its work
-    /// goes with the mean spin, for which the hub's mean rate is given. Dry friction is among the reactions then.
-    pub fn bear(
-        &self,
-        hub_rate_in_hub_rad_s: &Vector3<f64>,
-        hub_mean_in_hub_rad_s: &Vector3<f64>,
-        dt_s: f64,
-    ) -> Borne {
-        let torque_n_m = self.damping_n_m_s * self.spin_rad_s(hub_rate_in_hub_rad_s);
-        let mean = if self.seized {
-            0.0
+    /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
+    /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
+    /// reactions.
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+        if self.seized {
+            return Borne::default();
+        }
+        let (torque_n_m, mean_rad_s) = if self.touched {
+            let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
+            (torque_n_m, self.mean_rate_rad_s)
         } else {
-            self.mean_rate_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s)
+            let torque_n_m = self.coasting_torque_n_m(dt_s);
+            let before_rad_s = self.axial_rate_rad_s;
+            self.axial_rate_rad_s -= torque_n_m * dt_s / self.axial_inertia_kg_m2;
+            (torque_n_m, 0.5 * (before_rad_s + self.axial_rate_rad_s))
         };
+        let spin_rad_s = mean_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s);
+        self.angle_rad += spin_rad_s * dt_s;
         Borne {
-            lost_j: torque_n_m * mean * dt_s,
-            torque_on_hub_n_m: torque_n_m,
+            lost_j: torque_n_m * spin_rad_s * dt_s,
+            owed_n_m: torque_n_m - self.foreseen_n_m,
         }
     }
 
-    /// Lets a roller that touches nothing spin on for `dt_s`: only its bearing acts,
-    /// I d(spin)/dt = -damping spin - friction sign(spin), solved exactly for the damping; dry friction never reverses
-    /// the spin.
-    ///
-    /// What the bearing takes from the roller it gives to the hub.
-    pub fn coast(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+    /// The mean torque that slows a roller in the air over a step: I d(spin)/dt = -damping spin - friction sign(spin), solved
+    /// exactly for the damping; dry friction never reverses the spin.
+    fn coasting_torque_n_m(&mut self, dt_s: f64) -> f64 {
         let inertia = self.axial_inertia_kg_m2;
-        let spin = self.spin_rad_s(hub_rate_in_hub_rad_s);
+        let spin = self.axial_rate_rad_s - self.hub_carries_rad_s;
         if self.damping_leaves.1 != dt_s {
             self.damping_leaves = (libm::exp(-self.damping_n_m_s / inertia * dt_s), dt_s);
         }
         let damped = spin * self.damping_leaves.0;
         let stopping = self.friction_n_m / inertia * dt_s;
         let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
-        self.axial_rate_rad_s = slowed + self.carried_rad_s(hub_rate_in_hub_rad_s);
-        Borne {
-            lost_j: 0.5 * inertia * (spin * spin - slowed * slowed),
-            torque_on_hub_n_m: inertia * (spin - slowed) / dt_s,
-        }
+        inertia * (spin - slowed) / dt_s
     }
 }
 
@@ -298,16 +316,33 @@ pub(crate) fn insert(
         colliders,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         rollers: rollers.to_vec(),
-        bearing_torque_in_hub_n_m: Vector3::zeros(),
+        owed_in_hub_n_m: Vector3::zeros(),
     }
 }
 
 impl WheelBody {
-    /// What the rollers put on the hub, in its frame, in N m: their bearings' torques, and what it takes to turn the axes
-    /// of flywheels along with it, -W x (I w d), which takes no work.
-    pub fn torque_of_rollers_in_hub(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> Vector3<f64> {
-        let momentum: Vector3<f64> = self.rollers.iter().map(RollerState::momentum_in_hub).sum();
-        self.bearing_torque_in_hub_n_m - hub_rate_in_hub_rad_s.cross(&momentum)
+    /// Begins a step of `dt_s` for the rollers. Gives what they put on the hub, in its frame, in N m: their bearings' torques,
+    /// and what it takes to turn the axes of flywheels along with it, -W x (I w d), which takes no work.
+    pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Vector3<f64> {
+        let mut bearings = self.owed_in_hub_n_m;
+        let mut momentum = Vector3::zeros();
+        for roller in &mut self.rollers {
+            momentum += roller.momentum_in_hub();
+            bearings += roller.begin_step(hub_rate_in_hub_rad_s, dt_s) * roller.axis_in_hub;
+        }
+        bearings - hub_rate_in_hub_rad_s.cross(&momentum)
+    }
+
+    /// Ends it, with the hub's mean rate. Gives the energy that the bearings took, in J.
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+        self.owed_in_hub_n_m = Vector3::zeros();
+        let mut lost_j = 0.0;
+        for roller in &mut self.rollers {
+            let borne = roller.end_step(hub_mean_in_hub_rad_s, dt_s);
+            lost_j += borne.lost_j;
+            self.owed_in_hub_n_m += borne.owed_n_m * roller.axis_in_hub;
+        }
+        lost_j
     }
 
     /// Turns the colliders of rollers with the shapes of their file to where the rollers are.

@@ -123,8 +123,11 @@ impl Simulation {
         let physics_dt_s = match scenario.run.physics_dt_s {
             Step::Seconds(dt_s) => dt_s,
             Step::Auto(_) => {
-                (scenario.world.solver.split_dt_s).get_or_insert(tuning::SPLIT_DT_S);
-                tuning::physics_dt_s(&scenario, robot, &model)
+                let dt_s = tuning::physics_dt_s(&scenario, robot, &model);
+                let split_dt_s = tuning::split_dt_s(&scenario);
+                let solver = &mut scenario.world.solver;
+                solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+                dt_s
             }
         };
         scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);

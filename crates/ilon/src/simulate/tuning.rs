@@ -17,7 +17,19 @@ const SHORTEST_FOR_LOOP_S: f64 = 1.0 / 2000.0;
 
 /// The parts in which a step is taken while a roller is about to slide, in seconds: what a fast turn on the edge of its grip
 /// loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
-pub(super) const SPLIT_DT_S: f64 = 1e-4;
+const SPLIT_DT_S: f64 = 1e-4;
+
+/// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
+pub(super) fn split_dt_s(scenario: &Scenario) -> Option<f64> {
+    is_open_plane(scenario).then_some(SPLIT_DT_S)
+}
+
+/// Whether exact rollers roll on nothing but a plane.
+fn is_open_plane(scenario: &Scenario) -> bool {
+    let floor = &scenario.world.floor;
+    let round = scenario.robot.rollers == Rollers::Barrel;
+    round && floor.boxes.is_empty() && floor.rough.is_none()
+}
 
 /// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers and the
 /// wheel loop, shortened to divide the control period.
@@ -40,10 +52,7 @@ fn contact_s(scenario: &Scenario, robot: &Robot) -> f64 {
         .min(robot.wheel_rate_limit_rad_s());
     let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
     let passage_s = TAU / (rollers.unwrap_or(1) as f64 * limit_rad_s);
-    let floor = &scenario.world.floor;
-    let open_plane = floor.boxes.is_empty() && floor.rough.is_none();
-    let round = scenario.robot.rollers == Rollers::Barrel;
-    let longest_s = if round && open_plane && limit_rad_s.is_finite() {
+    let longest_s = if is_open_plane(scenario) && limit_rad_s.is_finite() {
         LONGEST_ON_A_PLANE_S
     } else {
         default_s
