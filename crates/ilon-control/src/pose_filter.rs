@@ -6,8 +6,8 @@
 //!
 //! **State** x = (x, y, phi) of the body frame in the world, with covariance P.
 //!
-//! **Odometry.** The wheels' turn gives a displacement (d_x, d_y, d_phi) in the body frame, taken with the heading at its
-//! middle: x+ = x + Rot(phi + d_phi/2) d. With (w_x, w_y) that displacement in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1]
+//! **Odometry.** The wheels' turn gives a displacement (d_x, d_y, d_phi) in the body frame, which takes the pose along an
+//! arc ([`Pose::moved`]). With (w_x, w_y) what the body's origin moves by in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1]
 //! and P+ = F P F^T + Q. Slip comes at random and adds up, so Q grows with the way that the wheels roll:
 //! Q = way diag(q_r^2, q_r^2, q_phi^2), way = |d| + size |d_phi|.
 //!
@@ -210,12 +210,12 @@ impl PoseFilter {
 
     fn propagated(&self, from: &PoseEstimate, displacement_in_body: Twist) -> PoseEstimate {
         let d = displacement_in_body;
-        let phi = from.pose.heading_rad;
-        let w = d.rotated(phi + 0.5 * d.omega_rad_s);
+        let pose = from.pose.moved(d);
+        let w = pose.position_m() - from.pose.position_m();
         #[rustfmt::skip]
         let f = Matrix3::new(
-            1.0, 0.0, -w.vy_m_s,
-            0.0, 1.0, w.vx_m_s,
+            1.0, 0.0, -w.y,
+            0.0, 1.0, w.x,
             0.0, 0.0, 1.0,
         );
         let way_m = d.linear_m_s().norm() + self.settings.size_m * d.omega_rad_s.abs();
@@ -224,11 +224,7 @@ impl PoseFilter {
             self.settings.drift_heading_rad,
         ) * way_m;
         PoseEstimate {
-            pose: Pose {
-                x_m: from.pose.x_m + w.vx_m_s,
-                y_m: from.pose.y_m + w.vy_m_s,
-                heading_rad: wrap_angle(phi + d.omega_rad_s),
-            },
+            pose,
             covariance: f * from.covariance * f.transpose() + q,
         }
     }
@@ -405,12 +401,7 @@ mod tests {
                         drift(&mut seed, 0.05),
                         drift(&mut seed, 0.04),
                     );
-                let moved = real.rotated(truth.heading_rad + 0.5 * real.omega_rad_s);
-                truth = Pose {
-                    x_m: truth.x_m + moved.vx_m_s,
-                    y_m: truth.y_m + moved.vy_m_s,
-                    heading_rad: wrap_angle(truth.heading_rad + real.omega_rad_s),
-                };
+                truth = truth.moved(real);
                 filter.predict(now_s, told);
                 if k % 10 == 0 {
                     let z = Pose {
