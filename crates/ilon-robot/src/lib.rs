@@ -50,6 +50,7 @@
 
 pub mod barrel;
 mod error;
+pub mod files;
 mod generate;
 mod load;
 mod model;
@@ -59,6 +60,7 @@ mod spec;
 
 pub use barrel::Barrel;
 pub use error::{Fault, Place, RobotError};
+pub use files::{FileAccess, ReadError};
 pub use generate::generate;
 pub use load::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
 pub use model::{
