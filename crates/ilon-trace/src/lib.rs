@@ -19,6 +19,7 @@
 mod columns;
 mod error;
 pub mod file;
+mod finite;
 mod fold;
 mod hash;
 pub mod ledger;
