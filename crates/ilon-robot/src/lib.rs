@@ -48,6 +48,9 @@
 //! # Ok::<(), ilon_robot::RobotError>(())
 //! ```
 
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod barrel;
 mod error;
 pub mod files;

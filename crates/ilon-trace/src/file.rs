@@ -32,6 +32,12 @@ pub const MOST_ROWS: usize = 10_000_000;
 /// The key of the header among the file's key-value metadata.
 pub const HEADER_KEY: &str = "ilon.trace.header";
 
+/// Whether a file is a trace, whole or not; hardly any of it is read.
+pub fn is_trace(path: &Path) -> bool {
+    let file = ilon_robot::FileAccess::anywhere().open(path);
+    file.is_ok_and(|mut file| checksum::is_labelled(&mut file).unwrap_or(false))
+}
+
 impl Trace {
     /// Writes the trace as a Parquet file. The file appears whole or not at all.
     ///
@@ -130,7 +136,9 @@ mod tests {
             "{text}"
         );
 
+        assert!(!is_trace(&path));
         made_up_trace(3, 200, true).write_parquet(&path).unwrap();
+        assert!(is_trace(&path) && !is_trace(&folder.0));
         let whole = fs::read(&path).unwrap();
         fs::write(&path, &whole[..whole.len() / 2]).unwrap();
         let cut = Trace::read_parquet(&path).unwrap_err().to_string();

@@ -70,6 +70,14 @@ pub(super) enum Found {
     Other,
 }
 
+/// Whether a file begins as a trace does.
+pub(super) fn is_labelled(file: &mut File) -> io::Result<bool> {
+    let mut head = Vec::new();
+    file.take((AT + LABEL.len()) as u64)
+        .read_to_end(&mut head)?;
+    Ok(head.get(AT..) == Some(LABEL.as_slice()))
+}
+
 /// Reads a file from its start to its end, to hold it against its checksum.
 pub(super) fn check(file: &mut File) -> io::Result<Found> {
     file.seek(SeekFrom::Start(0))?;

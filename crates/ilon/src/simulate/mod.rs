@@ -120,23 +120,6 @@ impl Simulation {
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
 
-        let model = drive::dynamic_model(robot)?;
-        let physics_dt_s = match scenario.run.physics_dt_s {
-            Step::Seconds(dt_s) => dt_s,
-            Step::Auto(_) => tuning::physics_dt_s(&scenario, robot, &model),
-        };
-        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
-        let clock = Clock::new(&scenario.run, physics_dt_s);
-
-        let start = Pose {
-            x_m: scenario.robot.x_m,
-            y_m: scenario.robot.y_m,
-            heading_rad: scenario.robot.heading_deg.to_radians(),
-        };
-        let floor = floor::floor(&scenario.world.floor)?;
-        let settings = world_settings(&mut scenario, physics_dt_s);
-        let world = World::new(robot, &floor, start, &settings)?;
-
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
             Some(limit_rad_s) => limit_rad_s,
             None => robot.wheel_rate_limit_rad_s(),
@@ -149,6 +132,28 @@ impl Simulation {
             limit_rad_s,
             controller,
         )?;
+
+        let model = drive::dynamic_model(robot)?;
+        let physics_dt_s = match scenario.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => {
+                let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
+                tuning::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
+            }
+        };
+        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+        scenario.check_step(physics_dt_s)?;
+        let clock = Clock::new(&scenario.run, physics_dt_s);
+
+        let start = Pose {
+            x_m: scenario.robot.x_m,
+            y_m: scenario.robot.y_m,
+            heading_rad: scenario.robot.heading_deg.to_radians(),
+        };
+        let floor = floor::floor(&scenario.world.floor)?;
+        let settings = world_settings(&mut scenario, physics_dt_s);
+        let world = World::new(robot, &floor, start, &settings)?;
+
         let drive = Drive::new(
             &mut scenario,
             robot,
@@ -156,12 +161,7 @@ impl Simulation {
             pilot.reference_point_m(),
             physics_dt_s,
         )?;
-        let sensors = Sensors::new(
-            &scenario.sensors,
-            start,
-            &kinematics,
-            scenario.run.control_dt_s,
-        )?;
+        let sensors = Sensors::new(&scenario.sensors, start, &kinematics, &scenario.run)?;
 
         let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
         if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
@@ -366,7 +366,9 @@ impl Simulation {
 }
 
 fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
-    let options = scenario.robot.load_options(&scenario.folder);
+    let options = scenario
+        .robot
+        .load_options(&scenario.folder, &scenario.files);
     let loaded = Robot::load_with(scenario.resolve(&scenario.robot.file), &options)?;
     Ok(loaded.robot)
 }
