@@ -38,14 +38,14 @@ pub enum TraceError {
         /// What it holds.
         path: PathBuf,
     },
-    /// A recorded value is not a number.
-    #[error("the simulation broke down at {t_s} s: `{signal}` is {value}")]
-    NotFinite {
+    /// A recorded value is no number, or beyond all that means something.
+    #[error("the simulation diverged at {t_s} s: `{signal}` is {value:e}")]
+    Diverged {
         /// The signal, by its column's name.
         signal: String,
         /// When, in seconds.
         t_s: f64,
-        /// Its value: NaN or infinite.
+        /// Its value.
         value: f64,
     },
     /// The file holds other values than were written.

@@ -7,14 +7,17 @@ use crate::error::TraceError;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
+/// The largest value that means something: what the world computes with ends at 3.4e38, and its squares long before.
+const LARGEST: f64 = 1e30;
 /// How the names of signals end that may be infinite: what a task can be given has no bound where wheel rates have none.
 const UNBOUNDED: &str = "_capacity_rad_s";
 
 impl Trace {
-    /// Makes sure that every recorded value is finite: from the first that is not, all that follows means nothing.
+    /// Makes sure that every recorded value is finite, and no larger than 1e30: from the first that is not, all that follows
+    /// means nothing.
     ///
     /// # Errors
-    /// [`TraceError::NotFinite`] with the first such value.
+    /// [`TraceError::Diverged`] with the first such value.
     pub fn check_finite(&self) -> Result<(), TraceError> {
         Watched::of(self).check(self, 0..self.row_count())
     }
@@ -33,11 +36,12 @@ impl Watched {
     pub fn check(&self, trace: &Trace, rows: Range<usize>) -> Result<(), TraceError> {
         for row in rows {
             for signal in &self.0 {
-                let Some(value) = signal.get(trace, row).filter(|value| !value.is_finite()) else {
+                let is_wild = |value: &f64| value.is_nan() || value.abs() > LARGEST;
+                let Some(value) = signal.get(trace, row).filter(is_wild) else {
                     continue;
                 };
                 if value.is_nan() || !signal.name.ends_with(UNBOUNDED) {
-                    return Err(TraceError::NotFinite {
+                    return Err(TraceError::Diverged {
                         signal: signal.name.clone(),
                         t_s: trace
                             .records()
@@ -78,7 +82,7 @@ mod tests {
                 wheel.rate_rad_s = f64::NAN;
             }
         });
-        let expected = "the simulation broke down at 1.5 s: `wheel1_rate_rad_s` is NaN";
+        let expected = "the simulation diverged at 1.5 s: `wheel1_rate_rad_s` is NaN";
         assert_eq!(told, Err(expected.to_owned()));
         let told = with(|step, record, _| {
             record.t_s = 0.0;
@@ -86,8 +90,14 @@ mod tests {
                 record.truth.pose.x_m = f64::NEG_INFINITY;
             }
         });
-        let expected = "the simulation broke down at 0 s: `truth_x_m` is -inf";
+        let expected = "the simulation diverged at 0 s: `truth_x_m` is -inf";
         assert_eq!(told, Err(expected.to_owned()));
+        let wild = |_, _: &mut Record, wheel: &mut WheelSample| wheel.rate_rad_s = -1.1e30;
+        assert!(
+            with(wild)
+                .unwrap_err()
+                .ends_with("`wheel1_rate_rad_s` is -1.1e30")
+        );
     }
 
     #[test]

@@ -74,7 +74,7 @@ impl Recording {
     ///
     /// # Errors
     /// [`TraceError::Io`], [`TraceError::Encode`] where they had to go into a file and could not;
-    /// [`TraceError::NotFinite`] where they hold something that is no number.
+    /// [`TraceError::Diverged`] where they hold something that is no number.
     pub fn take(&mut self, rows: &mut Trace) -> Result<(), TraceError> {
         let before = self.recent.row_count();
         self.recent.append(rows);

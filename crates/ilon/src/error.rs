@@ -240,7 +240,7 @@ fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
         TraceError::Foreign { .. } => {
             "nothing of it was removed; write to another folder, or move it away"
         }
-        TraceError::NotFinite { .. } => {
+        TraceError::Diverged { .. } => {
             "look for numbers of very different size in the scenario and in the robot's file, or take shorter steps: \
              `run.physics_dt_s`"
         }

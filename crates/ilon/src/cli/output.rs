@@ -190,7 +190,7 @@ fn check_finite(summary: &Summary) -> Result<(), Error> {
     let figures = figures.map_err(|error| Error::encode("the summary", &error))?;
     match not_finite(&figures) {
         None => Ok(()),
-        Some((name, value)) => Err(TraceError::NotFinite {
+        Some((name, value)) => Err(TraceError::Diverged {
             signal: name,
             t_s: summary.duration_s,
             value,
