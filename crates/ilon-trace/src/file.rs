@@ -175,6 +175,27 @@ mod tests {
     }
 
     #[test]
+    fn a_broken_file_whose_checksum_was_made_to_fit_is_refused_or_read_and_nothing_worse() {
+        let folder = Folder::new("sealed");
+        let path = folder.0.join("trace.parquet");
+        let trace = made_up_trace(1, 6, true);
+        trace.write_parquet(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
+        let (mut refused, mut read) = (0, 0);
+        for bit in (8 * 52..8 * whole.len()).step_by(211) {
+            let mut broken = whole.clone();
+            broken[bit / 8] ^= 1 << (bit % 8);
+            checksum::seal(&mut broken);
+            fs::write(&path, &broken).unwrap();
+            match Trace::read_parquet(&path) {
+                Ok(_) => read += 1,
+                Err(_) => refused += 1,
+            }
+        }
+        assert!(refused > 0 && read > 0, "{refused} refused, {read} read");
+    }
+
+    #[test]
     fn a_trace_that_cannot_be_written_leaves_nothing_behind() {
         let folder = Folder::new("unwritable");
         // A folder stands where the file should go.

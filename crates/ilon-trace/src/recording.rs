@@ -180,7 +180,10 @@ impl Recorded {
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
         match self {
             Self::Memory(trace) => trace.write_parquet(path),
-            Self::File(file) => write_atomically(path, |copy| file.copy_to(copy)),
+            Self::File(file) => write_atomically(path, |copy| {
+                file.copy_to(copy).map_err(io_error("write", path))?;
+                Ok(())
+            }),
         }
     }
 }

@@ -260,6 +260,7 @@ pub(crate) fn reason(error: &std::io::Error) -> String {
         ErrorKind::PermissionDenied => "permission denied".to_owned(),
         ErrorKind::IsADirectory => "it is a folder".to_owned(),
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder".to_owned(),
+        ErrorKind::ReadOnlyFilesystem => "its file system cannot be written to".to_owned(),
         ErrorKind::StorageFull => "the disk is full".to_owned(),
         ErrorKind::AlreadyExists => "a file of that name stands in the way".to_owned(),
         _ => error.to_string(),

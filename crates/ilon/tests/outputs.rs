@@ -107,8 +107,8 @@ fn what_a_killed_writer_left_is_gone_after_the_next() {
     for place in ["out", "kept", "saved"] {
         folder.write(&format!("{place}/{dead}"), "half");
     }
-    for (file, other) in [("j.xml", "j.xml"), ("r.svg", "r.svg")] {
-        folder.write(&format!(".{file}.dead.ilon-partial"), other);
+    for file in ["j.xml", "r.svg", "good.toml"] {
+        folder.write(&format!(".{file}.dead.ilon-partial"), "half");
     }
     ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
     let check = [
@@ -120,6 +120,7 @@ fn what_a_killed_writer_left_is_gone_after_the_next() {
         "saved",
         "--junit",
         "j.xml",
+        "--update",
     ];
     ended_with(0, &folder.ilon(&check));
     ended_with(

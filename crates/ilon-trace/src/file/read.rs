@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use ilon_robot::{FileAccess, ReadError};
@@ -10,7 +11,6 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::checksum::{self, Found};
-use super::write::NAMELESS;
 use super::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
@@ -63,11 +63,15 @@ impl TraceFile {
 
     /// A trace in a file without a name.
     pub(crate) fn of_nameless(file: File) -> Result<Self, TraceError> {
-        Self::of(file, Path::new(NAMELESS))
+        Self::of(file, &std::env::temp_dir())
     }
 
     /// A trace in a file that is known to be whole.
     pub(crate) fn of(file: File, path: &Path) -> Result<Self, TraceError> {
+        shielded(path, || Self::parse(file, path))
+    }
+
+    fn parse(file: File, path: &Path) -> Result<Self, TraceError> {
         let not_parquet = |source| TraceError::NotParquet {
             path: path.to_owned(),
             source,
@@ -91,18 +95,18 @@ impl TraceFile {
     }
 
     /// Copies the file as it is.
-    pub(crate) fn copy_to(&self, copy: &mut File) -> Result<(), TraceError> {
-        let mut copy_all = || {
-            let mut own = &self.file;
-            own.seek(SeekFrom::Start(0))?;
-            std::io::copy(&mut own, copy)
-        };
-        copy_all().map_err(io_error("write", &self.path))?;
-        Ok(())
+    pub(crate) fn copy_to(&self, copy: &mut File) -> std::io::Result<u64> {
+        let mut own = &self.file;
+        own.seek(SeekFrom::Start(0))?;
+        std::io::copy(&mut own, copy)
     }
 
     /// The values of a signal in one group of rows.
     fn values(&self, group: usize, signal: &Signal) -> Result<Vec<Option<f64>>, TraceError> {
+        shielded(&self.path, || self.decode(group, signal))
+    }
+
+    fn decode(&self, group: usize, signal: &Signal) -> Result<Vec<Option<f64>>, TraceError> {
         let not_parquet = |source| TraceError::NotParquet {
             path: self.path.clone(),
             source,
@@ -182,6 +186,16 @@ impl Rows for TraceFile {
         }
         Ok(())
     }
+}
+
+/// Reads Parquet out of reach of its reader's panics: a file may be made to have a checksum that fits, and yet be broken.
+fn shielded<T>(path: &Path, read: impl FnOnce() -> Result<T, TraceError>) -> Result<T, TraceError> {
+    // What the closures look at is read anew each time, or dropped.
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        Err(TraceError::Damaged {
+            path: path.to_owned(),
+        })
+    })
 }
 
 /// What stands under a key among the file's metadata.

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as PhysicalType};
@@ -37,12 +37,9 @@ pub struct TraceWriter {
 enum Place {
     /// Under another name, until it is finished.
     Named(Unfinished),
-    /// Nowhere in a folder.
-    Nameless,
+    /// Under no name, on the disk of this folder.
+    Nameless(PathBuf),
 }
-
-/// What a file without a name is called in messages.
-pub(crate) const NAMELESS: &str = "temporary trace";
 
 impl TraceWriter {
     /// Begins the file `path`, which grows in the folder `growing_in`, on the same file system.
@@ -52,13 +49,12 @@ impl TraceWriter {
     pub fn begin(path: &Path, growing_in: &Path, header: &Header) -> Result<Self, TraceError> {
         let unfinished = Unfinished::create(path, growing_in)?;
         let file = unfinished.file()?;
-        let place = Place::Named(unfinished);
-        Self::into(place, file, header)
+        Self::into(Place::Named(unfinished), file, header)
     }
 
     /// Begins a file without a name, which is gone once nobody has it open, however that comes about.
     pub(crate) fn begin_nameless(file: File, header: &Header) -> Result<Self, TraceError> {
-        Self::into(Place::Nameless, file, header)
+        Self::into(Place::Nameless(std::env::temp_dir()), file, header)
     }
 
     fn into(place: Place, file: File, header: &Header) -> Result<Self, TraceError> {
@@ -122,12 +118,19 @@ impl Place {
     fn path(&self) -> &Path {
         match self {
             Self::Named(unfinished) => unfinished.path(),
-            Self::Nameless => Path::new(NAMELESS),
+            Self::Nameless(folder) => folder,
         }
     }
 }
 
 fn encode(path: &Path, source: ParquetError) -> TraceError {
+    let source = match source {
+        ParquetError::External(error) => match error.downcast::<std::io::Error>() {
+            Ok(error) => return io_error("write", path)(*error),
+            Err(error) => ParquetError::External(error),
+        },
+        source => source,
+    };
     TraceError::Encode {
         path: path.to_owned(),
         source,

@@ -156,6 +156,16 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Error> {
             file::clear_unfinished(&folder)?;
         }
     }
+    if arguments.update.is_some() {
+        let file = |one: &Found| one.path.canonicalize().ok();
+        let folders: BTreeSet<_> = found
+            .iter()
+            .filter_map(|one| Some(file(one)?.parent()?.to_owned()))
+            .collect();
+        for folder in folders {
+            file::clear_unfinished(&folder)?;
+        }
+    }
     if let Some(folder) = keep {
         claims.push(claim::folder(folder, "--keep")?);
         for one in found {
@@ -255,6 +265,7 @@ fn against(
     };
     let kept = below.join(name);
     std::fs::create_dir_all(&kept).map_err(|source| Error::write(&kept, &source))?;
+    file::clear_unfinished(&kept)?;
     let drawn = kept.join("difference.html");
     difference::write(&drawn, &run.trace, baseline, &found)?;
     Ok((found, Some(drawn)))
