@@ -21,6 +21,7 @@ pub use read::TraceFile;
 pub use write::{ROWS_A_GROUP, TraceWriter};
 
 pub(crate) use atomic::{io_error, is_unfinished};
+pub(crate) use lock::LOCK;
 
 use crate::error::TraceError;
 use crate::rows::{Rows, Which};

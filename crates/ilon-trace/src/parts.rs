@@ -6,29 +6,37 @@
 //! (`trace.partial/*.parquet`).
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::TraceError;
-use crate::file::{io_error, is_unfinished};
+use crate::file::{LOCK, OutputLock, io_error, is_unfinished};
 use crate::trace::Trace;
 
-/// The parts of a growing trace.
+/// The parts of a growing trace. Their folder is locked, so that two traces do not grow in one.
 #[derive(Debug)]
 pub struct Parts {
     folder: PathBuf,
     parts: usize,
+    lock: OutputLock,
 }
 
 impl Parts {
     /// Begins with an empty folder; parts that an earlier writer left there are removed.
     ///
     /// # Errors
-    /// [`TraceError::Io`] where the folder cannot be made or emptied, [`TraceError::Foreign`] where it holds something that
-    /// no such writer leaves.
+    /// [`TraceError::Io`] where the folder cannot be made or emptied, [`TraceError::InUse`] where another trace grows in
+    /// it, [`TraceError::Foreign`] where it holds something that no such writer leaves.
     pub fn begin(folder: PathBuf) -> Result<Self, TraceError> {
-        remove(&folder)?;
         fs::create_dir_all(&folder).map_err(io_error("create", &folder))?;
-        Ok(Self { folder, parts: 0 })
+        refuse_foreign(&folder)?;
+        let lock = OutputLock::of_folder(&folder)?;
+        remove_parts(&folder)?;
+        Ok(Self {
+            folder,
+            parts: 0,
+            lock,
+        })
     }
 
     /// Writes rows, if there are any, as the next part.
@@ -55,7 +63,14 @@ impl Parts {
     /// # Errors
     /// [`TraceError::Io`].
     pub fn remove(self) -> Result<(), TraceError> {
-        remove(&self.folder)
+        let Self { folder, lock, .. } = self;
+        remove_parts(&folder)?;
+        drop(lock);
+        match fs::remove_dir(&folder) {
+            // Somebody has put something there since.
+            Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(()),
+            removed => removed.map_err(io_error("remove", &folder)),
+        }
     }
 }
 
@@ -77,26 +92,24 @@ pub(crate) fn read(folder: &Path) -> Result<Trace, TraceError> {
     })
 }
 
-/// Removes a folder of parts with all that its writer may have left there. Where it holds anything else it stays, whole.
-fn remove(folder: &Path) -> Result<(), TraceError> {
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        entries => entries.map_err(io_error("remove", folder))?,
-    };
-    let mut ours = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(io_error("remove", folder))?;
+/// Refuses a folder that holds anything else than what a writer of parts leaves: it will be emptied.
+fn refuse_foreign(folder: &Path) -> Result<(), TraceError> {
+    for entry in fs::read_dir(folder).map_err(io_error("read", folder))? {
+        let entry = entry.map_err(io_error("read", folder))?;
         let name = entry.file_name().to_string_lossy().into_owned();
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-        if !is_file || !(is_part(&name) || is_unfinished(&name)) {
+        if !is_file || !(is_part(&name) || is_unfinished(&name) || name == LOCK) {
             return Err(TraceError::Foreign { path: entry.path() });
         }
-        ours.push(entry.path());
     }
-    for path in ours {
+    Ok(())
+}
+
+fn remove_parts(folder: &Path) -> Result<(), TraceError> {
+    for path in paths(folder)? {
         fs::remove_file(&path).map_err(io_error("remove", &path))?;
     }
-    fs::remove_dir(folder).map_err(io_error("remove", folder))
+    Ok(())
 }
 
 /// Whether a file has the name of a part.
@@ -133,7 +146,13 @@ mod tests {
         for rows in [0..10, 10..10, 10..11, 11..25] {
             parts.write(&whole.rows(rows)).unwrap();
         }
-        assert_eq!(fs::read_dir(&path).unwrap().count(), 3);
+        let three_and_their_lock = 4;
+        assert_eq!(fs::read_dir(&path).unwrap().count(), three_and_their_lock);
+        match Parts::begin(path.clone()) {
+            Err(TraceError::InUse { path: taken, .. }) => assert_eq!(taken, path),
+            other => panic!("{other:?}"),
+        }
+        drop(parts);
         // What a writer that was killed in the middle of a part leaves behind is no part.
         fs::write(path.join(".0000003.parquet.x.ilon-partial"), b"PAR1 half").unwrap();
         assert_eq!(Trace::read_parquet(&path).unwrap(), whole);

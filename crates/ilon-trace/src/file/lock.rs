@@ -8,7 +8,7 @@ use super::atomic::{clear_unfinished, clear_unfinished_of, folder_of, io_error};
 use crate::error::TraceError;
 
 /// The name of a folder's lock, and how the name of a file's lock ends.
-const LOCK: &str = ".ilon-lock";
+pub(crate) const LOCK: &str = ".ilon-lock";
 
 /// A folder, or a file, that nobody else who asks for this lock writes to until it is dropped.
 ///
