@@ -21,8 +21,11 @@ impl TorqueRange {
         max_n_m: f64::INFINITY,
     };
 
-    /// The torque in the range nearest to `torque_n_m`.
+    /// The torque in the range nearest to `torque_n_m`. NaN stays NaN: it shall not pass for the largest torque.
     pub fn clamp(&self, torque_n_m: f64) -> f64 {
+        if torque_n_m.is_nan() {
+            return torque_n_m;
+        }
         torque_n_m.min(self.max_n_m).max(self.min_n_m)
     }
 }
@@ -189,6 +192,16 @@ mod tests {
             velocity_rad_s: 18.0,
         };
         Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_is_no_torque_does_not_become_the_largest() {
+        let range = TorqueRange {
+            min_n_m: -1.0,
+            max_n_m: 2.0,
+        };
+        assert_eq!([-3.0, 0.5, 3.0].map(|t| range.clamp(t)), [-1.0, 0.5, 2.0]);
+        assert!(range.clamp(f64::NAN).is_nan());
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub struct PoseFilterSettings {
     pub drift_heading_rad: f64,
     /// Distance of the wheels from the body's origin in metres: how far they roll per radian turned.
     pub size_m: f64,
-    /// How many odometry steps are kept: a pose older than these comes too late.
+    /// How many odometry steps are kept, [`PoseFilter::MOST_STEPS`] at most: a pose older than these comes too late.
     pub memory: usize,
 }
 
@@ -74,10 +74,14 @@ struct Step {
 }
 
 impl PoseFilter {
+    /// The most odometry steps that are kept: room is made for all of them, 130 bytes or so each, so that none is made
+    /// under way.
+    pub const MOST_STEPS: usize = 1_000_000;
+
     /// A filter that knows where the robot stands at a time in seconds.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`], [`ControlError::Negative`] for settings out of range.
+    /// [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::TooLarge`] for settings out of range.
     pub fn new(
         start_s: f64,
         start: Pose,
@@ -100,7 +104,15 @@ impl PoseFilter {
             settings.drift_heading_rad,
         )?;
         not_negative("the robot's size in m", settings.size_m)?;
-        positive("the filter's memory in steps", settings.memory as f64)?;
+        let memory = "the filter's memory in steps";
+        positive(memory, settings.memory as f64)?;
+        if settings.memory > Self::MOST_STEPS {
+            return Err(ControlError::TooLarge {
+                what: memory.to_owned(),
+                value: settings.memory as f64,
+                most: Self::MOST_STEPS as f64,
+            });
+        }
         // A split step takes a place more.
         let mut steps = VecDeque::with_capacity(settings.memory + 2);
         steps.push_back(Step {
@@ -453,6 +465,18 @@ mod tests {
         assert_eq!(filter.estimate(), before);
         assert!(filter.correct(1.4, &somewhere));
         assert!(!filter.correct(1.3, &somewhere), "out of order");
+    }
+
+    #[test]
+    fn no_memory_that_is_asked_for_ends_the_process() {
+        for memory in [PoseFilter::MOST_STEPS + 1, usize::MAX - 1, usize::MAX] {
+            let settings = PoseFilterSettings {
+                memory,
+                ..settings()
+            };
+            let refused = PoseFilter::new(0.0, Pose::default(), &settings);
+            assert!(matches!(refused, Err(ControlError::TooLarge { .. })));
+        }
     }
 
     #[test]

@@ -48,8 +48,12 @@
 //! # Ok::<(), ilon_robot::RobotError>(())
 //! ```
 
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod barrel;
 mod error;
+pub mod files;
 mod generate;
 mod load;
 mod model;
@@ -59,6 +63,7 @@ mod spec;
 
 pub use barrel::Barrel;
 pub use error::{Fault, Place, RobotError};
+pub use files::{FileAccess, ReadError};
 pub use generate::generate;
 pub use load::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
 pub use model::{

@@ -68,7 +68,7 @@ impl Robot {
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let bytes = source::read(path, &file)?;
+        let bytes = source::read(path, &file, &options.files)?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let reason = format!("it is not text: {e}");
             RobotError::new(&file, Fault::Xml { reason })
@@ -78,7 +78,13 @@ impl Robot {
         if let Err(error) = &loaded
             && let Fault::Unexpanded { what, .. } = error.fault()
         {
-            return match xacro::expand(path, &options.packages) {
+            // What xacro includes does not come through that door.
+            let expanded = if options.files.is_confined() {
+                Err("xacro files may not be expanded where only some files may be read".to_owned())
+            } else {
+                xacro::expand(path, &options.packages)
+            };
+            return match expanded {
                 Ok(urdf) => load_expanded(&urdf, &file, options),
                 Err(reason) => Err(error.clone().with_fault(Fault::Unexpanded {
                     what: what.clone(),
@@ -154,7 +160,7 @@ fn read(
         source,
         tree: &tree,
         options,
-        meshes: Meshes::beside(source.file, &options.packages),
+        meshes: Meshes::beside(source.file, &options.packages, &options.files),
         remarks,
         outlines: Vec::new(),
     };

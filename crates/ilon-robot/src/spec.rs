@@ -8,6 +8,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, RobotError};
+use crate::files::FileAccess;
+
+/// Longest description that is read, in bytes: one with a wheel list of thousands stays below.
+const MAX_BYTES: u64 = 1 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis and handedness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -163,7 +167,8 @@ impl Spec {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let read = FileAccess::anywhere().read_text(path, MAX_BYTES);
+        let text = read.map_err(|e| {
             let reason = e.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
         })?;

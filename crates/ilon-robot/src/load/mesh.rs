@@ -10,8 +10,8 @@ use nalgebra::Point3;
 
 use super::dae;
 use super::options::Package;
-use super::source::read_at_most;
 use crate::error::Fault;
+use crate::files::FileAccess;
 
 /// Largest mesh file that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
@@ -20,16 +20,18 @@ const MAX_BYTES: u64 = 256 << 20;
 pub(super) struct Meshes {
     folder: PathBuf,
     packages: Vec<Package>,
+    access: FileAccess,
     read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
 }
 
 impl Meshes {
     /// For meshes named by a URDF file.
-    pub(super) fn beside(file: &str, packages: &[Package]) -> Self {
+    pub(super) fn beside(file: &str, packages: &[Package], access: &FileAccess) -> Self {
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         Self {
             folder: folder.to_owned(),
             packages: packages.to_vec(),
+            access: access.clone(),
             read: RefCell::new(HashMap::new()),
         }
     }
@@ -40,7 +42,7 @@ impl Meshes {
         if let Some(known) = self.read.borrow().get(&path) {
             return Ok(Rc::clone(known));
         }
-        let vertices: Rc<[Point3<f64>]> = read(&path)
+        let vertices: Rc<[Point3<f64>]> = read(&path, &self.access)
             .map_err(|reason| Fault::MeshUnreadable {
                 mesh: path.display().to_string(),
                 reason,
@@ -87,10 +89,8 @@ pub(super) fn folder_of(
         .find(|candidate| holds(candidate))
 }
 
-fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
-    let bytes = read_at_most(MAX_BYTES, path)
-        .map_err(|e| e.to_string())?
-        .ok_or_else(|| format!("it is larger than {} MB", MAX_BYTES >> 20))?;
+fn read(path: &Path, access: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = access.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let extension = path
         .extension()
         .unwrap_or_default()

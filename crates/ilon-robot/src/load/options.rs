@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::files::FileAccess;
+
 /// How to read a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -18,6 +20,10 @@ pub struct LoadOptions {
     pub rollers: RollerForms,
     /// Puts rollers into wheels that have none in the file.
     pub wheels: Option<WheelOptions>,
+    /// Which files may be read: the robot's own, and the meshes that it names. Where only some may be, xacro files are not
+    /// expanded.
+    #[serde(skip)]
+    pub files: FileAccess,
 }
 
 /// What the rollers of a robot touch the ground with.

@@ -4,8 +4,6 @@
 //! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
-use std::io::{self, Read};
 use std::ops::Range;
 use std::path::Path;
 
@@ -13,6 +11,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::remark;
 use crate::error::{Fault, RobotError};
+use crate::files::{FileAccess, ReadError};
 use crate::model::Remark;
 
 /// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
@@ -21,6 +20,8 @@ const MAX_BYTES: u64 = 64 << 20;
 const MAX_NODES: u32 = 4_000_000;
 /// Deepest nesting of XML elements that is read; plug-in settings nest a dozen deep.
 const MAX_DEPTH: usize = 100;
+/// Most attributes of one element that are read: that no two have the same name is found out pair by pair.
+const MAX_ATTRIBUTES: usize = 1000;
 
 /// A URDF text and its elements.
 pub(super) struct Source<'a> {
@@ -44,6 +45,13 @@ impl<'a> Source<'a> {
             let fault = Fault::TooLarge {
                 what: format!("elements nested more than {MAX_DEPTH} deep"),
                 most: format!("{MAX_DEPTH} levels"),
+            };
+            return Err(RobotError::new(file, fault).at(text, at));
+        }
+        if let Some(at) = crowded_tag(text) {
+            let fault = Fault::TooLarge {
+                what: format!("an element with more than {MAX_ATTRIBUTES} attributes"),
+                most: format!("{MAX_ATTRIBUTES}"),
             };
             return Err(RobotError::new(file, fault).at(text, at));
         }
@@ -263,24 +271,17 @@ pub(super) fn describe(node: Node) -> String {
     }
 }
 
-/// A file's bytes; `None` where there are more than `most` of them, however much a file says that it holds: devices hold
-/// nothing and never end.
-pub(super) fn read_at_most(most: u64, path: &Path) -> io::Result<Option<Vec<u8>>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
-}
-
 /// The bytes of a robot's file.
-pub(super) fn read(path: &Path, file: &str) -> Result<Vec<u8>, RobotError> {
-    match read_at_most(MAX_BYTES, path) {
-        Ok(Some(bytes)) => Ok(bytes),
-        Ok(None) => Err(RobotError::new(file, too_large())),
-        Err(e) => {
-            let reason = e.to_string();
-            Err(RobotError::new(file, Fault::Unreadable { reason }))
-        }
-    }
+pub(super) fn read(path: &Path, file: &str, access: &FileAccess) -> Result<Vec<u8>, RobotError> {
+    access.read(path, MAX_BYTES).map_err(|error| {
+        let fault = match error {
+            ReadError::TooLarge(_) => too_large(),
+            other => Fault::Unreadable {
+                reason: other.to_string(),
+            },
+        };
+        RobotError::new(file, fault)
+    })
 }
 
 fn too_large() -> Fault {
@@ -312,6 +313,24 @@ pub(super) fn deepest_nesting(text: &str) -> Option<Range<usize>> {
             let at = text.len() - rest.len() - 1;
             return Some(at..at + close + 2);
         }
+    }
+    None
+}
+
+/// The first tag with more attributes than are read.
+fn crowded_tag(text: &str) -> Option<Range<usize>> {
+    let mut start = 0;
+    for piece in text.split('<') {
+        let signs = piece.matches('=').count();
+        if signs > MAX_ATTRIBUTES && !piece.starts_with(['!', '?']) {
+            let tag = &piece[..end_of_tag(piece).unwrap_or(piece.len())];
+            // Each attribute has a value in quotes; what stands between them has none.
+            let values = tag.split(['"', '\'']).skip(1).step_by(2).count();
+            if values > MAX_ATTRIBUTES {
+                return Some(start..start + tag.len());
+            }
+        }
+        start += piece.len() + 1;
     }
     None
 }

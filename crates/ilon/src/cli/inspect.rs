@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use ilon_control::Kinematics;
 use ilon_robot::{Handedness, LoadOptions, Package, Robot, RollerForms, WheelOptions};
 
-use super::Outcome;
+use super::escape::one_line;
 use super::table::Table;
+use super::{Outcome, Sandbox, claim, say};
 use crate::inspect::Inspection;
 use crate::{Error, drawing};
 
@@ -27,6 +28,8 @@ pub(super) struct Arguments {
     as_modelled: bool,
     #[command(flatten)]
     wheels: Wheels,
+    #[command(flatten)]
+    sandbox: Sandbox,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
@@ -108,7 +111,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             RollerForms::Barrel
         },
         wheels: arguments.wheels.options(),
+        files: arguments.sandbox.files()?,
     };
+    let claim_svg = |path| claim::file(path, "--svg", std::slice::from_ref(&arguments.robot));
+    let _claim = arguments.svg.as_deref().map(claim_svg).transpose()?;
     let loaded = Robot::load_with(&arguments.robot, &options)?;
     let inspection = Inspection::of_loaded(&loaded)?;
     if let Some(path) = &arguments.svg {
@@ -116,12 +122,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Error::invalid(error.to_string(), ""))?;
-        super::print(&(json + "\n"))?;
+            .map_err(|error| Error::encode("the inspection", &error))?;
+        say::data(&(json + "\n"))?;
     } else {
-        super::print(&text(&inspection))?;
+        say::lines(&text(&inspection))?;
         if let Some(path) = &arguments.svg {
-            super::print(&format!("\ndrawn in {}\n", path.display()))?;
+            let path = path.display().to_string();
+            say::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
         }
     }
     Kinematics::new(&loaded.robot)?;
@@ -274,12 +281,14 @@ fn text(robot: &Inspection) -> String {
     text.push_str(&format!("\n{table}"));
 
     if let Some(singularity) = &robot.singularity {
+        let singularity = one_line(singularity);
         text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
     }
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
         for (subjects, said) in gathered(&robot.remarks) {
-            text.push_str(&format!("  {}: {said}\n", subjects.join(", ")));
+            let remark = format!("{}: {said}", subjects.join(", "));
+            text.push_str(&format!("  {}\n", one_line(&remark)));
         }
     }
     text

@@ -80,6 +80,15 @@ pub struct Simulation {
     warnings: Vec<String>,
 }
 
+/// Where the scenario puts its robot.
+fn start_pose(scenario: &Scenario) -> Pose {
+    Pose {
+        x_m: scenario.robot.x_m,
+        y_m: scenario.robot.y_m,
+        heading_rad: scenario.robot.heading_deg.to_radians(),
+    }
+}
+
 impl Simulation {
     /// Puts the scenario's robot into its world, at rest.
     ///
@@ -119,29 +128,6 @@ impl Simulation {
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
 
-        let model = drive::dynamic_model(robot)?;
-        let physics_dt_s = match scenario.run.physics_dt_s {
-            Step::Seconds(dt_s) => dt_s,
-            Step::Auto(_) => {
-                let dt_s = tuning::physics_dt_s(&scenario, robot, &model);
-                let split_dt_s = tuning::split_dt_s(&scenario);
-                let solver = &mut scenario.world.solver;
-                solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
-                dt_s
-            }
-        };
-        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
-        let clock = Clock::new(&scenario.run, physics_dt_s);
-
-        let start = Pose {
-            x_m: scenario.robot.x_m,
-            y_m: scenario.robot.y_m,
-            heading_rad: scenario.robot.heading_deg.to_radians(),
-        };
-        let floor = floor::floor(&scenario.world.floor)?;
-        let settings = world_settings(&mut scenario, physics_dt_s);
-        let world = World::new(robot, &floor, start, &settings)?;
-
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
             Some(limit_rad_s) => limit_rad_s,
             None => robot.wheel_rate_limit_rad_s(),
@@ -154,6 +140,27 @@ impl Simulation {
             limit_rad_s,
             controller,
         )?;
+
+        let model = drive::dynamic_model(robot)?;
+        let physics_dt_s = match scenario.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => {
+                let split_dt_s = tuning::split_dt_s(&scenario);
+                let solver = &mut scenario.world.solver;
+                solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+                let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
+                tuning::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
+            }
+        };
+        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+        scenario.check_step(physics_dt_s)?;
+        let clock = Clock::new(&scenario.run, physics_dt_s);
+
+        let start = start_pose(&scenario);
+        let floor = floor::floor(&scenario.world.floor)?;
+        let settings = world_settings(&mut scenario, physics_dt_s);
+        let world = World::new(robot, &floor, start, &settings)?;
+
         let drive = Drive::new(
             &mut scenario,
             robot,
@@ -161,12 +168,7 @@ impl Simulation {
             pilot.reference_point_m(),
             physics_dt_s,
         )?;
-        let sensors = Sensors::new(
-            &scenario.sensors,
-            start,
-            &kinematics,
-            scenario.run.control_dt_s,
-        )?;
+        let sensors = Sensors::new(&scenario.sensors, start, &kinematics, &scenario.run)?;
 
         let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
         if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
@@ -358,7 +360,9 @@ impl Simulation {
 }
 
 fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
-    let options = scenario.robot.load_options(&scenario.folder);
+    let options = scenario
+        .robot
+        .load_options(&scenario.folder, &scenario.files);
     let loaded = Robot::load_with(scenario.resolve(&scenario.robot.file), &options)?;
     Ok(loaded.robot)
 }

@@ -4,10 +4,11 @@ use ilon_control::{
     Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
     Kinematics, Reference, Task, TaskShare,
 };
-use ilon_robot::{Pose, Twist};
+use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use super::sensors::Seen;
+use super::start_pose;
 use super::waypoints;
 use crate::Error;
 use crate::scenario::{self, ReferencePoint, Scenario};
@@ -66,6 +67,9 @@ pub(super) struct Decision {
     /// The twists that the tasks asked for, highest priority first; empty in open loop.
     pub tasks: Vec<TaskShare>,
 }
+
+/// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
+const SAMPLES: usize = 2000;
 
 impl Pilot {
     pub fn new(
@@ -221,10 +225,44 @@ impl Pilot {
         }
     }
 
+    /// The fastest wheel rate that the scenario asks for, in rad/s, whatever its wheels can do: that of the commanded twist,
+    /// or of the reference and of the way to it from the start. Noise, pushes and overshoot come on top. `None` of a
+    /// controller of one's own.
+    pub fn fastest_rate_asked_rad_s(&self, scenario: &Scenario) -> Option<f64> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let (speed_m_s, turn_rad_s) = reference.peaks(scenario.run.duration_s, SAMPLES);
+                let start = start_pose(scenario);
+                let first = reference.at(0.0).pose;
+                // What follows is at most this far from the origin.
+                let arm_m = self.reference_point_m().norm();
+                let off_m = (first.position_m() - start.position_m()).norm() + arm_m;
+                let off_rad = wrap_angle(first.heading_rad - start.heading_rad).abs();
+                let gains = &scenario.guidance;
+                // Feedforward and feedback together.
+                let asked = self.guidance.feasibility(
+                    speed_m_s + gains.position_gain_per_s * off_m,
+                    turn_rad_s + gains.heading_gain_per_s * off_rad,
+                );
+                Some(asked.position_rad_s + asked.heading_rad_s)
+            }
+            Planned::Twist(profile) => {
+                let kinematics = self.guidance.kinematics();
+                let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+                let fastest = profile.changes.iter().map(|(_, twist)| {
+                    kinematics.wheel_rates(*twist, &mut rates_rad_s);
+                    rates_rad_s
+                        .iter()
+                        .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+            Planned::Own(..) => None,
+        }
+    }
+
     /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
     pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
-        /// Times at which the reference is looked at: a hundredth of a period of any path of the run.
-        const SAMPLES: usize = 2000;
         match &self.motion {
             Planned::Reference(reference) => {
                 let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
@@ -310,7 +348,11 @@ fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Refer
             file,
             speed_m_s,
             heading,
-        } => return waypoints::read(&scenario.resolve(file), *speed_m_s, heading_of(heading)),
+        } => {
+            let path = scenario.resolve(file);
+            let heading = heading_of(heading);
+            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
+        }
         Section::HoldPose {
             x_m,
             y_m,

@@ -1,0 +1,232 @@
+//! The one door through which files are read that somebody else named: which of them may be read, of which kind, and how
+//! large they may be.
+//!
+//! A scenario names a robot, a robot names meshes, and either may come from a stranger. What a file claims is not believed:
+//! devices and pipes never end or block, and a file can grow between its size and its last byte.
+
+use std::fs::{self, File, FileType};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Which files may be read: any, or those below some folders alone.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileAccess {
+    /// The folders, without links; `None` where any file may be read.
+    roots: Option<Vec<PathBuf>>,
+}
+
+/// Why a file was not read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// It is something else than a file: reading it may block, or never end.
+    #[error("it is {0}, not a file")]
+    NotAFile(&'static str),
+    /// It is larger than anything of its kind.
+    #[error("it is larger than {}, the most that is read", size(*.0))]
+    TooLarge(u64),
+    /// It lies outside of the folders that may be read, or a link in its path leads out of them.
+    #[error("it lies outside of what may be read here, {}", listed(.0))]
+    Outside(Vec<PathBuf>),
+    /// It is not text.
+    #[error("it is not UTF-8 text")]
+    NotText,
+}
+
+impl FileAccess {
+    /// Any file may be read.
+    pub fn anywhere() -> Self {
+        Self::default()
+    }
+
+    /// Only files below these folders may be read, wherever links seem to put them.
+    ///
+    /// # Errors
+    /// A folder that is not there; its path is in the message.
+    pub fn below<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> io::Result<Self> {
+        let resolved = |folder: P| {
+            let folder = folder.as_ref();
+            folder.canonicalize().map_err(|error| {
+                io::Error::new(error.kind(), format!("`{}`: {error}", folder.display()))
+            })
+        };
+        let roots = folders
+            .into_iter()
+            .map(resolved)
+            .collect::<io::Result<_>>()?;
+        Ok(Self { roots: Some(roots) })
+    }
+
+    /// Whether only some files may be read.
+    pub fn is_confined(&self) -> bool {
+        self.roots.is_some()
+    }
+
+    /// The bytes of a file of at most `most_bytes`.
+    ///
+    /// # Errors
+    /// [`ReadError`]; a file that says that it is larger is refused before any of it is read.
+    pub fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadError> {
+        let file = self.open(path)?;
+        if file.metadata()?.len() > most_bytes {
+            return Err(ReadError::TooLarge(most_bytes));
+        }
+        let mut bytes = Vec::new();
+        // However little it says that it holds: files of /proc say 0.
+        file.take(most_bytes.saturating_add(1))
+            .read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > most_bytes {
+            return Err(ReadError::TooLarge(most_bytes));
+        }
+        Ok(bytes)
+    }
+
+    /// The text of a file of at most `most_bytes`.
+    ///
+    /// # Errors
+    /// [`ReadError`].
+    pub fn read_text(&self, path: &Path, most_bytes: u64) -> Result<String, ReadError> {
+        String::from_utf8(self.read(path, most_bytes)?).map_err(|_| ReadError::NotText)
+    }
+
+    /// Opens a file, for what reads it piece by piece.
+    ///
+    /// # Errors
+    /// [`ReadError`].
+    pub fn open(&self, path: &Path) -> Result<File, ReadError> {
+        let path = match &self.roots {
+            None => path.to_owned(),
+            Some(roots) => {
+                let resolved = path.canonicalize()?;
+                if !roots.iter().any(|root| resolved.starts_with(root)) {
+                    return Err(ReadError::Outside(roots.clone()));
+                }
+                resolved
+            }
+        };
+        // Before it is opened: opening a pipe waits for whoever writes to it.
+        let kind = fs::metadata(&path)?.file_type();
+        if !kind.is_file() {
+            return Err(ReadError::NotAFile(kind_in_words(kind)));
+        }
+        Ok(File::open(path)?)
+    }
+}
+
+fn kind_in_words(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a pipe";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return "a device";
+        }
+    }
+    if kind.is_dir() {
+        "a folder"
+    } else {
+        "something else"
+    }
+}
+
+/// A size in the largest binary unit in which it is a whole number.
+fn size(bytes: u64) -> String {
+    match bytes {
+        0 => "0 bytes".to_owned(),
+        b if b.is_multiple_of(1 << 30) => format!("{} GB", b >> 30),
+        b if b.is_multiple_of(1 << 20) => format!("{} MB", b >> 20),
+        b if b.is_multiple_of(1 << 10) => format!("{} KB", b >> 10),
+        b => format!("{b} bytes"),
+    }
+}
+
+fn listed(folders: &[PathBuf]) -> String {
+    let quoted: Vec<_> = folders
+        .iter()
+        .map(|folder| format!("`{}`", folder.display()))
+        .collect();
+    quoted.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_up_to_its_last_byte_and_refused_one_byte_beyond() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, [7; 10]).unwrap();
+        let access = FileAccess::anywhere();
+        assert_eq!(access.read(&path, 10).unwrap(), [7; 10]);
+        let refused = access.read(&path, 9).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "it is larger than 9 bytes, the most that is read"
+        );
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_is_no_file_or_lies_about_its_size_is_refused_at_once() {
+        let access = FileAccess::anywhere();
+        let told = |path: &str| {
+            access
+                .read(Path::new(path), 1 << 20)
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(told("/dev/zero"), "it is a device, not a file");
+        assert_eq!(told("/proc"), "it is a folder, not a file");
+        // It says that it holds nothing.
+        let environment = Path::new("/proc/self/environ");
+        assert!(matches!(
+            access.read(environment, 1),
+            Err(ReadError::TooLarge(1))
+        ));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.unwrap().success());
+        // Opened, it would wait for a writer for ever.
+        let refused = access.read(&path, 1 << 20).unwrap_err();
+        assert_eq!(refused.to_string(), "it is a pipe, not a file");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn neither_dots_nor_links_lead_out_of_the_folders_that_may_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["in", "in/deep", "out"] {
+            fs::create_dir(at(name)).unwrap();
+        }
+        for name in ["in/a", "in/deep/b", "out/secret", "inside"] {
+            fs::write(at(name), name).unwrap();
+        }
+        std::os::unix::fs::symlink(at("out/secret"), at("in/link")).unwrap();
+        std::os::unix::fs::symlink(at("out"), at("in/folder")).unwrap();
+        std::os::unix::fs::symlink(at("in/a"), at("out/back")).unwrap();
+        let access = FileAccess::below([at("in")]).unwrap();
+        let read = |name: &str| access.read_text(&at(name), 100);
+        assert_eq!(read("in/a").unwrap(), "in/a");
+        assert_eq!(read("in/deep/../deep/b").unwrap(), "in/deep/b");
+        // It is below once the link is followed.
+        assert_eq!(read("out/back").unwrap(), "in/a");
+        for outside in ["in/../out/secret", "in/link", "in/folder/secret", "inside"] {
+            assert!(
+                matches!(read(outside), Err(ReadError::Outside(_))),
+                "{outside}"
+            );
+        }
+        assert!(FileAccess::below([at("nowhere")]).is_err());
+    }
+}
