@@ -95,6 +95,16 @@ pub(super) fn standing(
     Ok(at(free_m))
 }
 
+/// How far the nearest part of a robot is from a plane ground, its wheels turned as they are at the start, in metres.
+#[cfg(test)]
+pub(super) fn clearance_m(robot: &Robot, ground: &Ground, floor_from_body: &Isometry3<f64>) -> f64 {
+    let surfaces = surfaces(robot);
+    let gaps = surfaces
+        .iter()
+        .map(|surface| surface.gap_m(floor_from_body, &[Piece::Plane], ground));
+    gaps.fold(f64::INFINITY, f64::min)
+}
+
 /// Refuses a robot that does not stand on its wheels.
 fn refuse_what_hangs(
     robot: &Robot,

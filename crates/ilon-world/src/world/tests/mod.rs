@@ -1,10 +1,17 @@
 //! What only the inside of a world shows.
 
+mod off_the_flat;
+
 use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::World;
 use crate::{Floor, RollerBodies, Settings};
+
+fn shipped(name: &str) -> Robot {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    Robot::load(format!("{folder}/{name}.urdf")).expect("a shipped robot")
+}
 
 /// Angular momentum of the robot about the origin of the floor's frame, body by body, in kg m^2/s.
 fn angular_momentum(world: &World) -> Vector3<f64> {
@@ -38,11 +45,7 @@ fn angular_momentum(world: &World) -> Vector3<f64> {
 /// By how much of its angular momentum a robot changes it in half a second of floating and tumbling, while the rollers of
 /// one wheel spin at 1e4 rad/s.
 fn lost_tumbling(dt_s: f64) -> f64 {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../assets/robots/mecanum4.urdf"
-    );
-    let robot = Robot::load(path).expect("a shipped robot");
+    let robot = shipped("mecanum4");
     let settings = Settings {
         dt_s,
         gravity_m_s2: 0.0,
@@ -85,11 +88,7 @@ fn flywheels_keep_the_angular_momentum_of_a_robot_that_tumbles() {
 /// 0.45 m, 50 J. The balance closes to a hundredth; without the chassis all of it would be missing.
 #[test]
 fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../assets/robots/mecanum4.urdf"
-    );
-    let robot = Robot::load(path).expect("a shipped robot");
+    let robot = shipped("mecanum4");
     let settings = Settings::default();
     let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");

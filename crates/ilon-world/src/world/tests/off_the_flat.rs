@@ -1,0 +1,115 @@
+//! Landings, tilted robots, robots that lie: what a contact must not do wherever it is.
+
+use ilon_robot::{Pose as PlanarPose, Robot};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::super::standing::clearance_m;
+use super::{World, shipped};
+use crate::{Floor, RollerBodies, Settings};
+
+fn world(robot: &Robot, dt_s: f64, bodies: RollerBodies) -> World {
+    let settings = Settings {
+        dt_s,
+        roller_bodies: bodies,
+        ..Settings::default()
+    };
+    World::new(robot, &Floor::default(), PlanarPose::default(), &settings)
+        .expect("a robot above a plane")
+}
+
+/// Puts a robot into an attitude, its lowest part so high above the plane.
+fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
+    let mut pose = *world.state.floor_from_chassis();
+    pose.rotation = rotation;
+    pose.translation.z = 1.0;
+    world.state.place(pose);
+    let body_from_chassis = Isometry3::from(world.robot.chassis.mass.center_of_mass_m);
+    let floor_from_body = pose * body_from_chassis.inverse();
+    pose.translation.z += clear_m - clearance_m(&world.robot, &world.ground, &floor_from_body);
+    world.state.place(pose);
+    world.rebuild();
+}
+
+/// Whatever the height of the fall and wherever in the step it ends, the robot stays down.
+#[test]
+fn a_landing_does_not_bounce() {
+    let robot = shipped("mecanum4");
+    for (dt_s, bodies) in [(2.5e-3, RollerBodies::Near), (1e-3, RollerBodies::All)] {
+        for drop_m in [1e-3_f64, 5e-3, 0.02, 0.05] {
+            // From one phase of the step to the next the height of the fall differs by a part of what it moves in one.
+            let a_step_m = dt_s * (2.0 * 9.81 * drop_m).sqrt();
+            for phase in 0..8 {
+                let drop_m = drop_m + a_step_m * f64::from(phase) / 8.0;
+                let mut world = world(&robot, dt_s, bodies);
+                let rests_m = world.body().height_m;
+                place(&mut world, UnitQuaternion::identity(), drop_m);
+                while world.contacts().iter().all(|wheel| !wheel.touching) {
+                    world.step();
+                }
+                let mut rebound_m = 0.0_f64;
+                for _ in 0..(0.3 / dt_s) as usize {
+                    world.step();
+                    rebound_m = rebound_m.max(world.body().height_m - rests_m);
+                }
+                assert!(
+                    rebound_m < 0.01 * drop_m,
+                    "{dt_s} s: {drop_m} m, rebound {rebound_m:.1e} m"
+                );
+            }
+        }
+    }
+}
+
+/// The lowest point of a tilted robot need not be that of the roller that hangs straight down.
+#[test]
+fn tilted_it_comes_down_onto_what_is_lowest() {
+    let robot = shipped("mecanum4");
+    for bodies in [RollerBodies::Near, RollerBodies::All] {
+        for tilt_deg in [12.0_f64, 20.0, 30.0, 45.0, 60.0] {
+            for axis in [Vector3::x_axis(), Vector3::y_axis()] {
+                let mut world = world(&robot, 1e-3, bodies);
+                let tilt = UnitQuaternion::from_axis_angle(&axis, tilt_deg.to_radians());
+                place(&mut world, tilt, 1e-4);
+                let mut deepest_m = 0.0_f64;
+                for _ in 0..500 {
+                    world.step();
+                    deepest_m = deepest_m.max(world.penetration_m());
+                }
+                assert!(deepest_m < 2e-5, "{tilt_deg} degrees: {deepest_m:.1e} m");
+            }
+        }
+    }
+}
+
+/// On its sides, its back and its ends; on its free wheels it would roll on.
+#[test]
+fn a_robot_that_lies_comes_to_rest_and_stays_there() {
+    let robot = shipped("mecanum4");
+    for bodies in [RollerBodies::Near, RollerBodies::All] {
+        for [roll_deg, pitch_deg] in [
+            [80.0, 5.0],
+            [-90.0, 0.0],
+            [120.0, -30.0],
+            [175.0, 10.0],
+            [10.0, 89.0],
+        ] {
+            let [roll, pitch] = [roll_deg, pitch_deg].map(f64::to_radians);
+            let attitude = UnitQuaternion::from_euler_angles(roll, pitch, 0.3);
+            let mut world = world(&robot, 2.5e-3, bodies);
+            place(&mut world, attitude, 0.01);
+            for _ in 0..1200 {
+                world.step();
+            }
+            let place_m = world.state.center_m();
+            for _ in 0..400 {
+                world.step();
+            }
+            let drift_m = (world.state.center_m() - place_m).norm();
+            // A micrometre is what the springs of the contacts give.
+            assert!(
+                drift_m < 1e-6,
+                "{roll_deg}, {pitch_deg}: {drift_m:.1e} m in a second"
+            );
+        }
+    }
+}
