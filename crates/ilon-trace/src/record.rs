@@ -55,8 +55,8 @@ pub struct Record {
     pub motor_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers since the start, in J.
     pub bearing_energy_j: f64,
-    /// Energy that the contacts' normal forces have taken since the start, in J: rollers that land, less what pushing
-    /// them out of the ground gave back.
+    /// Energy that hits have taken since the start, in J: what the contacts took besides sliding, less what their springs
+    /// gave back.
     pub impact_energy_j: f64,
     /// Energy that pushes and payloads have brought from outside since the start, in J.
     pub outside_energy_j: f64,
@@ -69,16 +69,17 @@ pub struct Record {
     pub contact_residual_m_s: f64,
 }
 
-/// The robot's true state.
+/// The robot's true state, in the world frame: its origin lies in the floor's plane, and z is the floor's normal, on a slope
+/// too.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Pose of the body frame in the world frame.
     pub pose: Pose,
-    /// Height of the body frame's origin in the world frame, in metres.
+    /// Height of the body frame's origin above the floor's plane, in metres.
     pub height_m: f64,
-    /// Roll in radians.
+    /// Roll against the floor's plane, in radians.
     pub roll_rad: f64,
-    /// Pitch in radians.
+    /// Pitch against the floor's plane, in radians.
     pub pitch_rad: f64,
     /// Velocity of the body frame's origin, and yaw rate, in the body frame.
     pub twist_in_body: Twist,

@@ -11,11 +11,14 @@ use crate::contact::nearest::{Piece, SolidBox, Triangle};
 use crate::engine::{convert, groups};
 
 /// The ground a robot drives on.
+///
+/// It is the frame of the world: the origin lies in its plane, and z is its normal. On a slope gravity leans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floor {
     /// Coulomb friction coefficient between roller and ground, >= 0.
     pub friction: f64,
-    /// Slope: the angle by which the ground falls towards +x, in radians. 0 is level.
+    /// Slope: the angle by which the ground falls towards +x, in radians. 0 is level. All places, boxes and their heights count
+    /// in the sloping plane, and along its normal.
     pub slope_rad: f64,
     /// Places where the friction is another, later ones over earlier ones.
     pub patches: Vec<Patch>,
@@ -69,21 +72,18 @@ impl Default for Floor {
 }
 
 impl Floor {
-    /// The rotation from the floor's frame, whose z axis stands on the plane, to the world.
-    pub(crate) fn world_from_floor(&self) -> UnitQuaternion<f64> {
-        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.slope_rad)
+    /// The direction of gravity in the floor's frame, whose z is the floor's normal.
+    fn down(&self) -> Vector3<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.slope_rad) * -Vector3::z()
     }
 
     /// The highest point of relief and boxes within a circle around a place in the floor's own plane, in metres; 0 where there
     /// are none.
     pub(crate) fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
         let on_boxes = self.boxes.iter().filter_map(|solid| {
-            let floor_from_box = self.world_from_floor().inverse() * solid.world_from_box();
-            let middle_m = floor_from_box.translation.vector;
             let within_m = radius_m + solid.half_sides_m.norm();
-            let turned = floor_from_box.rotation.to_rotation_matrix();
-            let up_m = turned.matrix().row(2).abs() * solid.half_sides_m;
-            ((middle_m.xy() - center_m).norm() <= within_m).then(|| middle_m.z + up_m.x)
+            let top_m = solid.center_m.z + solid.half_sides_m.z;
+            ((solid.center_m.xy() - center_m).norm() <= within_m).then_some(top_m)
         });
         let on_relief = self
             .relief
@@ -167,9 +167,8 @@ impl Floor {
             shape,
         });
         let solids: Vec<Solid> = solids.collect();
-        let floor_from_world = self.world_from_floor().inverse();
         let boxes = self.boxes.iter().map(|solid| SolidBox {
-            floor_from_box: floor_from_world * solid.world_from_box(),
+            floor_from_box: solid.floor_from_box(),
             half_sides_m: solid.half_sides_m,
         });
         Ground {
@@ -178,7 +177,7 @@ impl Floor {
             has_plane: plane.is_some(),
             friction: self.friction,
             patches: self.patches.clone(),
-            world_from_floor: self.world_from_floor(),
+            down: self.down(),
             rapier_origin_m: Vector3::zeros(),
         }
     }
@@ -194,18 +193,17 @@ impl Floor {
                 relief.shape(),
             )
         });
-        let floor_from_world = self.world_from_floor().inverse();
         let boxes = self.boxes.iter().map(|solid| {
             let h = solid.half_sides_m;
             let shape = SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real);
-            (floor_from_world * solid.world_from_box(), shape)
+            (solid.floor_from_box(), shape)
         });
         relief.chain(boxes).collect()
     }
 }
 
 impl GroundBox {
-    fn world_from_box(&self) -> Isometry3<f64> {
+    fn floor_from_box(&self) -> Isometry3<f64> {
         let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading_rad);
         Isometry3::from_parts(self.center_m.into(), heading)
     }
@@ -263,7 +261,8 @@ pub(crate) struct Ground {
     solids: Vec<Solid>,
     /// The boxes among them.
     boxes: Vec<SolidBox>,
-    world_from_floor: UnitQuaternion<f64>,
+    /// The direction of gravity.
+    down: Vector3<f64>,
     /// rapier's origin in the floor's frame, in the plane.
     rapier_origin_m: Vector3<f64>,
 }
@@ -361,14 +360,9 @@ impl Ground {
         Translation3::from(-self.rapier_origin_m)
     }
 
-    /// The rotation from the floor's frame to the world.
-    pub fn world_from_floor(&self) -> UnitQuaternion<f64> {
-        self.world_from_floor
-    }
-
     /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude: on a slope it leans.
     pub fn gravity_in_floor(&self, gravity_m_s2: f64) -> Vector3<f64> {
-        self.world_from_floor.inverse() * (Vector3::z() * -gravity_m_s2)
+        self.down * gravity_m_s2
     }
 
     /// Changes the friction from now on.
@@ -382,9 +376,8 @@ impl Ground {
         if self.patches.is_empty() {
             return self.friction.max(0.0);
         }
-        let in_world_m = self.world_from_floor * in_floor_m;
         let inside = |p: &&Patch| {
-            let off = in_world_m.xy() - p.center_m;
+            let off = in_floor_m.xy() - p.center_m;
             off.x.abs() <= p.half_sides_m.x && off.y.abs() <= p.half_sides_m.y
         };
         self.patches

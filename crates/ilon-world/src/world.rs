@@ -288,9 +288,8 @@ impl World {
     pub fn body(&self) -> BodyState {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
         let floor_from_body = self.state.floor_from_chassis() * Translation3::from(-center_m);
-        let world_from_body = self.ground.world_from_floor() * floor_from_body;
-        let position = world_from_body.translation.vector;
-        let (roll_rad, pitch_rad, heading_rad) = world_from_body.rotation.euler_angles();
+        let position = floor_from_body.translation.vector;
+        let (roll_rad, pitch_rad, heading_rad) = floor_from_body.rotation.euler_angles();
         let body_from_floor = floor_from_body.rotation.inverse();
         let angular_in_body = body_from_floor * self.state.angular_rad_s;
         let velocity_in_body =

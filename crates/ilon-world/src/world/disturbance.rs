@@ -65,10 +65,9 @@ impl World {
     /// Pushes the chassis during the next step, and only then. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
-        let floor_from_world = self.ground.world_from_floor().inverse();
         let floor_from_body = self.state.floor_from_chassis().rotation;
         self.pushes.push(ActingPush {
-            force_n: floor_from_world * push.force_in_world_n,
+            force_n: push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
         });
     }
@@ -152,10 +151,8 @@ impl World {
             self.state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
         let place_m = self.state.center_m() + lever_m;
         let velocity_m_s = self.state.velocity_m_s + self.state.angular_rad_s.cross(&lever_m);
-        let up = self.ground.world_from_floor().inverse() * Vector3::z();
-        let height_m = up.dot(&place_m);
-        payload.mass_kg
-            * (0.5 * velocity_m_s.norm_squared() + self.settings.gravity_m_s2 * height_m)
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+        payload.mass_kg * (0.5 * velocity_m_s.norm_squared() - gravity.dot(&place_m))
     }
 }
 

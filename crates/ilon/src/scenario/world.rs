@@ -25,7 +25,8 @@ pub struct Floor {
     /// Coulomb's coefficient of friction between rollers and floor.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
-    /// The angle by which the floor falls towards +x, in degrees; 0 is level.
+    /// The angle by which the floor falls towards +x, in degrees; 0 is level. All places of a scenario and of its trace count
+    /// in the sloping plane, heights along its normal.
     #[schemars(range(min = -60.0, max = 60.0))]
     pub slope_deg: f64,
     /// Rectangles along the world's axes with a friction of their own, later ones over earlier ones.

@@ -1,7 +1,7 @@
 //! The scenario's floor as the world's.
 
 use ilon_world::{Floor, GroundBox, Patch, Relief};
-use nalgebra::{Rotation3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -17,10 +17,9 @@ const MOST_CELLS: f64 = 500.0;
 /// Where a rough floor has too many cells, or fewer than one.
 pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
     let slope_rad = section.slope_deg.to_radians();
-    // A box stands on the slope where its place in the plane is, as deep in the ground as it is high above it.
-    let world_from_floor = Rotation3::from_axis_angle(&Vector3::y_axis(), slope_rad);
+    // A box is as deep in the ground as it is high above it.
     let boxes = section.boxes.iter().map(|solid| GroundBox {
-        center_m: world_from_floor * Vector3::new(solid.x_m, solid.y_m, 0.0),
+        center_m: Vector3::new(solid.x_m, solid.y_m, 0.0),
         half_sides_m: Vector3::new(
             0.5 * solid.length_x_m,
             0.5 * solid.length_y_m,

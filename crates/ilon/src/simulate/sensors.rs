@@ -56,13 +56,15 @@ struct Taken {
     pose: Pose,
 }
 
-/// What an encoder that counted wrong has lost or gained.
+/// What an encoder measures wrong.
 #[derive(Clone, Copy, Debug, Default)]
 struct Miscount {
     /// The wheel's angle when it was last looked at, in rad.
     angle_rad: f64,
     /// What was counted too much since the start, in rad.
     off_rad: f64,
+    /// The noise of its rate until the next control sample, in rad/s.
+    rate_noise_rad_s: f64,
 }
 
 /// Slack on times, in seconds, that keeps the rounding of sums from delaying a sample by a whole step.
@@ -136,8 +138,11 @@ impl Sensors {
             miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);
             miscount.angle_rad = angle_rad;
             self.seen.wheel_angles_rad[wheel] = angle_rad + miscount.off_rad;
-            let noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
-            self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + noise_rad_s);
+            if control_is_due {
+                // Once a sample of the control, so that shorter physics steps do not average it away.
+                miscount.rate_noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+            }
+            self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + miscount.rate_noise_rad_s);
         }
         self.receive(t_s, control_is_due);
     }
