@@ -155,6 +155,13 @@ pub struct WheelSample {
     pub roller_spin_ideal_rad_s: f64,
 }
 
+impl Record {
+    /// Whether the row has contacts to speak of: at the start no step has been taken yet, and they are all zero.
+    pub(crate) fn has_contacts(&self) -> bool {
+        self.t_s > 0.0
+    }
+}
+
 impl WheelSample {
     /// Sliding speed at the contact, in m/s.
     pub fn slip_speed_m_s(&self) -> f64 {

@@ -124,10 +124,12 @@ impl WheelTally {
             .add(constraint_residual_m_s(wheel, twist, sample.rate_rad_s));
         self.energy_j = sample.slip_energy_j;
         self.spin_up_energy_j = sample.spin_up_energy_j;
-        self.normal_force_n.add(sample.normal_force_n);
-        self.lost.add(flag(!sample.touching));
-        self.shared
-            .add(flag(sample.touching && sample.load_share < 1.0));
+        if record.has_contacts() {
+            self.normal_force_n.add(sample.normal_force_n);
+            self.lost.add(flag(!sample.touching));
+            self.shared
+                .add(flag(sample.touching && sample.load_share < 1.0));
+        }
         if header.is_measured(record.t_s) {
             self.hub_height_m.add(sample.hub_height_m);
         }
@@ -191,7 +193,12 @@ mod tests {
         };
         let mut trace = Trace::with_capacity(header, samples.len());
         for sample in samples {
-            trace.push(Record::default(), &[*sample]);
+            let t_s = 0.01 * (trace.records().len() + 1) as f64;
+            let record = Record {
+                t_s,
+                ..Record::default()
+            };
+            trace.push(record, &[*sample]);
         }
         trace
     }

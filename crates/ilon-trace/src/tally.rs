@@ -277,12 +277,14 @@ struct AllWheels {
 
 impl AllWheels {
     fn add(&mut self, chunk: &Trace, wheel: usize) {
-        for sample in chunk.wheel(wheel) {
+        for (record, sample) in chunk.records().iter().zip(chunk.wheel(wheel)) {
             self.rate_error_rad_s
                 .add(sample.target_rad_s - sample.rate_rad_s);
             self.command_rad_s.add(sample.target_rad_s.abs());
             self.torque_n_m.add(sample.torque_n_m.abs());
-            self.airborne.add(f64::from(u8::from(!sample.touching)));
+            if record.has_contacts() {
+                self.airborne.add(f64::from(u8::from(!sample.touching)));
+            }
             if sample.touching {
                 let speed_m_s = sample.slip_speed_m_s();
                 self.slip_m_s.add(speed_m_s);

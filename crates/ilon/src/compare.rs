@@ -129,14 +129,10 @@ impl Comparison {
             let mut values = self.runs.iter().map(|run| (quantity.of)(&run.summary));
             values.any(|value| value.is_some())
         };
-        let apply = GROUPS
-            .iter()
-            .filter(|(heading, _)| open_loop || !heading.starts_with(RATIOS));
-        let groups = apply.map(|(heading, quantities)| {
-            (
-                *heading,
-                quantities.iter().copied().filter(told).collect::<Vec<_>>(),
-            )
+        let apply = GROUPS.iter().filter(|group| open_loop || !group.open_loop);
+        let groups = apply.map(|group| {
+            let quantities = group.quantities.iter().copied().filter(told);
+            (group.heading, quantities.collect::<Vec<_>>())
         });
         groups
             .filter(|(_, quantities)| !quantities.is_empty())
@@ -254,14 +250,20 @@ const SUMMARY_BYTES: u64 = 64 << 20;
 const WHAT_TO_NAME: &str =
     "name a folder that `ilon run --out` wrote, a trace file, or a scenario file to run";
 
-/// How the headings of ratios of mean twists begin.
-const RATIOS: &str = "real over";
+/// Figures under one heading.
+struct Group {
+    heading: &'static str,
+    /// Whether they say something of open-loop runs only.
+    open_loop: bool,
+    quantities: &'static [Quantity],
+}
 
 /// All figures that are compared.
-const GROUPS: &[(&str, &[Quantity])] = &[
-    (
-        "tracking",
-        &[
+const GROUPS: &[Group] = &[
+    Group {
+        heading: "tracking",
+        open_loop: false,
+        quantities: &[
             quantity("position error, rms", "mm", 2, |s| {
                 mm(s.position_error_rms_m)
             }),
@@ -284,26 +286,29 @@ const GROUPS: &[(&str, &[Quantity])] = &[
                 percent(s.saturated_share)
             }),
         ],
-    ),
-    (
-        "real over ideal, equation (7)",
-        &[
+    },
+    Group {
+        heading: "real over ideal, equation (7)",
+        open_loop: true,
+        quantities: &[
             quantity("ahead", "%", 2, |s| percent(s.twist_ratio_ideal.vx)),
             quantity("sideways", "%", 2, |s| percent(s.twist_ratio_ideal.vy)),
             quantity("yaw", "%", 2, |s| percent(s.twist_ratio_ideal.omega)),
         ],
-    ),
-    (
-        "real over contact kinematics",
-        &[
+    },
+    Group {
+        heading: "real over contact kinematics",
+        open_loop: true,
+        quantities: &[
             quantity("ahead", "%", 2, |s| percent(s.twist_ratio_contact.vx)),
             quantity("sideways", "%", 2, |s| percent(s.twist_ratio_contact.vy)),
             quantity("yaw", "%", 2, |s| percent(s.twist_ratio_contact.omega)),
         ],
-    ),
-    (
-        "where the motion went: the length of each term's way",
-        &[
+    },
+    Group {
+        heading: "where the motion went: the length of each term's way",
+        open_loop: false,
+        quantities: &[
             quantity("guidance", "mm", 2, |s| {
                 Some(1e3 * s.ledger.guidance.path_m)
             }),
@@ -316,10 +321,11 @@ const GROUPS: &[(&str, &[Quantity])] = &[
             }),
             quantity("slip", "mm", 2, |s| Some(1e3 * s.ledger.slip.path_m)),
         ],
-    ),
-    (
-        "slip",
-        &[
+    },
+    Group {
+        heading: "slip",
+        open_loop: false,
+        quantities: &[
             quantity(
                 "sliding speed, rms",
                 "mm/s",
@@ -335,10 +341,11 @@ const GROUPS: &[(&str, &[Quantity])] = &[
                 percent(used.reduce(f64::max))
             }),
         ],
-    ),
-    (
-        "wheels",
-        &[
+    },
+    Group {
+        heading: "wheels",
+        open_loop: false,
+        quantities: &[
             quantity("largest rate commanded", "rad/s", 3, |s| {
                 s.wheel_rate_command_max_rad_s
             }),
@@ -347,16 +354,17 @@ const GROUPS: &[(&str, &[Quantity])] = &[
             quantity("motors' work", "J", 3, |s| s.energy.motor_j),
             quantity("lost in bearings", "J", 4, |s| s.energy.bearing_j),
         ],
-    ),
-    (
-        "dead reckoning: distance from the truth, per metre travelled",
-        &[
+    },
+    Group {
+        heading: "dead reckoning: distance from the truth, per metre travelled",
+        open_loop: false,
+        quantities: &[
             quantity("by equation (7)", "mm", 2, |s| mm(s.odometry_ideal.m_per_m)),
             quantity("by the contact kinematics", "mm", 2, |s| {
                 mm(s.odometry_contact.m_per_m)
             }),
         ],
-    ),
+    },
 ];
 
 fn mm(metres: Option<f64>) -> Option<f64> {

@@ -41,6 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = simulate::Simulation::new(&scenario)?;
+    let foreseen = simulation.warnings().len();
     for warning in simulation.warnings() {
         bar.note(&format!("note: {warning}"));
     }
@@ -56,6 +57,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     bar.done();
 
     folder.write(&run)?;
+    for warning in &run.warnings[foreseen..] {
+        say::note(&one_line(&format!("note: {warning}")));
+    }
     for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
         say::note(&one_line(&format!("note: expected {verdict}")));
     }

@@ -8,6 +8,7 @@ mod floor;
 mod fusion;
 mod pilot;
 mod recorder;
+mod remarks;
 mod sensors;
 mod tuning;
 mod waypoints;
@@ -15,7 +16,7 @@ mod waypoints;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 
-use ilon_control::{ContactKinematics, Feasibility, Kinematics};
+use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Header, Recorded, Recording, Summary, Trace, TraceError};
 use ilon_world::{MotorTorque, World};
@@ -171,10 +172,13 @@ impl Simulation {
         let sensors = Sensors::new(&scenario.sensors, start, &kinematics, &scenario.run)?;
 
         let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
-        if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
-            && !feasibility.holds()
-        {
-            warnings.push(infeasible(&feasibility));
+        warnings.extend(remarks::of_friction(&scenario));
+        match pilot.feasibility(scenario.run.duration_s) {
+            Some(feasibility) => warnings.extend(remarks::of_feasibility(&feasibility)),
+            None => {
+                let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
+                warnings.extend(remarks::of_twist(asked_rad_s, limit_rad_s));
+            }
         }
 
         let header = header(&scenario, robot, &pilot, physics_dt_s, limit_rad_s)?;
@@ -346,7 +350,8 @@ impl Simulation {
         Ok(cpu.elapsed_s())
     }
 
-    fn finish<T>(self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
+    fn finish<T>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
+        self.warnings.extend(remarks::of_summary(&summary));
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);
@@ -414,27 +419,4 @@ fn header(
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         ..Header::of_robot(robot)
     })
-}
-
-/// What a reference that may ask for too much means, with its figures.
-fn infeasible(feasibility: &Feasibility) -> String {
-    let half_rad_s = 0.5 * feasibility.limit_rad_s;
-    let mut parts = Vec::new();
-    if feasibility.position_rad_s >= half_rad_s {
-        parts.push(format!(
-            "its velocity alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (36))",
-            feasibility.position_rad_s
-        ));
-    }
-    if feasibility.heading_rad_s >= half_rad_s {
-        parts.push(format!(
-            "its heading rate alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (37))",
-            feasibility.heading_rad_s
-        ));
-    }
-    format!(
-        "the reference may be too fast to track: {}, but half of the limit is {half_rad_s:.3} rad/s; slow it down or \
-         raise `guidance.wheel_rate_limit_rad_s`",
-        parts.join(", and ")
-    )
 }

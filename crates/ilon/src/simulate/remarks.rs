@@ -1,0 +1,142 @@
+//! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
+
+use ilon_control::Feasibility;
+use ilon_trace::Summary;
+
+use crate::scenario::Scenario;
+
+/// No two materials that wheels and floors are made of grip better.
+const MOST_FRICTION: f64 = 2.0;
+
+/// A contact that misses its law by more than this, in m/s, is no rigid contact any more.
+const WORST_RESIDUAL_M_S: f64 = 1e-3;
+
+/// A wheel that is in the air for more than this part of the run does not carry the robot.
+const MOST_AIRBORNE: f64 = 0.5;
+
+/// Of a floor that grips like none there is.
+pub(super) fn of_friction(scenario: &Scenario) -> Option<String> {
+    let floor = &scenario.world.floor;
+    let patches = floor.patches.iter().map(|patch| patch.friction);
+    let most = patches.fold(floor.friction, f64::max);
+    (most > MOST_FRICTION).then(|| {
+        format!(
+            "a friction of {most} is beyond that of any floor: rubber on dry concrete has about 1; nothing will ever slide"
+        )
+    })
+}
+
+/// Of an open-loop twist that takes more than the wheels' limit: it is scaled down.
+pub(super) fn of_twist(asked_rad_s: f64, limit_rad_s: f64) -> Option<String> {
+    (asked_rad_s > limit_rad_s * (1.0 + 1e-9)).then(|| {
+        format!(
+            "the twist asked for takes wheel rates of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: it is \
+             scaled down to that; ask for less or raise `guidance.wheel_rate_limit_rad_s`"
+        )
+    })
+}
+
+/// Of a reference that may ask for too much, with its figures.
+pub(super) fn of_feasibility(feasibility: &Feasibility) -> Option<String> {
+    if feasibility.holds() {
+        return None;
+    }
+    let half_rad_s = 0.5 * feasibility.limit_rad_s;
+    let mut parts = Vec::new();
+    if feasibility.position_rad_s >= half_rad_s {
+        parts.push(format!(
+            "its velocity alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (36))",
+            feasibility.position_rad_s
+        ));
+    }
+    if feasibility.heading_rad_s >= half_rad_s {
+        parts.push(format!(
+            "its heading rate alone takes wheel rates of {:.3} rad/s (Indiveri 2009, eq. (37))",
+            feasibility.heading_rad_s
+        ));
+    }
+    Some(format!(
+        "the reference may be too fast to track: {}, but half of the limit is {half_rad_s:.3} rad/s; slow it down or \
+         raise `guidance.wheel_rate_limit_rad_s`",
+        parts.join(", and ")
+    ))
+}
+
+/// Of what came of the run.
+pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for wheel in &summary.wheels {
+        if let Some(share) = wheel.lost_contact
+            && share > MOST_AIRBORNE
+        {
+            remarks.push(format!(
+                "wheel `{}` was in the air for {:.0} % of the run: it does not carry the robot",
+                wheel.name,
+                100.0 * share
+            ));
+        }
+    }
+    if let Some(residual_m_s) = summary.contact_residual_max_m_s
+        && residual_m_s > WORST_RESIDUAL_M_S
+    {
+        remarks.push(format!(
+            "the contacts could not all be solved: the worst missed its law by {:.2} mm/s in a step; what happened then is \
+             uncertain by as much (column `contact_residual_m_s`); a shorter `run.physics_dt_s` may help",
+            1e3 * residual_m_s
+        ));
+    }
+    remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::WheelSlip;
+
+    use super::*;
+
+    fn of_floor(toml: &str) -> Option<String> {
+        let text =
+            format!("[robot]\nfile = 'r.urdf'\n[twist]\nvx_m_s = 0.1\n[world.floor]\n{toml}");
+        of_friction(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+    }
+
+    #[test]
+    fn friction_that_no_floor_has_is_remarked_wherever_it_is() {
+        assert_eq!(of_floor("friction = 1.2"), None);
+        assert!(of_floor("friction = 20").is_some());
+        let patch =
+            "patches = [{ x_m = 0, y_m = 0, length_x_m = 1, length_y_m = 1, friction = 3 }]";
+        assert!(of_floor(patch).is_some());
+    }
+
+    #[test]
+    fn a_twist_is_remarked_when_it_is_scaled_down() {
+        assert_eq!(of_twist(10.0, 10.0), None);
+        assert_eq!(of_twist(10.0, f64::INFINITY), None);
+        assert!(of_twist(10.1, 10.0).is_some_and(|text| text.contains("10.100")));
+    }
+
+    #[test]
+    fn a_wheel_in_the_air_and_unsolved_contacts_are_remarked_with_their_figures() {
+        let wheel = |name: &str, lost| WheelSlip {
+            name: name.to_owned(),
+            lost_contact: Some(lost),
+            ..WheelSlip::default()
+        };
+        let mut summary = Summary {
+            wheels: vec![wheel("front", 0.02), wheel("rear", 1.0)],
+            contact_residual_max_m_s: Some(1e-8),
+            ..Summary::default()
+        };
+        let [remark] = &of_summary(&summary)[..] else {
+            panic!("one wheel does not touch");
+        };
+        assert!(
+            remark.contains("`rear`") && remark.contains("100 %"),
+            "{remark}"
+        );
+        summary.wheels.clear();
+        summary.contact_residual_max_m_s = Some(0.02);
+        assert!(of_summary(&summary)[0].contains("20.00 mm/s"));
+    }
+}
