@@ -21,6 +21,15 @@ pub enum WorldError {
         /// What would be wrong.
         reason: String,
     },
+    /// A robot without wheels has nothing to stand on.
+    #[error("the robot has no wheels")]
+    NoWheels,
+    /// A wheel without rollers touches nothing.
+    #[error("wheel `{wheel}` has no rollers: it would touch nothing")]
+    NoRollers {
+        /// The wheel.
+        wheel: String,
+    },
     /// A roller's barrel has no end: its profile reaches the axis before the roller does.
     #[error(
         "wheel `{wheel}`: its rollers are so long for their radius that their profile vanishes {missing_mm:.2} mm \

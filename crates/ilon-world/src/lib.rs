@@ -1,7 +1,6 @@
 //! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
 //!
-//! - [`RollerShape`] is the exact barrel as a parry shape, [`RollerDispatcher`] its contacts with any ground.
-//! - [`World`] holds one robot on one floor: torques in, truth out.
+//! [`World`] holds one robot on one floor: torques in, truth out.
 //!
 //! Only this crate of the project names rapier or parry.
 
@@ -14,8 +13,6 @@ mod robot;
 mod settings;
 mod world;
 
-pub use contact::barrel_shape::RollerShape;
-pub use contact::dispatcher::RollerDispatcher;
 pub use contact::readout::WheelContact;
 pub use error::WorldError;
 pub use ground::{Floor, GroundBox, Patch, Relief};

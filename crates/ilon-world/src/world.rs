@@ -1,5 +1,6 @@
 //! The world: a robot on a floor, stepped by rapier.
 
+mod check;
 mod disturbance;
 mod standing;
 #[cfg(test)]
@@ -7,9 +8,7 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{
-    MassProperties as RobotMass, Pose as PlanarPose, Robot, RollerForm, Twist, Wheel,
-};
+use ilon_robot::{MassProperties as RobotMass, Pose as PlanarPose, Robot, Twist, Wheel};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
@@ -17,13 +16,12 @@ use crate::contact::reaction::{Part, Reaction};
 use crate::contact::readout::{Taken, WheelContact};
 use crate::contact::solve::{Reactions, Scene};
 use crate::engine::convert;
-use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
 use crate::robot::assembly::Assembly;
 use crate::robot::energy::{Energy, kinetic_j, potential_j};
 use crate::robot::state::State;
 use crate::robot::wheel::RollerState;
-use crate::{Floor, MotorTorque, RollerDispatcher, Settings, WorldError};
+use crate::{Floor, MotorTorque, Settings, WorldError};
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
 
@@ -134,10 +132,10 @@ impl World {
         start: PlanarPose,
         settings: &Settings,
     ) -> Result<Self, WorldError> {
-        check(robot, floor, settings)?;
+        check::check(robot, floor, settings)?;
         let mut rapier = PhysicsWorld {
             integration_parameters: integration_parameters(settings),
-            narrow_phase: NarrowPhase::with_query_dispatcher(RollerDispatcher),
+            narrow_phase: NarrowPhase::new(),
             ..PhysicsWorld::default()
         };
         let mut ground = floor.insert(&mut rapier.colliders);
@@ -323,6 +321,9 @@ impl World {
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
     pub fn hub_height_m(&self, wheel: usize) -> f64 {
         self.state.hubs()[wheel].center_m.z
     }
@@ -402,6 +403,9 @@ impl World {
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
         let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
         let rollers = self.assembly.wheels[wheel].rollers.iter();
@@ -651,69 +655,6 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
             + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
     };
     robot.wheels.iter().map(of).sum::<f64>() / count
-}
-
-/// Refuses what cannot be simulated.
-fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
-    let positive = [
-        ("dt_s", settings.dt_s),
-        ("contact_stiffness_n_m", settings.contact_stiffness_n_m),
-        ("prediction_m", settings.prediction_m),
-    ];
-    for (name, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and above 0",
-            });
-        }
-    }
-    if let Some(split_dt_s) = settings.split_dt_s
-        && !(split_dt_s.is_finite() && split_dt_s > 0.0)
-    {
-        return Err(WorldError::Setting {
-            name: "split_dt_s",
-            value: split_dt_s,
-            range: "finite and above 0",
-        });
-    }
-    let not_negative = [
-        ("gravity_m_s2", settings.gravity_m_s2),
-        ("contact_relaxation_s", settings.contact_relaxation_s),
-    ];
-    for (name, value) in not_negative {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and not below 0",
-            });
-        }
-    }
-    floor.check()?;
-    for wheel in &robot.wheels {
-        for roller in &wheel.rollers {
-            if let RollerForm::AsModelled(_) = roller.form {
-                if shape_of_roller(wheel, roller).is_none() {
-                    return Err(WorldError::FlatRoller {
-                        wheel: wheel.name.clone(),
-                        roller: roller.name.clone(),
-                    });
-                }
-                continue;
-            }
-            let barrel = wheel.barrel(roller);
-            let end_radius_m = barrel.sphere_radius_m(barrel.half_length_m);
-            if end_radius_m <= 0.0 {
-                return Err(WorldError::RollerEndsVanish {
-                    wheel: wheel.name.clone(),
-                    missing_mm: -1e3 * end_radius_m,
-                });
-            }
-        }
-    }
-    Ok(())
 }
 
 /// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.

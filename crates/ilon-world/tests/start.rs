@@ -153,3 +153,14 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
         .expect("it hangs");
     assert!(refused.to_string().contains("hang"), "{refused}");
 }
+
+#[test]
+fn a_robot_without_wheels_or_a_wheel_without_rollers_is_refused() {
+    let mut robot = mecanum4();
+    robot.wheels[2].rollers.clear();
+    let refused = begin(&robot, &Floor::default(), Pose::default());
+    assert!(matches!(refused, Err(WorldError::NoRollers { .. })));
+    robot.wheels.clear();
+    let refused = begin(&robot, &Floor::default(), Pose::default());
+    assert!(matches!(refused, Err(WorldError::NoWheels)));
+}

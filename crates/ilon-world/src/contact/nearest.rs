@@ -8,6 +8,9 @@
 //! A surface is made of many pieces. A place on one of them is a place of contact only if it is the nearest of the whole
 //! surface around it: see [`keep_nearest_of_surface`].
 
+#[cfg(test)]
+mod tests;
+
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Point3, Vector3};
 

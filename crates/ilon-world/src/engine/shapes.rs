@@ -1,10 +1,9 @@
 //! Collision shapes of the robot's file as parry's.
 
-use ilon_robot::{Collision, CollisionShape, Roller, RollerForm, Wheel};
+use ilon_robot::{Collision, CollisionShape, ModelledRoller};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::RollerShape;
 use crate::engine::convert;
 
 /// A shape and its pose in the frame of the body that carries it; `None` for a hull that has no volume.
@@ -37,12 +36,8 @@ pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedS
     Some((collision.body_from_shape * turn, shape))
 }
 
-/// What a roller touches the world with, in its own frame: the exact barrel, or the shapes of its file as one; `None`
-/// where a hull among them has no volume.
-pub(crate) fn shape_of_roller(wheel: &Wheel, roller: &Roller) -> Option<SharedShape> {
-    let RollerForm::AsModelled(modelled) = &roller.form else {
-        return Some(SharedShape::new(RollerShape::new(&wheel.barrel(roller))));
-    };
+/// The shapes that a roller has in its file, as one in its own frame; `None` where a hull among them has no volume.
+pub(crate) fn shape_of_roller(modelled: &ModelledRoller) -> Option<SharedShape> {
     let parts: Option<Vec<_>> = modelled.shapes.iter().map(shape_of).collect();
     let parts = parts?
         .into_iter()

@@ -303,11 +303,11 @@ pub(crate) fn insert(
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
     let mut colliders = Vec::new();
     for (roller, state) in rollers.iter().enumerate() {
-        if state.barrel.is_some() {
+        let RollerForm::AsModelled(modelled) = &wheel.rollers[roller].form else {
             continue;
-        }
-        let shape = shape_of_roller(wheel, &wheel.rollers[roller])
-            .expect("the shapes are checked before the robot is built");
+        };
+        let shape =
+            shape_of_roller(modelled).expect("the shapes are checked before the robot is built");
         let collider = ColliderBuilder::new(shape)
             .position(convert::pose(&state.hub_from_roller))
             .density(0.0)

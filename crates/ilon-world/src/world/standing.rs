@@ -145,14 +145,14 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
     for (index, wheel) in robot.wheels.iter().enumerate() {
         for roller in &wheel.rollers {
             let center_m = wheel.body_from_hub * Point3::from(roller.center_in_hub_m);
-            let form = match roller.form {
+            let form = match &roller.form {
                 RollerForm::Barrel => Form::Barrel {
                     barrel: wheel.barrel(roller),
                     center_m: center_m.coords,
                     axis: wheel.body_from_hub * roller.axis_in_hub.into_inner(),
                 },
-                RollerForm::AsModelled(_) => {
-                    let Some(shape) = shape_of_roller(wheel, roller) else {
+                RollerForm::AsModelled(modelled) => {
+                    let Some(shape) = shape_of_roller(modelled) else {
                         continue;
                     };
                     Form::Shape(wheel.body_from_hub * roller.hub_from_roller(), shape)
