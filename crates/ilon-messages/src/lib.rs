@@ -17,6 +17,7 @@
 //! # Ok::<(), ilon_messages::CdrError>(())
 //! ```
 
+pub mod bag;
 mod cdr;
 mod declare;
 mod description;

@@ -3,8 +3,9 @@
     witness.py write FILE   writes what `rosbags` makes of messages (fixtures/messages.json)
     witness.py check FILE   checks such a file, made by ilon (tests/witness.rs does), against `rosbags` for every distribution
                             from Humble on, and against `rclpy`
+    witness.py bags FILE    checks the bags beside such a file, made by ilon (tests/bag.rs does), against what it says of them
 
-A file holds `types` (name -> definition and hash) and `samples` (type, value, and its CDR in both byte orders, in hex; from
+The files of the first two hold `types` (name -> definition and hash) and `samples` (type, value, and its CDR in both byte orders, in hex; from
 `write` also what `rclpy` makes of it, where that is installed).
 `rclpy` and its messages come with a ROS installation or, for some distributions, from PyPI: `ros-jazzy-rclpy[fastrtps]`,
 `ros-jazzy-nav-msgs`, `ros-jazzy-visualization-msgs`, `ros-jazzy-diagnostic-msgs`, `ros-jazzy-rosgraph-msgs`.
@@ -17,8 +18,13 @@ import sys
 from pathlib import Path
 
 import numpy
+from mcap.exceptions import EndOfFile, McapError
+from mcap.reader import NonSeekingReader, make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+from ruamel.yaml import YAML
 
 TOP_LEVEL = [
     "diagnostic_msgs/msg/DiagnosticArray",
@@ -265,5 +271,85 @@ def check(path):
     check_rclpy(said)
 
 
+def check_bags(path):
+    expected = json.loads(Path(path).read_text())
+    for name, written in expected["bags"].items():
+        folder = Path(path).parent / name
+        if name == "killed":
+            check_killed(folder / "bag_0.mcap", written)
+            continue
+        check_folder(folder, written, expected["qos"])
+        check_file(folder / "bag_0.mcap", written)
+        print(f"{name}: rosbags and mcap find all {len(written)} messages")
+
+
+def check_folder(folder, written, all_qos):
+    """The bag as rosbags finds it by its metadata.yaml."""
+    with Reader(folder) as reader:
+        assert reader.message_count == len(written)
+        if written:
+            times = [time for _, time, _ in written]
+            assert (reader.start_time, reader.end_time - 1) == (min(times), max(times)), "the times differ"
+        for connection in reader.connections:
+            topic = connection.topic
+            count = sum(said == topic for said, _, _ in written)
+            assert connection.msgcount == count, f"{topic}: {connection.msgcount} messages, not {count}"
+            assert connection.digest == NEWEST.hash_rihs01(connection.msgtype), f"{topic}: another hash"
+            (qos,) = connection.ext.offered_qos_profiles
+            seen = [qos.reliability.name, qos.durability.name, qos.depth]
+            assert seen == all_qos.get(topic, ["RELIABLE", "VOLATILE", 10]), f"{topic}: {seen}"
+            assert (qos.history.name, qos.liveliness.name) == ("KEEP_LAST", "AUTOMATIC")
+        for (connection, time, encoded), (topic, said, value) in zip(reader.messages(), by_time(written), strict=True):
+            assert (connection.topic, time) == (topic, said)
+            message = NEWEST.deserialize_cdr(encoded, connection.msgtype)
+            assert exact(from_rosbags(NEWEST, connection.msgtype, message)) == exact(value), f"{topic}: another value"
+
+
+def check_file(path, written):
+    """The file alone, by its own index and its own definitions."""
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        decoded = list(reader.iter_decoded_messages())
+        assert reader.get_summary().statistics.message_count == len(decoded) == len(written)
+        for (schema, channel, message, value), (topic, time, said) in zip(decoded, by_time(written), strict=True):
+            assert (channel.topic, message.log_time) == (topic, time)
+            assert exact(from_mcap(value)) == exact(said), f"{topic}: another value of {schema.name}"
+        (about,) = [record for record in reader.iter_metadata() if record.name == "rosbag2"]
+        inner = YAML(typ="safe").load(about.metadata["serialized_metadata"])
+        outer = YAML(typ="safe").load((path.parent / "metadata.yaml").read_text())
+        assert inner == outer["rosbag2_bagfile_information"], "the metadata in the file and beside it differ"
+
+
+def check_killed(path, written):
+    """What a killed writer left, read from its start until it ends."""
+    with open(path, "rb") as file:
+        found = []
+        try:
+            for _, channel, message in NonSeekingReader(file).iter_messages(log_time_order=False):
+                found.append((channel.topic, message.log_time))
+        except (McapError, EndOfFile) as error:
+            print(f"killed: ends with {error!r}")
+        assert found and found == [(topic, time) for topic, time, _ in written][: len(found)], "other messages"
+        assert len(found) > 0.5 * len(written), f"only {len(found)} of {len(written)}"
+        print(f"killed: mcap finds {len(found)} of {len(written)} messages")
+
+
+def by_time(written):
+    """In the order of their times; those of one time as they were written."""
+    return sorted(written, key=lambda message: message[1])
+
+
+def from_mcap(message):
+    if hasattr(message, "__slots__"):
+        return {field: from_mcap(getattr(message, field)) for field in message.__slots__}
+    if isinstance(message, bytes):
+        return list(message)
+    if isinstance(message, list | tuple):
+        rows = [from_mcap(element) for element in message]
+        return [rows[at : at + 6] for at in range(0, 36, 6)] if len(rows) == 36 else rows
+    return message
+
+
 if __name__ == "__main__":
-    {"write": write, "check": check}[sys.argv[1]](sys.argv[2])
+    {"write": write, "check": check, "bags": check_bags}[sys.argv[1]](sys.argv[2])

@@ -1,11 +1,10 @@
 //! Random messages by ilon, judged by `witness.py`: its `rosbags` and `rclpy` must read the same values, and write the same bytes.
-//! The test needs a Python with `requirements.txt`, under `ILON_PYTHON` or as `python3`, and says so where there is none.
 
 mod common;
 
-use std::process::Command;
+use std::path::Path;
 
-use common::{Codec, Said, SaidType, Sample, codecs};
+use common::{Codec, Said, SaidType, Sample, codecs, python, run_witness};
 use ilon_messages::{Description, FieldType, Kind, Message, Shape, messages};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -16,31 +15,10 @@ const SAMPLES_OF_EACH: usize = 8;
 
 #[test]
 fn the_witness_agrees_with_what_ilon_says() {
-    let python = std::env::var("ILON_PYTHON").unwrap_or("python3".into());
-    let has_rosbags = Command::new(&python)
-        .args(["-c", "import rosbags, numpy"])
-        .output();
-    if !has_rosbags.is_ok_and(|output| output.status.success()) {
-        assert!(
-            std::env::var_os("ILON_PYTHON").is_none(),
-            "{python}, named by ILON_PYTHON, has no rosbags"
-        );
-        println!("skipped: {python} has no rosbags; see tests/requirements.txt");
-        return;
-    }
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("said_by_ilon.json");
+    let Some(python) = python() else { return };
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("said_by_ilon.json");
     std::fs::write(&path, serde_json::to_vec(&said_by_ilon()).unwrap()).unwrap();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/witness.py");
-    let output = Command::new(python)
-        .args([script.as_ref(), "check".as_ref(), path.as_os_str()])
-        .output()
-        .unwrap();
-    print!("{}", String::from_utf8_lossy(&output.stdout));
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    run_witness(&python, "check", &path);
 }
 
 fn said_by_ilon() -> Said {

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test takes its part")]
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
 
 use byteorder::{BigEndian, LittleEndian};
 use ilon_messages::{CdrError, Description, Message, messages};
@@ -108,4 +110,39 @@ pub struct Sample {
 /// What `rosbags` and `rclpy` say, as recorded by `witness.py write`.
 pub fn witness() -> Said {
     serde_json::from_str(include_str!("../fixtures/messages.json")).unwrap()
+}
+
+/// A Python that has what `witness.py` judges by (`requirements.txt`): that under `ILON_PYTHON`, or `python3`. Without one it says
+/// that the test is skipped.
+pub fn python() -> Option<String> {
+    let named = std::env::var("ILON_PYTHON").ok();
+    let python = named.clone().unwrap_or("python3".into());
+    let tried = Command::new(&python)
+        .args(["-c", "import rosbags, mcap_ros2"])
+        .output();
+    if tried.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    assert!(
+        named.is_none(),
+        "{python}, named by ILON_PYTHON, lacks what tests/requirements.txt lists"
+    );
+    println!("skipped: {python} lacks what tests/requirements.txt lists");
+    None
+}
+
+/// Runs `witness.py`, which must agree.
+pub fn run_witness(python: &str, command: &str, file: &Path) {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/witness.py");
+    let output = Command::new(python)
+        .args([script, command])
+        .arg(file)
+        .output()
+        .unwrap();
+    print!("{}", String::from_utf8_lossy(&output.stdout));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
