@@ -74,11 +74,11 @@ const PADDING_PER_EMPTY_SEQUENCE: usize = 8;
 
 /// Writes the fields of a message behind each other, little-endian.
 #[derive(Debug)]
-pub struct Writer<'a> {
+pub struct CdrWriter<'a> {
     bytes: &'a mut Vec<u8>,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> CdrWriter<'a> {
     /// Empties `bytes` and begins a message in it.
     pub(crate) fn begin(bytes: &'a mut Vec<u8>) -> Self {
         bytes.clear();
@@ -123,7 +123,7 @@ impl<'a> Writer<'a> {
 
 /// Reads the fields of a message behind each other, in the byte order that its header names.
 #[derive(Debug)]
-pub struct Reader<'a> {
+pub struct CdrReader<'a> {
     bytes: &'a [u8],
     at: usize,
     big_endian: bool,
@@ -131,7 +131,7 @@ pub struct Reader<'a> {
     padding: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CdrReader<'a> {
     /// Begins at the header of an encoded message.
     pub(crate) fn begin(bytes: &'a [u8]) -> Result<Self, CdrError> {
         let mut reader = Self {

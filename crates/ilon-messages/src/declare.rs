@@ -34,12 +34,12 @@ macro_rules! messages {
                 const TYPE: $crate::FieldType = $crate::FieldType::one($crate::Kind::Message(<Self as $crate::Message>::DESCRIPTION));
                 const MIN_SIZE: usize = 0 $( + <$field_type as $crate::Field>::MIN_SIZE )*;
 
-                fn write(&self, writer: &mut $crate::Writer) -> Result<(), $crate::CdrError> {
+                fn write(&self, writer: &mut $crate::CdrWriter) -> Result<(), $crate::CdrError> {
                     $( self.$field.write(writer)?; )*
                     Ok(())
                 }
 
-                fn read(reader: &mut $crate::Reader) -> Result<Self, $crate::CdrError> {
+                fn read(reader: &mut $crate::CdrReader) -> Result<Self, $crate::CdrError> {
                     Ok(Self { $( $field: $crate::Field::read(reader)?, )* })
                 }
             }

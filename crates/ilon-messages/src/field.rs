@@ -1,6 +1,6 @@
 //! The values that messages hold: how each is encoded, decoded and described.
 
-use crate::cdr::{CdrError, Reader, Writer};
+use crate::cdr::{CdrError, CdrReader, CdrWriter};
 use crate::description::{FieldType, Kind};
 
 /// A value that a message can hold.
@@ -15,14 +15,14 @@ pub trait Field: Sized {
     /// # Errors
     ///
     /// A string or sequence cannot be encoded; see [`CdrError`].
-    fn write(&self, writer: &mut Writer) -> Result<(), CdrError>;
+    fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError>;
 
     /// Decodes it from where the reader stands.
     ///
     /// # Errors
     ///
     /// The bytes are not such a value; see [`CdrError`].
-    fn read(reader: &mut Reader) -> Result<Self, CdrError>;
+    fn read(reader: &mut CdrReader) -> Result<Self, CdrError>;
 }
 
 macro_rules! numbers {
@@ -31,12 +31,12 @@ macro_rules! numbers {
             const TYPE: FieldType = FieldType::one(Kind::$kind);
             const MIN_SIZE: usize = size_of::<Self>();
 
-            fn write(&self, writer: &mut Writer) -> Result<(), CdrError> {
+            fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
                 writer.number(self.to_le_bytes());
                 Ok(())
             }
 
-            fn read(reader: &mut Reader) -> Result<Self, CdrError> {
+            fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
                 reader.number().map(Self::from_le_bytes)
             }
         }
@@ -55,11 +55,11 @@ impl Field for bool {
     const TYPE: FieldType = FieldType::one(Kind::Bool);
     const MIN_SIZE: usize = 1;
 
-    fn write(&self, writer: &mut Writer) -> Result<(), CdrError> {
+    fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
         u8::from(*self).write(writer)
     }
 
-    fn read(reader: &mut Reader) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
         reader.boolean()
     }
 }
@@ -68,11 +68,11 @@ impl Field for String {
     const TYPE: FieldType = FieldType::one(Kind::String);
     const MIN_SIZE: usize = size_of::<u32>();
 
-    fn write(&self, writer: &mut Writer) -> Result<(), CdrError> {
+    fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
         writer.string(self)
     }
 
-    fn read(reader: &mut Reader) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
         reader.string().map(Self::from)
     }
 }
@@ -81,12 +81,12 @@ impl<T: Field> Field for Vec<T> {
     const TYPE: FieldType = T::TYPE.sequence();
     const MIN_SIZE: usize = size_of::<u32>();
 
-    fn write(&self, writer: &mut Writer) -> Result<(), CdrError> {
+    fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
         writer.length(self.len())?;
         self.iter().try_for_each(|element| element.write(writer))
     }
 
-    fn read(reader: &mut Reader) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
         let length = reader.length(T::MIN_SIZE)?;
         // Room for all at once: that many do fit into the bytes that are left.
         let mut elements = Self::with_capacity(length);
@@ -101,11 +101,11 @@ impl<T: Field + Default + Copy, const N: usize> Field for [T; N] {
     const TYPE: FieldType = T::TYPE.array(N);
     const MIN_SIZE: usize = N * T::MIN_SIZE;
 
-    fn write(&self, writer: &mut Writer) -> Result<(), CdrError> {
+    fn write(&self, writer: &mut CdrWriter) -> Result<(), CdrError> {
         self.iter().try_for_each(|element| element.write(writer))
     }
 
-    fn read(reader: &mut Reader) -> Result<Self, CdrError> {
+    fn read(reader: &mut CdrReader) -> Result<Self, CdrError> {
         let mut elements = [T::default(); N];
         for element in &mut elements {
             *element = T::read(reader)?;

@@ -25,7 +25,7 @@ mod field;
 mod message;
 mod packages;
 
-pub use cdr::{CdrError, Reader, Writer};
+pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use description::{Constant, Description, FieldDescription, FieldType, Kind, Shape};
 pub use field::Field;
 pub use message::{Message, messages};

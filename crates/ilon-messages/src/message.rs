@@ -1,6 +1,6 @@
 //! What every message can do.
 
-use crate::cdr::{CdrError, Reader, Writer};
+use crate::cdr::{CdrError, CdrReader, CdrWriter};
 use crate::description::Description;
 use crate::field::Field;
 use crate::packages;
@@ -37,7 +37,7 @@ pub trait Message: Field {
     ///
     /// As [`Message::encode`]; `bytes` then holds a part of the message.
     fn encode_into(&self, bytes: &mut Vec<u8>) -> Result<(), CdrError> {
-        self.write(&mut Writer::begin(bytes))
+        self.write(&mut CdrWriter::begin(bytes))
     }
 
     /// Decodes CDR of either byte order behind its header of four bytes. A few bytes may follow, as some writers leave them over.
@@ -47,7 +47,7 @@ pub trait Message: Field {
     /// The bytes are not such a message, for which [`CdrError`] names the place. Whatever they are, the memory taken stays within a
     /// small multiple of their number.
     fn decode(bytes: &[u8]) -> Result<Self, CdrError> {
-        let mut reader = Reader::begin(bytes)?;
+        let mut reader = CdrReader::begin(bytes)?;
         let message = Self::read(&mut reader)?;
         reader.end()?;
         Ok(message)

@@ -176,6 +176,20 @@ fn readable_messages(bytes: &[u8]) -> usize {
     count
 }
 
+/// Whether records, each an opcode and a length before as many bytes, fill the file behind its magic to its last byte.
+fn ends_with_a_record(bytes: &[u8]) -> bool {
+    let mut at = mcap::MAGIC.len();
+    while at < bytes.len() {
+        let Some(length) = bytes.get(at + 1..at + 9) else {
+            return false;
+        };
+        at = at
+            .saturating_add(9)
+            .saturating_add(u64::from_le_bytes(length.try_into().unwrap()) as usize);
+    }
+    at == bytes.len()
+}
+
 #[test]
 fn a_finished_bag_holds_what_was_written() {
     let folder = tempdir().unwrap();
@@ -235,6 +249,10 @@ fn what_a_killed_writer_leaves_can_be_read() {
     let all = write_run(&mut bag, 1000);
     std::mem::forget(bag);
     let bytes = fs::read(file(folder.path())).unwrap();
+    assert!(
+        ends_with_a_record(&bytes),
+        "a record in the middle of which the file ends"
+    );
     let count = readable_messages(&bytes);
     // A chunk of 1 s has 100 periods of 8 messages.
     assert!(

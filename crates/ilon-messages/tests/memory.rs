@@ -77,6 +77,7 @@ fn memory_follows_from_the_bytes_given() {
             }
         }
     }
+    println!("at most {most:.1} bytes of memory for each byte of a message");
     // That the test reaches what it is to bound.
     assert!(most > 1.0, "at most {most} bytes of memory for each byte");
 }

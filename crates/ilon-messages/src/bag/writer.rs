@@ -59,13 +59,14 @@ impl BagWriter {
         fs::create_dir_all(folder).map_err(BagError::io(folder))?;
         let path = folder.join(FILE);
         let growing = claim(&path)?;
-        // It speaks of the older bag.
-        let metadata = folder.join(METADATA);
-        match fs::remove_file(&metadata) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(BagError::io(&metadata)(error));
+        // They speak of the older bag.
+        for older in [METADATA, UNFINISHED_METADATA].map(|name| folder.join(name)) {
+            match fs::remove_file(&older) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(BagError::io(&older)(error));
+                }
+                _ => {}
             }
-            _ => {}
         }
         growing.set_len(0).map_err(BagError::io(&path))?;
         let mcap = WriteOptions::new()
