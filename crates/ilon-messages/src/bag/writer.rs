@@ -1,0 +1,273 @@
+//! Writing a bag while its messages come.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+use mcap::records::{MessageHeader, Metadata as McapMetadata};
+use mcap::{WriteOptions, Writer};
+
+use crate::Message;
+
+use super::metadata::Metadata;
+use super::topic::{self, Topic};
+use super::{BagError, Qos};
+
+/// A chunk ends once it holds as many bytes, or spans as long a time, ns: that much a killed writer loses at most, and a player
+/// reads to get at one moment.
+const CHUNK_BYTES: usize = 1 << 20;
+const CHUNK_NANOSECONDS: u64 = 1_000_000_000;
+
+/// The files of a bag in its folder.
+const FILE: &str = "bag_0.mcap";
+const METADATA: &str = "metadata.yaml";
+const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
+
+/// Writes a bag while its messages come: the file grows by whole chunks, each of which can be read whatever happens after it.
+///
+/// A bag is whole after [`BagWriter::finish`]. Of a writer that was dropped before, the file is whole and `metadata.yaml` is
+/// missing (`ros2 bag reindex` makes one); of a process that was killed, the file also lacks its index, and readers have to go
+/// through it from its start.
+pub struct BagWriter {
+    folder: PathBuf,
+    /// The file, locked as long as it is open.
+    mcap: Writer<BufWriter<File>>,
+    topics: BTreeMap<String, Topic>,
+    /// The first and last time of a message, ns.
+    span: Option<(u64, u64)>,
+    chunk: Option<Chunk>,
+    /// The message that is being written, encoded.
+    encoded: Vec<u8>,
+}
+
+/// The chunk that is being filled.
+struct Chunk {
+    bytes: usize,
+    start_ns: u64,
+}
+
+impl BagWriter {
+    /// Begins a bag in a folder, which is made if there is none. A bag already there is replaced.
+    ///
+    /// Its messages are in the file `bag_0.mcap`.
+    ///
+    /// # Errors
+    ///
+    /// The folder or its files cannot be made, or another program writes this bag.
+    pub fn create(folder: &Path) -> Result<Self, BagError> {
+        fs::create_dir_all(folder).map_err(BagError::io(folder))?;
+        let path = folder.join(FILE);
+        let growing = claim(&path)?;
+        // They speak of the older bag.
+        for older in [METADATA, UNFINISHED_METADATA].map(|name| folder.join(name)) {
+            match fs::remove_file(&older) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(BagError::io(&older)(error));
+                }
+                _ => {}
+            }
+        }
+        growing.set_len(0).map_err(BagError::io(&path))?;
+        let mcap = WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("ilon ", env!("CARGO_PKG_VERSION")))
+            .compression(None)
+            // Chunks are ended here, and reach the file only whole.
+            .chunk_size(None)
+            .disable_seeking(true)
+            .create(BufWriter::new(growing))
+            .map_err(BagError::mcap(&path))?;
+        Ok(Self {
+            folder: folder.into(),
+            mcap,
+            topics: BTreeMap::new(),
+            span: None,
+            chunk: None,
+            encoded: Vec::new(),
+        })
+    }
+
+    /// Declares that messages of type `M` will come on a topic.
+    ///
+    /// # Errors
+    ///
+    /// ROS 2 does not allow the name, the topic has been declared already, or the file cannot be written.
+    pub fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), BagError> {
+        if !topic::is_name(topic) {
+            return Err(BagError::TopicName {
+                topic: topic.into(),
+            });
+        }
+        if self.topics.contains_key(topic) {
+            return Err(BagError::DeclaredTwice {
+                topic: topic.into(),
+            });
+        }
+        let metadata = BTreeMap::from([
+            ("offered_qos_profiles".into(), qos.to_yaml()),
+            ("topic_type_hash".into(), M::TYPE_HASH.into()),
+        ]);
+        let channel = self
+            .mcap
+            .add_schema(M::TYPE_NAME, "ros2msg", M::definition().as_bytes())
+            .and_then(|schema| self.mcap.add_channel(schema, topic, "cdr", &metadata))
+            .map_err(BagError::mcap(&self.path()))?;
+        self.topics.insert(
+            topic.into(),
+            Topic {
+                channel,
+                description: M::DESCRIPTION,
+                qos,
+                count: 0,
+            },
+        );
+        Ok(())
+    }
+
+    /// Writes a message to a topic. Times may come in any order, but files are small and quick to read where they ascend.
+    ///
+    /// tf2 takes a stamp of zero for "the latest": start a simulation's clock above it.
+    ///
+    /// # Errors
+    ///
+    /// The topic has not been declared for such messages, the message cannot be encoded, its time does not fit into 63 bits, or the
+    /// file cannot be written.
+    pub fn write<M: Message>(
+        &mut self,
+        topic: &str,
+        message: &M,
+        log_time_ns: u64,
+    ) -> Result<(), BagError> {
+        let Some(known) = self
+            .topics
+            .get_mut(topic)
+            .filter(|known| known.description.type_name == M::TYPE_NAME)
+        else {
+            return Err(BagError::NotDeclared {
+                topic: topic.into(),
+                type_name: M::TYPE_NAME,
+            });
+        };
+        if i64::try_from(log_time_ns).is_err() {
+            return Err(BagError::Time {
+                topic: topic.into(),
+                log_time_ns,
+            });
+        }
+        message
+            .encode_into(&mut self.encoded)
+            .map_err(|source| BagError::Message {
+                topic: topic.into(),
+                source,
+            })?;
+        let header = MessageHeader {
+            channel_id: known.channel,
+            // It wraps around, as the format has 32 bits for it.
+            sequence: known.count as u32,
+            log_time: log_time_ns,
+            publish_time: log_time_ns,
+        };
+        known.count += 1;
+        let written = self.mcap.write_to_known_channel(&header, &self.encoded);
+        written.map_err(|error| BagError::mcap(&self.path())(error))?;
+        let (first, last) = self.span.unwrap_or((log_time_ns, log_time_ns));
+        self.span = Some((first.min(log_time_ns), last.max(log_time_ns)));
+        let chunk = self.chunk.get_or_insert(Chunk {
+            bytes: 0,
+            start_ns: log_time_ns,
+        });
+        chunk.bytes += self.encoded.len();
+        if chunk.bytes >= CHUNK_BYTES || log_time_ns.abs_diff(chunk.start_ns) >= CHUNK_NANOSECONDS {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Brings all messages so far into the file.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn flush(&mut self) -> Result<(), BagError> {
+        self.chunk = None;
+        self.mcap.flush().map_err(BagError::mcap(&self.path()))
+    }
+
+    /// Ends the bag: its index, and its `metadata.yaml`, both on the disk.
+    ///
+    /// # Errors
+    ///
+    /// The files cannot be written.
+    pub fn finish(mut self) -> Result<(), BagError> {
+        let path = self.path();
+        let about = Metadata {
+            file: FILE,
+            span: self.span,
+            topics: &self.topics,
+        };
+        let within = McapMetadata {
+            name: "rosbag2".into(),
+            metadata: BTreeMap::from([("serialized_metadata".into(), about.to_yaml())]),
+        };
+        self.mcap
+            .write_metadata(&within)
+            .map_err(BagError::mcap(&path))?;
+        self.mcap.finish().map_err(BagError::mcap(&path))?;
+        let metadata = about.to_file();
+        let file = self
+            .mcap
+            .into_inner()
+            .into_inner()
+            .map_err(|error| BagError::io(&path)(error.into_error()))?;
+        file.sync_all().map_err(BagError::io(&path))?;
+        write_metadata(&self.folder, &metadata).map_err(BagError::io(&self.folder.join(METADATA)))
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.join(FILE)
+    }
+}
+
+impl std::fmt::Debug for BagWriter {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.debug_struct("BagWriter")
+            .field("path", &self.path())
+            .field("topics", &self.topics)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Opens the file of a bag for this writer alone, and leaves what is in it.
+fn claim(path: &Path) -> Result<File, BagError> {
+    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        let source = io::Error::other("it is not a plain file");
+        return Err(BagError::Io {
+            path: path.into(),
+            source,
+        });
+    }
+    let file = OpenOptions::new()
+        .create(true)
+        .write(true)
+        .truncate(false)
+        .open(path)
+        .map_err(BagError::io(path))?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(BagError::Busy { path: path.into() }),
+        // A file system without locks has nobody who waits for one either.
+        _ => Ok(file),
+    }
+}
+
+/// Writes `metadata.yaml` whole or not at all.
+fn write_metadata(folder: &Path, text: &str) -> io::Result<()> {
+    let unfinished = folder.join(UNFINISHED_METADATA);
+    let written = fs::write(&unfinished, text)
+        .and_then(|()| File::open(&unfinished)?.sync_all())
+        .and_then(|()| fs::rename(&unfinished, folder.join(METADATA)));
+    if written.is_err() {
+        let _ = fs::remove_file(&unfinished);
+    }
+    written
+}

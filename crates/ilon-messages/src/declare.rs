@@ -1,0 +1,99 @@
+//! The declaration of messages.
+
+/// Declares the messages of one ROS package. From each declaration come a struct, its defaults, its encoding and its description.
+///
+/// A field is `name: Type`; `u8 as byte` is a `byte`, which differs from `uint8` in the definition alone. `= value` after it is its
+/// default, where that is not the type's. Constants stand in a block of their own.
+macro_rules! messages {
+    ($package:ident; $(
+        $(#[$attribute:meta])*
+        $name:ident $hash:literal $( const {
+            $( $(#[$constant_attribute:meta])* $constant:ident: $constant_type:ty $(as $constant_kind:ident)? = $value:literal, )*
+        } )? {
+            $( $(#[$field_attribute:meta])* $field:ident: $field_type:ty $(as $field_kind:ident)? $(= $default:literal)?, )*
+        }
+    )*) => {
+        $(
+            $(#[$attribute])*
+            #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+            pub struct $name {
+                $( $(#[$field_attribute])* pub $field: $field_type, )*
+            }
+
+            impl $name {
+                $( $( $(#[$constant_attribute])* pub const $constant: $constant_type = $value; )* )?
+            }
+
+            impl Default for $name {
+                fn default() -> Self {
+                    Self { $( $field: $crate::declare::or_default!($($default)?), )* }
+                }
+            }
+
+            impl $crate::Field for $name {
+                const TYPE: $crate::FieldType = $crate::FieldType::one($crate::Kind::Message(<Self as $crate::Message>::DESCRIPTION));
+                const MIN_SIZE: usize = 0 $( + <$field_type as $crate::Field>::MIN_SIZE )*;
+
+                fn write(&self, writer: &mut $crate::CdrWriter) -> Result<(), $crate::CdrError> {
+                    $( self.$field.write(writer)?; )*
+                    Ok(())
+                }
+
+                fn read(reader: &mut $crate::CdrReader) -> Result<Self, $crate::CdrError> {
+                    Ok(Self { $( $field: $crate::Field::read(reader)?, )* })
+                }
+            }
+
+            impl $crate::Message for $name {
+                const DESCRIPTION: &'static $crate::Description = &$crate::Description {
+                    package: stringify!($package),
+                    name: stringify!($name),
+                    type_name: concat!(stringify!($package), "/msg/", stringify!($name)),
+                    type_hash: concat!("RIHS01_", $hash),
+                    constants: &[ $($( $crate::Constant {
+                        name: stringify!($constant),
+                        kind: $crate::declare::type_of!($constant_type $(as $constant_kind)?).kind,
+                        value: stringify!($value),
+                    } ),*)? ],
+                    fields: &[ $( $crate::FieldDescription {
+                        name: $crate::declare::plain_name(stringify!($field)),
+                        field_type: $crate::declare::type_of!($field_type $(as $field_kind)?),
+                    } ),* ],
+                };
+            }
+        )*
+
+        /// The messages of this package.
+        pub(super) const ALL: &[&$crate::Description] = &[ $( <$name as $crate::Message>::DESCRIPTION ),* ];
+    };
+}
+
+/// The value given, or that of the type.
+macro_rules! or_default {
+    () => {
+        Default::default()
+    };
+    ($value:literal) => {
+        $value
+    };
+}
+
+/// What a field or constant is in a definition.
+macro_rules! type_of {
+    ($type:ty as byte) => {
+        $crate::FieldType::one($crate::Kind::Byte)
+    };
+    ($type:ty) => {
+        <$type as $crate::Field>::TYPE
+    };
+}
+
+pub(crate) use {messages, or_default, type_of};
+
+/// The name of a field without the mark that keeps it apart from a Rust keyword.
+pub(crate) const fn plain_name(name: &'static str) -> &'static str {
+    match name.as_bytes() {
+        [b'r', b'#', ..] => name.split_at(2).1,
+        _ => name,
+    }
+}

@@ -1,0 +1,83 @@
+//! Decoding takes memory in proportion to the bytes it is given, whatever lengths they claim. Alone in its file, because it counts
+//! what the whole process allocates.
+
+mod common;
+
+use std::alloc::System;
+
+use common::witness;
+use ilon_messages::Message;
+use ilon_messages::diagnostic_msgs::DiagnosticArray;
+use ilon_messages::nav_msgs::Path;
+use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_messages::tf2_msgs::TFMessage;
+use ilon_messages::visualization_msgs::MarkerArray;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Bytes of memory for each byte of a message. A status takes 104 bytes in memory and at least 17 in a message, a string or a pair
+/// of them 6 times as many. At most two such lists of nested sequences are made room for before one fails, and then strings are copied.
+const FACTOR: usize = 14;
+
+/// Decodes, and counts the bytes allocated meanwhile.
+type Decoder = fn(&[u8]) -> usize;
+
+fn allocated<M: Message>(bytes: &[u8]) -> usize {
+    let region = Region::new(ALLOCATOR);
+    let _ = M::decode(bytes);
+    region.change().bytes_allocated
+}
+
+#[test]
+fn memory_follows_from_the_bytes_given() {
+    let decoders: [(&str, Decoder); 6] = [
+        (
+            "diagnostic_msgs/msg/DiagnosticArray",
+            allocated::<DiagnosticArray>,
+        ),
+        ("nav_msgs/msg/Path", allocated::<Path>),
+        ("sensor_msgs/msg/JointState", allocated::<JointState>),
+        (
+            "std_msgs/msg/Float64MultiArray",
+            allocated::<Float64MultiArray>,
+        ),
+        ("tf2_msgs/msg/TFMessage", allocated::<TFMessage>),
+        (
+            "visualization_msgs/msg/MarkerArray",
+            allocated::<MarkerArray>,
+        ),
+    ];
+    let said = witness();
+    let mut most: f64 = 0.0;
+    for (name, allocated) in decoders {
+        let samples: Vec<_> = said
+            .samples
+            .iter()
+            .filter(|sample| sample.r#type == *name)
+            .collect();
+        assert!(!samples.is_empty());
+        for sample in samples {
+            // Any four bytes may be a length: as many as there can be, or just as many as might fit.
+            let longer = [sample.little.as_slice(), &[0; 4000]].concat();
+            for at in (4..sample.little.len() - 3).step_by(4) {
+                for length in [u32::MAX, u32::MAX / 8, 4000, 1000, 500, 230, 50] {
+                    let mut bytes = longer.clone();
+                    bytes[at..at + 4].copy_from_slice(&length.to_le_bytes());
+                    let memory = allocated(&bytes);
+                    most = most.max(memory as f64 / bytes.len() as f64);
+                    assert!(
+                        memory <= FACTOR * bytes.len(),
+                        "{name}: {memory} bytes for {} with {length} at {at}",
+                        bytes.len()
+                    );
+                }
+            }
+        }
+    }
+    println!("at most {most:.1} bytes of memory for each byte of a message");
+    // That the test reaches what it is to bound.
+    assert!(most > 1.0, "at most {most} bytes of memory for each byte");
+}
