@@ -1,6 +1,8 @@
-//! Every URDF and xacro file of a folder named by `ILON_URDF_DIR`: each must load, or be refused in words that say where and how to
+//! Every URDF and xacro file of a folder named by `ILON_ROBOTS`: each must load, or be refused in words that say where and how to
 //! mend it; the same with what can be mended mended, and with rollers put into wheels that have none.
-//! `ILON_URDF_DIR=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
+//! `ILON_ROBOTS=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
+
+mod common;
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +24,7 @@ fn urdf_files(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn every_robot_of_the_folder_loads_or_is_refused_in_clear_words() {
-    let Some(folder) = std::env::var_os("ILON_URDF_DIR") else {
+    let Some(folder) = std::env::var_os("ILON_ROBOTS") else {
         return;
     };
     let mut files = Vec::new();
@@ -70,7 +72,12 @@ fn report(loaded: &Result<Loaded, ilon_robot::RobotError>) {
             return;
         }
     };
-    println!("  {:.2} kg, {} wheels", robot.mass_kg(), robot.wheels.len());
+    println!(
+        "  {:.2} kg, {} wheels, fingerprint {:016x}",
+        robot.mass_kg(),
+        robot.wheels.len(),
+        common::fingerprint(robot)
+    );
     for w in &robot.wheels {
         let r = &w.rollers[0];
         println!(
