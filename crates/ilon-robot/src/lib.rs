@@ -48,23 +48,18 @@
 //! # Ok::<(), ilon_robot::RobotError>(())
 //! ```
 
-pub mod barrel;
 mod error;
 mod generate;
-mod load;
 mod model;
-mod planar;
-pub mod profile;
 mod spec;
+mod urdf;
 
-pub use barrel::Barrel;
 pub use error::{Fault, Place, RobotError};
 pub use generate::generate;
-pub use load::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
 pub use model::{
-    Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits, Remark,
-    Robot, Roller, RollerForm, Wheel,
+    Barrel, Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits,
+    Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, Twist, Wheel, wrap_angle,
 };
-pub use planar::{Pose, Twist, wrap_angle};
-pub use profile::{Profile, ProfilePart};
+pub use model::{barrel, profile};
 pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
+pub use urdf::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};

@@ -12,8 +12,7 @@ use serde::Serialize;
 use super::handover::Handover;
 use super::options::RollerForms;
 use super::remark;
-use crate::model::Remark;
-use crate::profile::Profile;
+use crate::model::{Profile, Remark};
 
 /// Directions in which the hull is sampled: a tenth of a degree apart.
 const SAMPLES: usize = 3600;
@@ -265,7 +264,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::profile::ProfilePart;
+    use crate::model::ProfilePart;
 
     /// `count` spheres of a radius on a ring.
     fn spheres(count: usize, ring_m: f64, radius_m: f64) -> Vec<Modelled> {

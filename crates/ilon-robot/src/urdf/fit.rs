@@ -5,7 +5,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::profile::{Profile, ProfilePart as Part};
+use crate::model::{Profile, ProfilePart as Part};
 
 /// The common perpendicular of hub axis and roller axis, in the hub frame.
 pub(super) struct Skew {

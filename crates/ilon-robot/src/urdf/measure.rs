@@ -1,5 +1,4 @@
-//! Which joints are wheels and which are rollers, and what the wheels measure. Structure and geometry decide, never
-//! names: a wheel is a turning joint with turning joints of its own below it, on a ring about its axis.
+//! What a wheel and its rollers measure.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -9,85 +8,26 @@ use nalgebra::{
 
 use urdf_rs::Geometry;
 
+use super::fit::{self, Outline, Skew};
+use super::geometry::{self, primitive};
 use super::handover::{Handover, WIDEST_GAP_RAD, barrel_half_length_m, close_gaps};
 use super::mesh::Meshes;
-use super::modelled;
 use super::options::RollerForms;
-use super::profile;
-use super::roller::{self, Outline, Skew};
+use super::outline;
+use super::recognise::Candidate;
 use super::source::Source;
-use super::tree::{Motion, PlacedShape, RigidBody, Tree, TreeJoint, transformed};
-use super::whole::primitive;
+use super::tree::{PlacedShape, RigidBody, Tree, TreeJoint, transformed};
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
 use crate::model::{
-    Collision, CollisionShape, MassProperties, ModelledRoller, MotorLimits, Remark, Roller,
-    RollerForm, Wheel,
+    Collision, CollisionShape, MassProperties, ModelledRoller, MotorLimits, Profile, Remark,
+    Roller, RollerForm, Wheel,
 };
-use crate::profile::Profile;
 
-/// Fewest rollers that make a wheel.
-const LEAST_ROLLERS: usize = 3;
 /// Hub axes may lean this far out of the ground plane: beyond it the model of the wheel does not hold.
 const MOST_LEAN_RAD: f64 = 0.02;
 /// Gamma nearer to 90 degrees than this means that the rollers turn with the hub.
 const LEAST_CARRY_RAD: f64 = 0.035;
-
-/// A wheel joint and the roller joints below it.
-pub(super) struct Candidate {
-    pub(super) hub: usize,
-    pub(super) rollers: Vec<usize>,
-}
-
-/// Finds the wheels, in the order of their joints in the file.
-pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
-    let turning: Vec<usize> = (0..tree.joints.len())
-        .filter(|&j| tree.joints[j].motion == Motion::Turning)
-        .collect();
-    let mut below: Vec<Vec<usize>> = vec![Vec::new(); tree.joints.len()];
-    for &j in &turning {
-        if let Some(above) = tree.turning_above(j) {
-            below[above].push(j);
-        }
-    }
-    turning
-        .iter()
-        .filter_map(|&hub| {
-            let ends: Vec<usize> = below[hub]
-                .iter()
-                .copied()
-                .filter(|&j| below[j].is_empty())
-                .collect();
-            let rollers = on_one_ring(tree, hub, &ends);
-            (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
-        })
-        .collect()
-}
-
-/// Those of the joints whose axes pass the hub's axis at the common distance, within a twentieth.
-fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
-    let distance_m = |j: usize| {
-        let (hub, joint) = (&tree.joints[hub], &tree.joints[j]);
-        let from_hub = joint.origin - hub.origin;
-        match Unit::try_new(hub.axis.cross(&joint.axis), 1e-6) {
-            Some(normal) => from_hub.dot(&normal).abs(),
-            None => from_hub.cross(&hub.axis).norm(),
-        }
-    };
-    let mut distances: Vec<f64> = joints.iter().map(|&j| distance_m(j)).collect();
-    distances.sort_by(f64::total_cmp);
-    let Some(&common_m) = distances.get(distances.len() / 2) else {
-        return Vec::new();
-    };
-    if common_m < 1e-6 {
-        return Vec::new();
-    }
-    joints
-        .iter()
-        .copied()
-        .filter(|&j| (distance_m(j) - common_m).abs() <= 0.05 * common_m)
-        .collect()
-}
 
 /// A roller as its joint and geometry show it, in a frame on the hub axis.
 struct Seen {
@@ -188,17 +128,17 @@ pub(super) fn measure(
     }
     remark_motor(&joint.name, &joint.limits, remarks);
 
-    let mut modelled: Vec<modelled::Modelled> = seen
+    let mut modelled: Vec<outline::Modelled> = seen
         .into_iter()
-        .map(|s| modelled::Modelled {
+        .map(|s| outline::Modelled {
             foot_in_hub_m: s.skew.foot.coords - Vector3::z() * middle_z_m,
             axis_in_hub: s.axis,
             profile: s.profile,
         })
         .collect();
-    let place_rad = |m: &modelled::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
+    let place_rad = |m: &outline::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
     modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
-    let outline = modelled::outline(&joint.name, radius_m, &modelled, &handover);
+    let outline = outline::outline(&joint.name, radius_m, &modelled, &handover);
     // Of lone spheres it is said already what barrels make of them.
     if lone_spheres == 0 || forms == RollerForms::AsModelled {
         outline.remark_rolling(forms, remarks);
@@ -290,7 +230,7 @@ fn see(
     let joint = &tree.joints[j];
     let hub_from_body = body_from_joint.inverse();
     let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
-    let skew = roller::skew(&(hub_from_body * joint.origin), &axis)
+    let skew = fit::skew(&(hub_from_body * joint.origin), &axis)
         .filter(|skew| skew.gamma_rad.abs() < FRAC_PI_2 - LEAST_CARRY_RAD)
         .ok_or_else(|| source.joint_error(&joint.name, Fault::GammaRightAngle))?;
     let body = tree.rigid_body(joint.child, |_| false);
@@ -302,9 +242,9 @@ fn see(
             geometry: s.geometry.clone(),
         })
         .collect();
-    let profile = profile::read(&skew.foot, &axis, &shapes, &loading.meshes)
+    let profile = geometry::profile(&skew.foot, &axis, &shapes, &loading.meshes)
         .map_err(|fault| source.link_error(&tree.links[joint.child].name, fault))?;
-    let outline = roller::outline(&skew, &profile, half_pitch_rad);
+    let outline = fit::outline(&skew, &profile, half_pitch_rad);
     Ok(Seen {
         joint: j,
         body,

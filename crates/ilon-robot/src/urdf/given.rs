@@ -5,13 +5,13 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SymmetricEigen, Unit, Vector3};
 use urdf_rs::Geometry;
 
+use super::measure::{check_level, hub_frame, remark_motor};
 use super::options::{Handedness, WheelOptions};
+use super::recognise::Candidate;
 use super::tree::{Motion, RigidBody, transformed};
-use super::wheels::{Candidate, check_level, hub_frame, remark_motor};
 use super::{Loading, remark};
-use crate::Barrel;
 use crate::error::{Fault, RobotError};
-use crate::model::{Joint, MassProperties, Roller, RollerForm, Wheel};
+use crate::model::{Barrel, Joint, MassProperties, Roller, RollerForm, Wheel};
 
 /// Density of rubber, for rollers of which no mass is said, in kg/m^3.
 const RUBBER_KG_M3: f64 = 1100.0;

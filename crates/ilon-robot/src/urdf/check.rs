@@ -1,14 +1,14 @@
 //! The robot as a whole: its chassis, and what must hold between its wheels.
 
 use nalgebra::Vector3;
-use urdf_rs::Geometry;
 
+use super::geometry::primitive;
+use super::recognise::Candidate;
 use super::source::Source;
 use super::tree::{PlacedShape, RigidBody, Tree};
-use super::wheels::Candidate;
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
-use crate::model::{Chassis, Collision, CollisionShape, Remark, Robot};
+use crate::model::{Chassis, Collision, Remark, Robot, Wheel};
 
 /// Fewest wheels that hold all three freedoms of the plane.
 const LEAST_WHEELS: usize = 3;
@@ -102,25 +102,6 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
     })
 }
 
-/// A geometry of URDF but for meshes.
-pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
-    Some(match geometry {
-        Geometry::Box { size } => CollisionShape::Box {
-            half_extents_m: Vector3::from(**size) * 0.5,
-        },
-        Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
-            radius_m: *radius,
-            length_m: *length,
-        },
-        Geometry::Capsule { radius, length } => CollisionShape::Capsule {
-            radius_m: *radius,
-            length_m: *length,
-        },
-        Geometry::Sphere { radius } => CollisionShape::Sphere { radius_m: *radius },
-        Geometry::Mesh { .. } => return None,
-    })
-}
-
 /// Checks what must hold between the wheels, and hands the robot on.
 pub(super) fn check(source: &Source, robot: Robot) -> Result<Robot, RobotError> {
     for wheel in &robot.wheels {
@@ -132,8 +113,8 @@ pub(super) fn check(source: &Source, robot: Robot) -> Result<Robot, RobotError> 
         }
     }
     // All wheels must stand on one floor while the body is level.
-    let bottom_m = |w: &crate::Wheel| w.position_m().z - w.radius_m;
-    let mut by_height: Vec<&crate::Wheel> = robot.wheels.iter().collect();
+    let bottom_m = |w: &Wheel| w.position_m().z - w.radius_m;
+    let mut by_height: Vec<&Wheel> = robot.wheels.iter().collect();
     by_height.sort_by(|p, q| bottom_m(p).total_cmp(&bottom_m(q)));
     if let [lowest, .., highest] = by_height[..] {
         let apart_m = bottom_m(highest) - bottom_m(lowest);

@@ -4,8 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::remark;
 use crate::error::Fault;
-use crate::model::{Remark, Roller};
-use crate::wrap_angle;
+use crate::model::{Remark, Roller, wrap_angle};
 
 /// Gaps up to one degree are loaded as they are: over a gap of angle g the wheel rests on the ends of its rollers and dips
 /// by about rho g^2 / 8, which at one degree is 4e-5 of its radius.

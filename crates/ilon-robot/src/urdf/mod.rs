@@ -1,24 +1,25 @@
 //! Reads a robot from URDF.
 //!
-//! In this order: the text is held against the form of URDF ([`source`], [`form`]; [`mend`] where it is asked for), urdf-rs
+//! In this order: the text is held against the form of URDF ([`source`], [`form`]; [`repair`] where it is asked for), urdf-rs
 //! reads it, its links and joints become a tree placed in the body frame ([`tree`]), wheels and rollers are recognised and
-//! measured ([`wheels`], [`roller`] with [`profile`], [`mesh`] and [`dae`], [`handover`], [`modelled`]) or put in ([`given`]), and
-//! the whole is checked ([`whole`]). Faults are errors; what is ignored, assumed or doubted is remarked.
+//! measured ([`recognise`], [`measure`] with [`geometry`], [`fit`], [`mesh`] and [`dae`], [`handover`], [`outline`]) or put in
+//! ([`given`]), and the whole is checked ([`check`]). Faults are errors; what is ignored, assumed or doubted is remarked.
 
+mod check;
 mod dae;
+mod fit;
 mod form;
+mod geometry;
 mod given;
 mod handover;
-mod mend;
+mod measure;
 mod mesh;
-mod modelled;
 mod options;
-mod profile;
-mod roller;
+mod outline;
+mod recognise;
+mod repair;
 mod source;
 mod tree;
-mod wheels;
-mod whole;
 #[cfg(feature = "xacro")]
 mod xacro;
 
@@ -28,8 +29,8 @@ use std::path::Path;
 use crate::error::{Fault, RobotError};
 use crate::model::{Remark, Robot, Wheel};
 use mesh::Meshes;
-pub use modelled::WheelOutline;
 pub use options::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+pub use outline::WheelOutline;
 use source::Source;
 use tree::Tree;
 
@@ -104,7 +105,7 @@ impl Robot {
         if !options.mend {
             return read(&source, options, Vec::new());
         }
-        let (mended, remarks) = mend::mend(&source);
+        let (mended, remarks) = repair::mend(&source);
         read(&Source::parse(&mended, file)?, options, remarks)
     }
 }
@@ -159,12 +160,12 @@ fn read(
         outlines: Vec::new(),
     };
 
-    let candidates = wheels::find(&tree);
+    let candidates = recognise::find(&tree);
     let given = match &options.wheels {
         Some(wheels) => given::joints(&loading, wheels, &candidates)?,
         None => Vec::new(),
     };
-    whole::check_wheel_count(&loading, &candidates, given.len())?;
+    check::check_wheel_count(&loading, &candidates, given.len())?;
 
     let moving: HashSet<usize> = candidates
         .iter()
@@ -173,13 +174,13 @@ fn read(
         .collect();
     let rigid_body = |link| tree.rigid_body(link, |j| moving.contains(&j));
     let chassis_body = rigid_body(tree.root);
-    whole::remark_held(&tree, &chassis_body, "the chassis", &mut loading.remarks);
+    check::remark_held(&tree, &chassis_body, "the chassis", &mut loading.remarks);
 
     let mut wheels: Vec<(usize, Wheel)> = Vec::with_capacity(moving.len());
     let hub_of = |loading: &mut Loading, j: usize| {
         let joint = &tree.joints[j];
         let body = rigid_body(joint.child);
-        whole::remark_held(
+        check::remark_held(
             &tree,
             &body,
             &format!("wheel `{}`", joint.name),
@@ -191,7 +192,7 @@ fn read(
         let hub = hub_of(&mut loading, candidate.hub);
         wheels.push((
             candidate.hub,
-            wheels::measure(&mut loading, candidate, &hub)?,
+            measure::measure(&mut loading, candidate, &hub)?,
         ));
     }
     if let Some(wheel_options) = &options.wheels {
@@ -202,7 +203,7 @@ fn read(
     }
     wheels.sort_by_key(|(joint, _)| *joint);
 
-    let chassis = whole::chassis(&mut loading, chassis_body)?;
+    let chassis = check::chassis(&mut loading, chassis_body)?;
     let hub_shapes: usize = candidates
         .iter()
         .map(|c| rigid_body(tree.joints[c.hub].child).shapes.len())
@@ -226,7 +227,7 @@ fn read(
         wheels: wheels.into_iter().map(|(_, wheel)| wheel).collect(),
         remarks,
     };
-    let robot = whole::check(source, robot)?;
+    let robot = check::check(source, robot)?;
     Ok(Loaded { robot, outlines })
 }
 

@@ -1,5 +1,5 @@
-//! Reads a roller's collision geometry as a [`Profile`] about the roller's axis, with t counted from the point nearest to
-//! the hub axis.
+//! Collision geometry: as shapes of the model, and a roller's as a [`Profile`] about the roller's axis, with t counted from
+//! the point nearest to the hub axis.
 
 use nalgebra::{Point3, Unit, Vector3};
 use urdf_rs::Geometry;
@@ -7,10 +7,29 @@ use urdf_rs::Geometry;
 use super::mesh::Meshes;
 use super::tree::PlacedShape;
 use crate::error::Fault;
-use crate::profile::{Profile, ProfilePart as Part};
+use crate::model::{CollisionShape, Profile, ProfilePart as Part};
+
+/// A geometry of URDF but for meshes.
+pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
+    Some(match geometry {
+        Geometry::Box { size } => CollisionShape::Box {
+            half_extents_m: Vector3::from(**size) * 0.5,
+        },
+        Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
+            radius_m: *radius,
+            length_m: *length,
+        },
+        Geometry::Capsule { radius, length } => CollisionShape::Capsule {
+            radius_m: *radius,
+            length_m: *length,
+        },
+        Geometry::Sphere { radius } => CollisionShape::Sphere { radius_m: *radius },
+        Geometry::Mesh { .. } => return None,
+    })
+}
 
 /// Reads collision shapes, all in one frame with the axis, which passes through `foot`.
-pub(super) fn read(
+pub(super) fn profile(
     foot: &Point3<f64>,
     axis: &Unit<Vector3<f64>>,
     shapes: &[PlacedShape],

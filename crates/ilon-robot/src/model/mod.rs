@@ -1,0 +1,23 @@
+//! The robot as the rest of the project sees it, whatever file it came from.
+
+pub mod barrel;
+mod collision;
+mod joint;
+mod mass;
+mod planar;
+pub mod profile;
+mod remark;
+mod robot;
+mod roller;
+mod wheel;
+
+pub use barrel::Barrel;
+pub use collision::{Collision, CollisionShape};
+pub use joint::{Joint, MotorLimits};
+pub use mass::MassProperties;
+pub use planar::{Pose, Twist, wrap_angle};
+pub use profile::{Profile, ProfilePart};
+pub use remark::Remark;
+pub use robot::{Chassis, Robot};
+pub use roller::{ModelledRoller, Roller, RollerForm};
+pub use wheel::Wheel;
