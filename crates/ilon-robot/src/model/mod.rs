@@ -3,7 +3,7 @@
 pub mod barrel;
 mod collision;
 mod joint;
-mod mass;
+pub(crate) mod mass;
 mod planar;
 pub mod profile;
 mod remark;

@@ -1,5 +1,7 @@
 //! The robot whole.
 
+use nalgebra::{Point3, Vector3};
+
 use super::{Collision, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
@@ -31,6 +33,20 @@ impl Robot {
     pub fn mass_kg(&self) -> f64 {
         let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
         self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>()
+    }
+
+    /// Centre of mass of the whole robot in the body frame, in metres.
+    pub fn center_of_mass_m(&self) -> Vector3<f64> {
+        let chassis = &self.chassis.mass;
+        let mut first_moment = chassis.mass_kg * chassis.center_of_mass_m;
+        for wheel in &self.wheels {
+            let in_body = |at_m: Vector3<f64>| (wheel.body_from_hub * Point3::from(at_m)).coords;
+            first_moment += wheel.hub.mass_kg * in_body(wheel.hub.center_of_mass_m);
+            for roller in &wheel.rollers {
+                first_moment += roller.mass_kg * in_body(roller.center_in_hub_m);
+            }
+        }
+        first_moment / self.mass_kg()
     }
 
     /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles zero, in metres.

@@ -1,8 +1,8 @@
 //! Passive rollers.
 
-use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Unit, UnitQuaternion, Vector3};
 
-use super::{Collision, Joint, Profile, wrap_angle};
+use super::{Collision, Joint, MassProperties, Profile, wrap_angle};
 
 /// A passive roller on the rim of a wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +69,17 @@ impl Roller {
                 UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
             });
         Isometry3::from_parts(self.center_in_hub_m.into(), rotation)
+    }
+
+    /// The roller's mass properties in the hub frame.
+    pub fn mass_in_hub(&self) -> MassProperties {
+        let a = self.axis_in_hub.into_inner();
+        MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass_m: self.center_in_hub_m,
+            inertia_kg_m2: Matrix3::identity() * self.transverse_inertia_kg_m2
+                + a * a.transpose() * (self.axial_inertia_kg_m2 - self.transverse_inertia_kg_m2),
+        }
     }
 
     /// Where the roller sits along the hub axis, from the wheel's centre, in metres: non-zero in wheels of two rows.

@@ -2,11 +2,12 @@
 
 use std::collections::HashSet;
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 use roxmltree::Node;
 
 use super::source::{Source, child, unique_names};
 use crate::error::{Fault, RobotError};
+use crate::model::mass::principal_moments;
 
 /// What the numbers of an attribute may be.
 #[derive(Clone, Copy, PartialEq)]
@@ -243,9 +244,7 @@ pub(super) fn check_inertial(source: &Source, inertial: Node) -> Result<(), Robo
         };
         return Err(source.attribute_error(mass, "value", fault));
     }
-    let mut moments = SymmetricEigen::new(tensor).eigenvalues;
-    moments.as_mut_slice().sort_by(f64::total_cmp);
-    let [least, middle, most] = moments.into();
+    let [least, middle, most] = principal_moments(tensor);
     if least <= 0.0 {
         return Err(source.error(inertia, Fault::InertiaNotPositive { least }));
     }

@@ -2,15 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SymmetricEigen, Unit, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, Vector3};
 use urdf_rs::Geometry;
 
 use super::measure::{check_level, hub_frame, remark_motor};
 use super::options::{Handedness, WheelOptions};
 use super::recognise::Candidate;
-use super::tree::{Motion, RigidBody, transformed};
+use super::tree::{Motion, RigidBody};
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
+use crate::model::mass::principal_moments;
 use crate::model::{Barrel, Joint, MassProperties, Roller, RollerForm, Wheel};
 
 /// Density of rubber, for rollers of which no mass is said, in kg/m^3.
@@ -165,7 +166,7 @@ pub(super) fn wheel(
         .or(size_m)
         .ok_or_else(|| source.link_error(link, Fault::WheelSizeUnknown))?;
     let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), &joint.axis);
-    let whole = transformed(whole, &body_from_hub.inverse());
+    let whole = whole.moved(&body_from_hub.inverse());
 
     let count = options.rollers;
     let gamma_rad = given.gamma_rad;
@@ -256,30 +257,31 @@ fn without(whole: &MassProperties, rollers: &[Roller]) -> MassProperties {
     // The rollers stand evenly around the wheel's middle, where their common centre of mass is; the moment of what is
     // left keeps the whole's centre of mass.
     let center_of_mass_m = whole.center_of_mass_m * (whole.mass_kg / mass_kg);
-    let at_origin =
-        |m: f64, c: &Vector3<f64>| (Matrix3::identity() * c.norm_squared() - c * c.transpose()) * m;
+    let origin = Vector3::zeros();
     let of_roller = |r: &Roller| {
         let d = r.axis_in_hub.into_inner();
         let along = d * d.transpose();
-        along * r.axial_inertia_kg_m2
-            + (Matrix3::identity() - along) * r.transverse_inertia_kg_m2
-            + at_origin(r.mass_kg, &r.center_in_hub_m)
+        let roller = MassProperties {
+            mass_kg: r.mass_kg,
+            center_of_mass_m: r.center_in_hub_m,
+            inertia_kg_m2: along * r.axial_inertia_kg_m2
+                + (Matrix3::identity() - along) * r.transverse_inertia_kg_m2,
+        };
+        roller.inertia_about(&origin)
     };
-    let about_origin = whole.inertia_kg_m2 + at_origin(whole.mass_kg, &whole.center_of_mass_m)
-        - rollers.iter().map(of_roller).sum::<Matrix3<f64>>();
-    let inertia_kg_m2 = about_origin - at_origin(mass_kg, &center_of_mass_m);
-    let mut moments = SymmetricEigen::new(inertia_kg_m2).eigenvalues;
-    moments.as_mut_slice().sort_by(f64::total_cmp);
-    let possible = moments[0] > 0.0 && moments[0] + moments[1] >= moments[2];
-    MassProperties {
+    let about_origin =
+        whole.inertia_about(&origin) - rollers.iter().map(of_roller).sum::<Matrix3<f64>>();
+    let mut hub = MassProperties {
         mass_kg,
         center_of_mass_m,
-        inertia_kg_m2: if possible {
-            inertia_kg_m2
-        } else {
-            whole.inertia_kg_m2 * (mass_kg / whole.mass_kg)
-        },
+        inertia_kg_m2: whole.inertia_kg_m2 * (mass_kg / whole.mass_kg),
+    };
+    let inertia_kg_m2 = about_origin - hub.inertia_of_place(&origin);
+    let [least, middle, most] = principal_moments(inertia_kg_m2);
+    if least > 0.0 && least + middle >= most {
+        hub.inertia_kg_m2 = inertia_kg_m2;
     }
+    hub
 }
 
 /// Radius of a wheel from its collision geometry, and where its middle is along the hub axis from the joint.

@@ -16,7 +16,7 @@ use super::options::RollerForms;
 use super::outline;
 use super::recognise::Candidate;
 use super::source::Source;
-use super::tree::{PlacedShape, RigidBody, Tree, TreeJoint, transformed};
+use super::tree::{PlacedShape, RigidBody, Tree, TreeJoint};
 use super::{Loading, remark};
 use crate::error::{Fault, RobotError};
 use crate::model::{
@@ -148,7 +148,7 @@ pub(super) fn measure(
     Ok(Wheel {
         name: joint.name.clone(),
         body_from_hub,
-        hub: transformed(hub_mass, &body_from_hub.inverse()),
+        hub: hub_mass.moved(&body_from_hub.inverse()),
         radius_m,
         gamma_rad,
         rollers,
@@ -373,7 +373,7 @@ fn roller(
         mass_kg,
         center_of_mass_m,
         inertia_kg_m2,
-    } = transformed(mass, &body_from_hub.inverse());
+    } = mass.moved(&body_from_hub.inverse());
     let center_in_hub_m = seen.skew.foot.coords - Vector3::z() * middle_z_m;
     let axis = seen.axis;
     let from_center = center_of_mass_m - center_in_hub_m;

@@ -257,7 +257,7 @@ impl Tree {
                 waiting.push(self.joints[j].child);
             }
         }
-        body.mass = merge(&parts);
+        body.mass = MassProperties::merged(&parts);
         body
     }
 }
@@ -285,8 +285,8 @@ fn tree_link(
             i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
         ),
     };
-    let mass = (mass.value > 0.0)
-        .then(|| transformed(&in_inertial_frame, &(body_from_link * isometry(&origin))));
+    let mass =
+        (mass.value > 0.0).then(|| in_inertial_frame.moved(&(body_from_link * isometry(&origin))));
     let shapes = collision
         .into_iter()
         .map(
@@ -398,34 +398,4 @@ fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
         Translation3::from(Vector3::from(*pose.xyz)),
         UnitQuaternion::from_euler_angles(roll, pitch, yaw),
     )
-}
-
-/// Mass properties in another frame: I' = R I R^T, c' = R c + p.
-pub(super) fn transformed(mass: &MassProperties, to_from: &Isometry3<f64>) -> MassProperties {
-    let r = to_from.rotation.to_rotation_matrix();
-    MassProperties {
-        mass_kg: mass.mass_kg,
-        center_of_mass_m: to_from * Point3::from(mass.center_of_mass_m) - Point3::origin(),
-        inertia_kg_m2: r.matrix() * mass.inertia_kg_m2 * r.matrix().transpose(),
-    }
-}
-
-/// Mass properties of bodies joined rigidly, all in one frame: the parallel-axis theorem,
-/// I = sum of I_i + m_i (|d_i|^2 1 - d_i d_i^T), with d_i from the common centre of mass to that of body i.
-fn merge(parts: &[MassProperties]) -> Option<MassProperties> {
-    let mass_kg: f64 = parts.iter().map(|p| p.mass_kg).sum();
-    if mass_kg <= 0.0 {
-        return None;
-    }
-    let weighted: Vector3<f64> = parts.iter().map(|p| p.center_of_mass_m * p.mass_kg).sum();
-    let center_of_mass_m = weighted / mass_kg;
-    let about_center = |p: &MassProperties| {
-        let d = p.center_of_mass_m - center_of_mass_m;
-        p.inertia_kg_m2 + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * p.mass_kg
-    };
-    Some(MassProperties {
-        mass_kg,
-        center_of_mass_m,
-        inertia_kg_m2: parts.iter().map(about_center).sum(),
-    })
 }
