@@ -74,7 +74,6 @@ impl RobotError {
     }
 
     /// The same with another fault.
-    #[cfg(feature = "xacro")]
     pub(crate) fn with_fault(mut self, fault: Fault) -> Self {
         self.0.fault = fault;
         self

@@ -49,17 +49,24 @@
 //! ```
 
 mod error;
+mod files;
 mod generate;
 mod model;
+mod packages;
 mod spec;
 mod urdf;
+#[doc(hidden)]
+pub mod xacro;
+mod xml;
 
 pub use error::{Fault, Place, RobotError};
+pub use files::{FileFault, Files};
 pub use generate::generate;
 pub use model::{
     Barrel, Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits,
     Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, Twist, Wheel, wrap_angle,
 };
 pub use model::{barrel, profile};
+pub use packages::Package;
 pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
-pub use urdf::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
+pub use urdf::{Handedness, LoadOptions, Loaded, RollerForms, WheelOptions, WheelOutline};

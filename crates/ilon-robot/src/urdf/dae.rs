@@ -5,19 +5,20 @@
 use std::collections::HashMap;
 
 use nalgebra::{Matrix4, Point3, Rotation3, Unit, Vector3};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
-use super::source::{child, deepest_nesting};
+use super::source::child;
+use crate::xml;
 
 /// Most points of all instances together: a mesh that is placed a thousand times over multiplies.
 const MOST_POINTS: usize = 20_000_000;
 
 /// Reads the vertices of a COLLADA text.
 pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
-    if deepest_nesting(text).is_some() {
-        return Err("its elements are nested too deep".to_owned());
-    }
-    let document = Document::parse(text).map_err(|e| e.to_string())?;
+    let document = xml::parse(text).map_err(|fault| match fault {
+        xml::Fault::Malformed(reason, _) => reason,
+        xml::Fault::TooMuch(what, most, _) => format!("{what}, where at most {most} are read"),
+    })?;
     let root = document.root_element();
     let by_id: HashMap<&str, Node> = root
         .descendants()

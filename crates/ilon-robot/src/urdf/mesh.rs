@@ -9,9 +9,10 @@ use std::rc::Rc;
 use nalgebra::Point3;
 
 use super::dae;
-use super::options::Package;
-use super::source::read_at_most;
+use super::options::LoadOptions;
 use crate::error::Fault;
+use crate::files::Files;
+use crate::packages::Packages;
 
 /// Largest mesh file that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
@@ -19,17 +20,19 @@ const MAX_BYTES: u64 = 256 << 20;
 /// Reads mesh files, each once.
 pub(super) struct Meshes {
     folder: PathBuf,
-    packages: Vec<Package>,
+    packages: Packages,
+    files: Files,
     read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
 }
 
 impl Meshes {
     /// For meshes named by a URDF file.
-    pub(super) fn beside(file: &str, packages: &[Package]) -> Self {
+    pub(super) fn beside(file: &str, options: &LoadOptions) -> Self {
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         Self {
             folder: folder.to_owned(),
-            packages: packages.to_vec(),
+            packages: Packages::around(folder, &options.packages, &options.files),
+            files: options.files.clone(),
             read: RefCell::new(HashMap::new()),
         }
     }
@@ -40,7 +43,7 @@ impl Meshes {
         if let Some(known) = self.read.borrow().get(&path) {
             return Ok(Rc::clone(known));
         }
-        let vertices: Rc<[Point3<f64>]> = read(&path)
+        let vertices: Rc<[Point3<f64>]> = read(&path, &self.files)
             .map_err(|reason| Fault::MeshUnreadable {
                 mesh: path.display().to_string(),
                 reason,
@@ -58,39 +61,18 @@ impl Meshes {
             return Ok(self.folder.join(mesh));
         };
         let (name, path) = in_package.split_once('/').unwrap_or((in_package, ""));
-        folder_of(name, &self.folder, &self.packages, |folder| {
-            folder.join(path).is_file()
-        })
-        .map(|folder| folder.join(path))
-        .ok_or_else(|| Fault::PackageUnknown {
-            package: name.to_owned(),
-            mesh: mesh.to_owned(),
-        })
+        self.packages
+            .find(name, |folder| self.files.is_file(&folder.join(path)))
+            .map(|folder| folder.join(path))
+            .ok_or_else(|| Fault::PackageUnknown {
+                package: name.to_owned(),
+                mesh: mesh.to_owned(),
+            })
     }
 }
 
-/// The folder of a package: the one that is given for it, or one of its name above the file's `folder` that holds what is
-/// sought. A description usually lies inside its package, and packages lie side by side.
-pub(super) fn folder_of(
-    package: &str,
-    folder: &Path,
-    packages: &[Package],
-    holds: impl Fn(&Path) -> bool,
-) -> Option<PathBuf> {
-    if let Some(given) = packages.iter().find(|p| p.name == package) {
-        return Some(given.folder.clone());
-    }
-    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    absolute
-        .ancestors()
-        .flat_map(|above| [above.join(package), above.join("meshes").join(package)])
-        .find(|candidate| holds(candidate))
-}
-
-fn read(path: &Path) -> Result<Vec<Point3<f64>>, String> {
-    let bytes = read_at_most(MAX_BYTES, path)
-        .map_err(|e| e.to_string())?
-        .ok_or_else(|| format!("it is larger than {} MB", MAX_BYTES >> 20))?;
+fn read(path: &Path, files: &Files) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let extension = path
         .extension()
         .unwrap_or_default()

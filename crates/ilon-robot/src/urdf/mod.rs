@@ -20,8 +20,6 @@ mod recognise;
 mod repair;
 mod source;
 mod tree;
-#[cfg(feature = "xacro")]
-mod xacro;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -29,7 +27,7 @@ use std::path::Path;
 use crate::error::{Fault, RobotError};
 use crate::model::{Remark, Robot, Wheel};
 use mesh::Meshes;
-pub use options::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use outline::WheelOutline;
 use source::Source;
 use tree::Tree;
@@ -69,21 +67,28 @@ impl Robot {
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let bytes = source::read(path, &file)?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let reason = format!("it is not text: {e}");
-            RobotError::new(&file, Fault::Xml { reason })
-        })?;
+        let text = options
+            .files
+            .read_text(path, crate::xml::MAX_BYTES)
+            .map_err(|fault| {
+                let reason = fault.to_string();
+                RobotError::new(&file, Fault::Unreadable { reason })
+            })?;
         let loaded = Self::from_urdf_str_with(&text, &file, options);
-        #[cfg(feature = "xacro")]
         if let Err(error) = &loaded
             && let Fault::Unexpanded { what, .. } = error.fault()
         {
-            return match xacro::expand(path, &options.packages) {
-                Ok(urdf) => load_expanded(&urdf, &file, options),
-                Err(reason) => Err(error.clone().with_fault(Fault::Unexpanded {
+            let settings = crate::xacro::Settings {
+                arguments: &options.arguments,
+                packages: &options.packages,
+                files: &options.files,
+                leave_out_missing: options.leave_out_missing,
+            };
+            return match crate::xacro::expand(path, &file, &text, &settings) {
+                Ok(expanded) => load_expanded(&expanded.text, &file, options),
+                Err(failure) => Err(error.clone().with_fault(Fault::Unexpanded {
                     what: what.clone(),
-                    tried: Some(reason),
+                    tried: Some(format!("{failure:?}")),
                 })),
             };
         }
@@ -111,7 +116,6 @@ impl Robot {
 }
 
 /// Reads what a xacro file expanded to. Faults are shown in the expanded text, which no file holds.
-#[cfg(feature = "xacro")]
 fn load_expanded(urdf: &str, file: &str, options: &LoadOptions) -> Result<Loaded, RobotError> {
     let mut loaded = Robot::from_urdf_str_with(urdf, &format!("{file} (expanded)"), options)?;
     let text = "expanded without ROS, its arguments at their defaults";
@@ -155,7 +159,7 @@ fn read(
         source,
         tree: &tree,
         options,
-        meshes: Meshes::beside(source.file, &options.packages),
+        meshes: Meshes::beside(source.file, options),
         remarks,
         outlines: Vec::new(),
     };

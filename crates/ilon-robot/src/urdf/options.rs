@@ -1,8 +1,11 @@
 //! What a person may say beside the file.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+use crate::files::Files;
+use crate::packages::Package;
 
 /// How to read a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -11,6 +14,12 @@ pub struct LoadOptions {
     /// Where ROS packages lie: `package://NAME/mesh.stl` is read from the folder given for NAME. A package that is not
     /// given is looked for in the folders above the file, by its name.
     pub packages: Vec<Package>,
+    /// The values of a xacro file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
+    pub arguments: BTreeMap<String, String>,
+    /// Whether a xacro file's includes that cannot be found are left out, with the macros that they would define.
+    pub leave_out_missing: bool,
+    /// Which files may be read.
+    pub files: Files,
     /// Mends what can be mended safely, and remarks each change: missing and impossible inertias, elements that stand
     /// twice, gaps between rollers.
     pub mend: bool,
@@ -29,16 +38,6 @@ pub enum RollerForms {
     Barrel,
     /// The file's own collision shapes, gaps and ripple included; rollers that are put in are barrels all the same.
     AsModelled,
-}
-
-/// A ROS package and its folder.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Package {
-    /// Its name.
-    pub name: String,
-    /// Its folder.
-    pub folder: PathBuf,
 }
 
 /// Rollers for wheels that have none in the file.

@@ -4,23 +4,14 @@
 //! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
-use std::io::{self, Read};
 use std::ops::Range;
-use std::path::Path;
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use super::remark;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
-
-/// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
-const MAX_BYTES: u64 = 64 << 20;
-/// Most XML nodes that are read.
-const MAX_NODES: u32 = 4_000_000;
-/// Deepest nesting of XML elements that is read; plug-in settings nest a dozen deep.
-const MAX_DEPTH: usize = 100;
+use crate::xml;
 
 /// A URDF text and its elements.
 pub(super) struct Source<'a> {
@@ -32,36 +23,27 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
     pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, RobotError> {
-        if text.len() as u64 > MAX_BYTES {
-            return Err(RobotError::new(file, too_large()));
-        }
-        let options = ParsingOptions {
-            allow_dtd: false,
-            nodes_limit: MAX_NODES,
-            ..ParsingOptions::default()
-        };
-        if let Some(at) = deepest_nesting(text) {
-            let fault = Fault::TooLarge {
-                what: format!("elements nested more than {MAX_DEPTH} deep"),
-                most: format!("{MAX_DEPTH} levels"),
-            };
-            return Err(RobotError::new(file, fault).at(text, at));
-        }
-        let document = Document::parse_with_options(text, options).map_err(|e| {
-            let at = byte_of(text, e.pos());
-            let rest = text.get(at..).unwrap_or_default();
-            let end = at + rest.find('\n').unwrap_or(rest.len());
-            let reason = without_position(&e.to_string());
-            // An undeclared `xacro:` prefix is not a slip of the pen: the file is the source of a URDF.
-            let fault = if reason.contains("xacro") {
-                Fault::Unexpanded {
-                    what: "an element `xacro:...`".to_owned(),
-                    tried: None,
+        let document = xml::parse(text).map_err(|fault| match fault {
+            xml::Fault::Malformed(reason, bytes) => {
+                // An undeclared `xacro:` prefix is not a slip of the pen: the file is the source of a URDF.
+                let fault = if reason.contains("xacro") {
+                    Fault::Unexpanded {
+                        what: "an element `xacro:...`".to_owned(),
+                        tried: None,
+                    }
+                } else {
+                    Fault::Xml { reason }
+                };
+                RobotError::new(file, fault).at(text, bytes)
+            }
+            xml::Fault::TooMuch(what, most, bytes) => {
+                let error = RobotError::new(file, Fault::TooLarge { what, most });
+                if bytes.is_empty() {
+                    error
+                } else {
+                    error.at(text, bytes)
                 }
-            } else {
-                Fault::Xml { reason }
-            };
-            RobotError::new(file, fault).at(text, at..end)
+            }
         })?;
         let source = Self {
             file,
@@ -134,9 +116,7 @@ impl<'a> Source<'a> {
     }
 
     fn opening_tag(&self, node: Node) -> Range<usize> {
-        let Range { start, end } = node.range();
-        let length = end_of_tag(&self.text[start..end]).map_or(end - start, |i| i + 1);
-        start..start + length
+        xml::opening_tag(self.text, node)
     }
 
     fn check_root(&self) -> Result<(), RobotError> {
@@ -260,101 +240,6 @@ pub(super) fn describe(node: Node) -> String {
                 format!("{name}, `<{tag}>`")
             }
         }
-    }
-}
-
-/// A file's bytes; `None` where there are more than `most` of them, however much a file says that it holds: devices hold
-/// nothing and never end.
-pub(super) fn read_at_most(most: u64, path: &Path) -> io::Result<Option<Vec<u8>>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
-}
-
-/// The bytes of a robot's file.
-pub(super) fn read(path: &Path, file: &str) -> Result<Vec<u8>, RobotError> {
-    match read_at_most(MAX_BYTES, path) {
-        Ok(Some(bytes)) => Ok(bytes),
-        Ok(None) => Err(RobotError::new(file, too_large())),
-        Err(e) => {
-            let reason = e.to_string();
-            Err(RobotError::new(file, Fault::Unreadable { reason }))
-        }
-    }
-}
-
-fn too_large() -> Fault {
-    Fault::TooLarge {
-        what: format!("more than {} MB of text", MAX_BYTES >> 20),
-        most: format!("{} MB", MAX_BYTES >> 20),
-    }
-}
-
-/// Where elements first nest so deep that reading them could exhaust the stack, before any parser sees them.
-pub(super) fn deepest_nesting(text: &str) -> Option<Range<usize>> {
-    let mut depth = 0usize;
-    let mut rest = text;
-    while let Some(open) = rest.find('<') {
-        rest = &rest[open + 1..];
-        // Skip comments and CDATA, whose text may hold anything.
-        for (begin, end) in [("!--", "-->"), ("![CDATA[", "]]>")] {
-            if let Some(inside) = rest.strip_prefix(begin) {
-                rest = inside.find(end).map_or("", |i| &inside[i..]);
-            }
-        }
-        let close = end_of_tag(rest)?;
-        if rest.starts_with('/') {
-            depth = depth.saturating_sub(1);
-        } else if !rest.starts_with(['?', '!', '-', ']']) && !rest[..close].ends_with('/') {
-            depth += 1;
-        }
-        if depth > MAX_DEPTH {
-            let at = text.len() - rest.len() - 1;
-            return Some(at..at + close + 2);
-        }
-    }
-    None
-}
-
-/// Where a tag ends: its first `>` that stands in no quotes.
-fn end_of_tag(text: &str) -> Option<usize> {
-    let mut quote = None;
-    text.bytes().position(|b| match quote {
-        Some(q) => {
-            if b == q {
-                quote = None;
-            }
-            false
-        }
-        None => {
-            if b == b'"' || b == b'\'' {
-                quote = Some(b);
-            }
-            b == b'>'
-        }
-    })
-}
-
-fn byte_of(text: &str, pos: roxmltree::TextPos) -> usize {
-    let row = (pos.row as usize).saturating_sub(1);
-    let line_start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
-    let line = text.get(line_start..).unwrap_or_default();
-    let column = (pos.col as usize).saturating_sub(1);
-    let within = line.char_indices().nth(column).map_or(0, |(i, _)| i);
-    line_start + within
-}
-
-/// roxmltree's message without its trailing "at line:column", which the error carries apart.
-fn without_position(message: &str) -> String {
-    match message.rfind(" at ") {
-        Some(i)
-            if message[i + 4..]
-                .chars()
-                .all(|c| c.is_ascii_digit() || c == ':') =>
-        {
-            message[..i].to_owned()
-        }
-        _ => message.to_owned(),
     }
 }
 
