@@ -51,22 +51,26 @@
 mod error;
 mod files;
 mod generate;
+mod load;
 mod model;
+mod options;
 mod packages;
 mod spec;
 mod urdf;
-#[doc(hidden)]
-pub mod xacro;
+mod xacro;
 mod xml;
 
-pub use error::{Fault, Place, RobotError};
+pub use error::{Fault, Looked, MissingFile, Place, Remedy, RobotError};
 pub use files::{FileFault, Files};
 pub use generate::generate;
+pub use load::{Diagnosis, Loaded};
 pub use model::{
-    Barrel, Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits,
-    Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, Twist, Wheel, wrap_angle,
+    Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
+    MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, StandingPose,
+    Twist, Wheel, wrap_angle,
 };
 pub use model::{barrel, profile};
+pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
-pub use urdf::{Handedness, LoadOptions, Loaded, RollerForms, WheelOptions, WheelOutline};
+pub use urdf::WheelOutline;

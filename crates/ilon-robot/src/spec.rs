@@ -8,6 +8,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, RobotError};
+use crate::files::Files;
+
+/// Longest description that is read, in bytes.
+const MAX_BYTES: u64 = 4 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis and handedness.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,10 +165,18 @@ impl Spec {
     /// # Errors
     /// A file that cannot be read; TOML that is malformed, of another form, or has unknown keys.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
+        Self::load_through(path, &Files::default())
+    }
+
+    /// Reads a description from a TOML file that may be read.
+    ///
+    /// # Errors
+    /// As [`Self::load`], and a file that may not be read.
+    pub fn load_through(path: impl AsRef<Path>, files: &Files) -> Result<Self, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let reason = e.to_string();
+        let text = files.read_text(path, MAX_BYTES).map_err(|fault| {
+            let reason = fault.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
         })?;
         Self::from_toml_str(&text, &file)
@@ -179,7 +191,7 @@ impl Spec {
             let reason = e.message().to_owned();
             let error = RobotError::new(file, Fault::Toml { reason });
             match e.span() {
-                Some(bytes) => error.at(text, bytes),
+                Some(bytes) => error.at(&text.into(), bytes),
                 None => error,
             }
         })

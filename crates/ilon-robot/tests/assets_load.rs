@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use ilon_robot::{LoadOptions, Robot, RollerForms};
+use common::options;
+use ilon_robot::{Robot, RollerForms};
 use nalgebra::{Vector2, Vector3};
 
 fn load(name: &str) -> Robot {
@@ -151,10 +152,9 @@ fn every_shipped_robot_loads_to_the_same_bits() {
     ];
     let found = expected.map(|(name, ..)| {
         let with = |rollers| {
-            let options = LoadOptions {
-                rollers,
-                ..LoadOptions::default()
-            };
+            let options = options(|o| {
+                o.rollers = rollers;
+            });
             let path = Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("../../assets/robots")
                 .join(format!("{name}.urdf"));

@@ -110,21 +110,48 @@ pub struct RobotFault {
     source_code: Option<NamedSource<String>>,
     #[label("here")]
     span: Option<SourceSpan>,
+    /// What else is wrong with the file.
+    #[related]
+    pub others: Vec<RobotFault>,
 }
 
-impl From<RobotError> for Error {
-    fn from(fault: RobotError) -> Self {
+impl RobotFault {
+    fn new(fault: RobotError) -> Self {
         let text = fault.text().map(str::to_owned);
-        Self::Robot(Box::new(RobotFault {
+        Self {
             help: fault.help(),
             source_code: text.map(|text| NamedSource::new(fault.file(), text)),
             span: fault.place().map(|place| place.bytes.clone().into()),
             fault,
-        }))
+            others: Vec::new(),
+        }
+    }
+}
+
+impl From<RobotError> for Error {
+    fn from(fault: RobotError) -> Self {
+        let others = fault.others().to_vec();
+        Self::of_robot(std::iter::once(fault).chain(others), &[])
     }
 }
 
 impl Error {
+    /// Faults of a robot's file, and what would do about all of them.
+    pub(crate) fn of_robot(
+        faults: impl IntoIterator<Item = RobotError>,
+        closing: &[String],
+    ) -> Self {
+        let mut faults = faults.into_iter().map(RobotFault::new);
+        let Some(mut first) = faults.next() else {
+            return Self::invalid("the robot's file cannot be used", "");
+        };
+        first.others = faults.collect();
+        for line in closing {
+            first.help = format!("{}; {line}", first.help);
+        }
+        Self::Robot(Box::new(first))
+    }
+
     pub(crate) fn read(path: &Path, source: &std::io::Error) -> Self {
         Self::Read {
             path: path.to_owned(),

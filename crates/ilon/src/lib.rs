@@ -29,6 +29,7 @@ pub mod drawing;
 mod error;
 pub mod inspect;
 pub mod judge;
+mod remedy;
 pub mod report;
 pub mod scenario;
 pub mod simulate;

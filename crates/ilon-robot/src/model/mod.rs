@@ -9,15 +9,17 @@ pub mod profile;
 mod remark;
 mod robot;
 mod roller;
+mod standing;
 mod wheel;
 
 pub use barrel::Barrel;
 pub use collision::{Collision, CollisionShape};
-pub use joint::{Joint, MotorLimits};
+pub use joint::{DriveTrain, Joint, MotorLimits};
 pub use mass::MassProperties;
 pub use planar::{Pose, Twist, wrap_angle};
 pub use profile::{Profile, ProfilePart};
 pub use remark::Remark;
 pub use robot::{Chassis, Robot};
 pub use roller::{ModelledRoller, Roller, RollerForm};
+pub use standing::StandingPose;
 pub use wheel::Wheel;

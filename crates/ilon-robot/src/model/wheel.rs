@@ -1,8 +1,8 @@
 //! Driven wheels.
 
-use nalgebra::{Isometry3, Vector2, Vector3};
+use nalgebra::{Isometry3, Unit, Vector2, Vector3};
 
-use super::{Barrel, Joint, MassProperties, MotorLimits, Roller, RollerForm};
+use super::{Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm};
 
 /// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct Wheel {
     pub motor: MotorLimits,
     /// Damping and friction of the wheel's own bearing and gear.
     pub joint: Joint,
+    /// The gear and the rotor behind it.
+    pub drive: DriveTrain,
 }
 
 impl Wheel {
@@ -56,14 +58,23 @@ impl Wheel {
     /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius, but for rollers that have
     /// the shapes of their file.
     pub fn reach_at_rest_m(&self) -> f64 {
-        let down_in_hub = self.body_from_hub.rotation.inverse() * -Vector3::z();
+        self.reach_in_body_m(&-Vector3::z_axis())
+    }
+
+    /// How far the wheel reaches from its centre at wheel angle zero in a direction of the body frame across its axis, in
+    /// metres: its radius, but for rollers that have the shapes of their file.
+    pub(super) fn reach_in_body_m(&self, direction: &Unit<Vector3<f64>>) -> f64 {
+        let in_hub = self.body_from_hub.rotation.inverse() * direction.into_inner();
         let reach_m = |roller: &Roller| match &roller.form {
             RollerForm::Barrel => self.radius_m,
             RollerForm::AsModelled(modelled) => {
                 let hub_from_roller = roller.hub_from_roller();
-                let down = hub_from_roller.rotation.inverse() * down_in_hub;
-                let reaches = modelled.shapes.iter().map(|shape| shape.reach_m(&down));
-                hub_from_roller.translation.vector.dot(&down_in_hub)
+                let in_roller = hub_from_roller.rotation.inverse() * in_hub;
+                let reaches = modelled
+                    .shapes
+                    .iter()
+                    .map(|shape| shape.reach_m(&in_roller));
+                hub_from_roller.translation.vector.dot(&in_hub)
                     + reaches.fold(f64::NEG_INFINITY, f64::max)
             }
         };

@@ -1,7 +1,7 @@
 //! Collision geometry: as shapes of the model, and a roller's as a [`Profile`] about the roller's axis, with t counted from
 //! the point nearest to the hub axis.
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use urdf_rs::Geometry;
 
 use super::mesh::Meshes;
@@ -26,6 +26,33 @@ pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
         Geometry::Sphere { radius } => CollisionShape::Sphere { radius_m: *radius },
         Geometry::Mesh { .. } => return None,
     })
+}
+
+/// How far a shape reaches from a point of the body frame at most, in metres; `None` of a mesh.
+pub(super) fn extent_m(shape: &PlacedShape, from: &Point3<f64>) -> Option<f64> {
+    let own_m = match &shape.geometry {
+        Geometry::Box { size } => 0.5 * Vector3::from(**size).norm(),
+        Geometry::Cylinder { radius, length } => libm::hypot(*radius, 0.5 * length),
+        Geometry::Capsule { radius, length } => radius + 0.5 * length,
+        Geometry::Sphere { radius } => *radius,
+        Geometry::Mesh { .. } => return None,
+    };
+    Some((Point3::from(shape.body_from_shape.translation.vector) - from).norm() + own_m)
+}
+
+/// The vertices of a mesh in the frame that its shape is placed in.
+pub(super) fn mesh_points(
+    meshes: &Meshes,
+    filename: &str,
+    scale: Option<urdf_rs::Vec3>,
+    place: &Isometry3<f64>,
+) -> Result<Vec<Point3<f64>>, Fault> {
+    let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
+    let vertices = meshes.vertices(filename)?;
+    Ok(vertices
+        .iter()
+        .map(|v| place * Point3::from(v.coords.component_mul(&scale)))
+        .collect())
 }
 
 /// Reads collision shapes, all in one frame with the axis, which passes through `foot`.

@@ -2,81 +2,103 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, Vector3};
-use urdf_rs::Geometry;
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 
-use super::measure::{check_level, hub_frame, remark_motor};
-use super::options::{Handedness, WheelOptions};
+use super::Loading;
+use super::body::RigidBody;
+use super::disc::{self, Disc, NoDisc};
+use super::hub::{check_level, hub_frame, remark_motor};
 use super::recognise::Candidate;
-use super::tree::{Motion, RigidBody};
-use super::{Loading, remark};
+use super::survey::{self, Survey, WheelLike};
+use super::tree::Motion;
 use crate::error::{Fault, RobotError};
 use crate::model::mass::principal_moments;
-use crate::model::{Barrel, Joint, MassProperties, Roller, RollerForm, Wheel};
+use crate::model::{Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, Wheel};
+use crate::options::{Handedness, WheelOptions};
 
 /// Density of rubber, for rollers of which no mass is said, in kg/m^3.
 const RUBBER_KG_M3: f64 = 1100.0;
+/// A wheel this near to the middle line of the X is in the middle, in metres.
+const IN_THE_MIDDLE_M: f64 = 1e-3;
 
-/// A wheel joint that is given rollers, and its gamma.
+/// A wheel that is given rollers, and its gamma.
 pub(super) struct Given {
-    pub(super) joint: usize,
+    pub(super) like: WheelLike,
     gamma_rad: f64,
 }
 
-/// The joints that the options name, with gamma of each.
-pub(super) fn joints(
+/// The wheels that the options name, or else those that turn and stand on the floor, with gamma of each.
+pub(super) fn wheels(
     loading: &Loading,
     options: &WheelOptions,
     candidates: &[Candidate],
+    survey: &Survey,
 ) -> Result<Vec<Given>, RobotError> {
-    let (source, tree) = (loading.source, loading.tree);
     check(loading, options)?;
-    let named: Vec<usize> = if options.joints.is_empty() {
-        tree.plain_wheels()
+    let likes = if options.joints.is_empty() {
+        survey.turning.clone()
     } else {
-        let find = |name: &String| {
-            let turning = |j: &usize| tree.joints[*j].motion == Motion::Turning;
-            let all = || (0..tree.joints.len()).filter(turning);
-            all()
-                .find(|&j| tree.joints[j].name == *name)
-                .ok_or_else(|| {
-                    source.robot_error(Fault::NoSuchWheel {
-                        joint: name.clone(),
-                        turning: all().map(|j| tree.joints[j].name.clone()).collect(),
-                    })
-                })
-        };
-        options.joints.iter().map(find).collect::<Result<_, _>>()?
+        let found = options
+            .joints
+            .iter()
+            .map(|name| named(loading, name, candidates, survey));
+        found.collect::<Result<_, _>>()?
     };
-    for &j in &named {
-        let joint = &tree.joints[j];
-        check_level(source, joint)?;
-        if candidates.iter().any(|c| c.hub == j) {
-            return Err(source.joint_error(&joint.name, Fault::HasRollers));
-        }
+    for like in &likes {
+        check_level(
+            loading.source,
+            &loading.tree.joints[like.joint].name,
+            &like.axis,
+        )?;
     }
     let gammas_deg = match &options.gamma {
-        Handedness::AllDeg(gamma_deg) => vec![*gamma_deg; named.len()],
+        Handedness::AllDeg(gamma_deg) => vec![*gamma_deg; likes.len()],
         Handedness::EachDeg(gammas_deg) => gammas_deg.clone(),
-        Handedness::XDeg(gamma_deg) => in_x(loading, &named, *gamma_deg)?,
+        Handedness::XDeg(gamma_deg) => in_x(loading, &likes, *gamma_deg)?,
     };
-    if gammas_deg.len() != named.len() {
-        return Err(source.robot_error(Fault::OutOfRange {
+    if gammas_deg.len() != likes.len() {
+        return Err(loading.source.robot_error(Fault::OutOfRange {
             key: "gamma.each_deg".to_owned(),
             value: format!("{} numbers", gammas_deg.len()),
             range: "as long as the list of wheels",
         }));
     }
-    let given = |(joint, gamma_deg): (usize, f64)| Given {
-        joint,
+    let given = |(like, gamma_deg): (WheelLike, f64)| Given {
+        like,
         gamma_rad: gamma_deg.to_radians(),
     };
-    Ok(named.into_iter().zip(gammas_deg).map(given).collect())
+    Ok(likes.into_iter().zip(gammas_deg).map(given).collect())
+}
+
+/// The joint of a name as a wheel.
+fn named(
+    loading: &Loading,
+    name: &str,
+    candidates: &[Candidate],
+    survey: &Survey,
+) -> Result<WheelLike, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let Some(j) = tree.joints.iter().position(|joint| joint.name == name) else {
+        let likely = survey.likely();
+        let names = likely
+            .iter()
+            .map(|like| tree.joints[like.joint].name.clone());
+        return Err(source.robot_error(Fault::NoSuchJoint {
+            joint: name.to_owned(),
+            likely: names.collect(),
+            looked: survey.looked.clone(),
+        }));
+    };
+    if candidates.iter().any(|c| c.hub == j) {
+        return Err(source.joint_error(name, Fault::HasRollers));
+    }
+    survey::named(tree, j, &loading.meshes)
+        .map_err(|reason| source.joint_error(name, Fault::NotAWheel { reason }))
 }
 
 fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
     let out_of_range = |key: &str, value: String, range| {
-        let key = format!("robot.wheels.{key}");
+        let key = key.to_owned();
         Err(loading
             .source
             .robot_error(Fault::OutOfRange { key, value, range }))
@@ -113,33 +135,39 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
     Ok(())
 }
 
-/// gamma of each wheel in the usual X: negative where x and y from the middle have one sign. With the hub axis along y
-/// the roller's axis on the ground is then (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1).
-fn in_x(loading: &Loading, joints: &[usize], gamma_deg: f64) -> Result<Vec<f64>, RobotError> {
-    let tree = loading.tree;
-    let count = joints.len().max(1) as f64;
-    let middle: Vector3<f64> = joints
+/// gamma of each wheel in the usual X: negative where its places ahead of the middle and to the left of it, in the frame that has
+/// the hub axes to the left, have one sign. With the hub axis along y the roller's axis on the ground is then
+/// (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1). An axle in the middle is handed like one ahead.
+fn in_x(loading: &Loading, likes: &[WheelLike], gamma_deg: f64) -> Result<Vec<f64>, RobotError> {
+    let Some(first) = likes.first() else {
+        return Ok(Vec::new());
+    };
+    let count = likes.len() as f64;
+    let middle = likes.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / count;
+    // The left of the frame: along the axes, towards y where they lie nearer to it, and towards x otherwise.
+    let axis = first.axis.into_inner();
+    let leading = if axis.y.abs() >= axis.x.abs() {
+        axis.y
+    } else {
+        axis.x
+    };
+    let left = axis * 1f64.copysign(leading);
+    let ahead = left.cross(&Vector3::z());
+    likes
         .iter()
-        .map(|&j| tree.joints[j].origin.coords)
-        .sum::<Vector3<f64>>()
-        / count;
-    joints
-        .iter()
-        .map(|&j| {
-            let joint = &tree.joints[j];
-            let from_middle = joint.origin.coords - middle;
-            let not_in_x = |what| {
-                Err(loading
-                    .source
-                    .joint_error(&joint.name, Fault::NotInX { what }))
-            };
-            if joint.axis.y.abs() < 0.99 {
-                return not_in_x("the hub axis does not lie along y");
+        .map(|like| {
+            let name = &loading.tree.joints[like.joint].name;
+            let not_in_x = |what| Err(loading.source.joint_error(name, Fault::NotInX { what }));
+            if like.axis.dot(&left).abs() < 0.99 {
+                return not_in_x("the hub axis does not lie along that of the others");
             }
-            if from_middle.x.abs() < 1e-3 || from_middle.y.abs() < 1e-3 {
-                return not_in_x("the wheel stands on a middle line");
+            let from_middle = like.origin.coords - middle;
+            let (x, y) = (from_middle.dot(&ahead), from_middle.dot(&left));
+            if y.abs() < IN_THE_MIDDLE_M {
+                return not_in_x("the wheel stands on the middle line that runs ahead");
             }
-            Ok(-gamma_deg.abs().copysign(from_middle.x * from_middle.y))
+            let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
+            Ok(-gamma_deg.abs().copysign(x * y))
         })
         .collect()
 }
@@ -152,63 +180,136 @@ pub(super) fn wheel(
     body: &RigidBody,
 ) -> Result<Wheel, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
-    let joint = &tree.joints[given.joint];
+    let joint = &tree.joints[given.like.joint];
     let link = &tree.links[body.link].name;
     let whole = body
         .mass
         .as_ref()
         .ok_or_else(|| source.inertial_error(link, Fault::NoMass))?;
-    let frame = hub_frame(&joint.origin, &joint.axis);
-    let (size_m, middle_m) =
-        size(loading, body, &frame).map_err(|fault| source.link_error(link, fault))?;
-    let radius_m = options
-        .radius_m
-        .or(size_m)
-        .ok_or_else(|| source.link_error(link, Fault::WheelSizeUnknown))?;
-    let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), &joint.axis);
+    let (radius_m, middle_m) =
+        size(loading, options, given, body).map_err(|fault| source.link_error(link, fault))?;
+    let axis = &given.like.axis;
+    let frame = hub_frame(&given.like.origin, axis);
+    let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), axis);
     let whole = whole.moved(&body_from_hub.inverse());
+    let rollers = rollers(
+        options,
+        given.gamma_rad,
+        &joint.name,
+        radius_m,
+        whole.mass_kg,
+    )
+    .map_err(|fault| source.joint_error(&joint.name, fault))?;
+    remark_given(loading, given, &rollers, radius_m);
+    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
+    Ok(Wheel {
+        name: joint.name.clone(),
+        body_from_hub,
+        hub: without(&whole, &rollers),
+        radius_m,
+        gamma_rad: given.gamma_rad,
+        rollers,
+        motor: joint.limits,
+        joint: joint.losses,
+        drive: DriveTrain::default(),
+    })
+}
 
+/// The wheel's radius, and where its middle is along the hub axis.
+fn size(
+    loading: &mut Loading,
+    options: &WheelOptions,
+    given: &Given,
+    body: &RigidBody,
+) -> Result<(f64, f64), Fault> {
+    let frame = hub_frame(&given.like.origin, &given.like.axis);
+    let shown = disc::about(body, &frame, &loading.meshes);
+    match (options.radius_m, shown) {
+        (Some(radius_m), shown) => Ok((radius_m, shown.map_or(0.0, |disc| disc.middle_m))),
+        (None, Ok(disc)) => {
+            remark_visual(loading, given, &disc);
+            Ok((disc.radius_m, disc.middle_m))
+        }
+        (None, Err(NoDisc::Unreadable(fault))) if body.shapes.len() == 1 => Err(fault),
+        (None, Err(why)) => Err(Fault::WheelSizeUnknown {
+            reason: Some(why.words()),
+            guess: guess(loading, given, body),
+        }),
+    }
+}
+
+fn remark_visual(loading: &mut Loading, given: &Given, disc: &Disc) {
+    if disc.of_visuals {
+        let name = &loading.tree.joints[given.like.joint].name;
+        loading.remarks.push(Remark::new(
+            format!("wheel `{name}`"),
+            "it has no collision geometry: its size is taken from what is shown of it",
+        ));
+    }
+}
+
+/// A radius that something else in the file speaks for: the height of the axis over the root frame, where that lies on the floor
+/// by its name in ROS, or over the ground plane; or the wheel's inertia about its axis, that of a solid disc.
+fn guess(loading: &Loading, given: &Given, body: &RigidBody) -> Option<(f64, String)> {
+    let tree = loading.tree;
+    let root = &tree.links[tree.root].name;
+    let height_m = given.like.origin.z;
+    let plausible = |radius_m: f64| (0.005..2.0).contains(&radius_m);
+    if plausible(height_m) {
+        let why =
+            format!("the height of its axis above the frame `{root}`, if that lies on the floor,");
+        return Some(((1e4 * height_m).round() / 1e4, why));
+    }
+    let mass = body.mass.as_ref()?;
+    let n = given.like.axis.into_inner();
+    let axial = n.dot(&(mass.inertia_kg_m2 * n));
+    let radius_m = (2.0 * axial / mass.mass_kg).sqrt();
+    let why = "its inertia about its axis, if it is a solid disc,".to_owned();
+    plausible(radius_m).then(|| ((1e4 * radius_m).round() / 1e4, why))
+}
+
+/// The rollers of a wheel, in its hub frame, ordered by place.
+fn rollers(
+    options: &WheelOptions,
+    gamma_rad: f64,
+    wheel: &str,
+    radius_m: f64,
+    wheel_kg: f64,
+) -> Result<Vec<Roller>, Fault> {
     let count = options.rollers;
-    let gamma_rad = given.gamma_rad;
     // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
     let least_radius_m = radius_m * (1.0 - libm::cos(PI / count as f64));
     let roller_radius_m = options
         .roller_radius_m
         .unwrap_or(f64::max(0.2 * radius_m, 1.3 * least_radius_m));
     if roller_radius_m <= least_radius_m || roller_radius_m >= radius_m {
-        return Err(source.joint_error(
-            &joint.name,
-            Fault::RollersTooSlender {
-                roller_radius_mm: 1e3 * roller_radius_m,
-                least_radius_mm: 1e3 * least_radius_m,
-            },
-        ));
+        return Err(Fault::RollersTooSlender {
+            roller_radius_mm: 1e3 * roller_radius_m,
+            least_radius_mm: 1e3 * least_radius_m,
+        });
     }
     let barrel = Barrel::handing_over(radius_m, roller_radius_m, gamma_rad, count);
-    let most_kg = 0.5 * whole.mass_kg / count as f64;
+    let most_kg = 0.5 * wheel_kg / count as f64;
     let mass_kg = match options.roller_mass_kg {
-        Some(mass_kg) if mass_kg * count as f64 >= whole.mass_kg => {
-            return Err(source.joint_error(
-                &joint.name,
-                Fault::OutOfRange {
-                    key: "robot.wheels.roller_mass_kg".to_owned(),
-                    value: mass_kg.to_string(),
-                    range: "so light that all rollers weigh less than the wheel",
-                },
-            ));
+        Some(mass_kg) if mass_kg * count as f64 >= wheel_kg => {
+            return Err(Fault::OutOfRange {
+                key: "roller_mass_kg".to_owned(),
+                value: mass_kg.to_string(),
+                range: "so light that all rollers weigh less than the wheel",
+            });
         }
         Some(mass_kg) => mass_kg,
         None => f64::min(RUBBER_KG_M3 * barrel.volume_m3(), most_kg),
     };
     let (axial, across) = barrel.solid_moments_kg_m2(mass_kg);
-    // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module on rollers).
+    // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module on fitting).
     let down_axis = Vector3::new(0.0, libm::cos(gamma_rad), -libm::sin(gamma_rad));
     let mut rollers: Vec<Roller> = (0..count)
         .map(|i| {
             let around =
                 Rotation3::from_axis_angle(&Vector3::z_axis(), TAU * i as f64 / count as f64);
             Roller {
-                name: format!("{}_roller_{}", joint.name, i + 1),
+                name: format!("{wheel}_roller_{}", i + 1),
                 center_in_hub_m: around * Vector3::new(barrel.ring_radius_m, 0.0, 0.0),
                 axis_in_hub: Unit::new_normalize(around * down_axis),
                 radius_m: roller_radius_m,
@@ -225,28 +326,34 @@ pub(super) fn wheel(
         })
         .collect();
     rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
-    let hub = without(&whole, &rollers);
-    loading.remarks.push(remark(
-        format!("wheel `{}`", joint.name),
+    Ok(rollers)
+}
+
+/// Says what a wheel was given, and what its joint is in the file.
+fn remark_given(loading: &mut Loading, given: &Given, rollers: &[Roller], radius_m: f64) {
+    let joint = &loading.tree.joints[given.like.joint];
+    let subject = format!("wheel `{}`", joint.name);
+    let (count, first) = (rollers.len(), &rollers[0]);
+    loading.remarks.push(Remark::new(
+        subject.clone(),
         format!(
             "given {count} rollers of radius {:.1} mm and {:.1} g at gamma = {:.1} deg; the wheel's radius is {:.1} mm",
-            1e3 * roller_radius_m,
-            1e3 * mass_kg,
-            gamma_rad.to_degrees(),
+            1e3 * first.radius_m,
+            1e3 * first.mass_kg,
+            given.gamma_rad.to_degrees(),
             1e3 * radius_m
         ),
     ));
-    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
-    Ok(Wheel {
-        name: joint.name.clone(),
-        body_from_hub,
-        hub,
-        radius_m,
-        gamma_rad,
-        rollers,
-        motor: joint.limits,
-        joint: joint.losses,
-    })
+    let in_the_file = match (joint.motion, joint.mimics) {
+        (Motion::Turning, false) => return,
+        (Motion::Turning, true) => "follows another joint in the file, which is not read",
+        (Motion::Swinging, _) => "turns within limits in the file, which are not read",
+        _ => "does not turn in the file",
+    };
+    loading.remarks.push(Remark::new(
+        subject,
+        format!("its joint {in_the_file}: it is taken to turn freely about its level axis"),
+    ));
 }
 
 /// The hub that is left of a whole wheel when its rollers are taken out. Where the file's inertia is too small to hold
@@ -282,48 +389,4 @@ fn without(whole: &MassProperties, rollers: &[Roller]) -> MassProperties {
         hub.inertia_kg_m2 = inertia_kg_m2;
     }
     hub
-}
-
-/// Radius of a wheel from its collision geometry, and where its middle is along the hub axis from the joint.
-fn size(
-    loading: &Loading,
-    body: &RigidBody,
-    body_from_frame: &Isometry3<f64>,
-) -> Result<(Option<f64>, f64), Fault> {
-    let mut largest: Option<(f64, f64)> = None;
-    for shape in &body.shapes {
-        let from_shape = body_from_frame.inverse() * shape.body_from_shape;
-        let center = from_shape.translation.vector;
-        let along = (from_shape * Vector3::z()).z.abs();
-        let off_m = center.xy().norm();
-        let found = match &shape.geometry {
-            Geometry::Sphere { radius } => Some((off_m + radius, center.z)),
-            Geometry::Cylinder { radius, .. } if along > 0.99 => Some((off_m + radius, center.z)),
-            Geometry::Mesh { filename, scale } => match loading.meshes.vertices(filename) {
-                Ok(vertices) => {
-                    let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
-                    let placed = vertices
-                        .iter()
-                        .map(|v| from_shape * Point3::from(v.coords.component_mul(&scale)));
-                    let (mut radius, mut low, mut high) =
-                        (0.0f64, f64::INFINITY, f64::NEG_INFINITY);
-                    for v in placed {
-                        radius = radius.max(v.xy().coords.norm());
-                        (low, high) = (low.min(v.z), high.max(v.z));
-                    }
-                    Some((radius, 0.5 * (low + high)))
-                }
-                // A missing mesh matters only where no other shape shows the size.
-                Err(fault) if body.shapes.len() == 1 && loading.needs_wheel_size() => {
-                    return Err(fault);
-                }
-                Err(_) => None,
-            },
-            _ => None,
-        };
-        if let Some(found) = found.filter(|f| largest.is_none_or(|l| f.0 > l.0)) {
-            largest = Some(found);
-        }
-    }
-    Ok((largest.map(|l| l.0), largest.map_or(0.0, |l| l.1)))
 }

@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::remark;
 use crate::error::Fault;
 use crate::model::{Remark, Roller, wrap_angle};
 
@@ -62,7 +61,7 @@ impl Handover {
     /// Says where no roller touches the ground with its barrel, and where two do.
     pub(super) fn remark(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
         if self.widest_gap_rad > GAP_SLACK_RAD {
-            remarks.push(remark(
+            remarks.push(Remark::new(
                 format!("wheel `{wheel}`"),
                 format!(
                     "the rollers leave gaps of up to {:.2} deg, over which the wheel rests on their ends and dips {:.1} um",
@@ -73,7 +72,7 @@ impl Handover {
         }
         let share = self.overlaps_rad / TAU;
         if share > 0.01 {
-            remarks.push(remark(
+            remarks.push(Remark::new(
                 format!("wheel `{wheel}`"),
                 format!(
                     "over {:.1} deg of each turn ({:.1} %) two rollers touch the ground at once, and rub where their \

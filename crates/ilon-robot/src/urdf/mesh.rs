@@ -9,9 +9,9 @@ use std::rc::Rc;
 use nalgebra::Point3;
 
 use super::dae;
-use super::options::LoadOptions;
 use crate::error::Fault;
 use crate::files::Files;
+use crate::options::LoadOptions;
 use crate::packages::Packages;
 
 /// Largest mesh file that is read, in bytes.

@@ -10,9 +10,8 @@ use nalgebra::{Unit, Vector2, Vector3};
 use serde::Serialize;
 
 use super::handover::Handover;
-use super::options::RollerForms;
-use super::remark;
 use crate::model::{Profile, Remark};
+use crate::options::RollerForms;
 
 /// Directions in which the hull is sampled: a tenth of a degree apart.
 const SAMPLES: usize = 3600;
@@ -58,7 +57,7 @@ impl WheelOutline {
                 RollerForms::Barrel => "it is taken as a wheel with barrels for rollers of",
                 RollerForms::AsModelled => "it rolls so, and the control takes it for a wheel of",
             };
-            remarks.push(remark(
+            remarks.push(Remark::new(
                 format!("wheel `{}`", self.wheel),
                 format!(
                     "its collision geometry rolls on a radius of {:.2} mm and rises and falls by {:.2} mm a turn; {taken} \

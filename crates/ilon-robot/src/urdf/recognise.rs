@@ -1,7 +1,9 @@
 //! Which joints are wheels and which are rollers. Structure and geometry decide, never names: a wheel is a turning joint with
 //! turning joints of its own below it, on a ring about its axis.
 
-use nalgebra::Unit;
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use super::tree::{Motion, Tree};
 
@@ -16,9 +18,7 @@ pub(super) struct Candidate {
 
 /// Finds the wheels, in the order of their joints in the file.
 pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
-    let turning: Vec<usize> = (0..tree.joints.len())
-        .filter(|&j| tree.joints[j].motion == Motion::Turning)
-        .collect();
+    let turning: Vec<usize> = tree.moving(Motion::Turning).collect();
     let mut below: Vec<Vec<usize>> = vec![Vec::new(); tree.joints.len()];
     for &j in &turning {
         if let Some(above) = tree.turning_above(j) {
@@ -62,4 +62,54 @@ fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
         .copied()
         .filter(|&j| (distance_m(j) - common_m).abs() <= 0.05 * common_m)
         .collect()
+}
+
+/// Joints that do not turn but carry rollers: three or more turning joints of nothing else, some of them on axes that are
+/// not level, as on a ring around a level axis some are. With each, how many there are.
+pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
+    let above: HashSet<usize> = tree
+        .moving(Motion::Turning)
+        .filter_map(|j| tree.turning_above(j))
+        .collect();
+    let mut on_link: HashMap<usize, (usize, bool)> = HashMap::new();
+    for j in tree.moving(Motion::Turning).filter(|j| !above.contains(j)) {
+        if tree.turning_above(j).is_none() {
+            let (count, leaning) = on_link.entry(tree.joints[j].parent).or_default();
+            *count += 1;
+            *leaning |= !tree.is_level(j);
+        }
+    }
+    (0..tree.joints.len())
+        .filter_map(|hub| {
+            let joint = &tree.joints[hub];
+            let &(count, leaning) = on_link.get(&joint.child)?;
+            let carries = leaning && count >= LEAST_ROLLERS;
+            (joint.motion != Motion::Turning && carries).then_some((hub, count))
+        })
+        .collect()
+}
+
+/// The axis of the ring that the rollers on a joint's link make, in the body frame: the one across which their places spread
+/// least.
+pub(super) fn ring_axis(tree: &Tree, hub: usize) -> Option<Vector3<f64>> {
+    let link = tree.joints[hub].child;
+    let on_link: Vec<Vector3<f64>> = tree
+        .moving(Motion::Turning)
+        .filter(|&j| tree.joints[j].parent == link)
+        .map(|j| tree.joints[j].origin.coords)
+        .collect();
+    if on_link.len() < LEAST_ROLLERS {
+        return None;
+    }
+    let middle = on_link.iter().sum::<Vector3<f64>>() / on_link.len() as f64;
+    let spread: Matrix3<f64> = on_link
+        .iter()
+        .map(|p| (p - middle) * (p - middle).transpose())
+        .sum();
+    let eigen = SymmetricEigen::new(spread);
+    let (least, _) = eigen.eigenvalues.argmin();
+    let axis = eigen.eigenvectors.column(least).into_owned();
+    // To the left, in which wheels drive forward.
+    let leading = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
+    Some(if leading < 0.0 { -axis } else { axis })
 }

@@ -3,55 +3,59 @@
 //! urdf-rs says what a file means but hardly where; roxmltree knows every byte. So the text is held against the form of
 //! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use roxmltree::{Document, Node};
 
-use super::remark;
+use super::prepared::Prepared;
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 use crate::xml;
 
 /// A URDF text and its elements.
 pub(super) struct Source<'a> {
-    pub(super) file: &'a str,
-    pub(super) text: &'a str,
+    pub(super) prepared: &'a Prepared,
     document: Document<'a>,
+    line_breaks: Vec<usize>,
+    /// The first link and the first joint of each name.
+    by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
 impl<'a> Source<'a> {
     /// Parses the text as XML and holds it against the form of URDF.
-    pub(super) fn parse(text: &'a str, file: &'a str) -> Result<Self, RobotError> {
-        let document = xml::parse(text).map_err(|fault| match fault {
-            xml::Fault::Malformed(reason, bytes) => {
-                // An undeclared `xacro:` prefix is not a slip of the pen: the file is the source of a URDF.
-                let fault = if reason.contains("xacro") {
-                    Fault::Unexpanded {
-                        what: "an element `xacro:...`".to_owned(),
-                        tried: None,
-                    }
-                } else {
-                    Fault::Xml { reason }
-                };
-                RobotError::new(file, fault).at(text, bytes)
-            }
-            xml::Fault::TooMuch(what, most, bytes) => {
-                let error = RobotError::new(file, Fault::TooLarge { what, most });
-                if bytes.is_empty() {
-                    error
-                } else {
-                    error.at(text, bytes)
-                }
+    pub(super) fn parse(prepared: &'a Prepared) -> Result<Self, RobotError> {
+        let text = &prepared.text;
+        let document = xml::parse(text).map_err(|fault| {
+            let (fault, bytes) = match fault {
+                xml::Fault::Malformed(reason, bytes) => (Fault::Xml { reason }, bytes),
+                xml::Fault::TooMuch(what, most, bytes) => (Fault::TooLarge { what, most }, bytes),
+            };
+            let error = RobotError::new(&prepared.file, fault);
+            if bytes.is_empty() {
+                error
+            } else {
+                error.at(text, bytes)
             }
         })?;
         let source = Self {
-            file,
-            text,
+            prepared,
             document,
+            line_breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+            by_name: OnceCell::new(),
         };
-        source.check_root()?;
+        let root = source.robot();
+        if root.tag_name().name() != "robot" {
+            let root_tag = root.tag_name().name().to_owned();
+            return Err(source.error(root, Fault::NotUrdf { root_tag }));
+        }
         Ok(source)
+    }
+
+    /// The text.
+    pub(super) fn text(&self) -> &'a str {
+        &self.prepared.text
     }
 
     /// The `<robot>` element.
@@ -66,19 +70,41 @@ impl<'a> Source<'a> {
 
     /// An error about an element, at its opening tag.
     pub(super) fn error(&self, node: Node, fault: Fault) -> RobotError {
-        RobotError::new(self.file, fault)
-            .at(self.text, self.opening_tag(node))
-            .about(describe(node))
+        self.error_at(node, self.opening_tag(node), fault)
     }
 
     /// An error about an attribute of an element, at the attribute.
     pub(super) fn attribute_error(&self, node: Node, attribute: &str, fault: Fault) -> RobotError {
         match node.attribute_node(attribute) {
-            Some(a) => RobotError::new(self.file, fault)
-                .at(self.text, a.range())
-                .about(describe(node)),
+            Some(a) => self.error_at(node, a.range(), fault),
             None => self.error(node, fault),
         }
+    }
+
+    /// An error about an element at some bytes of it. Where the text was made from another, it is shown where the element came
+    /// from.
+    fn error_at(&self, node: Node, bytes: Range<usize>, fault: Fault) -> RobotError {
+        let at = node.range().start;
+        let error = match self.prepared.origin(at) {
+            Some(origin) => {
+                RobotError::new(&origin.file, fault).at(&origin.text, origin.bytes.clone())
+            }
+            None => RobotError::new(&self.prepared.file, fault).at(&self.prepared.text, bytes),
+        };
+        error.about(describe(node)).loaded_at(at)
+    }
+
+    /// The element of an error that this text made.
+    pub(super) fn node_of(&self, error: &RobotError) -> Option<Node<'_, 'a>> {
+        let at = error.loaded()?;
+        let mut node = self.robot();
+        // Down to the element that begins there.
+        while node.range().start != at {
+            node = node
+                .children()
+                .find(|child| child.is_element() && child.range().contains(&at))?;
+        }
+        Some(node)
     }
 
     /// An error about the joint of that name.
@@ -98,10 +124,7 @@ impl<'a> Source<'a> {
 
     /// An error about the mass properties of the link of that name: at its `<inertial>`, where it has one.
     pub(super) fn inertial_error(&self, link: &str, fault: Fault) -> RobotError {
-        let inertial = self
-            .all("link")
-            .find(|n| n.attribute("name") == Some(link))
-            .and_then(|n| child(n, "inertial"));
+        let inertial = self.named("link", link).and_then(|n| child(n, "inertial"));
         match inertial {
             Some(node) => self.error(node, fault),
             None => self.link_error(link, fault),
@@ -109,66 +132,78 @@ impl<'a> Source<'a> {
     }
 
     fn named_error(&self, tag: &'static str, name: &str, fault: Fault) -> RobotError {
-        match self.all(tag).find(|n| n.attribute("name") == Some(name)) {
+        match self.named(tag, name) {
             Some(node) => self.error(node, fault),
-            None => RobotError::new(self.file, fault).about(format!("{tag} `{name}`")),
+            None => RobotError::new(&self.prepared.file, fault).about(format!("{tag} `{name}`")),
         }
+    }
+
+    /// The first link or joint of a name.
+    pub(super) fn named(&self, tag: &'static str, name: &str) -> Option<Node<'_, 'a>> {
+        let by_name = self.by_name.get_or_init(|| {
+            let mut by_name = HashMap::new();
+            for tag in ["link", "joint"] {
+                for node in self.all(tag) {
+                    let name = node.attribute("name").unwrap_or_default().to_owned();
+                    by_name.entry((tag, name)).or_insert(node.id());
+                }
+            }
+            by_name
+        });
+        let id = by_name.get(&(tag, name.to_owned()))?;
+        self.document.get_node(*id)
     }
 
     fn opening_tag(&self, node: Node) -> Range<usize> {
-        xml::opening_tag(self.text, node)
+        xml::opening_tag(self.text(), node)
     }
 
-    fn check_root(&self) -> Result<(), RobotError> {
-        let root = self.robot();
-        if root.tag_name().name() != "robot" {
-            let root_tag = root.tag_name().name().to_owned();
-            return Err(self.error(root, Fault::NotUrdf { root_tag }));
-        }
-        let xacro = root.descendants().find(|n| {
-            let namespace = n.tag_name().namespace().unwrap_or_default();
-            namespace.contains("xacro")
-        });
-        if let Some(node) = xacro {
-            let what = format!("an element `xacro:{}`", node.tag_name().name());
-            return Err(
-                RobotError::new(self.file, Fault::Unexpanded { what, tried: None })
-                    .at(self.text, self.opening_tag(node)),
-            );
-        }
-        Ok(())
-    }
-
-    /// Line of an element, from 1; found by counting from the top of the file.
+    /// Line of an element, from 1, in the file that it came from.
     pub(super) fn line_of(&self, node: Node) -> usize {
-        self.document.text_pos_at(node.range().start).row as usize
-    }
-
-    /// Gives remarks the lines of the links and joints that they are about.
-    pub(super) fn place(&self, remarks: &mut [Remark]) {
-        // Counting from the top for each of thousands of joints would take minutes.
-        let breaks: Vec<usize> = self.text.match_indices('\n').map(|(at, _)| at).collect();
-        let line_of = |node: Node| 1 + breaks.partition_point(|at| *at < node.range().start);
-        let mut lines: HashMap<String, usize> = HashMap::new();
-        for (tag, kinds) in [("link", &["link"][..]), ("joint", &["joint", "wheel"][..])] {
-            for node in self.all(tag) {
-                let name = node.attribute("name").unwrap_or_default();
-                for kind in kinds {
-                    lines.insert(format!("{kind} `{name}`"), line_of(node));
-                }
+        let at = node.range().start;
+        match self.prepared.origin(at) {
+            Some(origin) => origin.line,
+            None => {
+                1 + self
+                    .line_breaks
+                    .partition_point(|line_break| *line_break < at)
             }
         }
-        for remark in remarks {
+    }
+
+    /// Gives a remark the place of an element.
+    pub(super) fn place_at(&self, remark: &mut Remark, node: Node) {
+        remark.line = Some(self.line_of(node));
+        remark.file = self
+            .prepared
+            .origin(node.range().start)
+            .map(|origin| origin.file.to_string())
+            .filter(|file| *file != self.prepared.file);
+    }
+
+    /// Gives remarks the places of the links and joints that they are about.
+    pub(super) fn place(&self, remarks: &mut [Remark]) {
+        for remark in remarks.iter_mut().filter(|remark| remark.line.is_none()) {
             // Of ``link `base`, `<inertial>` `` the link is known.
             let outer = remark.subject.split(", `<").next().unwrap_or_default();
-            remark.line = lines.get(outer).copied();
+            let named = outer.split_once(" `").and_then(|(kind, name)| {
+                let tag = match kind {
+                    "link" => "link",
+                    "joint" | "wheel" => "joint",
+                    _ => return None,
+                };
+                self.named(tag, name.strip_suffix('`')?)
+            });
+            if let Some(node) = named {
+                self.place_at(remark, node);
+            }
         }
     }
 
     /// What stands in the file and is not read, counted by tag.
     pub(super) fn ignored_elements(&self) -> Vec<Remark> {
         const READ: [(&str, &[&str]); 3] = [
-            ("robot", &["link", "joint", "material"]),
+            ("robot", &["link", "joint", "material", "ilon_drive"]),
             ("link", &["inertial", "collision"]),
             (
                 "joint",
@@ -204,7 +239,7 @@ impl<'a> Source<'a> {
         }
         counts
             .into_iter()
-            .map(|((inside, tag), count)| remark(format!("`<{tag}>`"), match (inside, tag) {
+            .map(|((inside, tag), count)| Remark::new(format!("`<{tag}>`"), match (inside, tag) {
                     ("link", "visual") => {
                         format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
                     }
@@ -241,21 +276,4 @@ pub(super) fn describe(node: Node) -> String {
             }
         }
     }
-}
-
-/// Refuses names that are missing or given twice among the elements of one tag.
-pub(super) fn unique_names(source: &Source, tag: &'static str) -> Result<(), RobotError> {
-    let mut first: HashMap<&str, Node> = HashMap::new();
-    for node in source.all(tag) {
-        let Some(name) = node.attribute("name").filter(|n| !n.trim().is_empty()) else {
-            let attribute = "name".to_owned();
-            return Err(source.error(node, Fault::MissingAttribute { attribute }));
-        };
-        if let Some(taken) = first.insert(name, node) {
-            let first_line = source.line_of(taken);
-            let fault = Fault::DuplicateName { tag, first_line };
-            return Err(source.attribute_error(node, "name", fault));
-        }
-    }
-    Ok(())
 }

@@ -2,7 +2,7 @@
 //! in, and evaluates everything else.
 
 use std::any::Any;
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::rc::Rc;
@@ -51,7 +51,6 @@ pub(super) fn expand(file: &Rc<SourceFile>, settings: &Settings) -> Result<Expan
         defined: RefCell::default(),
         called: RefCell::default(),
         texts: RefCell::default(),
-        left_out: Cell::new(0),
     };
     let result = expander.run(file);
     for scope in expander.scopes.borrow().iter() {
@@ -80,8 +79,6 @@ struct Expander<'a> {
     called: RefCell<BTreeSet<String>>,
     /// The text of each file once, to be shared by the places in it.
     texts: RefCell<BTreeMap<String, (Arc<str>, Arc<str>)>>,
-    /// How many calls of unknown macros were left out.
-    left_out: Cell<usize>,
 }
 
 /// Where names are looked up.
@@ -202,7 +199,7 @@ impl Expander<'_> {
         format!("{}:{}", origin.file.name, 1 + before.matches('\n').count())
     }
 
-    fn note(&self, origin: &Origin, subject: &str, words: String, left_out: bool) {
+    fn note(&self, origin: &Origin, subject: &str, words: String) {
         let mut notes = self.notes.borrow_mut();
         // A macro that is called a thousand times says the same a thousand times.
         let known = notes
@@ -213,7 +210,6 @@ impl Expander<'_> {
                 subject: subject.to_owned(),
                 place: self.place(origin),
                 words,
-                left_out,
             });
         }
     }
@@ -405,7 +401,7 @@ impl Expander<'_> {
                     let words = format!(
                         "the folder of the package `{package}` is not known: `$(find {package})` is left as it is"
                     );
-                    self.note(origin, &format!("package `{package}`"), words, false);
+                    self.note(origin, &format!("package `{package}`"), words);
                     Ok(whole.to_owned())
                 }
                 _ => Err(self.error(origin, &e)),
@@ -550,7 +546,7 @@ impl Expander<'_> {
                         let words =
                             "a property of the outermost scope has no scope around it: left out";
                         let subject = format!("property `{name}`");
-                        self.note(&element.origin, &subject, words.to_owned(), false);
+                        self.note(&element.origin, &subject, words.to_owned());
                         return Ok(());
                     }
                 }
@@ -684,7 +680,7 @@ impl Expander<'_> {
             (None, "") => "left out, for there is no such file".to_owned(),
             (None, reason) => format!("left out: {reason}"),
         };
-        self.note(origin, &format!("include `{what}`"), words, true);
+        self.note(origin, &format!("include `{what}`"), words);
         self.miss(Missing {
             what,
             package,
@@ -711,7 +707,7 @@ impl Expander<'_> {
             .collect();
         if found.is_empty() {
             let words = "no file matches the pattern".to_owned();
-            self.note(origin, &format!("include `{name}`"), words, false);
+            self.note(origin, &format!("include `{name}`"), words);
         }
         found
     }
@@ -826,8 +822,7 @@ impl Expander<'_> {
         if !self.missing.borrow().is_empty() {
             // It may come from what is not there.
             let words = "left out, for nothing that could be read defines this macro".to_owned();
-            self.note(&call.origin, &format!("`<{}>`", call.name), words, true);
-            self.left_out.set(self.left_out.get() + 1);
+            self.note(&call.origin, &format!("`<{}>`", call.name), words);
             return Ok(());
         }
         let names = around.macros.names();
@@ -1146,7 +1141,7 @@ impl Expander<'_> {
                         file: Rc::clone(file),
                         bytes: 0..0,
                     };
-                    self.note(&origin, "the file itself", words(), false);
+                    self.note(&origin, "the file itself", words());
                 }
                 Ok(Value::text(""))
             }

@@ -72,8 +72,6 @@ pub(crate) struct Note {
     pub(crate) subject: String,
     pub(crate) place: Place,
     pub(crate) words: String,
-    /// Whether something was left out.
-    pub(crate) left_out: bool,
 }
 
 /// Why a file cannot be expanded.
@@ -162,16 +160,4 @@ fn packages(folder: &Path, settings: &Settings) -> Packages {
 /// A path as it is written, from a folder.
 fn from_folder(folder: &Path, written: &str) -> PathBuf {
     folder.join(written)
-}
-
-/// The text that a xacro file expands to: for tests and tools.
-#[doc(hidden)]
-pub fn expand_for_tests(path: &Path, arguments: &BTreeMap<String, String>, packages: &[Package]) -> Result<String, String> {
-    let files = Files::default();
-    let settings = Settings { arguments, packages, files: &files, leave_out_missing: false };
-    let text = files.read_text(path, MAX_BYTES).map_err(|e| e.to_string())?;
-    expand(path, &path.display().to_string(), &text, &settings).map(|e| e.text).map_err(|f| {
-        let at = f.place.as_ref().map(|p| format!("{}:{}: ", p.file, 1 + p.text[..p.bytes.start].matches('\n').count())).unwrap_or_default();
-        format!("{at}{:?} {:?} {:?}", f.reason, f.trail, f.missing)
-    })
 }

@@ -3,9 +3,17 @@
 #![allow(dead_code)] // Each test binary uses a part.
 
 use ilon_robot::{
-    Collision, CollisionShape, MassProperties, Robot, Roller, RollerForm, Spec, generate,
+    Collision, CollisionShape, LoadOptions, MassProperties, Robot, Roller, RollerForm, Spec,
+    generate,
 };
 use nalgebra::Isometry3;
+
+/// Options of reading, changed.
+pub fn options(change: impl FnOnce(&mut LoadOptions)) -> LoadOptions {
+    let mut options = LoadOptions::default();
+    change(&mut options);
+    options
+}
 
 /// Three omni wheels on a ring.
 pub const SPEC: &str = r#"

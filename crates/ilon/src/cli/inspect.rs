@@ -3,116 +3,50 @@
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_robot::{Handedness, LoadOptions, Package, Robot, RollerForms, WheelOptions};
+use ilon_robot::Robot;
 
 use super::Outcome;
+use super::robot::Reading;
 use super::table::Table;
 use crate::inspect::Inspection;
+use crate::remedy::{self, Words};
 use crate::{Error, drawing};
 
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The robot's URDF.
+    /// The robot's file: URDF, xacro, SDF, MJCF, or a description in TOML.
     robot: PathBuf,
-    /// The folder of a ROS package, for meshes at `package://NAME/...`; may be given several times.
-    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
-    packages: Vec<Package>,
-    /// Mend what is safe to mend in the file, and say what.
-    #[arg(long)]
-    mend: bool,
-    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
-    /// between rollers are no fault then.
-    #[arg(long)]
-    as_modelled: bool,
     #[command(flatten)]
-    wheels: Wheels,
+    reading: Reading,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
+    /// Write the URDF that was read: expanded, converted and repaired.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    urdf: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
-/// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command line.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Rollers for wheels that have none in the file")]
-struct Wheels {
-    /// Put this many rollers on each wheel.
-    #[arg(long, value_name = "N", requires = "gamma")]
-    rollers: Option<usize>,
-    /// Their angle gamma in the usual X of mecanum wheels, such as 45; the sign of each follows from its wheel's place.
-    #[arg(long, value_name = "DEG", group = "gamma", requires = "rollers")]
-    gamma_x_deg: Option<f64>,
-    /// Their angle gamma: one number for all wheels, such as 0 for omni wheels, or one for each, with its sign.
-    #[arg(
-        long,
-        value_name = "DEG,..",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        group = "gamma",
-        requires = "rollers"
-    )]
-    gamma_deg: Vec<f64>,
-    /// The wheels' joints; without it every turning joint on a level axis with nothing turning above or below it.
-    #[arg(
-        long,
-        value_name = "JOINT,..",
-        value_delimiter = ',',
-        requires = "rollers"
-    )]
-    wheels: Vec<String>,
-    /// The wheels' radius; without it, that of their collision geometry.
-    #[arg(long, value_name = "M", requires = "rollers")]
-    wheel_radius_m: Option<f64>,
-    /// The rollers' largest radius; without it, a fifth of the wheel's, or as much more as it takes to reach the
-    /// neighbours.
-    #[arg(long, value_name = "M", requires = "rollers")]
-    roller_radius_m: Option<f64>,
-    /// Mass of one roller, taken from the wheel's; without it, that of solid rubber.
-    #[arg(long, value_name = "KG", requires = "rollers")]
-    roller_mass_kg: Option<f64>,
-}
-
-impl Wheels {
-    /// The rollers asked for, if any are.
-    fn options(&self) -> Option<WheelOptions> {
-        let rollers = self.rollers?;
-        let gamma = match (self.gamma_x_deg, self.gamma_deg.as_slice()) {
-            (Some(gamma_deg), _) => Handedness::XDeg(gamma_deg),
-            (None, [gamma_deg]) => Handedness::AllDeg(*gamma_deg),
-            (None, gammas_deg) => Handedness::EachDeg(gammas_deg.to_vec()),
-        };
-        Some(WheelOptions {
-            joints: self.wheels.clone(),
-            gamma,
-            rollers,
-            radius_m: self.wheel_radius_m,
-            roller_radius_m: self.roller_radius_m,
-            roller_mass_kg: self.roller_mass_kg,
-            damping_n_m_s: 0.0,
-            friction_n_m: 0.0,
-        })
-    }
-}
-
-/// Prints the robot; one that cannot be controlled is printed too, and then told of as bad input.
+/// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let options = LoadOptions {
-        packages: arguments.packages.clone(),
-        mend: arguments.mend,
-        rollers: if arguments.as_modelled {
-            RollerForms::AsModelled
-        } else {
-            RollerForms::Barrel
-        },
-        wheels: arguments.wheels.options(),
-    };
-    let loaded = Robot::load_with(&arguments.robot, &options)?;
+    let options = arguments.reading.options();
+    let path = &arguments.robot;
+    let loaded = Robot::load_with(path, &options).map_err(|fault| {
+        let command = format!(
+            "ilon inspect {}",
+            remedy::shell(&path.display().to_string())
+        );
+        remedy::diagnosed(fault, path, &options, &Words::Flags { command })
+    })?;
     let inspection = Inspection::of_loaded(&loaded)?;
-    if let Some(path) = &arguments.svg {
-        ilon_trace::file::write_text(path, &drawing::svg(&loaded.robot))?;
+    if let Some(svg) = &arguments.svg {
+        ilon_trace::file::write_text(svg, &drawing::svg(&loaded.robot))?;
+    }
+    if let Some(urdf) = &arguments.urdf {
+        ilon_trace::file::write_text(urdf, &loaded.urdf)?;
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
@@ -126,16 +60,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     Kinematics::new(&loaded.robot)?;
     Ok(Outcome::Done)
-}
-
-fn package(text: &str) -> Result<Package, String> {
-    match text.split_once('=') {
-        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => Ok(Package {
-            name: name.to_owned(),
-            folder: PathBuf::from(folder),
-        }),
-        _ => Err("write NAME=DIR, such as my_robot=../my_robot".to_owned()),
-    }
 }
 
 /// The wheels as the file's own collision geometry would roll.

@@ -7,6 +7,7 @@ mod generate;
 mod inspect;
 mod output;
 mod progress;
+mod robot;
 mod run;
 mod schema;
 mod table;

@@ -8,25 +8,60 @@ use crate::files::Files;
 use crate::packages::Package;
 
 /// How to read a robot.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct LoadOptions {
     /// Where ROS packages lie: `package://NAME/mesh.stl` is read from the folder given for NAME. A package that is not
-    /// given is looked for in the folders above the file, by its name.
+    /// given is looked for around the file, by its name.
     pub packages: Vec<Package>,
     /// The values of a xacro file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
     pub arguments: BTreeMap<String, String>,
-    /// Whether a xacro file's includes that cannot be found are left out, with the macros that they would define.
+    /// Whether what is not there is left out, and each part that is left out remarked: a xacro file's includes that cannot
+    /// be found, with the macros that they would define, and links that then hang by nothing.
     pub leave_out_missing: bool,
     /// Which files may be read.
     pub files: Files,
-    /// Mends what can be mended safely, and remarks each change: missing and impossible inertias, elements that stand
-    /// twice, gaps between rollers.
-    pub mend: bool,
+    /// Repairs what can be repaired safely, and remarks each change with its line: missing and impossible inertias, elements
+    /// and names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do not turn.
+    #[serde(alias = "mend")]
+    pub repair: bool,
+    /// Density of a part of which no mass is known, in kg/m^3, for repairs; left out, [`Self::DENSITY_KG_M3`].
+    pub density_kg_m3: Option<f64>,
     /// What rollers touch the ground with.
     pub rollers: RollerForms,
     /// Puts rollers into wheels that have none in the file.
     pub wheels: Option<WheelOptions>,
+    /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
+    /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
+    /// remarked.
+    pub infer_rollers: bool,
+}
+
+impl LoadOptions {
+    /// Density of a part of which only the size, or only the mass, is known, in kg/m^3: between plastic and aluminium.
+    pub const DENSITY_KG_M3: f64 = 1500.0;
+
+    /// The density that repairs take.
+    pub(crate) fn density(&self) -> f64 {
+        self.density_kg_m3.unwrap_or(Self::DENSITY_KG_M3)
+    }
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            packages: Vec::new(),
+            arguments: BTreeMap::new(),
+            leave_out_missing: false,
+            files: Files::default(),
+            repair: false,
+            density_kg_m3: None,
+            rollers: RollerForms::default(),
+            wheels: None,
+            infer_rollers: true,
+        }
+    }
 }
 
 /// What the rollers of a robot touch the ground with.
@@ -43,15 +78,17 @@ pub enum RollerForms {
 /// Rollers for wheels that have none in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct WheelOptions {
-    /// The wheels' joints; none for every turning joint on a level axis with nothing turning above or below it.
+    /// The wheels' joints, of whatever type; none for every turning joint on a level axis that stands on the common floor,
+    /// with nothing turning above or below it.
     #[serde(default)]
     pub joints: Vec<String>,
     /// The angle of the rollers, and each wheel's handedness.
     pub gamma: Handedness,
     /// Rollers on each wheel.
     pub rollers: usize,
-    /// The wheels' radius rho, in metres; left out, it is taken from their collision geometry.
+    /// The wheels' radius rho, in metres; left out, it is taken from their geometry.
     #[serde(default)]
     pub radius_m: Option<f64>,
     /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
@@ -70,12 +107,34 @@ pub struct WheelOptions {
     pub friction_n_m: f64,
 }
 
+impl WheelOptions {
+    /// So many rollers of an angle on each wheel, everything else left to the file.
+    pub fn new(rollers: usize, gamma: Handedness) -> Self {
+        Self {
+            joints: Vec::new(),
+            gamma,
+            rollers,
+            radius_m: None,
+            roller_radius_m: None,
+            roller_mass_kg: None,
+            damping_n_m_s: 0.0,
+            friction_n_m: 0.0,
+        }
+    }
+
+    /// The same for the joints of these names.
+    pub fn on(mut self, joints: Vec<String>) -> Self {
+        self.joints = joints;
+        self
+    }
+}
+
 /// The paper's gamma of each wheel, in degrees, with its sign (see [`crate::Wheel::gamma_rad`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Handedness {
     /// `gamma.x_deg = 45`: mecanum wheels in the usual X, in which each turns the robot with the sum of its two arms. The
-    /// sign of each follows from its place about the middle of the wheels; all hub axes must lie along y.
+    /// sign of each follows from its place about the middle of the wheels; all hub axes must be parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels.
     AllDeg(f64),

@@ -1,0 +1,377 @@
+//! Reads robots from files, whatever they are written in.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::error::{Fault, MissingFile, RobotError};
+use crate::files::FileFault;
+use crate::model::{Remark, Robot};
+use crate::options::{LoadOptions, WheelOptions};
+use crate::spec::Spec;
+use crate::urdf::{self, Origin, Prepared, Read, WheelOutline};
+use crate::{generate, xacro, xml};
+
+/// Most rounds of repair: what one round leaves, the next may show.
+const MOST_ROUNDS: usize = 8;
+/// Most options that are tried, one upon the other, to find some that work.
+const MOST_TRIES: usize = 8;
+
+/// A robot as it was read, and how well its file models it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The robot.
+    pub robot: Robot,
+    /// The outline of each wheel as the file models it; of wheels that were given rollers there is none.
+    pub outlines: Vec<WheelOutline>,
+    /// The rollers that wheels without any were given because of what the file says of them.
+    pub inferred: Option<WheelOptions>,
+    /// The URDF that was read: the file's own text, or what it was expanded or converted to, with everything repaired.
+    pub urdf: Arc<str>,
+}
+
+/// Why a file cannot be read as it is, and what would do.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Diagnosis {
+    /// All faults that were found, those too that show only once others are out of the way.
+    pub faults: Vec<RobotError>,
+    /// Options with which the file was read, where any were found.
+    pub proposal: Option<LoadOptions>,
+    /// What was read with them.
+    pub loaded: Option<Box<Loaded>>,
+}
+
+impl Robot {
+    /// Reads a robot from a file: URDF, xacro, SDF, MJCF, or a description in TOML.
+    ///
+    /// # Errors
+    /// A file that cannot be read, that is none of these, or whose robot is not an omnidirectional one that can be simulated:
+    /// every [`Fault`], with its place in the file.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
+        Self::load_with(path, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    /// Reads a robot from the text of a file; `file` is what errors call it, and meshes and includes are sought beside it.
+    ///
+    /// # Errors
+    /// As [`Robot::load`], but for reading the file.
+    pub fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError> {
+        Self::from_urdf_str_with(text, file, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    /// Reads a robot from a file as the options say.
+    ///
+    /// # Errors
+    /// As [`Robot::load`], and options that do not fit the file.
+    pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = options.files.read_text(path, xml::MAX_BYTES);
+        let text = text.map_err(|fault| {
+            let fault = match fault {
+                FileFault::TooLarge(most) => Fault::TooLarge {
+                    what: format!("more than {} MB of text", most >> 20),
+                    most: format!("{} MB", most >> 20),
+                },
+                other => Fault::Unreadable {
+                    reason: other.to_string(),
+                },
+            };
+            RobotError::new(&file, fault)
+        })?;
+        Self::from_urdf_str_with(&text, &file, options)
+    }
+
+    /// Reads a robot from the text of a file as the options say.
+    ///
+    /// # Errors
+    /// As [`Robot::load_with`], but for reading the file.
+    pub fn from_urdf_str_with(
+        text: &str,
+        file: &str,
+        options: &LoadOptions,
+    ) -> Result<Loaded, RobotError> {
+        let mut prepared = prepare(text, file, options)?;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let may_repair = options.repair && rounds <= MOST_ROUNDS;
+            let repaired = match urdf::read(&prepared, options) {
+                Ok(read) => {
+                    let level = may_repair.then(|| urdf::levelled(&prepared, &read.robot));
+                    match level.flatten() {
+                        Some(level) => level,
+                        None => return Ok(loaded(read, &prepared)),
+                    }
+                }
+                Err(error) => {
+                    let repaired = may_repair.then(|| urdf::repaired(&prepared, &error, options));
+                    repaired.flatten().ok_or(error)?
+                }
+            };
+            prepared = repaired;
+        }
+    }
+
+    /// Looks for everything that is wrong with a file that cannot be read with some options, and for options with which it can.
+    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults.
+    pub fn diagnose(
+        path: impl AsRef<Path>,
+        options: &LoadOptions,
+        works: impl Fn(&Robot) -> bool,
+    ) -> Diagnosis {
+        let mut diagnosis = Diagnosis {
+            faults: Vec::new(),
+            proposal: None,
+            loaded: None,
+        };
+        let mut tried = options.clone();
+        for _ in 0..MOST_TRIES {
+            let error = match Self::load_with(&path, &tried) {
+                Ok(loaded) => {
+                    if works(&loaded.robot) {
+                        diagnosis.proposal = (tried != *options).then_some(tried);
+                        diagnosis.loaded = Some(Box::new(loaded));
+                    }
+                    return diagnosis;
+                }
+                Err(error) => error,
+            };
+            let all = || std::iter::once(&error).chain(error.others());
+            let new: Vec<RobotError> = all()
+                .filter(|e| {
+                    !diagnosis
+                        .faults
+                        .iter()
+                        .any(|known| known.to_string() == e.to_string())
+                })
+                .cloned()
+                .collect();
+            diagnosis.faults.extend(new);
+            let next = all()
+                .flat_map(RobotError::remedies)
+                .find_map(|remedy| remedy.apply(&tried));
+            match next {
+                Some(next) => tried = next,
+                None => return diagnosis,
+            }
+        }
+        diagnosis
+    }
+}
+
+fn loaded(read: Read, prepared: &Prepared) -> Loaded {
+    let Read {
+        robot,
+        outlines,
+        inferred,
+    } = read;
+    Loaded {
+        robot,
+        outlines,
+        inferred,
+        urdf: Arc::clone(&prepared.text),
+    }
+}
+
+/// Makes the text of a URDF of a file's text.
+fn prepare(text: &str, file: &str, options: &LoadOptions) -> Result<Prepared, RobotError> {
+    // A byte order mark is no part of the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if Path::new(file).extension().is_some_and(|e| e == "toml") {
+        let spec = Spec::from_toml_str(text, file)?;
+        return Ok(Prepared::as_it_is(file, &generate::generate(&spec)?));
+    }
+    let prepared = declared(Prepared::as_it_is(file, text));
+    if is_xacro(&prepared.text) {
+        return expanded(&prepared, options);
+    }
+    Ok(prepared)
+}
+
+/// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
+/// files.
+fn declared(mut prepared: Prepared) -> Prepared {
+    /// Most prefixes that are declared.
+    const MOST: usize = 16;
+    for _ in 0..MOST {
+        let Err(xml::Fault::Malformed(reason, _)) = xml::parse(&prepared.text) else {
+            break;
+        };
+        let prefix = reason
+            .strip_prefix("an unknown namespace prefix '")
+            .and_then(|rest| rest.strip_suffix('\''));
+        let root = prepared.text.find("<robot").map(|at| at + "<robot".len());
+        let (Some(prefix), Some(root)) = (prefix, root) else {
+            break;
+        };
+        let declaration = format!(" xmlns:{prefix}=\"http://example.org/{prefix}\"");
+        prepared = prepared.edited(vec![(root..root, declaration)]);
+    }
+    prepared
+}
+
+/// Whether a text is the xacro source of a URDF: with elements of xacro, or with expressions where numbers and names stand.
+fn is_xacro(text: &str) -> bool {
+    let Ok(document) = xml::parse(text) else {
+        return text.contains("<xacro:");
+    };
+    let root = document.root_element();
+    let of_xacro = |n: roxmltree::Node| {
+        let namespace = n.tag_name().namespace().unwrap_or_default();
+        namespace.contains("xacro") || text[n.range()].starts_with("<xacro:")
+    };
+    if root.tag_name().name() != "robot" {
+        return false;
+    }
+    if root.descendants().any(of_xacro) {
+        return true;
+    }
+    let of_robot = root
+        .children()
+        .filter(|n| n.has_tag_name("link") || n.has_tag_name("joint"));
+    of_robot.flat_map(|n| n.descendants()).any(|n| {
+        n.attributes()
+            .any(|a| a.value().contains("${") || a.value().contains("$(arg"))
+    })
+}
+
+/// Expands a xacro file.
+fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, RobotError> {
+    let file = prepared.file.as_str();
+    let path = Path::new(file);
+    let settings = xacro::Settings {
+        arguments: &options.arguments,
+        packages: &options.packages,
+        files: &options.files,
+        leave_out_missing: options.leave_out_missing,
+    };
+    let expanded = xacro::expand(path, file, &prepared.text, &settings)
+        .map_err(|failure| of_failure(file, *failure))?;
+    let mut lines = Lines::default();
+    let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
+    for note in &expanded.notes {
+        let mut remark = Remark::new(note.subject.clone(), note.words.clone());
+        remark.line = Some(lines.of(&note.place));
+        remark.file = Some(note.place.file.to_string()).filter(|of| of != file);
+        remarks.push(remark);
+    }
+    for name in options.arguments.keys() {
+        if !expanded.arguments.contains_key(name) {
+            let subject = format!("argument `{name}`");
+            remarks.push(Remark::new(subject, "the file declares no such argument"));
+        }
+    }
+    let origins = expanded.origins.into_iter().map(|(at, place)| {
+        let origin = Origin {
+            line: lines.of(&place),
+            file: place.file,
+            text: place.text,
+            bytes: place.bytes,
+        };
+        (at, origin)
+    });
+    let origins = origins.collect();
+    let callers = if expanded.text.contains("<link") {
+        Vec::new()
+    } else {
+        callers(path, options)
+    };
+    Ok(Prepared {
+        text: expanded.text.into(),
+        origins,
+        remarks,
+        uncalled_macros: expanded.uncalled,
+        callers,
+        ..Prepared::as_it_is(file, "")
+    })
+}
+
+/// The lines of places in files.
+#[derive(Default)]
+struct Lines {
+    breaks: HashMap<*const u8, Vec<usize>>,
+}
+
+impl Lines {
+    /// The line of a place, from 1.
+    fn of(&mut self, place: &xacro::Place) -> usize {
+        let text = &place.text;
+        let breaks = self
+            .breaks
+            .entry(text.as_ptr())
+            .or_insert_with(|| text.match_indices('\n').map(|(at, _)| at).collect());
+        1 + breaks.partition_point(|line_break| *line_break < place.bytes.start)
+    }
+}
+
+/// What is said of the values that a xacro file's arguments had.
+fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
+    if arguments.is_empty() {
+        return "expanded".to_owned();
+    }
+    let shown: Vec<String> = arguments
+        .iter()
+        .take(20)
+        .map(|(name, value)| format!("{name} = {value}"))
+        .collect();
+    format!("expanded with {}", shown.join(", "))
+}
+
+/// Files beside a xacro file that include it by its name.
+fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
+    /// Most files that are looked into.
+    const MOST: usize = 200;
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return Vec::new();
+    };
+    let name = name.to_string_lossy();
+    let names = options.files.names_in(folder, MOST);
+    let mut callers: Vec<String> = names
+        .into_iter()
+        .filter(|other| *other != *name && (other.ends_with(".xacro") || other.ends_with(".urdf")))
+        .filter(|other| {
+            let text = options.files.read_text(&folder.join(other), 1 << 20);
+            text.is_ok_and(|text| {
+                text.contains(&format!("/{name}\"")) || text.contains(&format!("\"{name}\""))
+            })
+        })
+        .map(|other| folder.join(other).display().to_string())
+        .collect();
+    callers.truncate(3);
+    callers
+}
+
+/// The error that says why a xacro file could not be expanded.
+fn of_failure(file: &str, failure: xacro::Failure) -> RobotError {
+    let xacro::Failure {
+        reason,
+        place,
+        trail,
+        missing,
+    } = failure;
+    let fault = match reason {
+        xacro::Reason::Missing => Fault::MissingFiles {
+            files: missing
+                .into_iter()
+                .map(|m| MissingFile {
+                    what: m.what,
+                    package: m.package,
+                    reason: Some(m.reason).filter(|reason| !reason.is_empty()),
+                    at: m.at,
+                })
+                .collect(),
+        },
+        xacro::Reason::Argument(name) => Fault::MissingArgument { name },
+        xacro::Reason::Xml(reason) => Fault::Xml { reason },
+        xacro::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
+        xacro::Reason::Other(reason) => Fault::Xacro { reason },
+    };
+    let error = match place {
+        Some(place) => RobotError::new(&place.file, fault).at(&place.text, place.bytes),
+        None => RobotError::new(file, fault),
+    };
+    error.by(trail)
+}
