@@ -351,6 +351,7 @@ fn of_failure(file: &str, failure: xacro::Failure) -> RobotError {
         place,
         trail,
         missing,
+        of_missing: _,
     } = failure;
     let fault = match reason {
         xacro::Reason::Missing => Fault::MissingFiles {

@@ -32,6 +32,9 @@ pub struct LoadOptions {
     pub rollers: RollerForms,
     /// Puts rollers into wheels that have none in the file.
     pub wheels: Option<WheelOptions>,
+    /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
+    /// without geometry reach it at their middles, and their neighbours at their ends.
+    pub wheel_radius_m: Option<f64>,
     /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
     /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
     /// remarked.
@@ -59,6 +62,7 @@ impl Default for LoadOptions {
             density_kg_m3: None,
             rollers: RollerForms::default(),
             wheels: None,
+            wheel_radius_m: None,
             infer_rollers: true,
         }
     }
@@ -88,9 +92,6 @@ pub struct WheelOptions {
     pub gamma: Handedness,
     /// Rollers on each wheel.
     pub rollers: usize,
-    /// The wheels' radius rho, in metres; left out, it is taken from their geometry.
-    #[serde(default)]
-    pub radius_m: Option<f64>,
     /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
     /// the neighbours.
     #[serde(default)]
@@ -114,7 +115,6 @@ impl WheelOptions {
             joints: Vec::new(),
             gamma,
             rollers,
-            radius_m: None,
             roller_radius_m: None,
             roller_mass_kg: None,
             damping_n_m_s: 0.0,

@@ -146,8 +146,13 @@ impl Error {
             return Self::invalid("the robot's file cannot be used", "");
         };
         first.others = faults.collect();
+        // What would do about all of them is said last.
+        let last = first
+            .others
+            .last_mut()
+            .map_or(&mut first.help, |last| &mut last.help);
         for line in closing {
-            first.help = format!("{}; {line}", first.help);
+            *last = format!("{last}; {line}");
         }
         Self::Robot(Box::new(first))
     }

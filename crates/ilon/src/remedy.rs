@@ -37,6 +37,9 @@ pub(crate) fn flags(options: &LoadOptions) -> Vec<String> {
     if let Some(wheels) = &options.wheels {
         flags.extend(wheel_flags(wheels));
     }
+    if let Some(radius_m) = options.wheel_radius_m {
+        flags.push(format!("--wheel-radius-m {radius_m}"));
+    }
     flags
 }
 
@@ -55,7 +58,6 @@ fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
         flags.push(format!("--wheels {}", shell(&wheels.joints.join(","))));
     }
     for (flag, value) in [
-        ("--wheel-radius-m", wheels.radius_m),
         ("--roller-radius-m", wheels.roller_radius_m),
         ("--roller-mass-kg", wheels.roller_mass_kg),
     ] {
@@ -114,11 +116,6 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
             let joints: Vec<String> = joints.map(|joint| joint.to_string()).collect();
             inner.push(format!("joints = [{}]", joints.join(", ")));
         }
-        inner.extend(
-            wheels
-                .radius_m
-                .map(|radius_m| format!("radius_m = {radius_m}")),
-        );
         keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
     }
     keys
@@ -143,7 +140,7 @@ fn asked(remedy: &Remedy, words: &Words) -> Option<String> {
             "`--wheel-radius-m`".to_owned()
         }
         (Remedy::WheelRadius { guess_m: None }, Words::Keys) => {
-            "`radius_m` in `[robot.wheels]`".to_owned()
+            "`wheel_radius_m` in `[robot]`".to_owned()
         }
         _ => return None,
     })

@@ -319,13 +319,15 @@ pub enum Fault {
     /// A joint that should be given rollers has some.
     #[error("it has rollers in the file already")]
     HasRollers,
-    /// The radius of a wheel that is given rollers is not known.
+    /// The radius of a wheel is not known: of one that is given rollers, or one whose rollers have no geometry.
     #[error("the wheel's geometry does not show its radius{}", reason.as_ref().map_or(String::new(), |r| format!(": {r}")))]
     WheelSizeUnknown {
         /// Why its geometry does not.
         reason: Option<String>,
         /// A radius that something else in the file speaks for, in metres, and what.
         guess: Option<(f64, String)>,
+        /// The package that its geometry lies in, where that package's folder is not known.
+        package: Option<String>,
     },
     /// The usual X is asked for, but the wheels do not stand in it.
     #[error(

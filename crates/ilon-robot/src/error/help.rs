@@ -173,6 +173,7 @@ impl Fault {
                 remedies.push(Remedy::LeaveOutMissing);
                 remedies
             }
+            Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
             Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
             Self::MissingArgument { name } => vec![Remedy::Argument { name: name.clone() }],
             Self::NoRollers { rollers, .. } | Self::Steered { rollers, .. } => {
@@ -181,9 +182,13 @@ impl Fault {
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
             }],
-            Self::WheelSizeUnknown { guess, .. } => vec![Remedy::WheelRadius {
-                guess_m: guess.as_ref().map(|guess| guess.0),
-            }],
+            Self::WheelSizeUnknown { guess, package, .. } => {
+                let package = package.clone().map(|name| Remedy::Package { name });
+                let radius = Remedy::WheelRadius {
+                    guess_m: guess.as_ref().map(|guess| guess.0),
+                };
+                package.into_iter().chain([radius]).collect()
+            }
             _ => Vec::new(),
         }
     }

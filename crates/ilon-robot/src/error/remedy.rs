@@ -24,7 +24,7 @@ pub enum Remedy {
     AsModelled,
     /// [`LoadOptions::wheels`]: put rollers into bare wheels.
     Rollers(Box<WheelOptions>),
-    /// [`WheelOptions::radius_m`]: say how large the wheels are.
+    /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
     WheelRadius {
         /// A radius that something in the file speaks for, in metres.
         guess_m: Option<f64>,
@@ -44,7 +44,6 @@ impl Remedy {
                 let mut rollers = (**rollers).clone();
                 // What a person said stays.
                 if let Some(known) = known {
-                    rollers.radius_m = known.radius_m.or(rollers.radius_m);
                     rollers.roller_radius_m = known.roller_radius_m;
                     rollers.roller_mass_kg = known.roller_mass_kg;
                     rollers.rollers = known.rollers;
@@ -52,8 +51,10 @@ impl Remedy {
                 remedied.wheels = Some(rollers);
             }
             Self::WheelRadius { guess_m } => {
-                let radius_m = (*guess_m)?;
-                remedied.wheels.as_mut()?.radius_m = Some(radius_m);
+                if options.wheel_radius_m.is_some() {
+                    return None;
+                }
+                remedied.wheel_radius_m = Some((*guess_m)?);
             }
             Self::Package { .. } | Self::Argument { .. } => return None,
         }

@@ -27,6 +27,11 @@ impl Profile {
         (!parts.is_empty()).then_some(Self { parts })
     }
 
+    /// A body of one part.
+    pub fn of(part: ProfilePart) -> Self {
+        Self { parts: vec![part] }
+    }
+
     /// Its parts, at least one.
     pub fn parts(&self) -> &[ProfilePart] {
         &self.parts

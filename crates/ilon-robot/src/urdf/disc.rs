@@ -113,13 +113,26 @@ fn of_shape(
         Geometry::Cylinder { .. } | Geometry::Capsule { .. } => Err(NoDisc::NotRound(
             "its cylinder does not lie along the axis".to_owned(),
         )),
-        Geometry::Box { .. } => Err(NoDisc::NotRound("a box is not round".to_owned())),
+        // A square box stands for the wheel inside it.
+        Geometry::Box { size } => match square_about(size, &from_shape) {
+            Some(radius) => centred(radius),
+            None => Err(NoDisc::NotRound(
+                "its box is not square about the axis".to_owned(),
+            )),
+        },
         Geometry::Mesh { filename, scale } => {
             let points =
                 mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
             of_points(&points)
         }
     }
+}
+
+/// Half of the side of a box that is square about z; `None` of another.
+fn square_about(size: &[f64; 3], from_shape: &Isometry3<f64>) -> Option<f64> {
+    let along = (0..3).find(|&i| (from_shape.rotation * Vector3::ith(i, 1.0)).z.abs() > 0.99)?;
+    let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
+    ((p - q).abs() <= 0.05 * p.max(q)).then_some(0.25 * (p + q))
 }
 
 /// Radius and middle of points that are round about z.

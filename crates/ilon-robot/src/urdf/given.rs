@@ -6,9 +6,10 @@ use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 
 use super::Loading;
 use super::body::RigidBody;
-use super::disc::{self, Disc, NoDisc};
+use super::disc::{self, Disc};
 use super::hub::{check_level, hub_frame, remark_motor};
 use super::recognise::Candidate;
+use super::size;
 use super::survey::{self, Survey, WheelLike};
 use super::tree::Motion;
 use crate::error::{Fault, RobotError};
@@ -116,7 +117,6 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
         return out_of_range("gamma", gamma_deg.to_string(), "from -85 to 85 degrees");
     }
     for (key, value) in [
-        ("radius_m", options.radius_m),
         ("roller_radius_m", options.roller_radius_m),
         ("roller_mass_kg", options.roller_mass_kg),
     ] {
@@ -187,7 +187,7 @@ pub(super) fn wheel(
         .as_ref()
         .ok_or_else(|| source.inertial_error(link, Fault::NoMass))?;
     let (radius_m, middle_m) =
-        size(loading, options, given, body).map_err(|fault| source.link_error(link, fault))?;
+        size(loading, given, body).map_err(|fault| source.link_error(link, fault))?;
     let axis = &given.like.axis;
     let frame = hub_frame(&given.like.origin, axis);
     let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), axis);
@@ -216,25 +216,22 @@ pub(super) fn wheel(
 }
 
 /// The wheel's radius, and where its middle is along the hub axis.
-fn size(
-    loading: &mut Loading,
-    options: &WheelOptions,
-    given: &Given,
-    body: &RigidBody,
-) -> Result<(f64, f64), Fault> {
-    let frame = hub_frame(&given.like.origin, &given.like.axis);
-    let shown = disc::about(body, &frame, &loading.meshes);
-    match (options.radius_m, shown) {
+fn size(loading: &mut Loading, given: &Given, body: &RigidBody) -> Result<(f64, f64), Fault> {
+    let like = &given.like;
+    let shown = disc::about(body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
+    match (loading.options.wheel_radius_m, shown) {
         (Some(radius_m), shown) => Ok((radius_m, shown.map_or(0.0, |disc| disc.middle_m))),
         (None, Ok(disc)) => {
             remark_visual(loading, given, &disc);
             Ok((disc.radius_m, disc.middle_m))
         }
-        (None, Err(NoDisc::Unreadable(fault))) if body.shapes.len() == 1 => Err(fault),
-        (None, Err(why)) => Err(Fault::WheelSizeUnknown {
-            reason: Some(why.words()),
-            guess: guess(loading, given, body),
-        }),
+        (None, Err(why)) => Err(size::unknown(
+            loading.tree,
+            &like.origin,
+            &like.axis,
+            body,
+            &why,
+        )),
     }
 }
 
@@ -246,26 +243,6 @@ fn remark_visual(loading: &mut Loading, given: &Given, disc: &Disc) {
             "it has no collision geometry: its size is taken from what is shown of it",
         ));
     }
-}
-
-/// A radius that something else in the file speaks for: the height of the axis over the root frame, where that lies on the floor
-/// by its name in ROS, or over the ground plane; or the wheel's inertia about its axis, that of a solid disc.
-fn guess(loading: &Loading, given: &Given, body: &RigidBody) -> Option<(f64, String)> {
-    let tree = loading.tree;
-    let root = &tree.links[tree.root].name;
-    let height_m = given.like.origin.z;
-    let plausible = |radius_m: f64| (0.005..2.0).contains(&radius_m);
-    if plausible(height_m) {
-        let why =
-            format!("the height of its axis above the frame `{root}`, if that lies on the floor,");
-        return Some(((1e4 * height_m).round() / 1e4, why));
-    }
-    let mass = body.mass.as_ref()?;
-    let n = given.like.axis.into_inner();
-    let axial = n.dot(&(mass.inertia_kg_m2 * n));
-    let radius_m = (2.0 * axial / mass.mass_kg).sqrt();
-    let why = "its inertia about its axis, if it is a solid disc,".to_owned();
-    plausible(radius_m).then(|| ((1e4 * radius_m).round() / 1e4, why))
 }
 
 /// The rollers of a wheel, in its hub frame, ordered by place.

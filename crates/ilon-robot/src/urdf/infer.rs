@@ -2,11 +2,11 @@
 //!
 //! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
 //! of them is taken, in this order: directions of friction, a plug-in that drives mecanum wheels, axes on which plain wheels
-//! could not roll at all, a plug-in that moves the base in all directions, and what they call them. How many rollers there are
+//! could not roll at all, and what they call them. That a plug-in moves the base in all directions says nothing: steered wheels do
+//! so as well. How many rollers there are
 //! nobody says: that is a guess, and remarked.
 
 use nalgebra::{Unit, Vector3};
-use roxmltree::Node;
 
 use super::source::{Source, child};
 use super::survey::{Survey, WheelLike};
@@ -47,7 +47,7 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
             "the directions of friction that the file gives them".to_owned(),
         );
     }
-    if let Some(plugin) = plugin(source, &["mecanum"]).filter(|_| stand_in_x(&wheels)) {
+    if let Some(plugin) = plugin(source).filter(|_| stand_in_x(&wheels)) {
         return named(
             Handedness::XDeg(MECANUM_DEG),
             format!("the plug-in `{plugin}` that drives them"),
@@ -61,13 +61,6 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
     }
     if !stand_in_x(&wheels) {
         return None;
-    }
-    const IN_ALL_DIRECTIONS: [&str; 4] = ["planar_move", "force_based_move", "omni", "holonomic"];
-    if let Some(plugin) = plugin(source, &IN_ALL_DIRECTIONS) {
-        return named(
-            Handedness::XDeg(MECANUM_DEG),
-            format!("the plug-in `{plugin}` that moves the base in all directions"),
-        );
     }
     let called = called(source, tree, &wheels)?;
     named(
@@ -191,8 +184,8 @@ fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
     (gamma_deg.abs() < 80.0).then_some(gamma_deg)
 }
 
-/// A plug-in whose name or file holds one of the words.
-fn plugin(source: &Source, words: &[&str]) -> Option<String> {
+/// A plug-in that drives mecanum wheels, by its name or file.
+fn plugin(source: &Source) -> Option<String> {
     let gazebo = source
         .robot()
         .children()
@@ -200,24 +193,22 @@ fn plugin(source: &Source, words: &[&str]) -> Option<String> {
     gazebo
         .flat_map(|n| n.children())
         .filter(|n| n.has_tag_name("plugin"))
-        .find_map(|plugin: Node| {
-            let file = plugin.attribute("filename").unwrap_or_default();
-            let name = plugin.attribute("name").unwrap_or_default();
-            let holds = |text: &str| {
-                let lower = text.to_lowercase();
-                words.iter().any(|word| lower.contains(word))
-            };
-            (holds(file) || holds(name))
-                .then(|| if file.is_empty() { name } else { file }.to_owned())
-        })
+        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
+        .flatten()
+        .find(|name| is_mecanum(name))
+        .map(str::to_owned)
+}
+
+/// Whether a name speaks of mecanum wheels, spelt as people do.
+fn is_mecanum(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    ["mecanum", "mechanum", "mecanuum"]
+        .iter()
+        .any(|word| lower.contains(word))
 }
 
 /// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the robot's name or the file's own.
 fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
-    let is_it = |text: &str| {
-        let lower = text.to_lowercase();
-        lower.contains("mecanum") || lower.contains("mechanum")
-    };
     let of_wheel = |wheel: &WheelLike| {
         let joint = &tree.joints[wheel.joint];
         let link = &tree.links[joint.child];
@@ -232,7 +223,7 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
         [joint.name.clone(), link.name.clone()]
             .into_iter()
             .chain(meshes)
-            .find(|name| is_it(name))
+            .find(|name| is_mecanum(name))
     };
     let robot = source.robot().attribute("name").map(str::to_owned);
     let file = std::path::Path::new(&source.prepared.file)
@@ -241,8 +232,8 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
     wheels
         .iter()
         .find_map(of_wheel)
-        .or_else(|| robot.filter(|name| is_it(name)))
-        .or_else(|| file.filter(|name| is_it(name)))
+        .or_else(|| robot.filter(|name| is_mecanum(name)))
+        .or_else(|| file.filter(|name| is_mecanum(name)))
 }
 
 #[cfg(test)]

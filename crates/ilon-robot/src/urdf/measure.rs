@@ -51,7 +51,7 @@ pub(super) fn measure(
     check_level(source, &joint.name, &joint.axis)?;
     // First about the joint's own origin; the wheel's middle is known once the rollers are.
     let body_from_joint = hub_frame(&joint.origin, &joint.axis);
-    let mut seen = seen::rollers(loading, candidate, &body_from_joint)?;
+    let mut seen = seen::rollers(loading, candidate, &body_from_joint, hub_body)?;
     let ring = Ring::of(&seen, &body_from_joint, &joint.axis);
     seen::check_alike(source, tree, &seen, ring.gamma_rad, ring.radius_m)?;
     let lone_spheres = remark_fit(loading, &joint.name, &mut seen, &ring);

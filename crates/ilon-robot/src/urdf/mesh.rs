@@ -54,20 +54,32 @@ impl Meshes {
     }
 
     fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
-        if let Some(path) = mesh.strip_prefix("file://") {
-            return Ok(PathBuf::from(path));
-        }
-        let Some(in_package) = mesh.strip_prefix("package://") else {
-            return Ok(self.folder.join(mesh));
+        let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
+        // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
+        let in_package = ["package://", "model://", "$(find "]
+            .iter()
+            .find_map(|prefix| bare.strip_prefix(prefix));
+        let Some(in_package) = in_package else {
+            return Ok(self.folder.join(bare));
         };
-        let (name, path) = in_package.split_once('/').unwrap_or((in_package, ""));
-        self.packages
-            .find(name, |folder| self.files.is_file(&folder.join(path)))
-            .map(|folder| folder.join(path))
-            .ok_or_else(|| Fault::PackageUnknown {
+        let end = in_package.find(['/', ')']).unwrap_or(in_package.len());
+        let name = in_package[..end].trim();
+        let path = in_package[end..].trim_start_matches([')', '/']);
+        let file = self
+            .packages
+            .find(name, |folder| self.files.is_file(&folder.join(path)));
+        // Where the package is there and the mesh is not, that is what is missing.
+        let folder = || {
+            self.packages
+                .find(name, |folder| self.files.is_folder(folder))
+        };
+        match file.or_else(folder) {
+            Some(folder) => Ok(folder.join(path)),
+            None => Err(Fault::PackageUnknown {
                 package: name.to_owned(),
                 mesh: mesh.to_owned(),
-            })
+            }),
+        }
     }
 }
 

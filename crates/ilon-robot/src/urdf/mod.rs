@@ -27,6 +27,7 @@ mod prepared;
 mod recognise;
 mod repair;
 mod seen;
+mod size;
 mod solid;
 mod source;
 mod survey;

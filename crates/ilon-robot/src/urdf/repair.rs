@@ -5,13 +5,14 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
 
+use super::geometry::primitive;
 use super::prepared::{Edit, Prepared};
 use super::solid::{self, Solid};
 use super::source::{Source, child, describe};
-use super::tree::Tree;
+use super::tree::{Motion, Tree};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError};
-use crate::model::{MassProperties, Remark, Robot};
+use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
 
 /// Wheels that end this much above or below the others are levelled, in metres; what is further off is meant so.
@@ -57,6 +58,7 @@ fn repair(
     match fault {
         Fault::DuplicateName { tag, .. } => rename(source, node, tag),
         Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
+        Fault::ChassisBelowFloor { .. } => leave_out_lowest(source),
         // What is wrong on purpose, such as a mass below 0, is nobody's to guess.
         Fault::OutOfRange { value, .. } if value != "0" => None,
         Fault::NoMass
@@ -235,9 +237,7 @@ fn escaped(name: &str) -> String {
 
 /// Lets a joint that carries rollers turn, about the axis of their ring.
 fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
-    let left_out = normalise::LeftOut::default();
-    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
-    let tree = Tree::build(source, urdf).ok()?;
+    let tree = tree(source)?;
     let name = joint.attribute("name")?;
     let hub = tree.joints.iter().position(|j| j.name == name)?;
     let axis_in_body = recognise::ring_axis(&tree, hub)?;
@@ -265,6 +265,52 @@ fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
     ))
 }
 
+/// Leaves out the collision geometry that reaches lowest of all that does not turn.
+fn leave_out_lowest(source: &Source) -> Option<(Vec<Edit>, String)> {
+    let tree = tree(source)?;
+    let mut lowest: Option<(f64, usize, usize)> = None;
+    let mut waiting = vec![tree.root];
+    while let Some(link) = waiting.pop() {
+        for (i, shape) in tree.links[link].shapes.iter().enumerate() {
+            let Some(primitive) = primitive(&shape.geometry) else {
+                continue;
+            };
+            let collision = Collision {
+                body_from_shape: shape.body_from_shape,
+                shape: primitive,
+            };
+            let down_m = collision.reach_m(&-Vector3::z());
+            if lowest.is_none_or(|(deepest_m, ..)| down_m > deepest_m) {
+                lowest = Some((down_m, link, i));
+            }
+        }
+        let below = tree.links[link].joints_below.iter();
+        let still = below.filter(|&&j| tree.joints[j].motion != Motion::Turning);
+        waiting.extend(still.map(|&j| tree.joints[j].child));
+    }
+    let (_, link, i) = lowest?;
+    let name = &tree.links[link].name;
+    let node = source.named("link", name)?;
+    let shape = node
+        .children()
+        .filter(|n| n.has_tag_name("collision"))
+        .nth(i)?;
+    let lines = lines_of(&source.text()[shape.range()]);
+    let said = format!(
+        "collision {} of the link `{name}`, on line {}, left out: it reaches below the floor on which the wheels stand",
+        i + 1,
+        source.line_of(shape)
+    );
+    Some((vec![(shape.range(), lines)], said))
+}
+
+/// The tree of a text that was read before.
+fn tree(source: &Source) -> Option<Tree> {
+    let left_out = normalise::LeftOut::default();
+    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
+    Tree::build(source, urdf).ok()
+}
+
 /// The text with wheels brought to one height that end some millimetres above or below the others; `None` where there are none.
 pub(crate) fn levelled(prepared: &Prepared, robot: &Robot) -> Option<Prepared> {
     let bottoms_m: Vec<f64> = robot
@@ -285,9 +331,7 @@ pub(crate) fn levelled(prepared: &Prepared, robot: &Robot) -> Option<Prepared> {
         return None;
     }
     let source = Source::parse(prepared).ok()?;
-    let left_out = normalise::LeftOut::default();
-    let urdf = urdf_rs::read_from_string(&normalise::normalised(&source, &left_out)).ok()?;
-    let tree = Tree::build(&source, urdf).ok()?;
+    let tree = tree(&source)?;
     let mut edits = Vec::new();
     let mut remarks = Vec::new();
     for (wheel, up_m) in off {

@@ -7,17 +7,20 @@ use urdf_rs::Geometry;
 
 use super::Loading;
 use super::body::RigidBody;
+use super::disc::NoDisc;
 use super::faults::Faults;
 use super::fit::{self, Outline, Skew};
 use super::geometry::{self, mesh_points, primitive};
 use super::handover::barrel_half_length_m;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
+use super::size;
 use super::source::Source;
 use super::tree::{PlacedShape, Tree};
 use crate::error::{Fault, RobotError};
 use crate::model::{
-    Collision, CollisionShape, MassProperties, ModelledRoller, Profile, Remark, Roller, RollerForm,
+    Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart, Remark,
+    Roller, RollerForm,
 };
 
 /// Gamma nearer to 90 degrees than this means that the rollers turn with the hub.
@@ -37,17 +40,45 @@ pub(super) struct Seen {
 
 /// Looks at all rollers of a wheel from a frame on its hub axis.
 pub(super) fn rollers(
-    loading: &Loading,
+    loading: &mut Loading,
     candidate: &Candidate,
     body_from_joint: &Isometry3<f64>,
+    hub: &RigidBody,
 ) -> Result<Vec<Seen>, RobotError> {
     let half_pitch_rad = PI / candidate.rollers.len() as f64;
     let mut faults = Faults::default();
     let mut seen = Vec::with_capacity(candidate.rollers.len());
+    let mut bare: Vec<Fault> = Vec::new();
     for &j in &candidate.rollers {
-        seen.extend(faults.keep(see(loading, j, body_from_joint, half_pitch_rad)));
+        let look = see(loading, j, body_from_joint, half_pitch_rad, &mut bare);
+        seen.extend(faults.keep(look).flatten());
     }
-    faults.into_result().map(|()| seen)
+    faults.into_result()?;
+    let joint = &loading.tree.joints[candidate.hub];
+    match bare.first() {
+        None => Ok(seen),
+        Some(_) if seen.len() == candidate.rollers.len() => {
+            loading.remarks.push(Remark::new(
+                format!("wheel `{}`", joint.name),
+                format!(
+                    "{} of its rollers have no geometry that can be read: they are taken to reach the radius that was given",
+                    bare.len()
+                ),
+            ));
+            Ok(seen)
+        }
+        Some(fault) => {
+            let why = match fault {
+                Fault::RollerWithoutShape => {
+                    NoDisc::NotRound(format!("{} of its rollers have no geometry", bare.len()))
+                }
+                other => NoDisc::Unreadable(other.clone()),
+            };
+            let (origin, axis) = (&joint.origin, &joint.axis);
+            let fault = size::unknown(loading.tree, origin, axis, hub, &why);
+            Err(loading.source.joint_error(&joint.name, fault))
+        }
+    }
 }
 
 fn see(
@@ -55,7 +86,8 @@ fn see(
     j: usize,
     body_from_joint: &Isometry3<f64>,
     half_pitch_rad: f64,
-) -> Result<Seen, RobotError> {
+    bare: &mut Vec<Fault>,
+) -> Result<Option<Seen>, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let joint = &tree.joints[j];
     let hub_from_body = body_from_joint.inverse();
@@ -76,10 +108,36 @@ fn see(
             geometry: s.geometry.clone(),
         })
         .collect();
-    let profile = geometry::profile(&skew.foot, &axis, &shapes, &loading.meshes)
-        .map_err(|fault| source.link_error(&tree.links[joint.child].name, fault))?;
+    let profile = match geometry::profile(&skew.foot, &axis, &shapes, &loading.meshes) {
+        Ok(profile) => profile,
+        Err(fault) => {
+            let unreadable = matches!(
+                fault,
+                Fault::RollerWithoutShape
+                    | Fault::MeshUnreadable { .. }
+                    | Fault::PackageUnknown { .. }
+            );
+            if !unreadable {
+                return Err(source.link_error(&tree.links[joint.child].name, fault));
+            }
+            bare.push(fault);
+            let ball_m = loading
+                .options
+                .wheel_radius_m
+                .map(|rho| rho - skew.ring_radius_m);
+            let Some(ball_m) = ball_m.filter(|ball_m| *ball_m > 0.0) else {
+                return Ok(None);
+            };
+            let ball = ProfilePart {
+                t_m: 0.0,
+                ring_m: 0.0,
+                ball_m,
+            };
+            Profile::of(ball)
+        }
+    };
     let outline = fit::outline(&skew, &profile, half_pitch_rad);
-    Ok(Seen {
+    Ok(Some(Seen {
         joint: j,
         body,
         axis,
@@ -87,7 +145,7 @@ fn see(
         shapes,
         profile,
         outline,
-    })
+    }))
 }
 
 /// All rollers of a wheel must make the same wheel.

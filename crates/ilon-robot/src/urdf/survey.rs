@@ -58,8 +58,8 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
                 survey.turning.push(like);
             }
             Ok(like) => survey.others.push(like),
-            // Of what does not move, hardly anything is meant for a wheel.
-            Err(_) if joint.motion == Motion::Fixed => {}
+            // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
+            Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
             Err(reason) => survey.looked.push(Looked {
                 joint: joint.name.clone(),
                 reason,

@@ -164,6 +164,7 @@ impl Expander<'_> {
             // The outermost calls say where it began, the innermost where it ended; hundreds between them say nothing.
             trail: trail.take(8).collect(),
             missing: Vec::new(),
+            of_missing: false,
         })
     }
 
@@ -179,18 +180,63 @@ impl Expander<'_> {
         let reason = match error.cause() {
             Error::Argument(name) => Reason::Argument(name.clone()),
             Error::Package(name) => {
-                let missing = Missing {
+                self.miss(Missing {
                     what: format!("$(find {name})"),
                     package: Some(name.clone()),
                     reason: String::new(),
                     at: self.line(origin),
-                };
-                self.miss(missing);
+                });
+                Reason::Missing
+            }
+            Error::File(name, reason) => {
+                self.miss(Missing {
+                    what: name.clone(),
+                    package: None,
+                    reason: reason.clone(),
+                    at: self.line(origin),
+                });
                 Reason::Missing
             }
             _ => Reason::Other(error.to_string()),
         };
-        self.failure(reason, Some(origin))
+        let mut failure = self.failure(reason, Some(origin));
+        failure.of_missing = matches!(
+            error.cause(),
+            Error::Name(_) | Error::Package(_) | Error::File(..)
+        );
+        failure
+    }
+
+    /// Goes without what fails for want of what is missing, if that may be.
+    fn or_without(
+        &self,
+        origin: &Origin,
+        subject: &str,
+        expanded: Result<()>,
+        (calls, reading): (usize, usize),
+    ) -> Result<()> {
+        match expanded {
+            Err(failure)
+                if failure.of_missing
+                    && self.settings.leave_out_missing
+                    && !self.missing.borrow().is_empty() =>
+            {
+                self.calls.borrow_mut().truncate(calls);
+                self.reading.borrow_mut().truncate(reading);
+                let why = match &failure.reason {
+                    Reason::Other(words) => words.clone(),
+                    _ => "it needs what is missing".to_owned(),
+                };
+                self.note(origin, subject, format!("left out: {why}"));
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    /// How deep in calls and in files the expansion is.
+    fn depths(&self) -> (usize, usize) {
+        (self.calls.borrow().len(), self.reading.borrow().len())
     }
 
     /// `file:line`.
@@ -658,7 +704,12 @@ impl Expander<'_> {
         };
         for path in self.included_files(&name, &origin) {
             match self.settings.files.read_text(&path, MAX_BYTES) {
-                Ok(text) => self.include_file(&path, text, &origin, &within, inside)?,
+                Ok(text) => {
+                    let depths = self.depths();
+                    let included = self.include_file(&path, text, &origin, &within, inside);
+                    let subject = format!("include `{name}`");
+                    self.or_without(&origin, &subject, included, depths)?;
+                }
                 Err(_) if optional => {}
                 Err(fault) => {
                     let reason = match fault {
@@ -772,6 +823,19 @@ impl Expander<'_> {
     }
 
     fn call_macro(
+        &self,
+        call: &Element,
+        name: &str,
+        around: &Around,
+        inside: &mut Inside,
+    ) -> Result<()> {
+        let depths = self.depths();
+        let called = self.expand_call(call, name, around, inside);
+        let subject = format!("`<{}>`", call.name);
+        self.or_without(&call.origin, &subject, called, depths)
+    }
+
+    fn expand_call(
         &self,
         call: &Element,
         name: &str,
@@ -1118,8 +1182,7 @@ impl Expander<'_> {
                 let name = text(name);
                 let path = from_folder(&self.folder(), &name);
                 let read = self.settings.files.read_text(&path, MAX_BYTES);
-                let read =
-                    read.map_err(|fault| Error::new(format!("`{name}` cannot be read: {fault}")))?;
+                let read = read.map_err(|fault| Error::File(name.clone(), fault.to_string()))?;
                 yaml::load(&read, view).map_err(|e| e.within(format!("`{name}`")))
             }
             (XacroFunction::Tokenize, [Value::Text(of), more @ ..]) => {

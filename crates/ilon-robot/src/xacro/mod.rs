@@ -83,6 +83,8 @@ pub(crate) struct Failure {
     pub(crate) trail: Vec<String>,
     /// Everything that was looked for and not found, on the way.
     pub(crate) missing: Vec<Missing>,
+    /// Whether it may come of what was not found: a name that nothing defines.
+    pub(crate) of_missing: bool,
 }
 
 /// What is wrong.
@@ -141,6 +143,7 @@ pub(crate) fn expand(
                 place: None,
                 trail: Vec::new(),
                 missing: Vec::new(),
+                of_missing: false,
             })
         };
         match thread {

@@ -26,6 +26,9 @@ pub(super) struct Reading {
     /// between rollers are no fault then.
     #[arg(long)]
     as_modelled: bool,
+    /// The radius of wheels whose geometry does not show it, or cannot be read.
+    #[arg(long, value_name = "M")]
+    wheel_radius_m: Option<f64>,
     /// Give wheels without rollers none but those that are asked for, whatever the file says of them.
     #[arg(long)]
     no_inferred_rollers: bool,
@@ -62,9 +65,6 @@ struct Wheels {
         requires = "rollers"
     )]
     wheels: Vec<String>,
-    /// The wheels' radius; without it, that of their geometry.
-    #[arg(long, value_name = "M", requires = "rollers")]
-    wheel_radius_m: Option<f64>,
     /// The rollers' largest radius; without it, a fifth of the wheel's, or as much more as it takes to reach the
     /// neighbours.
     #[arg(long, value_name = "M", requires = "rollers")]
@@ -86,6 +86,7 @@ impl Reading {
         if self.as_modelled {
             options.rollers = RollerForms::AsModelled;
         }
+        options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = !self.no_inferred_rollers;
         options.wheels = self.wheels.options();
         options
@@ -101,7 +102,6 @@ impl Wheels {
             (None, gammas_deg) => Handedness::EachDeg(gammas_deg.to_vec()),
         };
         let mut options = WheelOptions::new(self.rollers?, gamma).on(self.wheels.clone());
-        options.radius_m = self.wheel_radius_m;
         options.roller_radius_m = self.roller_radius_m;
         options.roller_mass_kg = self.roller_mass_kg;
         Some(options)

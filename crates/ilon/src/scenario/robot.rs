@@ -53,6 +53,10 @@ pub struct Robot {
     /// scenario file. A package that is not given is looked for in the folders above the robot's file, by its name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, PathBuf>,
+    /// The radius of wheels whose geometry does not show it, or cannot be read, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_radius_m: Option<f64>,
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
@@ -76,6 +80,7 @@ impl Robot {
             Rollers::Barrel => RollerForms::Barrel,
             Rollers::AsModelled => RollerForms::AsModelled,
         };
+        options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = self.infer_rollers;
         options.wheels = self.wheels.as_ref().map(Wheels::options);
         options
@@ -124,10 +129,6 @@ pub struct Wheels {
     /// How many rollers each wheel carries.
     #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
-    /// The wheels' radius, in metres; left out, it is taken from their collision geometry.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub radius_m: Option<f64>,
     /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
     /// the neighbours.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -168,7 +169,6 @@ impl Wheels {
         let Self {
             joints,
             rollers,
-            radius_m,
             roller_radius_m,
             roller_mass_kg,
             damping_n_m_s,
@@ -181,7 +181,6 @@ impl Wheels {
             Gamma::EachDeg(gammas_deg) => Handedness::EachDeg(gammas_deg),
         };
         let mut options = WheelOptions::new(rollers, gamma).on(joints);
-        options.radius_m = radius_m;
         options.roller_radius_m = roller_radius_m;
         options.roller_mass_kg = roller_mass_kg;
         options.damping_n_m_s = damping_n_m_s;

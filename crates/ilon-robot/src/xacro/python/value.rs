@@ -73,6 +73,8 @@ pub(in super::super) enum Error {
     Argument(String),
     /// A package, `$(find NAME)`, whose folder is not known.
     Package(String),
+    /// A file that cannot be read, and why.
+    File(String, String),
     /// Anything else, in words.
     Other(String),
     /// A limit was met: the whole expansion ends.
@@ -117,6 +119,7 @@ impl fmt::Display for Error {
                 write!(f, "the argument `{name}` has neither value nor default")
             }
             Self::Package(name) => write!(f, "the folder of the package `{name}` is not known"),
+            Self::File(name, reason) => write!(f, "`{name}` cannot be read: {reason}"),
             Self::Other(words) => f.write_str(words),
             Self::Spent(spent) => spent.fmt(f),
             Self::In(what, inner) => write!(f, "{inner}, in {what}"),
