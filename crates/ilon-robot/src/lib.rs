@@ -48,6 +48,7 @@
 //! # Ok::<(), ilon_robot::RobotError>(())
 //! ```
 
+mod convert;
 mod error;
 mod files;
 mod generate;

@@ -10,7 +10,7 @@ use crate::model::{Remark, Robot};
 use crate::options::{LoadOptions, WheelOptions};
 use crate::spec::Spec;
 use crate::urdf::{self, Origin, Prepared, Read, WheelOutline};
-use crate::{generate, xacro, xml};
+use crate::{convert, generate, xacro, xml};
 
 /// Most rounds of repair: what one round leaves, the next may show.
 const MOST_ROUNDS: usize = 8;
@@ -185,10 +185,30 @@ fn prepare(text: &str, file: &str, options: &LoadOptions) -> Result<Prepared, Ro
         return Ok(Prepared::as_it_is(file, &generate::generate(&spec)?));
     }
     let prepared = declared(Prepared::as_it_is(file, text));
+    if let Some(converted) = root_tag(&prepared.text)
+        .and_then(|tag| convert::converted(&tag, file, &prepared.text, options))
+    {
+        return converted;
+    }
     if is_xacro(&prepared.text) {
         return expanded(&prepared, options);
     }
     Ok(prepared)
+}
+
+/// The tag of a text's root element: its first that is no declaration and no comment.
+fn root_tag(text: &str) -> Option<String> {
+    let mut rest = text;
+    loop {
+        rest = &rest[rest.find('<')? + 1..];
+        let skipped = [("!--", "-->"), ("?", "?>"), ("!", ">")];
+        match skipped.iter().find(|(begin, _)| rest.starts_with(begin)) {
+            Some((_, end)) => rest = &rest[rest.find(end)? + end.len()..],
+            None => break,
+        }
+    }
+    let end = rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
+    Some(rest[..end].to_owned())
 }
 
 /// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such

@@ -54,6 +54,10 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
         );
     }
     if !are_parallel(&wheels) {
+        // Mecanum wheels stand parallel: where the file calls them so, it means something else than it says.
+        if called(source, tree, &wheels).is_some() {
+            return None;
+        }
         return named(
             Handedness::AllDeg(0.0),
             "their axes, on which plain wheels could not roll".to_owned(),
@@ -217,7 +221,7 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
                 .iter()
                 .chain(&link.visuals)
                 .filter_map(|shape| match &shape.geometry {
-                    urdf_rs::Geometry::Mesh { filename, .. } => Some(filename.clone()),
+                    urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
                     _ => None,
                 });
         [joint.name.clone(), link.name.clone()]
@@ -234,6 +238,17 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
         .find_map(of_wheel)
         .or_else(|| robot.filter(|name| is_mecanum(name)))
         .or_else(|| file.filter(|name| is_mecanum(name)))
+}
+
+/// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
+fn own_name(mesh: &str) -> String {
+    if mesh.starts_with("package://") || mesh.starts_with("model://") {
+        return mesh.to_owned();
+    }
+    mesh.rsplit(['/', '\\'])
+        .next()
+        .unwrap_or_default()
+        .to_owned()
 }
 
 #[cfg(test)]
