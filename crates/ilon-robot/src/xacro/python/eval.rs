@@ -7,7 +7,8 @@ use super::super::budget::Budget;
 use super::builtins;
 use super::methods;
 use super::operators;
-use super::parse::{Clause, Expr, Item, Lambda, Trailer, parse};
+use super::parse::parse;
+use super::syntax::{Clause, Expr, Item, Lambda, Trailer};
 use super::value::{Error, Module, Value, XacroFunction};
 
 /// Deepest nesting of lists and dictionaries within each other.

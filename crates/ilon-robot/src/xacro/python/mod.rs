@@ -10,8 +10,10 @@ mod format;
 mod lex;
 mod math;
 mod methods;
+mod numbers;
 mod operators;
 mod parse;
+mod syntax;
 mod value;
 
 pub(super) use eval::{Arguments, Surroundings, evaluate};

@@ -6,7 +6,7 @@ use std::fmt;
 use std::rc::Rc;
 
 use super::super::budget::Spent;
-use super::parse::Lambda;
+use super::syntax::Lambda;
 
 /// A value.
 #[derive(Clone, Debug)]
