@@ -10,8 +10,9 @@
 //!
 //! A positive wheel rate drives the hub along **u** = **n** x **k** (Indiveri 2009, section II).
 //!
-//! A robot is read from URDF by [`Robot::load`], which goes by structure and geometry and never by names, or with
-//! [`LoadOptions`] by [`Robot::load_with`]. A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
+//! A robot is read by [`Robot::load`] from URDF, xacro, SDF or MJCF, by structure and geometry and not by names (which count only
+//! where a file models no rollers, and says of its wheels by their names that they have some), or with [`LoadOptions`] by
+//! [`Robot::load_with`]. A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
 //! and written by [`generate`]:
 //!
 //! ```
@@ -56,6 +57,7 @@ mod load;
 mod model;
 mod options;
 mod packages;
+mod prepare;
 mod spec;
 mod urdf;
 mod xacro;
@@ -73,5 +75,6 @@ pub use model::{
 pub use model::{barrel, profile};
 pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use packages::Package;
+pub use prepare::urdf_text;
 pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
 pub use urdf::WheelOutline;
