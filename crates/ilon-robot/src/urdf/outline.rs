@@ -42,6 +42,9 @@ pub struct WheelOutline {
     pub ripple_m: f64,
     /// Share of a turn, seen from the hub, that lies on bridges between rollers, in [0, 1].
     pub gap_share: f64,
+    /// How far the rollers' own outline lies below those bridges at the deepest, seen from the hub, in metres; the bridge's whole
+    /// distance from the hub axis where no roller is seen below it.
+    pub gap_depth_m: f64,
     /// Share of a turn with two fitted rollers on the ground, in [0, 1].
     pub overlap_share: f64,
     /// The deepest that two neighbouring rollers run into each other, in metres; 0 where none do.
@@ -148,24 +151,28 @@ pub(super) fn outline(
         // Places are counted from each sample's own direction, which runs on by a step itself.
         here_rad + f64::max(next_rad - last_rad, 0.0)
     };
+    let heights_m: Vec<f64> = heights_m().collect();
+    let radii_m = radii_m(rollers);
     WheelOutline {
         wheel: wheel.to_owned(),
         fitted_radius_m,
-        mean_radius_m: mean_radius_m(rollers),
-        rolling_radius_m: heights_m().sum::<f64>() / SAMPLES as f64,
+        mean_radius_m: mean_of_seen(&radii_m),
+        rolling_radius_m: heights_m.iter().sum::<f64>() / SAMPLES as f64,
         peak_radius_m,
-        outline_error_m: heights_m()
+        outline_error_m: heights_m
+            .iter()
             .map(|height_m| (height_m - fitted_radius_m).abs())
             .fold(0.0, f64::max),
         ripple_m: peak_radius_m - least_m,
         gap_share: (0..SAMPLES).map(bridge_rad).sum::<f64>() / TAU,
+        gap_depth_m: gap_depth_m(&heights_m, &radii_m),
         overlap_share: handover.overlaps_rad / TAU,
         overlap_depth_m: overlap_depth_m(rollers),
     }
 }
 
-/// The mean distance of the rollers' outline from the hub axis, seen along it.
-fn mean_radius_m(rollers: &[Modelled]) -> f64 {
+/// The distance of the rollers' outline from the hub axis, seen along it, in each sampled direction; 0 where there is no roller.
+fn radii_m(rollers: &[Modelled]) -> Vec<f64> {
     let step_rad = TAU / SAMPLES as f64;
     let mut radii_m = vec![0.0f64; SAMPLES];
     for roller in rollers {
@@ -196,6 +203,27 @@ fn mean_radius_m(rollers: &[Modelled]) -> f64 {
             p = q;
         }
     }
+    radii_m
+}
+
+/// The deepest that an outline lies below its convex hull, from the hull's supports and the outline's radii.
+fn gap_depth_m(heights_m: &[f64], radii_m: &[f64]) -> f64 {
+    // The hull is where all its tangents allow: r(theta) = min over phi of h(phi) / cos(theta - phi).
+    const NEAR: usize = SAMPLES / 6;
+    let step_rad = TAU / SAMPLES as f64;
+    let cosines: Vec<f64> = (0..=NEAR).map(|k| libm::cos(step_rad * k as f64)).collect();
+    let hull_m = |i: usize| {
+        let tangents = (0..=NEAR).flat_map(|k| [(i + k, k), (i + SAMPLES - k, k)]);
+        tangents
+            .map(|(j, k)| heights_m[j % SAMPLES] / cosines[k])
+            .fold(f64::INFINITY, f64::min)
+    };
+    (0..SAMPLES)
+        .map(|i| hull_m(i) - radii_m[i])
+        .fold(0.0, f64::max)
+}
+
+fn mean_of_seen(radii_m: &[f64]) -> f64 {
     let (sum, count) = radii_m
         .iter()
         .filter(|&&r| r > 0.0)
@@ -308,6 +336,15 @@ mod tests {
         // A sample's step is 1/3600 of the turn, and each bridge has two ends.
         assert!((seen.gap_share - share).abs() < 2.0 * n as f64 / 3600.0);
         assert_eq!(seen.overlap_depth_m, 0.0);
+        // Past asin(r / a) from a sphere's centre no roller is seen below the bridge, which stands at a cos(pi/n) + r from the axis;
+        // there, off its middle, it is the farthest away. A sample more or less changes that by 2e-5 m.
+        let off = PI / n as f64 - (r / a).asin();
+        let through = (a * (PI / n as f64).cos() + r) / off.cos();
+        assert!(
+            (seen.gap_depth_m - through).abs() < 3e-5,
+            "{}",
+            seen.gap_depth_m
+        );
     }
 
     #[test]
@@ -330,6 +367,14 @@ mod tests {
             seen.mean_radius_m
         );
         assert!(seen.mean_radius_m < seen.rolling_radius_m);
+        // The bridge stands at a cos(pi/n) + r over the valley at a cos(pi/n) + sqrt(r^2 - a^2 sin^2(pi/n)). The sides of a degree
+        // lose up to 5e-7 m, and as much again where they cut the valley's slopes.
+        let deep = r - (r * r - (a * half.sin()).powi(2)).sqrt();
+        assert!(
+            (seen.gap_depth_m - deep).abs() < 5e-6,
+            "{}",
+            seen.gap_depth_m
+        );
     }
 
     #[test]

@@ -66,13 +66,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 fn as_modelled(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
-        "wheels as modelled: radii fitted, mean, of rolling and at the peak, error of the outline, ripple, all in mm; gaps \
-         and overlaps in % of a turn; depth of overlaps in mm",
+        "wheels as modelled: radii fitted, mean, of rolling and at the peak, error of the outline, ripple; share of \
+         a turn on bridges between rollers, and how deep it is below them; overlap of rollers in % of a turn, and how deep it is. \
+         Lengths in mm, shares in %",
     );
     columns(
         &mut table,
         &[
-            "fitted", "mean", "rolling", "peak", "error", "ripple", "gaps", "overlaps", "depth",
+            "fitted", "mean", "rolling", "peak", "error", "ripple", "bridged", "hollow", "overlap",
+            "depth",
         ],
     );
     for outline in &robot.outlines {
@@ -88,6 +90,7 @@ fn as_modelled(robot: &Inspection) -> Table {
                 mm(outline.outline_error_m, 3),
                 mm(outline.ripple_m, 3),
                 percent(outline.gap_share),
+                mm(outline.gap_depth_m, 2),
                 percent(outline.overlap_share),
                 mm(outline.overlap_depth_m, 2),
             ],
