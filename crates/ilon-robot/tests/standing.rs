@@ -225,7 +225,7 @@ proptest! {
 fn with_wheel_raised(by_m: f64) -> String {
     let robot = trike();
     let z = robot.wheels[0].position_m().z;
-    let text = small().replace("0.3 0.3 0.1", "0.1 0.1 0.1");
+    let text = small().replace("0.3 0.3 0.1", "0.05 0.05 0.05");
     let written = format!("{:?}", z);
     let at = text.find(r#"type="continuous""#).expect("a wheel");
     let origin = at + text[at..].find("xyz=\"").expect("its place") + 5;
