@@ -76,5 +76,7 @@ pub use model::{barrel, profile};
 pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;
-pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
+pub use spec::{
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec,
+};
 pub use urdf::WheelOutline;

@@ -184,7 +184,7 @@ fn settings_of_other_programs_are_remarked() {
     assert!(remarked(
         &robot,
         "`<transmission>`",
-        "1 in the file, not read"
+        "1 in the file: the ratios of gears are read"
     ));
     assert!(remarked(
         &robot,

@@ -28,6 +28,14 @@ pub enum Fault {
         /// The range it must lie in.
         range: &'static str,
     },
+    /// A wheel of the description is not there.
+    #[error("there is no wheel `{wheel}`; there are {}", listed(wheels))]
+    NoSuchWheel {
+        /// The wheel.
+        wheel: String,
+        /// The wheels that there are.
+        wheels: Vec<String>,
+    },
     /// The rollers are too slender to reach one another.
     #[error(
         "rollers of {roller_radius_mm:.2} mm radius taper to nothing before they reach their neighbours"
@@ -295,6 +303,12 @@ pub enum Fault {
         package: String,
         /// The mesh as the file names it.
         mesh: String,
+    },
+    /// An element names a joint that is not there.
+    #[error("there is no joint `{joint}`")]
+    UnknownJoint {
+        /// The joint.
+        joint: String,
     },
     /// A joint that should be a wheel is not there.
     #[error(

@@ -119,7 +119,8 @@ impl Fault {
             Self::NoSuchJoint { likely, .. } if likely.is_empty() => {
                 "name joints whose wheels turn on level axes and stand on the floor"
             }
-            Self::NoSuchJoint { .. } => "name joints of the file",
+            Self::NoSuchJoint { .. } | Self::UnknownJoint { .. } => "name joints of the file",
+            Self::NoSuchWheel { .. } => "name a wheel that the description has",
             Self::NotAWheel { .. } => "name another joint, or give this one a level axis",
             Self::HasRollers => "leave this joint out of the wheels that are given rollers",
             Self::WheelSizeUnknown { guess, .. } => {

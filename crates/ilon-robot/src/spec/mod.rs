@@ -3,17 +3,25 @@
 //! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so that a robot spawned
 //! at z = 0 stands on the floor.
 
+mod check;
+mod described;
+
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, RobotError};
 use crate::files::Files;
+use crate::model::DriveTrain;
+
+pub(crate) use check::check;
+pub(crate) use described::Described;
 
 /// Longest description that is read, in bytes.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// A robot in short: one chassis, and wheels that are alike but for place, axis and handedness.
+/// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
@@ -27,6 +35,9 @@ pub struct Spec {
     pub rollers: RollerSpec,
     /// Where the wheels sit and which way they roll.
     pub wheels: Arrangement,
+    /// `[overrides.NAME]`: what is otherwise about the wheel of that name: worn, or mounted otherwise.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub overrides: BTreeMap<String, WheelOverride>,
 }
 
 /// The chassis: a solid of even density.
@@ -81,6 +92,30 @@ pub struct WheelSpec {
     /// Dry friction of the wheel's bearing and gear, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
+    /// Turns of the motor's rotor per turn of the wheel.
+    #[serde(default = "unity")]
+    pub gear_ratio: f64,
+    /// Inertia of the rotor about its own axis, before the gear, in kg m^2. The wheel feels gear_ratio^2 times it.
+    #[serde(default)]
+    pub rotor_inertia_kg_m2: f64,
+    /// Share of the motor's power that leaves the gear, in (0, 1].
+    #[serde(default = "unity")]
+    pub gear_efficiency: f64,
+    /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
+    #[serde(default)]
+    pub gear_friction_n_m: f64,
+}
+
+impl WheelSpec {
+    /// The gear and the rotor behind it.
+    pub fn drive(&self) -> DriveTrain {
+        DriveTrain {
+            gear_ratio: self.gear_ratio,
+            rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+            gear_efficiency: self.gear_efficiency,
+            gear_friction_n_m: self.gear_friction_n_m,
+        }
+    }
 }
 
 /// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
@@ -110,6 +145,39 @@ pub struct RollerSpec {
 
 fn one() -> usize {
     1
+}
+
+fn unity() -> f64 {
+    1.0
+}
+
+/// What is otherwise about one wheel. Its axle stays as high as `wheel.radius_m` says, so that a smaller wheel hangs, or the robot
+/// leans on it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct WheelOverride {
+    /// The paper's rho of this wheel, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<f64>,
+    /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<f64>,
+    /// How far its rollers stand on about the hub axis at wheel angle zero, in degrees; at 0 the first points straight down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_deg: Option<f64>,
+    /// Number of its rollers in one row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_row: Option<usize>,
+    /// Largest radius of its rollers, at their middles, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roller_radius_m: Option<f64>,
+    /// Mass of one of its rollers, in kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roller_mass_kg: Option<f64>,
+    /// Mass of its hub without rollers, in kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hub_mass_kg: Option<f64>,
 }
 
 /// Where the wheels sit.

@@ -20,10 +20,12 @@ enum Range {
     Any,
     NotNegative,
     Positive,
+    /// Above 0 and at most 1.
+    Share,
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 24] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 28] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -48,6 +50,10 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 24] = [
     ("limit", "velocity", 1, false, Range::NotNegative),
     ("dynamics", "damping", 1, false, Range::NotNegative),
     ("dynamics", "friction", 1, false, Range::NotNegative),
+    ("ilon_drive", "gear_ratio", 1, false, Range::Positive),
+    ("ilon_drive", "rotor_inertia", 1, false, Range::NotNegative),
+    ("ilon_drive", "gear_efficiency", 1, false, Range::Share),
+    ("ilon_drive", "gear_friction", 1, false, Range::NotNegative),
 ];
 
 /// Children that an element may have only once. Of several, the first is read, as the tools of ROS do.
@@ -109,7 +115,31 @@ pub(super) fn check(source: &Source, links_may_miss: bool) -> Result<Vec<Remark>
             break;
         }
     }
+    check_drives(source, &mut faults);
     faults.into_result().map(|()| remarks)
+}
+
+/// What the file says of drives, in the element that [`crate::generate`] writes.
+fn check_drives(source: &Source, faults: &mut Faults) {
+    let joints: HashSet<&str> = source
+        .all("joint")
+        .filter_map(|n| n.attribute("name"))
+        .collect();
+    let drives = source.robot().children();
+    for drive in drives.filter(|n| n.has_tag_name("ilon_drive")) {
+        check_numbers(source, drive, faults);
+        match drive.attribute("joint") {
+            Some(joint) if joints.contains(joint) => {}
+            Some(joint) => {
+                let joint = joint.to_owned();
+                faults.push(source.attribute_error(drive, "joint", Fault::UnknownJoint { joint }));
+            }
+            None => {
+                let attribute = "joint".to_owned();
+                faults.push(source.error(drive, Fault::MissingAttribute { attribute }));
+            }
+        }
+    }
 }
 
 /// What is wrong with a file that has no link.
@@ -239,8 +269,10 @@ fn check_number(
         Range::Any => return Ok(()),
         Range::NotNegative if numbers.iter().all(|&n| n >= 0.0) => return Ok(()),
         Range::Positive if numbers.iter().all(|&n| n > 0.0) => return Ok(()),
+        Range::Share if numbers.iter().all(|&n| n > 0.0 && n <= 1.0) => return Ok(()),
         Range::NotNegative if tag == "mass" => "above 0",
         Range::NotNegative => "0 or above",
+        Range::Share => "above 0 and at most 1",
         Range::Positive => "above 0",
     };
     fail(Fault::OutOfRange {

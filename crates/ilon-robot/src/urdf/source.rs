@@ -243,6 +243,9 @@ impl<'a> Source<'a> {
                     ("link", "visual") => {
                         format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
                     }
+                    ("robot", "transmission") => {
+                        format!("{count} in the file: the ratios of gears are read, and nothing else")
+                    }
                     ("robot", _) => format!("{count} in the file, not read: settings of other programs"),
                     (inside, _) => format!("{count} in the {inside}s of the file, not read: not part of URDF"),
                 }))

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
+use super::form::number;
 use super::source::{Source, child};
 use super::tree::Tree;
 use crate::model::DriveTrain;
@@ -35,26 +36,21 @@ pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrai
             drives.insert(joint.to_owned(), drive);
         }
     }
+    // Its numbers were held against their ranges with all others.
     for node in of_robot("ilon_drive") {
         let Some(joint) = node.attribute("joint").filter(|name| known(name)) else {
             continue;
         };
-        let number = |name: &str, default: f64, good: fn(f64) -> bool| {
-            let value = node
-                .attribute(name)
-                .and_then(|text| text.trim().parse::<f64>().ok());
-            value
-                .filter(|x| x.is_finite() && good(*x))
-                .unwrap_or(default)
+        let said = |name: &str, default: f64| match node.attribute(name) {
+            Some(_) => number(node, name),
+            None => default,
         };
         let default = DriveTrain::default();
         let drive = DriveTrain {
-            gear_ratio: number("gear_ratio", default.gear_ratio, |x| x > 0.0),
-            rotor_inertia_kg_m2: number("rotor_inertia", default.rotor_inertia_kg_m2, |x| x >= 0.0),
-            gear_efficiency: number("gear_efficiency", default.gear_efficiency, |x| {
-                x > 0.0 && x <= 1.0
-            }),
-            gear_friction_n_m: number("gear_friction", default.gear_friction_n_m, |x| x >= 0.0),
+            gear_ratio: said("gear_ratio", default.gear_ratio),
+            rotor_inertia_kg_m2: said("rotor_inertia", default.rotor_inertia_kg_m2),
+            gear_efficiency: said("gear_efficiency", default.gear_efficiency),
+            gear_friction_n_m: said("gear_friction", default.gear_friction_n_m),
         };
         drives.insert(joint.to_owned(), drive);
     }
