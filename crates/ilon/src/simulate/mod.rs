@@ -370,7 +370,10 @@ fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     let options = scenario.robot.load_options(&scenario.folder);
     let path = scenario.resolve(&scenario.robot.file);
     match Robot::load_with(&path, &options) {
-        Ok(loaded) => Ok(loaded.robot),
+        Ok(mut loaded) => {
+            scenario.motors.apply(&mut loaded.robot);
+            Ok(loaded.robot)
+        }
         Err(fault) => Err(remedy::diagnosed(
             fault,
             &path,
