@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ilon_robot::Spec;
+use ilon_robot::{Robot, Spec};
 
 use super::Outcome;
 use crate::Error;
@@ -17,10 +17,11 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Writes the URDF.
+/// Writes the URDF, if it is one that can be read.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let spec = Spec::load(&arguments.spec)?;
     let urdf = ilon_robot::generate(&spec)?;
+    Robot::from_urdf_str(&urdf, &format!("the URDF of {}", arguments.spec.display()))?;
     match &arguments.out {
         Some(path) => ilon_trace::file::write_text(path, &urdf)?,
         None => super::print(&urdf)?,
