@@ -60,6 +60,16 @@ pub enum ControlError {
         /// What was given.
         value: f64,
     },
+    /// A number is larger than can be kept.
+    #[error("{what} is {value}; it must be {most} at most")]
+    TooLarge {
+        /// What the number is.
+        what: String,
+        /// What was given.
+        value: f64,
+        /// The largest that it may be.
+        most: f64,
+    },
     /// The position gain K_r is not symmetric positive definite, which eq. (21) needs.
     #[error(
         "the position gain [[{xx}, {xy}], [{yx}, {yy}]] must be symmetric and positive definite"

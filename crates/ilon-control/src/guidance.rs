@@ -193,6 +193,17 @@ impl Guidance {
         }
     }
 
+    /// The names of the tasks of a reference, highest priority first.
+    pub fn task_names(&self) -> [&'static str; 4] {
+        let (position, heading) = (POSITION_TASKS, HEADING_TASKS);
+        match self.saturation {
+            Saturation::Prioritised(Priority::Heading) => {
+                [heading[0], heading[1], position[0], position[1]]
+            }
+            _ => [position[0], position[1], heading[0], heading[1]],
+        }
+    }
+
     /// The four tasks of (38)-(41) or (47)-(50) as twists of the reference point in the body frame.
     fn tasks(&self, seen: &Pose, desired: &Desired) -> [Task; 4] {
         let phi = seen.heading_rad;
@@ -212,13 +223,13 @@ impl Guidance {
             twist_in_body,
         };
         let position = [
-            task("position feedforward", linear_in_body(r_d_dot)),
-            task("position feedback", linear_in_body(k_r_e_r)),
+            task(POSITION_TASKS[0], linear_in_body(r_d_dot)),
+            task(POSITION_TASKS[1], linear_in_body(k_r_e_r)),
         ];
         let phi_d_dot = desired.velocity_in_world.omega_rad_s;
         let heading = [
-            task("heading feedforward", Twist::new(0.0, 0.0, phi_d_dot)),
-            task("heading feedback", Twist::new(0.0, 0.0, self.k_phi * e_phi)),
+            task(HEADING_TASKS[0], Twist::new(0.0, 0.0, phi_d_dot)),
+            task(HEADING_TASKS[1], Twist::new(0.0, 0.0, self.k_phi * e_phi)),
         ];
         match self.saturation {
             Saturation::Prioritised(Priority::Heading) => {
@@ -247,6 +258,7 @@ impl Guidance {
             command.twist_in_body = command.twist_in_body + task.twist_in_body;
             command.tasks.push(TaskShare {
                 name: task.name,
+                twist_in_body: task.twist_in_body,
                 asked_rad_s: infinity_norm(rates),
                 capacity_rad_s: q_max,
                 weight: 1.0,
@@ -299,6 +311,10 @@ impl Guidance {
         command
     }
 }
+
+/// Names of the tasks of the position and of the heading.
+const POSITION_TASKS: [&str; 2] = ["position feedforward", "position feedback"];
+const HEADING_TASKS: [&str; 2] = ["heading feedforward", "heading feedback"];
 
 /// How a twist of the guidance's reference point maps to wheel rates.
 struct RateMap<'a> {

@@ -59,6 +59,9 @@
 //! | e_r, e_phi | `e_r`, `e_phi` | position and heading error, eqs. (16), (17) |
 //! | sigma, c | `sigma`, `c` | weight and capacity of a task, eqs. (30), (34) |
 
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 mod analysis;
 mod computed_torque;
 mod contact;

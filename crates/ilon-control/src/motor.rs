@@ -21,8 +21,11 @@ impl TorqueRange {
         max_n_m: f64::INFINITY,
     };
 
-    /// The torque in the range nearest to `torque_n_m`.
+    /// The torque in the range nearest to `torque_n_m`. NaN stays NaN: it shall not pass for the largest torque.
     pub fn clamp(&self, torque_n_m: f64) -> f64 {
+        if torque_n_m.is_nan() {
+            return torque_n_m;
+        }
         torque_n_m.min(self.max_n_m).max(self.min_n_m)
     }
 }
@@ -108,31 +111,48 @@ impl Motor {
     /// Of the DC line stall torque and no-load rate are both proportional to the supply (K U / R and U / K), so that it
     /// shifts in parallel. Of a motor without a curve the limits of torque and rate shrink by the share.
     pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
-        // A share of nothing is nothing, also of a limit that is infinite.
-        let share_of = |limit: f64| match supply_share {
-            0.0 => 0.0,
-            share => share * limit,
-        };
-        let speed_rad_s = rate_rad_s.abs();
-        let (brake_n_m, drive_n_m, velocity_rad_s) = match self.curve {
+        let range = self.torque_range_on(rate_rad_s, supply_share);
+        if rate_rad_s.abs() < self.rate_limit_on(supply_share) {
+            range
+        } else if rate_rad_s >= 0.0 {
+            TorqueRange {
+                max_n_m: 0.0,
+                ..range
+            }
+        } else {
+            TorqueRange {
+                min_n_m: 0.0,
+                ..range
+            }
+        }
+    }
+
+    /// The rate at and beyond which it drives no more while a share of the supply's voltage is left, in rad/s: its velocity
+    /// limit, which shrinks with the share where there is no curve.
+    pub fn rate_limit_on(&self, supply_share: f64) -> f64 {
+        match self.curve {
+            MotorCurve::Flat => share_of(self.velocity_rad_s, supply_share),
+            MotorCurve::DcLine { .. } => self.velocity_rad_s,
+        }
+    }
+
+    /// As [`Self::range_on`], but for the velocity limit: for who holds that apart, within a step of time and not from one
+    /// to the next, where a wheel at its limit would be driven in one step and free in the other.
+    pub fn torque_range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
+        let (brake_n_m, drive_n_m) = match self.curve {
             MotorCurve::Flat => {
-                let effort_n_m = share_of(self.effort_n_m);
-                (effort_n_m, effort_n_m, share_of(self.velocity_rad_s))
+                let effort_n_m = share_of(self.effort_n_m, supply_share);
+                (effort_n_m, effort_n_m)
             }
             MotorCurve::DcLine {
                 stall_torque_n_m,
                 no_load_rate_rad_s,
             } => {
-                let brake_n_m = self.effort_n_m.min(share_of(stall_torque_n_m));
-                let line_n_m = stall_torque_n_m * (supply_share - speed_rad_s / no_load_rate_rad_s);
-                let drive_n_m = line_n_m.clamp(0.0, brake_n_m);
-                (brake_n_m, drive_n_m, self.velocity_rad_s)
+                let brake_n_m = (self.effort_n_m).min(share_of(stall_torque_n_m, supply_share));
+                let slowed = supply_share - rate_rad_s.abs() / no_load_rate_rad_s;
+                let drive_n_m = (stall_torque_n_m * slowed).clamp(0.0, brake_n_m);
+                (brake_n_m, drive_n_m)
             }
-        };
-        let drive_n_m = if speed_rad_s >= velocity_rad_s {
-            0.0
-        } else {
-            drive_n_m
         };
         if rate_rad_s >= 0.0 {
             TorqueRange {
@@ -157,6 +177,11 @@ impl Motor {
     }
 }
 
+/// A share of a limit; a share of nothing is nothing, also of a limit that is infinite.
+fn share_of(limit: f64, share: f64) -> f64 {
+    if share == 0.0 { 0.0 } else { share * limit }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,6 +192,16 @@ mod tests {
             velocity_rad_s: 18.0,
         };
         Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_is_no_torque_does_not_become_the_largest() {
+        let range = TorqueRange {
+            min_n_m: -1.0,
+            max_n_m: 2.0,
+        };
+        assert_eq!([-3.0, 0.5, 3.0].map(|t| range.clamp(t)), [-1.0, 0.5, 2.0]);
+        assert!(range.clamp(f64::NAN).is_nan());
     }
 
     #[test]

@@ -6,8 +6,8 @@
 //!
 //! **State** x = (x, y, phi) of the body frame in the world, with covariance P.
 //!
-//! **Odometry.** The wheels' turn gives a displacement (d_x, d_y, d_phi) in the body frame, taken with the heading at its
-//! middle: x+ = x + Rot(phi + d_phi/2) d. With (w_x, w_y) that displacement in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1]
+//! **Odometry.** The wheels' turn gives a displacement (d_x, d_y, d_phi) in the body frame, which takes the pose along an
+//! arc ([`Pose::moved`]). With (w_x, w_y) what the body's origin moves by in the world, F = dx+/dx = [1 0 -w_y; 0 1 w_x; 0 0 1]
 //! and P+ = F P F^T + Q. Slip comes at random and adds up, so Q grows with the way that the wheels roll:
 //! Q = way diag(q_r^2, q_r^2, q_phi^2), way = |d| + size |d_phi|.
 //!
@@ -40,7 +40,7 @@ pub struct PoseFilterSettings {
     pub drift_heading_rad: f64,
     /// Distance of the wheels from the body's origin in metres: how far they roll per radian turned.
     pub size_m: f64,
-    /// How many odometry steps are kept: a pose older than these comes too late.
+    /// How many odometry steps are kept, [`PoseFilter::MOST_STEPS`] at most: a pose older than these comes too late.
     pub memory: usize,
 }
 
@@ -74,10 +74,14 @@ struct Step {
 }
 
 impl PoseFilter {
+    /// The most odometry steps that are kept: room is made for all of them, 130 bytes or so each, so that none is made
+    /// under way.
+    pub const MOST_STEPS: usize = 1_000_000;
+
     /// A filter that knows where the robot stands at a time in seconds.
     ///
     /// # Errors
-    /// [`ControlError::NotPositive`], [`ControlError::Negative`] for settings out of range.
+    /// [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::TooLarge`] for settings out of range.
     pub fn new(
         start_s: f64,
         start: Pose,
@@ -100,7 +104,15 @@ impl PoseFilter {
             settings.drift_heading_rad,
         )?;
         not_negative("the robot's size in m", settings.size_m)?;
-        positive("the filter's memory in steps", settings.memory as f64)?;
+        let memory = "the filter's memory in steps";
+        positive(memory, settings.memory as f64)?;
+        if settings.memory > Self::MOST_STEPS {
+            return Err(ControlError::TooLarge {
+                what: memory.to_owned(),
+                value: settings.memory as f64,
+                most: Self::MOST_STEPS as f64,
+            });
+        }
         // A split step takes a place more.
         let mut steps = VecDeque::with_capacity(settings.memory + 2);
         steps.push_back(Step {
@@ -210,12 +222,12 @@ impl PoseFilter {
 
     fn propagated(&self, from: &PoseEstimate, displacement_in_body: Twist) -> PoseEstimate {
         let d = displacement_in_body;
-        let phi = from.pose.heading_rad;
-        let w = d.rotated(phi + 0.5 * d.omega_rad_s);
+        let pose = from.pose.moved(d);
+        let w = pose.position_m() - from.pose.position_m();
         #[rustfmt::skip]
         let f = Matrix3::new(
-            1.0, 0.0, -w.vy_m_s,
-            0.0, 1.0, w.vx_m_s,
+            1.0, 0.0, -w.y,
+            0.0, 1.0, w.x,
             0.0, 0.0, 1.0,
         );
         let way_m = d.linear_m_s().norm() + self.settings.size_m * d.omega_rad_s.abs();
@@ -224,11 +236,7 @@ impl PoseFilter {
             self.settings.drift_heading_rad,
         ) * way_m;
         PoseEstimate {
-            pose: Pose {
-                x_m: from.pose.x_m + w.vx_m_s,
-                y_m: from.pose.y_m + w.vy_m_s,
-                heading_rad: wrap_angle(phi + d.omega_rad_s),
-            },
+            pose,
             covariance: f * from.covariance * f.transpose() + q,
         }
     }
@@ -405,12 +413,7 @@ mod tests {
                         drift(&mut seed, 0.05),
                         drift(&mut seed, 0.04),
                     );
-                let moved = real.rotated(truth.heading_rad + 0.5 * real.omega_rad_s);
-                truth = Pose {
-                    x_m: truth.x_m + moved.vx_m_s,
-                    y_m: truth.y_m + moved.vy_m_s,
-                    heading_rad: wrap_angle(truth.heading_rad + real.omega_rad_s),
-                };
+                truth = truth.moved(real);
                 filter.predict(now_s, told);
                 if k % 10 == 0 {
                     let z = Pose {
@@ -462,6 +465,18 @@ mod tests {
         assert_eq!(filter.estimate(), before);
         assert!(filter.correct(1.4, &somewhere));
         assert!(!filter.correct(1.3, &somewhere), "out of order");
+    }
+
+    #[test]
+    fn no_memory_that_is_asked_for_ends_the_process() {
+        for memory in [PoseFilter::MOST_STEPS + 1, usize::MAX - 1, usize::MAX] {
+            let settings = PoseFilterSettings {
+                memory,
+                ..settings()
+            };
+            let refused = PoseFilter::new(0.0, Pose::default(), &settings);
+            assert!(matches!(refused, Err(ControlError::TooLarge { .. })));
+        }
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub struct Task {
 pub struct TaskShare {
     /// The task's name.
     pub name: &'static str,
+    /// The motion that it asked for, in the body frame.
+    pub twist_in_body: Twist,
     /// What it asked for: the infinity norm of its wheel rates, in rad/s.
     pub asked_rad_s: f64,
     /// Its capacity c_i of eq. (34), in rad/s: what the tasks above it left.
@@ -98,6 +100,7 @@ mod tests {
 
     fn shares(asked: &[f64]) -> Vec<TaskShare> {
         let share = |asked_rad_s: &f64| TaskShare {
+            twist_in_body: Twist::default(),
             name: "task",
             asked_rad_s: *asked_rad_s,
             capacity_rad_s: 0.0,

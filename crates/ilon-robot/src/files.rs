@@ -1,105 +1,114 @@
-//! The one door through which the library reads: robot files, what they include, meshes, YAML, descriptions.
+//! The one door through which files are read that somebody else named: which of them may be read, of which kind, and how
+//! large they may be.
+//!
+//! A scenario names a robot, a robot names meshes, and either may come from a stranger. What a file claims is not believed:
+//! devices and pipes never end or block, and a file can grow between its size and its last byte.
 
-use std::fmt;
-use std::fs::{self, File};
+use std::fs::{self, File, FileType};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
-/// Which files may be read.
-///
-/// Whatever the setting, only regular files are read, up to a size that depends on their kind.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[non_exhaustive]
-pub struct Files {
-    /// The folders below which files may be read, links followed; `None` for anywhere.
-    pub roots: Option<Vec<PathBuf>>,
-    /// Whether `$(env NAME)` and `$(optenv NAME)` of xacro find nothing.
-    pub hide_environment: bool,
+/// Which files may be read: any, or those below some folders alone.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileAccess {
+    /// The folders, without links; `None` where any file may be read.
+    roots: Option<Vec<PathBuf>>,
 }
 
-/// Why a file cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Why a file was not read.
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum FileFault {
-    /// There is none.
-    Missing,
-    /// It is a folder, a device or a pipe.
-    NotRegular,
-    /// It is not below one of the folders that may be read.
-    Outside,
-    /// It is larger than this many bytes.
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("{}", refused(.0))]
+    Io(#[from] io::Error),
+    /// It is something else than a file: reading it may block, or never end.
+    #[error("it is {0}, not a file")]
+    NotAFile(&'static str),
+    /// It is larger than anything of its kind.
+    #[error("it is larger than {}, the most that is read", size(*.0))]
     TooLarge(u64),
-    /// It is not UTF-8 text; with the first byte that is not.
-    NotText(usize),
-    /// What the operating system says.
-    System(String),
+    /// It lies outside of the folders that may be read, or a link in its path leads out of them.
+    #[error("it lies outside of what may be read here, {}", listed(.0))]
+    Outside(Vec<PathBuf>),
+    /// It is not text.
+    #[error("it is not UTF-8 text")]
+    NotText,
 }
 
-impl fmt::Display for FileFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Missing => f.write_str("there is no such file"),
-            Self::NotRegular => {
-                f.write_str("it is not a regular file, but a folder, a device or a pipe")
-            }
-            Self::Outside => f.write_str("it lies outside the folders that may be read"),
-            Self::TooLarge(most) if *most < 1 << 20 => {
-                write!(f, "it is larger than {} kB", most >> 10)
-            }
-            Self::TooLarge(most) => write!(f, "it is larger than {} MB", most >> 20),
-            Self::NotText(at) => write!(f, "it is not UTF-8 text, from byte {at} on"),
-            Self::System(reason) => f.write_str(reason),
-        }
-    }
-}
-
-impl std::error::Error for FileFault {}
-
-impl Files {
-    /// Files below these folders only, and nothing of the environment.
-    pub fn below(roots: impl IntoIterator<Item = PathBuf>) -> Self {
-        Self {
-            roots: Some(roots.into_iter().collect()),
-            hide_environment: true,
-        }
+impl FileAccess {
+    /// Any file may be read.
+    pub fn anywhere() -> Self {
+        Self::default()
     }
 
-    /// A file's bytes, at most so many.
+    /// Only files below these folders may be read, wherever links seem to put them.
     ///
     /// # Errors
-    /// Every [`FileFault`] but [`FileFault::NotText`].
-    pub fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>, FileFault> {
-        let path = self.admitted(path)?;
-        if !fs::metadata(&path).map_err(fault)?.is_file() {
-            return Err(FileFault::NotRegular);
+    /// A folder that is not there; its path is in the message.
+    pub fn below<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> io::Result<Self> {
+        let resolved = |folder: P| {
+            let folder = folder.as_ref();
+            folder.canonicalize().map_err(|error| {
+                io::Error::new(error.kind(), format!("`{}`: {error}", folder.display()))
+            })
+        };
+        let roots = folders
+            .into_iter()
+            .map(resolved)
+            .collect::<io::Result<_>>()?;
+        Ok(Self { roots: Some(roots) })
+    }
+
+    /// Whether only some files may be read.
+    pub fn is_confined(&self) -> bool {
+        self.roots.is_some()
+    }
+
+    /// The bytes of a file of at most `most_bytes`.
+    ///
+    /// # Errors
+    /// [`ReadError`]; a file that says that it is larger is refused before any of it is read.
+    pub fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadError> {
+        let file = self.open(path)?;
+        if file.metadata()?.len() > most_bytes {
+            return Err(ReadError::TooLarge(most_bytes));
         }
         let mut bytes = Vec::new();
-        let file = File::open(&path).map_err(fault)?;
-        // However much it says that it holds: files grow, and some that are no devices hold nothing and never end.
-        file.take(most_bytes + 1)
-            .read_to_end(&mut bytes)
-            .map_err(fault)?;
+        // However little it says that it holds: files of /proc say 0.
+        file.take(most_bytes.saturating_add(1))
+            .read_to_end(&mut bytes)?;
         if bytes.len() as u64 > most_bytes {
-            return Err(FileFault::TooLarge(most_bytes));
+            return Err(ReadError::TooLarge(most_bytes));
         }
         Ok(bytes)
     }
 
-    /// A file's text without a byte order mark, at most so many bytes.
+    /// The text of a file of at most `most_bytes`, without a byte order mark.
     ///
     /// # Errors
-    /// Every [`FileFault`].
-    pub fn read_text(&self, path: &Path, most_bytes: u64) -> Result<String, FileFault> {
-        let bytes = self.read(path, most_bytes)?;
-        let text = String::from_utf8(bytes)
-            .map_err(|e| FileFault::NotText(e.utf8_error().valid_up_to()))?;
+    /// [`ReadError`].
+    pub fn read_text(&self, path: &Path, most_bytes: u64) -> Result<String, ReadError> {
+        let text =
+            String::from_utf8(self.read(path, most_bytes)?).map_err(|_| ReadError::NotText)?;
         Ok(match text.strip_prefix('\u{feff}') {
             Some(rest) => rest.to_owned(),
             None => text,
         })
+    }
+
+    /// Opens a file, for what reads it piece by piece.
+    ///
+    /// # Errors
+    /// [`ReadError`].
+    pub fn open(&self, path: &Path) -> Result<File, ReadError> {
+        let path = self.admitted(path)?;
+        // Before it is opened: opening a pipe waits for whoever writes to it.
+        let kind = fs::metadata(&path)?.file_type();
+        if !kind.is_file() {
+            return Err(ReadError::NotAFile(kind_in_words(kind)));
+        }
+        Ok(File::open(path)?)
     }
 
     /// Whether there is a file that may be read.
@@ -114,13 +123,13 @@ impl Files {
 
     /// The names in a folder, sorted, at most so many; none of a folder that may not be read.
     pub fn names_in(&self, folder: &Path, most: usize) -> Vec<String> {
-        let Ok(entries) = self
+        let entries = self
             .admitted(folder)
-            .and_then(|folder| fs::read_dir(folder).map_err(fault))
-        else {
-            return Vec::new();
-        };
+            .ok()
+            .and_then(|path| fs::read_dir(path).ok());
         let mut names: Vec<String> = entries
+            .into_iter()
+            .flatten()
             .flatten()
             .filter_map(|entry| entry.file_name().into_string().ok())
             .take(most)
@@ -129,156 +138,209 @@ impl Files {
         names
     }
 
-    /// A variable of the environment, where it may be seen.
-    pub(crate) fn environment(&self, name: &str) -> Option<String> {
-        if self.hide_environment || name.is_empty() || name.contains(['=', '\0']) {
-            return None;
-        }
-        std::env::var(name).ok()
-    }
-
-    /// The path itself where anything may be read; its true place, links followed, where only some folders may.
-    fn admitted(&self, path: &Path) -> Result<PathBuf, FileFault> {
+    /// The path itself where any file may be read; its true place, links followed, where only some may.
+    fn admitted(&self, path: &Path) -> Result<PathBuf, ReadError> {
         let Some(roots) = &self.roots else {
             return Ok(path.to_owned());
         };
-        let place = fs::canonicalize(path).map_err(|e| match e.kind() {
-            // Whether there is one outside is nobody's business.
-            io::ErrorKind::NotFound if !lexically_below(path, roots) => FileFault::Outside,
-            _ => fault(e),
-        })?;
-        let inside = roots
-            .iter()
-            .filter_map(|root| fs::canonicalize(root).ok())
-            .any(|root| place.starts_with(root));
-        if inside {
-            Ok(place)
-        } else {
-            Err(FileFault::Outside)
+        let outside = || ReadError::Outside(roots.clone());
+        let below = |place: &Path| roots.iter().any(|root| place.starts_with(root));
+        match path.canonicalize() {
+            Ok(place) if below(&place) => Ok(place),
+            Ok(_) => Err(outside()),
+            // What there is outside is not for a file to find out.
+            Err(_) if !leads(path).is_some_and(|place| below(&place)) => Err(outside()),
+            Err(error) => Err(error.into()),
         }
     }
 }
 
-/// Whether a path that leads nowhere would lie below one of the folders.
-fn lexically_below(path: &Path, roots: &[PathBuf]) -> bool {
-    let climbs = path
-        .components()
-        .any(|part| part == std::path::Component::ParentDir);
-    let absolute = std::path::absolute(path).unwrap_or_default();
-    !climbs
-        && roots
-            .iter()
-            .filter_map(|root| std::path::absolute(root).ok())
-            .any(|root| absolute.starts_with(root))
+/// Where a path leads of which the end is not there: the folder that is, links followed, and the rest, which may not climb.
+fn leads(path: &Path) -> Option<PathBuf> {
+    let absolute = std::path::absolute(path).ok()?;
+    absolute.ancestors().skip(1).find_map(|above| {
+        let place = above.canonicalize().ok()?;
+        let rest = absolute.strip_prefix(above).ok()?;
+        let climbs = rest.components().any(|part| part == Component::ParentDir);
+        Some(if climbs {
+            PathBuf::new()
+        } else {
+            place.join(rest)
+        })
+    })
 }
 
-fn fault(error: io::Error) -> FileFault {
+fn refused(error: &io::Error) -> String {
     match error.kind() {
-        io::ErrorKind::NotFound => FileFault::Missing,
-        io::ErrorKind::NotADirectory => FileFault::Missing,
-        io::ErrorKind::IsADirectory => FileFault::NotRegular,
-        io::ErrorKind::PermissionDenied => FileFault::System("permission denied".to_owned()),
-        _ => FileFault::System(error.to_string()),
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+            "there is no such file".to_owned()
+        }
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
     }
+}
+
+fn kind_in_words(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a pipe";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return "a device";
+        }
+    }
+    if kind.is_dir() {
+        "a folder"
+    } else {
+        "something else"
+    }
+}
+
+/// A size in the largest binary unit in which it is a whole number.
+fn size(bytes: u64) -> String {
+    match bytes {
+        0 => "0 bytes".to_owned(),
+        b if b.is_multiple_of(1 << 30) => format!("{} GB", b >> 30),
+        b if b.is_multiple_of(1 << 20) => format!("{} MB", b >> 20),
+        b if b.is_multiple_of(1 << 10) => format!("{} KB", b >> 10),
+        b => format!("{b} bytes"),
+    }
+}
+
+fn listed(folders: &[PathBuf]) -> String {
+    let quoted: Vec<_> = folders
+        .iter()
+        .map(|folder| format!("`{}`", folder.display()))
+        .collect();
+    quoted.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    struct Ground {
-        folder: tempfile::TempDir,
-    }
-
-    impl Ground {
-        /// `in/a.txt` to be read, `out/b.txt` not.
-        fn new() -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            for (name, text) in [("in/a.txt", "a"), ("out/b.txt", "b")] {
-                let path = folder.path().join(name);
-                fs::create_dir_all(path.parent().unwrap()).unwrap();
-                fs::write(path, text).unwrap();
-            }
-            Self { folder }
-        }
-
-        fn path(&self, name: &str) -> PathBuf {
-            self.folder.path().join(name)
-        }
-
-        fn below_in(&self) -> Files {
-            Files::below([self.path("in")])
-        }
+    #[test]
+    fn a_file_is_read_up_to_its_last_byte_and_refused_one_byte_beyond() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, [7; 10]).unwrap();
+        let access = FileAccess::anywhere();
+        assert_eq!(access.read(&path, 10).unwrap(), [7; 10]);
+        let refused = access.read(&path, 9).unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "it is larger than 9 bytes, the most that is read"
+        );
     }
 
     #[test]
-    fn only_what_lies_below_the_roots_is_read() {
-        let ground = Ground::new();
-        let files = ground.below_in();
-        assert_eq!(files.read(&ground.path("in/a.txt"), 10).unwrap(), b"a");
-        for outside in [
-            "out/b.txt",
-            "in/../out/b.txt",
-            "out/none.txt",
-            "in/../out/none.txt",
-        ] {
-            let read = files.read(&ground.path(outside), 10);
-            assert_eq!(read, Err(FileFault::Outside), "{outside}");
-            assert!(!files.is_file(&ground.path(outside)));
-        }
-        assert_eq!(
-            files.read(&ground.path("in/none.txt"), 10),
-            Err(FileFault::Missing)
-        );
-        assert!(files.names_in(&ground.path("out"), 10).is_empty());
-        assert_eq!(files.names_in(&ground.path("in"), 10), ["a.txt"]);
-        assert!(Files::default().read(&ground.path("out/b.txt"), 10).is_ok());
+    #[cfg(target_os = "linux")]
+    fn what_is_no_file_or_lies_about_its_size_is_refused_at_once() {
+        let access = FileAccess::anywhere();
+        let told = |path: &str| {
+            access
+                .read(Path::new(path), 1 << 20)
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(told("/dev/zero"), "it is a device, not a file");
+        assert_eq!(told("/proc"), "it is a folder, not a file");
+        // It says that it holds nothing.
+        let environment = Path::new("/proc/self/environ");
+        assert!(matches!(
+            access.read(environment, 1),
+            Err(ReadError::TooLarge(1))
+        ));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.unwrap().success());
+        // Opened, it would wait for a writer for ever.
+        let refused = access.read(&path, 1 << 20).unwrap_err();
+        assert_eq!(refused.to_string(), "it is a pipe, not a file");
     }
 
+    #[test]
     #[cfg(unix)]
-    #[test]
-    fn a_link_that_leads_out_is_not_followed() {
-        let ground = Ground::new();
-        std::os::unix::fs::symlink(ground.path("out"), ground.path("in/link")).unwrap();
-        let through = ground.path("in/link/b.txt");
-        assert_eq!(
-            ground.below_in().read(&through, 10),
-            Err(FileFault::Outside)
+    fn neither_dots_nor_links_lead_out_of_the_folders_that_may_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["in", "in/deep", "out"] {
+            fs::create_dir(at(name)).unwrap();
+        }
+        for name in ["in/a", "in/deep/b", "out/secret", "inside"] {
+            fs::write(at(name), name).unwrap();
+        }
+        std::os::unix::fs::symlink(at("out/secret"), at("in/link")).unwrap();
+        std::os::unix::fs::symlink(at("out"), at("in/folder")).unwrap();
+        std::os::unix::fs::symlink(at("in/a"), at("out/back")).unwrap();
+        let access = FileAccess::below([at("in")]).unwrap();
+        let read = |name: &str| access.read_text(&at(name), 100);
+        assert_eq!(read("in/a").unwrap(), "in/a");
+        assert_eq!(read("in/deep/../deep/b").unwrap(), "in/deep/b");
+        // It is below once the link is followed.
+        assert_eq!(read("out/back").unwrap(), "in/a");
+        for outside in ["in/../out/secret", "in/link", "in/folder/secret", "inside"] {
+            assert!(
+                matches!(read(outside), Err(ReadError::Outside(_))),
+                "{outside}"
+            );
+        }
+        assert!(FileAccess::below([at("nowhere")]).is_err());
+        assert!(
+            access.is_file(&at("in/link").with_file_name("a")) && access.is_folder(&at("in/deep"))
         );
-        assert_eq!(Files::default().read(&through, 10).unwrap(), b"b");
+        assert!(!access.is_file(&at("in/link")) && !access.is_folder(&at("in/folder")));
+        assert_eq!(
+            access.names_in(&at("in"), 10),
+            ["a", "deep", "folder", "link"]
+        );
+        assert!(access.names_in(&at("out"), 10).is_empty());
     }
 
     #[test]
-    fn what_is_no_regular_file_is_not_read() {
-        let ground = Ground::new();
-        let files = Files::default();
-        assert_eq!(
-            files.read(&ground.path("in"), 10),
-            Err(FileFault::NotRegular)
-        );
-        #[cfg(unix)]
-        assert_eq!(
-            files.read(Path::new("/dev/zero"), 10),
-            Err(FileFault::NotRegular)
-        );
+    #[cfg(unix)]
+    fn whether_there_is_a_file_outside_is_not_found_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("in")).unwrap();
+        fs::write(at("secret"), "").unwrap();
+        std::os::unix::fs::symlink(folder.path(), at("in/up")).unwrap();
+        let access = FileAccess::below([at("in")]).unwrap();
+        for name in [
+            "secret",
+            "none",
+            "in/../none",
+            "in/none/../../secret",
+            "in/up/secret",
+            "in/up/none",
+        ] {
+            let refused = access.read(&at(name), 10).unwrap_err();
+            assert!(
+                matches!(refused, ReadError::Outside(_)),
+                "{name}: {refused}"
+            );
+        }
+        let missing = access.read(&at("in/none"), 10).unwrap_err();
+        assert!(matches!(missing, ReadError::Io(e) if e.kind() == io::ErrorKind::NotFound));
     }
 
     #[test]
-    fn sizes_have_an_end_and_marks_are_no_text() {
-        let ground = Ground::new();
-        let path = ground.path("in/long.txt");
+    fn a_byte_order_mark_is_no_text_and_bytes_that_are_no_text_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let access = FileAccess::anywhere();
         fs::write(&path, "\u{feff}four").unwrap();
-        let files = ground.below_in();
-        assert_eq!(files.read(&path, 6), Err(FileFault::TooLarge(6)));
-        assert_eq!(files.read_text(&path, 7).unwrap(), "four");
+        assert_eq!(access.read_text(&path, 7).unwrap(), "four");
         fs::write(&path, b"ab\xff").unwrap();
-        assert_eq!(files.read_text(&path, 7), Err(FileFault::NotText(2)));
-    }
-
-    #[test]
-    fn the_environment_can_be_hidden() {
-        assert!(Files::default().environment("PATH").is_some());
-        assert_eq!(Files::below([]).environment("PATH"), None);
-        assert_eq!(Files::default().environment("A=B"), None);
+        assert!(matches!(
+            access.read_text(&path, 7),
+            Err(ReadError::NotText)
+        ));
     }
 }

@@ -49,9 +49,12 @@
 //! # Ok::<(), ilon_robot::RobotError>(())
 //! ```
 
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 mod convert;
 mod error;
-mod files;
+pub mod files;
 mod generate;
 mod load;
 mod model;
@@ -64,7 +67,7 @@ mod xacro;
 mod xml;
 
 pub use error::{Fault, Looked, MissingFile, Place, Remedy, RobotError};
-pub use files::{FileFault, Files};
+pub use files::{FileAccess, ReadError};
 pub use generate::generate;
 pub use load::{Diagnosis, Loaded};
 pub use model::{

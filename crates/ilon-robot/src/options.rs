@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::Files;
+use crate::files::FileAccess;
 use crate::packages::Package;
 
 /// How to read a robot.
@@ -20,8 +20,10 @@ pub struct LoadOptions {
     /// Whether what is not there is left out, and each part that is left out remarked: a xacro file's includes that cannot
     /// be found, with the macros that they would define, and links that then hang by nothing.
     pub leave_out_missing: bool,
-    /// Which files may be read.
-    pub files: Files,
+    /// Which files may be read: the robot's own, those that it includes, and the meshes that it names. Where only some may be, a
+    /// xacro file sees nothing of the environment.
+    #[serde(skip)]
+    pub files: FileAccess,
     /// Repairs what can be repaired safely, and remarks each change with its line: missing and impossible inertias, elements
     /// and names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do not turn.
     #[serde(alias = "mend")]
@@ -57,7 +59,7 @@ impl Default for LoadOptions {
             packages: Vec::new(),
             arguments: BTreeMap::new(),
             leave_out_missing: false,
-            files: Files::default(),
+            files: FileAccess::default(),
             repair: false,
             density_kg_m3: None,
             rollers: RollerForms::default(),

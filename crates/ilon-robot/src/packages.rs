@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::Files;
+use crate::files::FileAccess;
 
 /// How many folders above a robot's file are looked through.
 const MOST_ABOVE: usize = 8;
@@ -29,12 +29,12 @@ pub(crate) struct Packages {
     /// The folder of the file that names them.
     folder: PathBuf,
     given: Vec<Package>,
-    files: Files,
+    files: FileAccess,
 }
 
 impl Packages {
     /// For a file in `folder`; those of which the folder is given are found there.
-    pub(crate) fn around(folder: &Path, given: &[Package], files: &Files) -> Self {
+    pub(crate) fn around(folder: &Path, given: &[Package], files: &FileAccess) -> Self {
         Self {
             folder: folder.to_owned(),
             given: given.to_vec(),
@@ -129,7 +129,7 @@ mod tests {
         )
         .unwrap();
         let folder = root.path().join("ws/src/robots/robot_description/urdf");
-        let packages = Packages::around(&folder, &[], &Files::default());
+        let packages = Packages::around(&folder, &[], &FileAccess::anywhere());
         (root, packages)
     }
 
@@ -172,7 +172,7 @@ mod tests {
             name: "robot_meshes".to_owned(),
             folder: root.path().join("elsewhere"),
         };
-        let packages = Packages::around(root.path(), &[given], &Files::default());
+        let packages = Packages::around(root.path(), &[given], &FileAccess::anywhere());
         assert_eq!(
             packages.find("robot_meshes", Path::is_dir),
             Some(root.path().join("elsewhere"))

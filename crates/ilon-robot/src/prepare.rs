@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use crate::error::{Fault, MissingFile, RobotError};
-use crate::files::FileFault;
+use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
 use crate::spec::Spec;
@@ -32,7 +32,7 @@ pub(crate) fn read_text(
     let text = options.files.read_text(path, xml::MAX_BYTES);
     text.map_err(|fault| {
         let fault = match fault {
-            FileFault::TooLarge(most) => Fault::TooLarge {
+            ReadError::TooLarge(most) => Fault::TooLarge {
                 what: format!("more than {} MB of text", most >> 20),
                 most: format!("{} MB", most >> 20),
             },

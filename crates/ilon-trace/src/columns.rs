@@ -35,7 +35,7 @@ macro_rules! reals {
     };
 }
 
-static RECORD: [Column<Record>; 43] = reals! { Record;
+static RECORD: [Column<Record>; 45] = reals! { Record;
     "t_s" => t_s,
     "truth_x_m" => truth.pose.x_m,
     "truth_y_m" => truth.pose.y_m,
@@ -73,12 +73,14 @@ static RECORD: [Column<Record>; 43] = reals! { Record;
     "torque_weight_position" => torque_weight_position,
     "torque_weight_heading" => torque_weight_heading,
     "slip_energy_j" => slip_energy_j,
+    "spin_up_energy_j" => spin_up_energy_j,
     "motor_energy_j" => motor_energy_j,
     "bearing_energy_j" => bearing_energy_j,
     "impact_energy_j" => impact_energy_j,
     "outside_energy_j" => outside_energy_j,
     "kinetic_energy_j" => kinetic_energy_j,
     "potential_energy_j" => potential_energy_j,
+    "contact_residual_m_s" => contact_residual_m_s,
 };
 
 static DESIRED: [Column<Desired>; 6] = reals! { Desired;
@@ -99,7 +101,7 @@ static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_omega_rad_s" => asked_twist_in_body.omega_rad_s,
 };
 
-static WHEEL_REALS: [Column<WheelSample>; 17] = reals! { WheelSample;
+static WHEEL_REALS: [Column<WheelSample>; 18] = reals! { WheelSample;
     "target_rad_s" => target_rad_s,
     "rate_rad_s" => rate_rad_s,
     "angle_rad" => angle_rad,
@@ -115,6 +117,7 @@ static WHEEL_REALS: [Column<WheelSample>; 17] = reals! { WheelSample;
     "slip_x_m_s" => slip_x_m_s,
     "slip_y_m_s" => slip_y_m_s,
     "slip_energy_j" => slip_energy_j,
+    "spin_up_energy_j" => spin_up_energy_j,
     "roller_spin_rad_s" => roller_spin_rad_s,
     "roller_spin_ideal_rad_s" => roller_spin_ideal_rad_s,
 };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 /// Why a trace or a file of it could not be written or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TraceError {
     /// The operating system refused.
     #[error("cannot {doing} `{}`: {source}", path.display())]
@@ -15,6 +16,46 @@ pub enum TraceError {
         path: PathBuf,
         /// What the system said.
         source: io::Error,
+    },
+    /// Another run writes there.
+    #[error(
+        "`{}` is being written to by another run{}",
+        path.display(),
+        holder.map_or_else(String::new, |process| format!(", process {process}"))
+    )]
+    InUse {
+        /// The folder or file.
+        path: PathBuf,
+        /// The process that does, if it says so.
+        holder: Option<u32>,
+    },
+    /// A folder that would be removed holds something that no run has written.
+    #[error(
+        "`{}` stands where a growing trace is kept, but no run has written it: move it elsewhere",
+        path.display()
+    )]
+    Foreign {
+        /// What it holds.
+        path: PathBuf,
+    },
+    /// A recorded value is no number, or beyond all that means something.
+    #[error("the simulation diverged at {t_s} s: `{signal}` is {value:e}")]
+    Diverged {
+        /// The signal, by its column's name.
+        signal: String,
+        /// When, in seconds.
+        t_s: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// The file holds other values than were written.
+    #[error(
+        "the trace `{}` is damaged or cut short: it does not hold what was written; run the scenario again",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
     },
     /// The file is not Parquet, or broken.
     #[error(
@@ -27,11 +68,10 @@ pub enum TraceError {
         /// What the Parquet reader said.
         source: parquet::errors::ParquetError,
     },
-    /// The file is Parquet, but no trace.
+    /// The file is Parquet, but no trace, or one that another program has written anew.
     #[error(
-        "`{}` is a Parquet file but not a trace: it has no `{}` among its key-value metadata; traces are written by `ilon run`",
-        path.display(),
-        crate::file::HEADER_KEY
+        "`{}` is a Parquet file, but no trace as `ilon run` writes it",
+        path.display()
     )]
     NotATrace {
         /// The file.

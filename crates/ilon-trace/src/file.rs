@@ -1,25 +1,43 @@
 //! The trace as a Parquet file: one row a control step, columns named with their units, the header as JSON under
 //! [`HEADER_KEY`] in the file's key-value metadata. pandas, polars and DuckDB read it as it is.
 //!
+//! Behind the first four bytes of a file stands a checksum over all of it, where no reader of Parquet looks: a damaged trace
+//! is refused, not read.
+//!
 //! Rows stand in groups of [`ROWS_A_GROUP`], so that a long trace can be written while it grows ([`TraceWriter`]) and gone
 //! through ([`TraceFile`]) without ever lying in memory as a whole.
 
+mod atomic;
+mod checksum;
+mod lock;
 mod read;
-mod whole;
 mod write;
 
 use std::path::Path;
 
+pub use atomic::{clear_unfinished, is_stream, write_atomically, write_text};
+pub use lock::OutputLock;
 pub use read::TraceFile;
-pub use whole::{write_atomically, write_text};
 pub use write::{ROWS_A_GROUP, TraceWriter};
+
+pub(crate) use atomic::{io_error, is_unfinished};
+pub(crate) use lock::LOCK;
 
 use crate::error::TraceError;
 use crate::rows::{Rows, Which};
 use crate::trace::Trace;
 
+/// The most rows of a trace: ten gigabytes or so, and a day at 100 Hz.
+pub const MOST_ROWS: usize = 10_000_000;
+
 /// The key of the header among the file's key-value metadata.
 pub const HEADER_KEY: &str = "ilon.trace.header";
+
+/// Whether a file is a trace, whole or not; hardly any of it is read.
+pub fn is_trace(path: &Path) -> bool {
+    let file = ilon_robot::FileAccess::anywhere().open(path);
+    file.is_ok_and(|mut file| checksum::is_labelled(&mut file).unwrap_or(false))
+}
 
 impl Trace {
     /// Writes the trace as a Parquet file. The file appears whole or not at all.
@@ -27,7 +45,7 @@ impl Trace {
     /// # Errors
     /// [`TraceError::Io`] where the file cannot be written, [`TraceError::TooManyTasks`].
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
-        let mut writer = TraceWriter::begin(path, whole::partial_path(path), &self.header)?;
+        let mut writer = TraceWriter::begin(path, atomic::folder_of(path), &self.header)?;
         let rows = self.records().len();
         for group in 0..rows.div_ceil(ROWS_A_GROUP).max(1) {
             let first = group * ROWS_A_GROUP;
@@ -39,7 +57,7 @@ impl Trace {
     /// Reads a trace back from its file, bit for bit, or from a folder of [`crate::parts`].
     ///
     /// # Errors
-    /// Says which file is missing, broken, or no trace, and which column it lacks.
+    /// Says which file is missing, broken, damaged or no trace, and which column it lacks.
     pub fn read_parquet(path: &Path) -> Result<Self, TraceError> {
         if path.is_dir() {
             return crate::parts::read(path);
@@ -119,14 +137,63 @@ mod tests {
             "{text}"
         );
 
+        assert!(!is_trace(&path));
         made_up_trace(3, 200, true).write_parquet(&path).unwrap();
+        assert!(is_trace(&path) && !is_trace(&folder.0));
         let whole = fs::read(&path).unwrap();
         fs::write(&path, &whole[..whole.len() / 2]).unwrap();
         let cut = Trace::read_parquet(&path).unwrap_err().to_string();
-        assert!(
-            cut.starts_with(&format!("`{shown}` cannot be read as Parquet")),
-            "{cut}"
+        assert_eq!(
+            cut,
+            format!(
+                "the trace `{shown}` is damaged or cut short: it does not hold what was written; run the scenario again"
+            )
         );
+
+        // As another program writes it: with other bytes between those by which Parquet is known.
+        fs::write(&path, b"PAR1 others PAR1").unwrap();
+        let foreign = Trace::read_parquet(&path).unwrap_err().to_string();
+        assert_eq!(
+            foreign,
+            format!("`{shown}` is a Parquet file, but no trace as `ilon run` writes it")
+        );
+    }
+
+    #[test]
+    fn a_file_with_a_flipped_bit_is_refused() {
+        let folder = Folder::new("flipped");
+        let path = folder.0.join("trace.parquet");
+        let trace = made_up_trace(1, 6, true);
+        trace.write_parquet(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
+        // Every bit of a byte, and every part of the file, comes up; all of them take a minute.
+        for bit in (0..8 * whole.len()).step_by(211) {
+            let mut flipped = whole.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            fs::write(&path, &flipped).unwrap();
+            assert!(Trace::read_parquet(&path).is_err(), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn a_broken_file_whose_checksum_was_made_to_fit_is_refused_or_read_and_nothing_worse() {
+        let folder = Folder::new("sealed");
+        let path = folder.0.join("trace.parquet");
+        let trace = made_up_trace(1, 6, true);
+        trace.write_parquet(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
+        let (mut refused, mut read) = (0, 0);
+        for bit in (8 * 52..8 * whole.len()).step_by(211) {
+            let mut broken = whole.clone();
+            broken[bit / 8] ^= 1 << (bit % 8);
+            checksum::seal(&mut broken);
+            fs::write(&path, &broken).unwrap();
+            match Trace::read_parquet(&path) {
+                Ok(_) => read += 1,
+                Err(_) => refused += 1,
+            }
+        }
+        assert!(refused > 0 && read > 0, "{refused} refused, {read} read");
     }
 
     #[test]

@@ -16,9 +16,13 @@
 //! | [`recording`] | a run of any length, of which only the last rows lie in memory |
 //! | [`rows`] | rows that need not lie in memory |
 
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 mod columns;
 mod error;
 pub mod file;
+mod finite;
 mod fold;
 mod hash;
 pub mod ledger;

@@ -6,27 +6,37 @@
 //! (`trace.partial/*.parquet`).
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::TraceError;
+use crate::file::{LOCK, OutputLock, io_error, is_unfinished};
 use crate::trace::Trace;
 
-/// The parts of a growing trace.
+/// The parts of a growing trace. Their folder is locked, so that two traces do not grow in one.
 #[derive(Debug)]
 pub struct Parts {
     folder: PathBuf,
     parts: usize,
+    lock: OutputLock,
 }
 
 impl Parts {
     /// Begins with an empty folder; parts that an earlier writer left there are removed.
     ///
     /// # Errors
-    /// [`TraceError::Io`] where the folder cannot be made or emptied.
+    /// [`TraceError::Io`] where the folder cannot be made or emptied, [`TraceError::InUse`] where another trace grows in
+    /// it, [`TraceError::Foreign`] where it holds something that no such writer leaves.
     pub fn begin(folder: PathBuf) -> Result<Self, TraceError> {
-        remove(&folder)?;
         fs::create_dir_all(&folder).map_err(io_error("create", &folder))?;
-        Ok(Self { folder, parts: 0 })
+        refuse_foreign(&folder)?;
+        let lock = OutputLock::of_folder(&folder)?;
+        remove_parts(&folder)?;
+        Ok(Self {
+            folder,
+            parts: 0,
+            lock,
+        })
     }
 
     /// Writes rows, if there are any, as the next part.
@@ -53,7 +63,14 @@ impl Parts {
     /// # Errors
     /// [`TraceError::Io`].
     pub fn remove(self) -> Result<(), TraceError> {
-        remove(&self.folder)
+        let Self { folder, lock, .. } = self;
+        remove_parts(&folder)?;
+        drop(lock);
+        match fs::remove_dir(&folder) {
+            // Somebody has put something there since.
+            Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(()),
+            removed => removed.map_err(io_error("remove", &folder)),
+        }
     }
 }
 
@@ -75,14 +92,30 @@ pub(crate) fn read(folder: &Path) -> Result<Trace, TraceError> {
     })
 }
 
-/// Removes a folder of parts with all that its writer may have left there.
-fn remove(folder: &Path) -> Result<(), TraceError> {
-    match fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(io_error("remove", folder)(error))
+/// Refuses a folder that holds anything else than what a writer of parts leaves: it will be emptied.
+fn refuse_foreign(folder: &Path) -> Result<(), TraceError> {
+    for entry in fs::read_dir(folder).map_err(io_error("read", folder))? {
+        let entry = entry.map_err(io_error("read", folder))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !is_file || !(is_part(&name) || is_unfinished(&name) || name == LOCK) {
+            return Err(TraceError::Foreign { path: entry.path() });
         }
-        _ => Ok(()),
     }
+    Ok(())
+}
+
+fn remove_parts(folder: &Path) -> Result<(), TraceError> {
+    for path in paths(folder)? {
+        fs::remove_file(&path).map_err(io_error("remove", &path))?;
+    }
+    Ok(())
+}
+
+/// Whether a file has the name of a part.
+fn is_part(name: &str) -> bool {
+    name.strip_suffix(".parquet")
+        .is_some_and(|number| number.len() >= 7 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// The parts in a folder, in order. Half-written ones are hidden under another name.
@@ -90,21 +123,13 @@ fn paths(folder: &Path) -> Result<Vec<PathBuf>, TraceError> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(io_error("read", folder))? {
         let path = entry.map_err(io_error("read", folder))?.path();
-        if path.extension().is_some_and(|ending| ending == "parquet") {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if is_part(&name) {
             paths.push(path);
         }
     }
     paths.sort();
     Ok(paths)
-}
-
-fn io_error(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> TraceError {
-    let path = path.to_owned();
-    move |source| TraceError::Io {
-        doing,
-        path,
-        source,
-    }
 }
 
 #[cfg(test)]
@@ -121,9 +146,15 @@ mod tests {
         for rows in [0..10, 10..10, 10..11, 11..25] {
             parts.write(&whole.rows(rows)).unwrap();
         }
-        assert_eq!(fs::read_dir(&path).unwrap().count(), 3);
+        let three_and_their_lock = 4;
+        assert_eq!(fs::read_dir(&path).unwrap().count(), three_and_their_lock);
+        match Parts::begin(path.clone()) {
+            Err(TraceError::InUse { path: taken, .. }) => assert_eq!(taken, path),
+            other => panic!("{other:?}"),
+        }
+        drop(parts);
         // What a writer that was killed in the middle of a part leaves behind is no part.
-        fs::write(path.join(".0000003.parquet.1.partial"), b"PAR1 half").unwrap();
+        fs::write(path.join(".0000003.parquet.x.ilon-partial"), b"PAR1 half").unwrap();
         assert_eq!(Trace::read_parquet(&path).unwrap(), whole);
 
         let fresh = Parts::begin(path.clone()).unwrap();
@@ -131,6 +162,21 @@ mod tests {
         assert!(error.contains("holds no part of a trace"), "{error}");
         fresh.remove().unwrap();
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn a_folder_with_other_files_in_it_is_neither_emptied_nor_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.partial");
+        fs::create_dir(&path).unwrap();
+        for name in ["0000000.parquet", "notes.txt"] {
+            fs::write(path.join(name), "mine").unwrap();
+        }
+        match Parts::begin(path.clone()) {
+            Err(TraceError::Foreign { path: found }) => assert_eq!(found, path.join("notes.txt")),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 2);
     }
 
     #[test]

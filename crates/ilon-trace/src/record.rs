@@ -1,8 +1,8 @@
 //! What is recorded at one control step.
 //!
 //! All quantities of a record belong to one instant `t_s`, the start of a control period, after the controller has
-//! decided and before the bodies move. Body frame here means the body frame turned level: x forward, y left, in the
-//! ground plane. Contact quantities are those of the last physics step before the instant.
+//! decided and before the bodies move. Body frame means the robot's own: x forward, y left, z up. Contact quantities are those
+//! of the last physics step before the instant: velocities at its end, forces as means over it.
 
 use ilon_robot::{Pose, Twist};
 
@@ -47,8 +47,10 @@ pub struct Record {
     /// How much of the angular acceleration asked for the torques give, in [0, 1]; 1 where the wheel loops weigh no
     /// tasks.
     pub torque_weight_heading: f64,
-    /// Energy lost to sliding in all contacts since the start, in J.
+    /// Energy lost to sliding in all contacts since the start, in J; it never falls.
     pub slip_energy_j: f64,
+    /// Energy that it took to bring rollers which came down up to their spin since the start, in J; it never falls.
+    pub spin_up_energy_j: f64,
     /// Work done by all motors since the start, in J.
     pub motor_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers since the start, in J.
@@ -60,8 +62,11 @@ pub struct Record {
     pub outside_energy_j: f64,
     /// Kinetic energy of all bodies now, in J.
     pub kinetic_energy_j: f64,
-    /// Potential energy of all bodies now, against the start, in J.
+    /// Potential energy of all bodies above the world's origin, and of the contacts' springs, in J.
     pub potential_energy_j: f64,
+    /// By how much the laws of contact and of dry friction were broken since the last row, in m/s or rad/s: the speed at
+    /// which something moved that should not, at the worst place and step.
+    pub contact_residual_m_s: f64,
 }
 
 /// The robot's true state.
@@ -113,19 +118,19 @@ pub struct WheelSample {
     pub rate_rad_s: f64,
     /// The wheel's angle since the start, unwrapped, in radians.
     pub angle_rad: f64,
-    /// The torque applied at the wheel, in N m.
+    /// The torque that the motor put on the wheel, in N m: the mean since the last row.
     pub torque_n_m: f64,
     /// Height of the wheel's centre above the floor's plane, level or not, in metres.
     pub hub_height_m: f64,
-    /// The roller that carries most of the load (or, where none touches, that points down): its index.
+    /// The roller that carries most of the load: its index; 0 where none touches.
     pub roller: u32,
     /// Whether any roller touches.
     pub touching: bool,
     /// The part of the wheel's normal force that `roller` carries, in [0, 1]; below 1 a neighbour carries the rest.
     pub load_share: f64,
-    /// Place of the contact in the body frame, x, in metres.
+    /// Place of the contact in the body frame, x, in metres: where the rollers pressed on the ground.
     pub contact_x_m: f64,
-    /// Place of the contact in the body frame, y, in metres.
+    /// The same, y, in metres.
     pub contact_y_m: f64,
     /// Normal force on the wheel, in N.
     pub normal_force_n: f64,
@@ -141,6 +146,8 @@ pub struct WheelSample {
     pub slip_y_m_s: f64,
     /// Energy lost to sliding in this wheel's contacts since the start, in J.
     pub slip_energy_j: f64,
+    /// Energy that it took to bring this wheel's rollers up to their spin since the start, in J.
+    pub spin_up_energy_j: f64,
     /// Spin of `roller` about its axis, in rad/s.
     pub roller_spin_rad_s: f64,
     /// The spin with which `roller` would not slide across its axis, in rad/s.

@@ -5,13 +5,11 @@
 //! run which is stopped, however, leaves them. What comes of it is [`Recorded`]: a short run lies in memory as it always
 //! did, a long one is gone through in its file.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
-
 use crate::error::TraceError;
-use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, write_atomically};
+use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
+use crate::finite::Watched;
 use crate::parts::Parts;
 use crate::rows::{Rows, Which};
 use crate::trace::{Header, Trace};
@@ -23,6 +21,8 @@ pub struct Recording {
     recent: Trace,
     /// How many of them stand in parts.
     kept: usize,
+    /// What must be finite.
+    watched: Watched,
     place: Place,
     /// The file, once it is needed.
     writer: Option<TraceWriter>,
@@ -33,8 +33,9 @@ pub struct Recording {
 enum Place {
     /// Into the file that is wanted, and on the way into parts.
     Kept { path: PathBuf, parts: Parts },
-    /// Into a folder that is made when it is needed and goes with the recording.
-    Temporary(Option<TempDir>),
+    /// Into a file without a name among the system's temporary ones, made when it is needed: it goes with the recording, and
+    /// with the process however that ends.
+    Temporary,
 }
 
 impl Recording {
@@ -50,12 +51,14 @@ impl Recording {
     /// A recording that leaves no file. One that is too long for memory goes through the system's folder of temporary
     /// files.
     pub fn temporary(header: Header) -> Self {
-        Self::new(header, Place::Temporary(None))
+        Self::new(header, Place::Temporary)
     }
 
     fn new(header: Header, place: Place) -> Self {
+        let recent = Trace::with_capacity(header, ROWS_A_GROUP + 1);
         Self {
-            recent: Trace::with_capacity(header, ROWS_A_GROUP + 1),
+            watched: Watched::of(&recent),
+            recent,
             kept: 0,
             place,
             writer: None,
@@ -70,10 +73,14 @@ impl Recording {
     /// Takes the rows out of a trace, which is empty after that.
     ///
     /// # Errors
-    /// [`TraceError::Io`], [`TraceError::Encode`] where they had to go into a file and could not.
+    /// [`TraceError::Io`], [`TraceError::Encode`] where they had to go into a file and could not;
+    /// [`TraceError::Diverged`] where they hold something that is no number.
     pub fn take(&mut self, rows: &mut Trace) -> Result<(), TraceError> {
+        let before = self.recent.row_count();
         self.recent.append(rows);
         rows.clear();
+        self.watched
+            .check(&self.recent, before..self.recent.row_count())?;
         while self.recent.row_count() > ROWS_A_GROUP {
             // In the file they cannot be read before it is whole.
             self.keep()?;
@@ -110,61 +117,40 @@ impl Recording {
     pub fn finish(self) -> Result<Recorded, TraceError> {
         let Self {
             recent,
-            mut place,
+            place,
             writer,
             ..
         } = self;
-        let path = place.path();
-        let is_long = writer.is_some();
-        if let Some(mut writer) = writer {
-            writer.write_group(&recent, 0..recent.row_count())?;
-            writer.finish()?;
-        } else if let Some(path) = &path {
-            recent.write_parquet(path)?;
-        }
-        let folder = match place {
-            Place::Kept { parts, .. } => {
+        let Some(mut writer) = writer else {
+            if let Place::Kept { path, parts } = place {
+                recent.write_parquet(&path)?;
                 parts.remove()?;
-                None
             }
-            Place::Temporary(folder) => folder,
+            return Ok(Recorded::Memory(recent));
         };
-        match path {
-            Some(path) if is_long => {
-                Ok(Recorded::File(TraceFile::open(&path)?.with_folder(folder)))
+        writer.write_group(&recent, 0..recent.row_count())?;
+        let file = writer.end()?;
+        Ok(Recorded::File(match place {
+            Place::Kept { path, parts } => {
+                parts.remove()?;
+                TraceFile::of(file, &path)?
             }
-            _ => Ok(Recorded::Memory(recent)),
-        }
+            Place::Temporary => TraceFile::of_nameless(file)?,
+        }))
     }
 }
 
 impl Place {
     /// Begins the file.
-    fn begin(&mut self, header: &Header) -> Result<TraceWriter, TraceError> {
-        let (path, growing) = match self {
-            // Among the parts, where what a stopped run leaves is looked for, and removed by the next.
-            Self::Kept { path, parts } => (path.clone(), parts.folder().join("whole.unfinished")),
-            Self::Temporary(folder) => {
-                let made = TempDir::with_prefix("ilon-").map_err(|source| TraceError::Io {
-                    doing: "create a folder in",
-                    path: std::env::temp_dir(),
-                    source,
-                })?;
-                let path = made.path().join("trace.parquet");
-                *folder = Some(made);
-                (path.clone(), path.with_extension("unfinished"))
-            }
-        };
-        TraceWriter::begin(&path, growing, header)
-    }
-
-    /// Where the file is or will be; `None` where none is needed.
-    fn path(&mut self) -> Option<PathBuf> {
+    fn begin(&self, header: &Header) -> Result<TraceWriter, TraceError> {
         match self {
-            Self::Kept { path, .. } => Some(path.clone()),
-            Self::Temporary(folder) => folder
-                .as_ref()
-                .map(|folder| folder.path().join("trace.parquet")),
+            // Among the parts, where what a stopped run leaves is looked for, and removed by the next.
+            Self::Kept { path, parts } => TraceWriter::begin(path, parts.folder(), header),
+            Self::Temporary => {
+                let file = tempfile::tempfile();
+                let file = file.map_err(io_error("create a file in", &std::env::temp_dir()))?;
+                TraceWriter::begin_nameless(file, header)
+            }
         }
     }
 }
@@ -195,14 +181,8 @@ impl Recorded {
         match self {
             Self::Memory(trace) => trace.write_parquet(path),
             Self::File(file) => write_atomically(path, |copy| {
-                File::open(file.path())
-                    .and_then(|mut file| std::io::copy(&mut file, copy))
-                    .map(|_| ())
-                    .map_err(|source| TraceError::Io {
-                        doing: "write",
-                        path: path.to_owned(),
-                        source,
-                    })
+                file.copy_to(copy).map_err(io_error("write", path))?;
+                Ok(())
             }),
         }
     }
@@ -330,17 +310,27 @@ mod tests {
     }
 
     #[test]
-    fn a_long_temporary_recording_takes_its_files_with_it() {
+    #[cfg(target_os = "linux")]
+    fn a_long_temporary_recording_has_no_name_that_a_killed_process_could_leave() {
         let whole = made_up_trace(1, ROWS_A_GROUP + 1, false);
         let mut recording = Recording::temporary(whole.header.clone());
         record(&mut recording, &whole);
-        let recorded = recording.finish().unwrap();
-        let Recorded::File(file) = &recorded else {
-            panic!("it is too long for memory");
+        let open = || {
+            let of_process = std::fs::read_dir("/proc/self/fd").unwrap();
+            let targets = of_process.filter_map(|fd| std::fs::read_link(fd.ok()?.path()).ok());
+            let temporary = std::env::temp_dir();
+            targets
+                .filter(|target| target.starts_with(&temporary))
+                .map(|target| target.to_string_lossy().into_owned())
+                .collect::<Vec<_>>()
         };
-        let path = file.path().to_owned();
-        assert!(path.exists());
-        drop(recorded);
-        assert!(!path.parent().unwrap().exists());
+        assert!(
+            open().iter().any(|path| path.ends_with(" (deleted)")),
+            "{:?}",
+            open()
+        );
+        let recorded = recording.finish().unwrap();
+        assert!(matches!(recorded, Recorded::File(_)));
+        assert_eq!(recorded.row_count(), whole.row_count());
     }
 }

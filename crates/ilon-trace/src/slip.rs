@@ -20,6 +20,9 @@ pub struct WheelSlip {
     pub ratio: Option<f64>,
     /// Energy lost to sliding in this wheel's contacts, in J.
     pub energy_j: f64,
+    /// Energy that it took to bring this wheel's rollers up to their spin, in J.
+    #[serde(default)]
+    pub spin_up_energy_j: f64,
     /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
     pub constraint_residual_rms_m_s: Option<f64>,
     /// Mean normal force, in N.
@@ -90,6 +93,7 @@ pub(crate) struct WheelTally {
     speed_largest_m_s: Largest,
     rim_m_s: Rms,
     energy_j: f64,
+    spin_up_energy_j: f64,
     residual_m_s: Rms,
     normal_force_n: Mean,
     friction_used: Largest,
@@ -119,6 +123,7 @@ impl WheelTally {
         self.residual_m_s
             .add(constraint_residual_m_s(wheel, twist, sample.rate_rad_s));
         self.energy_j = sample.slip_energy_j;
+        self.spin_up_energy_j = sample.spin_up_energy_j;
         self.normal_force_n.add(sample.normal_force_n);
         self.lost.add(flag(!sample.touching));
         self.shared
@@ -155,6 +160,7 @@ impl WheelTally {
             speed_max_m_s: self.speed_largest_m_s.get(),
             ratio: speed_rms_m_s.zip(rim_rms_m_s).map(|(slip, rim)| slip / rim),
             energy_j: self.energy_j,
+            spin_up_energy_j: self.spin_up_energy_j,
             constraint_residual_rms_m_s: self.residual_m_s.get(),
             normal_force_mean_n: self.normal_force_n.get(),
             friction_used_max: self.friction_used.get(),

@@ -1,6 +1,6 @@
 //! The figures of a run as they grow, row by row.
 
-use ilon_robot::{Twist, wrap_angle};
+use ilon_robot::{Pose, Twist, wrap_angle};
 
 use crate::fold::{Largest, Mean, Rms};
 use crate::ledger::Ledger;
@@ -50,8 +50,12 @@ impl Summary {
             sim_seconds_per_cpu_second: None,
             trace_hash,
             position_error_rms_m: run.position.rms.get(),
+            position_error_max_m: run.position.largest.map(|(error, _)| error),
+            position_error_max_at_s: run.position.largest.map(|(_, t_s)| t_s),
             position_error_final_m: run.position.last,
             heading_error_rms_rad: run.heading.rms.get(),
+            heading_error_max_rad: run.heading.largest.map(|(error, _)| error),
+            heading_error_max_at_s: run.heading.largest.map(|(_, t_s)| t_s),
             heading_error_final_rad: run.heading.last,
             position_converged_s: run.position.converged_s,
             heading_converged_s: run.heading.converged_s,
@@ -72,6 +76,8 @@ impl Summary {
             slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
             slip_speed_max_m_s: all_wheels.slip_largest_m_s.get(),
             slip_energy_j: run.last.and_then(|r| finite(r.slip_energy_j)),
+            airborne_share: all_wheels.airborne.get(),
+            contact_residual_max_m_s: run.residual_m_s.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,
             odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
             hub_ripple_m: wheels
@@ -104,6 +110,9 @@ struct Tally {
     ideal_speed_m_s: Rms,
     reckoning: odometry::Tally,
     ledger: Ledger,
+    residual_m_s: Largest,
+    /// The pose of the last row within the window of the means.
+    measured: Option<Pose>,
     first: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelTally>,
@@ -127,6 +136,8 @@ impl Tally {
             ideal_speed_m_s: Rms::default(),
             reckoning: odometry::Tally::default(),
             ledger: Ledger::default(),
+            residual_m_s: Largest::default(),
+            measured: None,
             first: None,
             last: None,
             wheels: WheelTally::of_each(header),
@@ -159,7 +170,12 @@ impl Tally {
             self.saturated.add(f64::from(u8::from(gives_way)));
         }
         if header.is_measured(record.t_s) {
-            self.twist.add(record.truth.twist_in_body);
+            // What the robot moved by since the last row, and not how it moves now: rollers that hand over between two rows
+            // change its velocity.
+            if let Some(before) = self.measured.replace(record.truth.pose) {
+                let moved = before.displacement_to(&record.truth.pose);
+                self.twist.add(moved.scaled(1.0 / header.control_dt_s));
+            }
             self.twist_ideal.add(record.twist_ideal);
             self.twist_contact.add(record.twist_contact);
             let v = record.twist_ideal;
@@ -169,6 +185,7 @@ impl Tally {
         }
         self.reckoning.add(record);
         self.ledger.add(record, header.control_dt_s);
+        self.residual_m_s.add(record.contact_residual_m_s);
         self.first.get_or_insert(*record);
         self.last = Some(*record);
     }
@@ -190,6 +207,8 @@ struct ErrorTally {
     threshold: f64,
     rms: Rms,
     last: Option<f64>,
+    /// The largest error and when it first was so large, in seconds.
+    largest: Option<(f64, f64)>,
     /// The time from which on the error has stayed below the threshold; `None` where it has not, or where some row had
     /// no reference.
     converged_s: Option<f64>,
@@ -202,6 +221,7 @@ impl ErrorTally {
             threshold,
             rms: Rms::default(),
             last: None,
+            largest: None,
             converged_s: None,
             without_reference: false,
         }
@@ -211,6 +231,9 @@ impl ErrorTally {
         if let Some(error) = error {
             self.rms.add(error);
             self.last = Some(error);
+            if self.largest.is_none_or(|(largest, _)| error > largest) {
+                self.largest = Some((error, t_s));
+            }
         } else {
             self.without_reference = true;
         }
@@ -249,6 +272,7 @@ struct AllWheels {
     torque_n_m: Largest,
     slip_m_s: Rms,
     slip_largest_m_s: Largest,
+    airborne: Mean,
 }
 
 impl AllWheels {
@@ -258,6 +282,7 @@ impl AllWheels {
                 .add(sample.target_rad_s - sample.rate_rad_s);
             self.command_rad_s.add(sample.target_rad_s.abs());
             self.torque_n_m.add(sample.torque_n_m.abs());
+            self.airborne.add(f64::from(u8::from(!sample.touching)));
             if sample.touching {
                 let speed_m_s = sample.slip_speed_m_s();
                 self.slip_m_s.add(speed_m_s);
@@ -327,9 +352,10 @@ fn energy(first: Option<&Record>, last: Option<&Record>) -> Energy {
     let outside_j = gain(|r| r.outside_energy_j);
     let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
     let slip_j = gain(|r| r.slip_energy_j);
+    let spin_up_j = gain(|r| r.spin_up_energy_j);
     let bearing_j = gain(|r| r.bearing_energy_j);
     let impact_j = gain(|r| r.impact_energy_j);
-    let lost_j = slip_j + bearing_j + impact_j;
+    let lost_j = slip_j + spin_up_j + bearing_j + impact_j;
     let unexplained_j = motor_j + outside_j - stored_j - lost_j;
     let turned_over_j = (motor_j + outside_j).max(lost_j);
     Energy {
@@ -337,6 +363,7 @@ fn energy(first: Option<&Record>, last: Option<&Record>) -> Energy {
         outside_j: finite(outside_j),
         stored_j: finite(stored_j),
         slip_j: finite(slip_j),
+        spin_up_j: finite(spin_up_j),
         bearing_j: finite(bearing_j),
         impact_j: finite(impact_j),
         unexplained_j: finite(unexplained_j),

@@ -116,7 +116,6 @@ impl Trace {
     /// ones are recorded as zero, and surplus ones dropped.
     pub fn push(&mut self, record: Record, wheels: &[WheelSample]) {
         let wheel_count = self.header.wheels.len();
-        debug_assert_eq!(wheels.len(), wheel_count);
         self.records.push(record);
         self.wheels.extend(wheels.iter().take(wheel_count));
         self.wheels
@@ -149,19 +148,18 @@ impl Trace {
 
     /// The samples of all wheels at one step, in the header's order; empty beyond the end.
     pub fn wheels_at(&self, step: usize) -> &[WheelSample] {
+        if step >= self.records.len() {
+            return &[];
+        }
         let n = self.header.wheels.len();
         self.wheels.get(step * n..(step + 1) * n).unwrap_or(&[])
     }
 
-    /// The samples of one wheel over the run.
+    /// The samples of one wheel over the run; none of a wheel that there is not.
     pub fn wheel(&self, index: usize) -> impl ExactSizeIterator<Item = &WheelSample> {
         let n = self.header.wheels.len();
-        let own = if index < n {
-            &self.wheels[index..]
-        } else {
-            &[]
-        };
-        own.iter().step_by(n.max(1))
+        let own = self.wheels.get(index..).filter(|_| index < n);
+        own.unwrap_or(&[]).iter().step_by(n.max(1))
     }
 
     /// Records with the samples of their wheels.
@@ -409,5 +407,26 @@ mod tests {
         assert_eq!(rates, [2.0, 12.0, 22.0, 32.0, 42.0]);
         assert!(trace.wheels_at(5).is_empty());
         assert_eq!(trace.wheel(3).len(), 0);
+    }
+
+    #[test]
+    fn rows_and_wheels_that_there_are_not_are_empty() {
+        let header = Header {
+            wheels: vec![WheelHeader::default(); 2],
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 0);
+        // No row yet: the second wheel would begin beyond the end.
+        assert_eq!(trace.wheel(1).len(), 0);
+        assert!(trace.wheels_at(usize::MAX).is_empty());
+        // Missing samples are zero, surplus ones dropped.
+        let sample = WheelSample {
+            rate_rad_s: 1.0,
+            ..WheelSample::default()
+        };
+        trace.push(Record::default(), &[sample]);
+        trace.push(Record::default(), &[sample; 3]);
+        let rates: Vec<_> = trace.wheel(1).map(|wheel| wheel.rate_rad_s).collect();
+        assert_eq!(rates, [0.0, 1.0]);
     }
 }

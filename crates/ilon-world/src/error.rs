@@ -34,13 +34,4 @@ pub enum WorldError {
         /// The roller's name.
         roller: String,
     },
-    /// Rollers shall have the shapes of their file, and these only near the ground.
-    #[error(
-        "wheel `{wheel}`: its rollers have the shapes of their file, and which of them can touch is known of barrels only; \
-         put the shapes of all rollers into the world"
-    )]
-    ModelledRollersNear {
-        /// The wheel's name.
-        wheel: String,
-    },
 }

@@ -1,12 +1,14 @@
 //! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
-use parry3d::bounding_volume::{Aabb, BoundingVolume};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use parry3d::bounding_volume::Aabb;
 use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
-use crate::{WorldError, convert, groups};
+use crate::WorldError;
+use crate::contact::nearest::{Piece, SolidBox, Triangle};
+use crate::engine::{convert, groups};
 
 /// The ground a robot drives on.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,8 +164,15 @@ impl Floor {
             floor_from_solid,
             shape,
         });
+        let solids: Vec<Solid> = solids.collect();
+        let floor_from_world = self.world_from_floor().inverse();
+        let boxes = self.boxes.iter().map(|solid| SolidBox {
+            floor_from_box: floor_from_world * solid.world_from_box(),
+            half_sides_m: solid.half_sides_m,
+        });
         Ground {
-            solids: solids.collect(),
+            boxes: boxes.collect(),
+            solids,
             has_plane: plane.is_some(),
             friction: self.friction,
             patches: self.patches.clone(),
@@ -186,12 +195,17 @@ impl Floor {
         let floor_from_world = self.world_from_floor().inverse();
         let boxes = self.boxes.iter().map(|solid| {
             let h = solid.half_sides_m;
-            let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), solid.heading_rad);
-            let world_from_solid = Isometry3::from_parts(solid.center_m.into(), heading);
             let shape = SharedShape::cuboid(h.x as Real, h.y as Real, h.z as Real);
-            (floor_from_world * world_from_solid, shape)
+            (floor_from_world * solid.world_from_box(), shape)
         });
         relief.chain(boxes).collect()
+    }
+}
+
+impl GroundBox {
+    fn world_from_box(&self) -> Isometry3<f64> {
+        let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading_rad);
+        Isometry3::from_parts(self.center_m.into(), heading)
     }
 }
 
@@ -229,6 +243,8 @@ pub(crate) struct Ground {
     friction: f64,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
+    /// The boxes among them.
+    boxes: Vec<SolidBox>,
     world_from_floor: UnitQuaternion<f64>,
     /// rapier's origin in the floor's frame, in the plane.
     rapier_origin_m: Vector3<f64>,
@@ -242,26 +258,40 @@ struct Solid {
 }
 
 impl Ground {
-    /// Whether anything but the plane exists at all.
-    pub fn is_plain(&self) -> bool {
-        self.has_plane && self.solids.is_empty()
-    }
-
-    /// Whether anything but the plane reaches into a box in the floor's frame.
-    pub fn reaches(&self, in_floor: &Aabb) -> bool {
-        self.solids.iter().any(|solid| {
-            let local = in_floor.transform_by(&convert::pose(&solid.floor_from_solid.inverse()));
-            match solid.shape.as_heightfield() {
-                None => solid.shape.compute_local_aabb().intersects(&local),
-                Some(field) => {
-                    let mut reached = false;
-                    field.map_elements_in_local_aabb(&local, &mut |_, triangle| {
-                        reached |= triangle.local_aabb().intersects(&local);
-                    });
-                    reached
-                }
+    /// Fills `pieces` with those of the ground that may be nearer to a place than `within_m`.
+    pub fn pieces_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
+        pieces.clear();
+        let mut offer = |piece: Piece| {
+            if piece.foot(place_m).distance_m < within_m {
+                pieces.push(piece);
             }
-        })
+        };
+        if self.has_plane {
+            offer(Piece::Plane);
+        }
+        self.boxes
+            .iter()
+            .for_each(|solid| offer(Piece::Box(*solid)));
+        for solid in &self.solids {
+            let Some(field) = solid.shape.as_heightfield() else {
+                continue;
+            };
+            let center = solid.floor_from_solid.inverse() * Point3::from(*place_m);
+            let half = Vector3::repeat(within_m);
+            let around = Aabb::new(
+                convert::vector(&(center.coords - half)),
+                convert::vector(&(center.coords + half)),
+            );
+            field.map_elements_in_local_aabb(&around, &mut |_, triangle| {
+                let corner = |corner: Vector| {
+                    (solid.floor_from_solid * Point3::from(convert::to_f64(corner))).coords
+                };
+                let corners_m = [triangle.a, triangle.b, triangle.c].map(corner);
+                if let Some(triangle) = Triangle::new(corners_m, &Vector3::z()) {
+                    offer(Piece::Triangle(triangle));
+                }
+            });
+        }
     }
 
     /// Moves rapier's origin beneath a robot once that has gone too far away from it, and the solids along with it.

@@ -5,29 +5,21 @@
 //!
 //! Only this crate of the project names rapier or parry.
 
-mod assembly;
-mod collision;
 mod contact;
-mod convert;
-mod energy;
+mod engine;
 mod error;
 mod ground;
-mod groups;
-mod impulse_problem;
-mod reaction;
-mod roller_contact;
-mod roller_shape;
+mod motor_torque;
+mod robot;
 mod settings;
-mod state;
-mod wheel_body;
-mod window;
 mod world;
 
-pub use contact::WheelContact;
-pub use energy::Energy;
+pub use contact::barrel_shape::RollerShape;
+pub use contact::dispatcher::RollerDispatcher;
+pub use contact::readout::WheelContact;
 pub use error::WorldError;
 pub use ground::{Floor, GroundBox, Patch, Relief};
-pub use roller_contact::RollerDispatcher;
-pub use roller_shape::RollerShape;
+pub use motor_torque::MotorTorque;
+pub use robot::energy::Energy;
 pub use settings::{RollerBodies, Settings};
 pub use world::{BodyState, Payload, Push, World};

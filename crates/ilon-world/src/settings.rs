@@ -1,12 +1,13 @@
 //! How a world is built and stepped. Every default is the outcome of the measurements in `docs/accuracy.md`.
 
-/// Which rollers have their shapes in the world. All have their mass, inertia and spin, whichever this is.
+/// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
+/// this is: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
-    /// The contact window: those that can touch the ground.
+    /// Those near the ground: the others are passed over by a bound on how far they reach.
     Near,
 }
 
@@ -15,14 +16,19 @@ pub enum RollerBodies {
 pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
     pub dt_s: f64,
-    /// Which rollers have their shapes in the world.
+    /// Steps in which a roller uses more than half of its grip and holds, or has just begun to slide, are taken in parts of
+    /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
+    /// over, and what that costs, is decided within milliseconds.
+    pub split_dt_s: Option<f64>,
+    /// Which rollers are looked at for contact.
     pub roller_bodies: RollerBodies,
-    /// Natural frequency of a contact's spring, in Hz, > 0: how fast penetration is pushed out. It scales with the
-    /// mass at the contact; at 1000 Hz a 10 kg robot sinks by less than a micrometre.
-    pub contact_frequency_hz: f64,
-    /// Damping ratio of a contact's spring, dimensionless, > 0.
-    pub contact_damping_ratio: f64,
-    /// Contacts are foreseen at this distance, in metres, > 0.
+    /// Stiffness of every contact with the ground, in N/m, > 0. The default is that of hard rollers on hard ground: under
+    /// 28 N a roller goes in by 0.3 um.
+    pub contact_stiffness_n_m: f64,
+    /// Time in which a contact's spring gives back what it was loaded with, in seconds, >= 0: the damper beside it has this
+    /// times the stiffness. The default lets nothing bounce that weighs less than a tonne.
+    pub contact_relaxation_s: f64,
+    /// Contacts are foreseen at this distance, in metres, > 0, and further by what a wheel moves in a step.
     pub prediction_m: f64,
     /// Gravity along -z, in m/s^2.
     pub gravity_m_s2: f64,
@@ -32,9 +38,10 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             dt_s: 1.0 / 500.0,
+            split_dt_s: None,
             roller_bodies: RollerBodies::All,
-            contact_frequency_hz: 1000.0,
-            contact_damping_ratio: 1.0,
+            contact_stiffness_n_m: 1e8,
+            contact_relaxation_s: 5e-3,
             prediction_m: 1e-3,
             gravity_m_s2: 9.81,
         }

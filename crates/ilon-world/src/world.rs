@@ -1,32 +1,34 @@
 //! The world: a robot on a floor, stepped by rapier.
 
 mod disturbance;
-mod reactions;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::TAU;
+
 use ilon_robot::{
-    MassProperties as RobotMass, Pose as PlanarPose, Robot, Roller, RollerForm, Twist, Wheel,
+    MassProperties as RobotMass, Pose as PlanarPose, Robot, RollerForm, Twist, Wheel,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::assembly::Assembly;
-use crate::collision::shape_of_roller;
-use crate::contact::WheelContact;
-use crate::energy::{Energy, energy};
+use crate::contact::reaction::{Part, Reaction};
+use crate::contact::readout::{Taken, WheelContact};
+use crate::contact::solve::{Reactions, Scene};
+use crate::engine::convert;
+use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
-use crate::reaction::Part;
-use crate::state::State;
-use crate::wheel_body::RollerState;
-use crate::window;
-use crate::{Floor, RollerBodies, RollerDispatcher, RollerShape, Settings, WorldError, convert};
+use crate::robot::assembly::Assembly;
+use crate::robot::energy::{Energy, kinetic_j, potential_j};
+use crate::robot::state::State;
+use crate::robot::wheel::RollerState;
+use crate::{Floor, MotorTorque, RollerDispatcher, Settings, WorldError};
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
-use reactions::Reactions;
 
-/// A wheel whose window is wider than needed for this long is built narrower, in seconds.
-const WINDOW_PATIENCE_S: f64 = 0.2;
+/// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
+/// metres. Where one would be deeper, it has landed, and the step moves on with the rates after it.
+const SINKS_M: f64 = 5e-6;
 
 /// A robot in a rapier world.
 ///
@@ -41,42 +43,64 @@ pub struct World {
     robot: Robot,
     settings: Settings,
     assembly: Assembly,
-    windows: Vec<Window>,
     state: State,
+    /// The state when the last step began.
     before: State,
+    /// The poses in the middle of the last step; before its reactions with the rates of its beginning, after them with the
+    /// mean of the rates, with which it moved on and all work goes.
+    middle: State,
+    /// Where the rates of the last step's beginning would have taken it by its end.
+    ahead: State,
+    /// Whether the last step was short enough to see rollers pass.
+    sees_rollers_pass: bool,
     contacts: Vec<WheelContact>,
-    /// Of the motors, at the rates with which the coming step begins.
-    torques_n_m: Vec<f64>,
-    /// How the torques fall per rate gained.
-    droops_n_m_s: Vec<f64>,
-    /// What the motors put on the wheels at the end of the last step.
+    /// What the motors do in the coming step.
+    motors: Vec<MotorTorque>,
+    /// What the motors put on the wheels in the last step.
     acted_n_m: Vec<f64>,
-    slip_energy_j: f64,
-    impact_energy_j: f64,
-    motor_energy_j: f64,
-    bearing_energy_j: f64,
-    outside_energy_j: f64,
+    /// Rates by degree of freedom when the step began, and at its end without reactions.
+    rates_before: Vec<f64>,
+    rates_free: Vec<f64>,
+    /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
+    held_n_m_s2: Vec<f64>,
+    energies: Energies,
     /// The chassis without what it carries.
     bare_chassis: RobotMass,
     payloads: Vec<Payload>,
     /// What pushes during the coming step.
     pushes: Vec<ActingPush>,
     reactions: Reactions,
+    /// What the motors were asked for when the step began, and the wheels' rates then, in rad/s.
+    asked: Vec<MotorTorque>,
+    rates_asked_rad_s: Vec<f64>,
+    /// What each wheel did over the step.
+    counts: Vec<WheelCounts>,
+    /// By how much the laws of contact were broken in the step.
+    residual_m_s: f64,
+    /// The inertia that a wheel feels on the ground: its own and its share of the robot's mass, in kg m^2.
+    wheel_inertia_kg_m2: f64,
     steps: u64,
 }
 
-/// A wheel's contact window and what it has needed lately.
-#[derive(Clone, Debug)]
-struct Window {
-    /// Whether the window moves at all, or the shapes of all rollers are in the world for good.
-    moves: bool,
-    shapes: Vec<RollerShape>,
-    /// The rollers in reach now.
-    needed: Vec<usize>,
-    /// The rollers that the slots shall stand for.
-    slots: Vec<usize>,
-    /// Steps since the window was last needed at its full width.
-    idle_steps: u32,
+/// What a wheel did over a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct WheelCounts {
+    /// Angular impulse of the motor, in N m s.
+    torque_n_m_s: f64,
+    taken: Taken,
+}
+
+/// What has gone where since the start, in J.
+#[derive(Clone, Copy, Debug, Default)]
+struct Energies {
+    slip_j: f64,
+    spin_up_j: f64,
+    impact_j: f64,
+    motor_j: f64,
+    bearing_j: f64,
+    outside_j: f64,
+    /// In the springs of the contacts now.
+    springs_j: f64,
 }
 
 /// The chassis as seen from outside.
@@ -90,10 +114,7 @@ pub struct BodyState {
     pub roll_rad: f64,
     /// Pitch about the body's y axis, in radians.
     pub pitch_rad: f64,
-    /// Velocity of the body frame's origin and yaw rate, in the body frame as it stood at the start of the last step.
-    ///
-    /// That is where the step solved the contacts that gave this velocity. Resolved in the frame at the step's end it
-    /// would seem to drift sideways by v omega dt while turning, which no wheel ever did.
+    /// Velocity of the body frame's origin and yaw rate, in the body frame.
     pub twist_in_body: Twist,
 }
 
@@ -117,104 +138,134 @@ impl World {
         let mut ground = floor.insert(&mut rapier.colliders);
 
         let state = State::at_rest(robot, &standing(robot, floor, start));
-        let place_m = state.floor_from_chassis.translation.vector;
-        ground.follow(&place_m, &mut rapier.colliders);
+        ground.follow(&state.center_m(), &mut rapier.colliders);
         rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
-        let state_of = |roller| RollerState::new(roller, settings.dt_s);
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
             .iter()
-            .map(|wheel| wheel.rollers.iter().map(state_of).collect())
-            .collect();
-        let slots: Vec<Vec<usize>> = robot
-            .wheels
-            .iter()
-            .map(|wheel| match settings.roller_bodies {
-                RollerBodies::Near if alike(wheel) => vec![0],
-                _ => (0..wheel.rollers.len()).collect(),
+            .map(|wheel| {
+                let state_of = |roller| RollerState::new(wheel, roller);
+                wheel.rollers.iter().map(state_of).collect()
             })
             .collect();
-        let assembly = Assembly::build(
-            &mut rapier,
-            robot,
-            &state.seen_from(&ground),
-            &rollers,
-            &slots,
-        );
-        let windows = robot.wheels.iter().zip(slots).map(|(wheel, slots)| Window {
-            moves: settings.roller_bodies == RollerBodies::Near && alike(wheel),
-            shapes: wheel
-                .rollers
-                .iter()
-                .map(|r| RollerShape::new(&wheel.barrel(r)))
-                .collect(),
-            needed: Vec::with_capacity(wheel.rollers.len()),
-            slots,
-            idle_steps: 0,
-        });
-        let mut world = Self {
-            windows: windows.collect(),
+        let assembly = Assembly::build(&mut rapier, robot, &state.seen_from(&ground), &rollers);
+        let dofs = assembly.dofs(&rapier);
+        Ok(Self {
             ground,
             before: state.clone(),
+            middle: state.clone(),
+            ahead: state.clone(),
+            sees_rollers_pass: true,
             state,
             contacts: vec![WheelContact::default(); robot.wheels.len()],
-            torques_n_m: vec![0.0; robot.wheels.len()],
-            droops_n_m_s: vec![0.0; robot.wheels.len()],
+            motors: vec![MotorTorque::constant(0.0); robot.wheels.len()],
             acted_n_m: vec![0.0; robot.wheels.len()],
-            slip_energy_j: 0.0,
-            impact_energy_j: 0.0,
-            motor_energy_j: 0.0,
-            bearing_energy_j: 0.0,
-            outside_energy_j: 0.0,
+            rates_before: vec![0.0; dofs],
+            rates_free: vec![0.0; dofs],
+            held_n_m_s2: vec![0.0; robot.wheels.len()],
+            energies: Energies::default(),
             bare_chassis: robot.chassis.mass.clone(),
             payloads: Vec::new(),
             pushes: Vec::new(),
             reactions: Reactions::default(),
+            asked: vec![MotorTorque::constant(0.0); robot.wheels.len()],
+            rates_asked_rad_s: vec![0.0; robot.wheels.len()],
+            counts: vec![WheelCounts::default(); robot.wheels.len()],
+            residual_m_s: 0.0,
+            wheel_inertia_kg_m2: wheel_inertia_kg_m2(robot),
             steps: 0,
             robot: robot.clone(),
             settings: settings.clone(),
             assembly,
             rapier,
-        };
-        world.move_windows();
-        Ok(world)
+        })
     }
 
     /// Sets the torques that the motors put on the wheels during the next step, in N m, one a wheel; the chassis takes
     /// the opposite. They hold for one step.
-    pub fn apply(&mut self, torques_n_m: &[f64]) {
-        self.torques_n_m.copy_from_slice(torques_n_m);
-        self.droops_n_m_s.fill(0.0);
-    }
-
-    /// As [`World::apply`], with torques that fall as the wheels gain speed during the step: by `droops_n_m_s`, in
-    /// N m s/rad and not below 0, times the rate gained since the step began.
     ///
-    /// A motor with back-EMF is of that kind, and a wheel loop that runs faster than the step. It is solved implicitly,
-    /// and stable for any droop.
-    pub fn apply_with_droop(&mut self, torques_n_m: &[f64], droops_n_m_s: &[f64]) {
-        self.torques_n_m.copy_from_slice(torques_n_m);
-        self.droops_n_m_s.copy_from_slice(droops_n_m_s);
+    /// # Panics
+    /// Where there are more or fewer torques than wheels.
+    pub fn apply(&mut self, torques_n_m: &[f64]) {
+        assert_eq!(torques_n_m.len(), self.motors.len(), "one torque a wheel");
+        for (motor, torque_n_m) in self.motors.iter_mut().zip(torques_n_m) {
+            *motor = MotorTorque::constant(*torque_n_m);
+        }
     }
 
-    /// Advances the world by one physics step.
+    /// As [`World::apply`], with torques that depend on the rates of the wheels within the step.
+    ///
+    /// # Panics
+    /// Where there are more or fewer torques than wheels.
+    pub fn drive(&mut self, motors: &[MotorTorque]) {
+        self.motors.copy_from_slice(motors);
+    }
+
+    /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
+        self.asked.copy_from_slice(&self.motors);
+        self.rates_asked_rad_s
+            .copy_from_slice(&self.state.wheel_rates_rad_s);
+        self.counts.fill(WheelCounts::default());
+        self.residual_m_s = 0.0;
+        let parts = self.parts();
+        let part_s = self.settings.dt_s / f64::from(parts);
+        for _ in 0..parts {
+            self.advance(part_s);
+        }
+        self.steps += 1;
+        let dt_s = self.settings.dt_s;
+        for (index, counts) in self.counts.iter().enumerate() {
+            self.acted_n_m[index] = counts.torque_n_m_s / dt_s;
+            let contact = &mut self.contacts[index];
+            contact.slip_power_w = counts.taken.slip_j / dt_s;
+            contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
+            contact.impact_power_w = counts.taken.impact_j / dt_s;
+        }
+        self.pushes.clear();
+        self.motors.fill(MotorTorque::constant(0.0));
+    }
+
+    /// In how many parts the coming step is taken.
+    fn parts(&self) -> u32 {
+        match self.settings.split_dt_s {
+            Some(part_s) if self.reactions.about_to_slide() => {
+                (self.settings.dt_s / part_s).ceil().max(1.0) as u32
+            }
+            _ => 1,
+        }
+    }
+
+    /// Advances the world by a time.
+    ///
+    /// The poses move on by half of it with the rates of its beginning; rapier finds contacts and accelerations there,
+    /// and the reactions follow; with the mean of the rates before and after the poses move on to its end. That is of
+    /// second order in the time where nothing lands.
+    fn advance(&mut self, dt_s: f64) {
+        let half_s = 0.5 * dt_s;
+        for (index, motor) in self.motors.iter_mut().enumerate() {
+            let gained_rad_s = self.state.wheel_rates_rad_s[index] - self.rates_asked_rad_s[index];
+            *motor = self.asked[index]
+                .after_gaining(gained_rad_s)
+                .over(dt_s, self.wheel_inertia_kg_m2);
+        }
         self.before.copy_from(&self.state);
-        self.keep_spins();
-        self.drive();
+        self.middle.copy_from(&self.state);
+        self.middle.advance(half_s);
+        self.sees_rollers_pass = self.rollers_pass_in_steps(dt_s);
+        self.ahead.copy_from(&self.middle);
+        self.ahead.advance(half_s);
+        self.rapier.integration_parameters.dt = dt_s as Real;
+        self.pose_rapier();
+        self.hand_over_torques(dt_s);
         self.begin_pushes();
         self.rapier.step();
-        self.steps += 1;
-        self.react();
-        self.read_state();
-        self.read_contacts();
-        self.run_bearings();
-        self.end_pushes();
-        self.write_back();
-        self.move_windows();
-        self.place_wheels();
-        self.torques_n_m.fill(0.0);
-        self.droops_n_m_s.fill(0.0);
+        self.react(dt_s);
+        self.move_on(dt_s);
+        self.count_motors(dt_s);
+        self.read_contacts(dt_s);
+        self.run_bearings(dt_s);
+        self.end_pushes(dt_s);
     }
 
     /// Simulated time since the start, in seconds.
@@ -230,11 +281,11 @@ impl World {
     /// Pose and velocity of the body.
     pub fn body(&self) -> BodyState {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
-        let floor_from_body = self.state.floor_from_chassis * Translation3::from(-center_m);
+        let floor_from_body = self.state.floor_from_chassis() * Translation3::from(-center_m);
         let world_from_body = self.ground.world_from_floor() * floor_from_body;
         let position = world_from_body.translation.vector;
         let (roll_rad, pitch_rad, heading_rad) = world_from_body.rotation.euler_angles();
-        let body_from_floor = self.before.floor_from_chassis.rotation.inverse();
+        let body_from_floor = floor_from_body.rotation.inverse();
         let angular_in_body = body_from_floor * self.state.angular_rad_s;
         let velocity_in_body =
             body_from_floor * self.state.velocity_m_s - angular_in_body.cross(&center_m);
@@ -253,7 +304,7 @@ impl World {
 
     /// Angles of the wheels about their hub axes since the start, in rad, not wrapped.
     pub fn wheel_angles_rad(&self) -> &[f64] {
-        &self.state.wheel_angles_rad
+        self.state.wheel_angles_rad()
     }
 
     /// Rates of the wheels about their hub axes, in rad/s.
@@ -268,7 +319,7 @@ impl World {
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
     pub fn hub_height_m(&self, wheel: usize) -> f64 {
-        self.state.floor_from_hub(wheel).translation.vector.z
+        self.state.hubs()[wheel].center_m.z
     }
 
     /// What each wheel's rollers did to the ground during the last step.
@@ -278,35 +329,52 @@ impl World {
 
     /// By how much the laws of contact and of dry friction were broken at the worst place in the last step, in m/s or
     /// rad/s: the speed at which something moves that should not.
-    pub fn reaction_error(&self) -> f64 {
-        self.reactions.error()
+    pub fn contact_residual_m_s(&self) -> f64 {
+        self.residual_m_s
     }
 
-    /// Energy that sliding at the contacts has turned into heat since the start, in J.
+    /// Energy that sliding at the contacts has turned into heat since the start, in J. It never falls.
     pub fn slip_energy_j(&self) -> f64 {
-        self.slip_energy_j
+        self.energies.slip_j
+    }
+
+    /// Energy that it took to bring rollers which came down up to their spin since the start, in J. It never falls.
+    pub fn spin_up_energy_j(&self) -> f64 {
+        self.energies.spin_up_j
     }
 
     /// Energy that the contacts' normal forces have taken since the start, in J: hits that do not bounce, less what
     /// pushing rollers out of the ground gave back.
     pub fn impact_energy_j(&self) -> f64 {
-        self.impact_energy_j
+        self.energies.impact_j
     }
 
     /// Work of the motors on the wheels since the start, in J; negative where they braked.
     pub fn motor_energy_j(&self) -> f64 {
-        self.motor_energy_j
+        self.energies.motor_j
     }
 
     /// Energy that the bearings of wheels and rollers have turned into heat since the start, in J.
     pub fn bearing_energy_j(&self) -> f64 {
-        self.bearing_energy_j
+        self.energies.bearing_j
     }
 
     /// Kinetic and potential energy of the robot now.
     pub fn energy(&self) -> Energy {
+        let potential_j = self.potential_j() + self.energies.springs_j;
+        Energy {
+            kinetic_j: self.kinetic_j(),
+            potential_j,
+        }
+    }
+
+    fn kinetic_j(&self) -> f64 {
+        kinetic_j(&self.robot, &self.state, &self.assembly.wheels)
+    }
+
+    fn potential_j(&self) -> f64 {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        energy(&self.robot, &self.state, &gravity, &self.assembly.wheels)
+        potential_j(&self.robot, &self.state, &gravity)
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
@@ -318,28 +386,43 @@ impl World {
             .collect()
     }
 
-    /// How many rollers of each wheel can touch the world now.
-    pub fn roller_body_counts(&self) -> Vec<usize> {
+    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
+    /// from rapier's own origin and rounded.
+    fn pose_rapier(&mut self) {
+        let place_m = self.middle.center_m();
+        self.ground.follow(&place_m, &mut self.rapier.colliders);
+        let rapier_from_floor = self.ground.rapier_from_floor();
+        let in_rapier = rapier_from_floor * self.middle.floor_from_chassis();
+        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        chassis.set_position(convert::pose(&in_rapier), false);
         self.assembly
-            .wheels
-            .iter()
-            .map(|wheel| wheel.slots.len())
-            .collect()
+            .set_wheel_angles(&mut self.rapier, self.middle.wheel_angles_rad());
+        self.assembly.set_velocities(&mut self.rapier, &self.middle);
+        for (wheel, hub) in self.assembly.wheels.iter().zip(self.middle.hubs()) {
+            // rapier moves the hubs by itself, but not the colliders on them.
+            if !wheel.colliders.is_empty() {
+                let rotation = UnitQuaternion::from_matrix(&hub.rotation);
+                let floor_from_hub = Isometry3::from_parts(hub.center_m.into(), rotation);
+                let pose = convert::pose(&(rapier_from_floor * floor_from_hub));
+                self.rapier.bodies[wheel.hub].set_position(pose, false);
+                wheel.turn_rollers(&mut self.rapier);
+            }
+        }
     }
 
     /// Hands rapier the motors' torques, and what the rollers put on the hubs.
-    fn drive(&mut self) {
+    fn hand_over_torques(&mut self, dt_s: f64) {
         let mut reaction = Vector3::zeros();
-        for (index, torque_n_m) in self.torques_n_m.iter().enumerate() {
-            let wheel = &self.assembly.wheels[index];
-            let floor_from_hub = self.state.floor_from_hub(index).rotation;
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
+        for (index, motor) in self.motors.iter().enumerate() {
+            let wheel = &mut self.assembly.wheels[index];
+            let floor_from_hub = &self.middle.hubs()[index].rotation;
+            let hub_rate_in_hub = self.middle.hub_rate_in_hub(index);
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
-            let undamped_n_m = self.droops_n_m_s[index] * self.state.wheel_rates_rad_s[index];
-            let torque = floor_from_hub * Vector3::z() * (torque_n_m + undamped_n_m);
+            let undamped_n_m = motor.droop_n_m_s * self.middle.wheel_rates_rad_s[index];
+            let torque = floor_from_hub * Vector3::z() * (motor.torque_n_m + undamped_n_m);
             let hub = &mut self.rapier.bodies[wheel.hub];
             hub.reset_torques(false);
-            let rollers = floor_from_hub * wheel.torque_of_rollers_in_hub(&hub_rate_in_hub);
+            let rollers = floor_from_hub * wheel.begin_step(&hub_rate_in_hub, dt_s);
             hub.add_torque(convert::vector(&(torque + rollers)), false);
             reaction -= torque;
         }
@@ -347,166 +430,171 @@ impl World {
         chassis.reset_torques(false);
         chassis.add_torque(convert::vector(&reaction), false);
         self.assembly
-            .set_droops(&mut self.rapier, &self.robot, &self.droops_n_m_s);
+            .set_droops(&mut self.rapier, &self.robot, &self.motors);
     }
 
-    /// Takes rapier's velocities over and sums positions and angles in f64 as rapier does in f32: with the velocity
-    /// after the step.
-    fn read_state(&mut self) {
-        let dt_s = self.settings.dt_s;
-        let rate = |dof: usize| self.assembly.rate(&self.rapier, dof);
-        let state = &mut self.state;
-        state.velocity_m_s = Vector3::new(rate(0), rate(1), rate(2));
-        state.angular_rad_s = Vector3::new(rate(3), rate(4), rate(5));
-        state.floor_from_chassis.translation.vector += dt_s * state.velocity_m_s;
-        state.floor_from_chassis.rotation =
-            UnitQuaternion::new(dt_s * state.angular_rad_s) * state.floor_from_chassis.rotation;
-        for (index, wheel) in self.assembly.wheels.iter().enumerate() {
-            let rate_rad_s = rate(wheel.hub_dof);
-            state.wheel_rates_rad_s[index] = rate_rad_s;
-            state.wheel_angles_rad[index] += dt_s * rate_rad_s;
-            let before_rad_s = self.before.wheel_rates_rad_s[index];
-            let fallen_n_m = self.droops_n_m_s[index] * (rate_rad_s - before_rad_s);
-            self.acted_n_m[index] = self.torques_n_m[index] - fallen_n_m;
-            let mean_rad_s = 0.5 * (before_rad_s + rate_rad_s);
-            self.motor_energy_j += dt_s * self.acted_n_m[index] * mean_rad_s;
+    /// Solves for the reactions of the step that rapier has just taken without any, and corrects the rates by them.
+    ///
+    /// rapier's rates are rounded; what they gained in the step is added to the f64 ones.
+    fn react(&mut self, dt_s: f64) {
+        self.assembly.rates_of(&self.before, &mut self.rates_before);
+        let in_rapier = self.assembly.rates_in_rapier(&self.rapier);
+        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
+        for ((free, before), after) in rates.zip(in_rapier) {
+            *free = before + (f64::from(*after) - f64::from(*before as Real));
+        }
+        let lost = self.motors.iter().zip(&self.robot.wheels);
+        for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
+            *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
+        }
+        self.reactions.react(&Scene {
+            rapier: &self.rapier,
+            ground: &self.ground,
+            robot: &self.robot,
+            assembly: &self.assembly,
+            settings: &self.settings,
+            dt_s,
+            before: &self.before,
+            middle: &self.middle,
+            ahead: &self.ahead,
+            sees_rollers_pass: self.sees_rollers_pass,
+            rates_before: &self.rates_before,
+            rates_free: &self.rates_free,
+            motors: &self.motors,
+            held_n_m_s2: &self.held_n_m_s2,
+        });
+        for (rate, change) in self.rates_free.iter_mut().zip(self.reactions.change()) {
+            *rate += change;
+        }
+        self.assembly.set_rates(&self.rates_free, &mut self.state);
+        // From here on the rates before are those that the mean over the step starts from.
+        let starts = self
+            .rates_before
+            .iter_mut()
+            .zip(self.reactions.jump().start_change());
+        for ((start, change), after) in starts.zip(&self.rates_free) {
+            *start = 0.5 * (*start + change + after);
+        }
+        self.assembly
+            .set_rates(&self.rates_before, &mut self.middle);
+        let wheels = &mut self.assembly.wheels;
+        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+            roller.touched = false;
+        }
+        for touched in self.reactions.touched() {
+            let roller = &mut wheels[touched.wheel].rollers[touched.roller];
+            roller.axial_rate_rad_s = touched.rate_rad_s;
+            roller.mean_rate_rad_s = touched.mean_rad_s;
+            roller.touched = true;
         }
     }
 
-    /// Reads the contacts of the last step at the poses where they were solved, and counts the work that they took, the
-    /// chassis's too where it scrapes along.
-    fn read_contacts(&mut self) {
-        let dt_s = self.settings.dt_s;
-        for (index, contact) in self.contacts.iter_mut().enumerate() {
-            let wheel = (index, &self.assembly.wheels[index]);
-            let (before, after) = (&self.before, &self.state);
-            *contact = WheelContact::read(self.reactions.all(), wheel, before, after, dt_s);
-            self.slip_energy_j += contact.slip_power_w * dt_s;
-            self.impact_energy_j += contact.impact_power_w * dt_s;
+    /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
+    ///
+    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean motion is better then if
+    /// each contact stays as it is in the middle of the step, and the robot moves on as that lets it: of many steps the middles
+    /// fall anywhere on the rollers, each place as often as it is passed.
+    fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
+        /// Steps that a roller's passage takes at least.
+        const STEPS: f64 = 6.0;
+        let rates = self.state.wheel_rates_rad_s.iter();
+        rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
+            STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
+        })
+    }
+
+    /// Moves the poses to the end of the step.
+    ///
+    /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
+    /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
+    fn move_on(&mut self, dt_s: f64) {
+        self.state.advance_with(&self.middle, dt_s);
+        if !self.sees_rollers_pass || self.reactions.sinks_m(dt_s) > SINKS_M {
+            let with_mean_j = self.potential_j();
+            self.state.take_poses(&self.before);
+            self.state.advance(dt_s);
+            // The height that the mean would have lost is no energy that anything has got.
+            self.energies.impact_j += with_mean_j - self.potential_j();
+        }
+    }
+
+    /// Counts what the motors did.
+    fn count_motors(&mut self, dt_s: f64) {
+        for (index, motor) in self.motors.iter().enumerate() {
+            let after_rad_s = self.state.wheel_rates_rad_s[index];
+            let gained_rad_s = after_rad_s - self.before.wheel_rates_rad_s[index];
+            self.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
         }
         for reaction in self.reactions.all() {
-            if reaction.part != Part::Chassis {
-                continue;
+            if let Part::RateLimit(wheel) = reaction.part {
+                self.acted_n_m[wheel] += reaction.impulse.x / dt_s;
             }
-            let center_m = self.before.floor_from_chassis.translation.vector;
-            let lever_m = reaction.at_m - center_m;
-            let of = |state: &State| state.velocity_m_s + state.angular_rad_s.cross(&lever_m);
-            let mean_m_s = 0.5 * (of(&self.before) + of(&self.state));
-            let (pressed, rubbed) = reaction.on_robot_n_s();
-            self.slip_energy_j -= rubbed.dot(&mean_m_s);
-            self.impact_energy_j -= pressed.dot(&mean_m_s);
+        }
+        for (index, acted_n_m) in self.acted_n_m.iter().enumerate() {
+            let impulse_n_m_s = acted_n_m * dt_s;
+            self.energies.motor_j += impulse_n_m_s * self.middle.wheel_rates_rad_s[index];
+            self.counts[index].torque_n_m_s += impulse_n_m_s;
         }
     }
 
-    /// Notes the spins with which the rollers go into the step.
-    fn keep_spins(&mut self) {
-        for (index, wheel) in self.assembly.wheels.iter_mut().enumerate() {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            for roller in &mut wheel.rollers {
-                roller.spin_before_rad_s = roller.spin_rad_s(&hub_rate_in_hub);
+    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
+    fn read_contacts(&mut self, dt_s: f64) {
+        self.residual_m_s = self.residual_m_s.max(self.reactions.error());
+        let springs_j = self.reactions.spring_energy_j(&self.settings, dt_s);
+        self.energies.impact_j -= springs_j - self.energies.springs_j;
+        self.energies.springs_j = springs_j;
+        let wheels = &mut self.assembly.wheels;
+        for reaction in self.reactions.all() {
+            let taken = match reaction.part {
+                Part::Hub(_) | Part::Axle(..) | Part::RateLimit(_) => continue,
+                Part::Chassis => Taken::of(reaction, &mut 0.0),
+                Part::Roller(wheel, roller) => {
+                    let roller = &mut wheels[wheel].rollers[roller];
+                    if !roller.pressed && reaction.impulse.x > 0.0 && !roller.seized {
+                        let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
+                        roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
+                    }
+                    let taken = Taken::of(reaction, &mut roller.spin_up_left_j);
+                    self.counts[wheel].taken.add(&taken);
+                    taken
+                }
+            };
+            self.energies.slip_j += taken.slip_j;
+            self.energies.spin_up_j += taken.spin_up_j;
+            self.energies.impact_j += taken.impact_j;
+        }
+        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+            roller.pressed = false;
+        }
+        for reaction in self.reactions.all() {
+            if let (Part::Roller(wheel, roller), true) = (reaction.part, reaction.impulse.x > 0.0) {
+                wheels[wheel].rollers[roller].pressed = true;
             }
+        }
+        for (index, contact) in self.contacts.iter_mut().enumerate() {
+            let states = (&self.middle, &self.state);
+            let wheel = (index, &self.assembly.wheels[index]);
+            *contact = WheelContact::read(self.reactions.all(), wheel, states, dt_s);
         }
     }
 
     /// Lets the bearings act on rollers that nothing touched, and sums what damping and dry friction took out of all of
-    /// them. Damping acts with the rate after the step, with which it is solved; all work goes with the mean rate.
-    fn run_bearings(&mut self) {
-        let dt_s = self.settings.dt_s;
+    /// them. All work goes with the mean rates.
+    fn run_bearings(&mut self, dt_s: f64) {
         let mut lost_j = 0.0;
-        for (index, (body, wheel)) in (self.assembly.wheels.iter_mut())
-            .zip(&self.robot.wheels)
-            .enumerate()
-        {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            body.bearing_torque_in_hub_n_m = Vector3::zeros();
-            for roller in &mut body.rollers {
-                let borne = if roller.touched {
-                    roller.bear(&hub_rate_in_hub, dt_s)
-                } else {
-                    roller.coast(&hub_rate_in_hub, dt_s)
-                };
-                lost_j += borne.lost_j;
-                body.bearing_torque_in_hub_n_m += borne.torque_on_hub_n_m * roller.axis_in_hub;
-                roller.angle_rad += roller.spin_rad_s(&hub_rate_in_hub) * dt_s;
-            }
-            let after_rad_s = self.state.wheel_rates_rad_s[index];
-            let mean_rad_s = 0.5 * (self.before.wheel_rates_rad_s[index] + after_rad_s);
-            lost_j += wheel.joint.damping_n_m_s * after_rad_s * mean_rad_s * dt_s;
+        let wheels = self.assembly.wheels.iter_mut().zip(&self.robot.wheels);
+        for (index, (body, wheel)) in wheels.enumerate() {
+            lost_j += body.end_step(&self.middle.hub_rate_in_hub(index), dt_s);
+            let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
+            lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
         }
-        for reaction in self.reactions.all() {
-            let (before_rad_s, after_rad_s) = match reaction.part {
-                Part::Hub(wheel) => (
-                    self.before.wheel_rates_rad_s[wheel],
-                    self.state.wheel_rates_rad_s[wheel],
-                ),
-                Part::Axle(wheel, roller) => {
-                    let roller = &self.assembly.wheels[wheel].rollers[roller];
-                    let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
-                    (
-                        roller.spin_before_rad_s,
-                        roller.spin_rad_s(&hub_rate_in_hub),
-                    )
-                }
-                Part::Chassis | Part::Roller(..) => continue,
-            };
-            lost_j -= reaction.impulse.x * 0.5 * (before_rad_s + after_rad_s);
-        }
-        self.bearing_energy_j += lost_j;
+        let is_bearing = |r: &&Reaction| matches!(r.part, Part::Hub(_) | Part::Axle(..));
+        let bearings = self.reactions.all().iter().filter(is_bearing);
+        lost_j += bearings.map(|reaction| reaction.taken_j.x).sum::<f64>();
+        self.energies.bearing_j += lost_j;
     }
 
-    /// Hands rapier the f64 sums, counted from its own origin and rounded: the chassis's pose, and wheel angles within
-    /// one turn.
-    fn write_back(&mut self) {
-        let place_m = self.state.floor_from_chassis.translation.vector;
-        self.ground.follow(&place_m, &mut self.rapier.colliders);
-        let in_rapier = self.ground.rapier_from_floor() * self.state.floor_from_chassis;
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        chassis.set_position(convert::pose(&in_rapier), false);
-        self.assembly
-            .set_wheel_angles(&mut self.rapier, &self.state.wheel_angles_rad);
-    }
-
-    /// Sets the hubs to where the f64 sums put them; rapier moves their rollers' colliders along.
-    fn place_wheels(&mut self) {
-        let rapier_from_floor = self.ground.rapier_from_floor();
-        for (index, wheel) in self.assembly.wheels.iter().enumerate() {
-            let pose = rapier_from_floor * self.state.floor_from_hub(index);
-            self.rapier.bodies[wheel.hub].set_position(convert::pose(&pose), false);
-            wheel.turn_rollers(&mut self.rapier);
-        }
-    }
-
-    /// Lets those rollers touch the world that can.
-    fn move_windows(&mut self) {
-        for (index, window) in self.windows.iter_mut().enumerate() {
-            if !window.moves {
-                continue;
-            }
-            let body = &mut self.assembly.wheels[index];
-            let floor_from_hub = self.state.floor_from_hub(index);
-            let Window {
-                shapes,
-                needed,
-                slots,
-                ..
-            } = window;
-            window::in_reach(body, shapes, &floor_from_hub, &self.ground, needed);
-            let wide_enough = window::assign(slots, needed);
-            window.idle_steps = if needed.len() < slots.len() {
-                window.idle_steps + 1
-            } else {
-                0
-            };
-            let patience = (WINDOW_PATIENCE_S / self.settings.dt_s) as u32;
-            if !wide_enough || window.idle_steps > patience {
-                slots.clone_from(needed);
-                window.idle_steps = 0;
-            }
-            body.set_window(&mut self.rapier, &self.robot.wheels[index], slots);
-        }
-    }
-
-    /// Builds the robot again, in the state in which it is, with the windows as they are asked for now.
+    /// Builds the robot again, in the state in which it is.
     fn rebuild(&mut self) {
         let rollers: Vec<Vec<RollerState>> = self
             .assembly
@@ -514,20 +602,31 @@ impl World {
             .iter()
             .map(|wheel| wheel.rollers.clone())
             .collect();
-        let slots: Vec<Vec<usize>> = self
-            .windows
-            .iter()
-            .map(|window| window.slots.clone())
-            .collect();
         self.assembly.remove(&mut self.rapier);
         self.assembly = Assembly::build(
             &mut self.rapier,
             &self.robot,
             &self.state.seen_from(&self.ground),
             &rollers,
-            &slots,
         );
     }
+}
+
+/// The inertia that a wheel of a robot feels on the ground, in kg m^2: its hub's and its rollers' about its axis, and its share
+/// of the robot's mass at its rim. The mean of the wheels.
+fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
+    let count = robot.wheels.len() as f64;
+    let of = |wheel: &Wheel| {
+        let rollers = wheel.rollers.iter();
+        let at_ring = rollers.map(|roller| {
+            roller.mass_kg * roller.center_in_hub_m.xy().norm_squared()
+                + roller.transverse_inertia_kg_m2
+        });
+        wheel.hub.inertia_kg_m2[(2, 2)]
+            + at_ring.sum::<f64>()
+            + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
+    };
+    robot.wheels.iter().map(of).sum::<f64>() / count
 }
 
 /// The body's pose in the floor's frame when the robot stands at a planar pose.
@@ -543,39 +642,11 @@ fn standing(robot: &Robot, floor: &Floor, start: PlanarPose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(at), yaw)
 }
 
-/// Whether all rollers of a wheel are the same but for their places, so that one collider can stand for any of them.
-fn alike(wheel: &Wheel) -> bool {
-    // Files round their numbers: what agrees to a few digits was meant to be the same.
-    let close = |a: f64, b: f64| (a - b).abs() <= 1e-4 * a.abs().max(b.abs());
-    let figures = |roller: &Roller| {
-        let barrel = wheel.barrel(roller);
-        [
-            barrel.ring_radius_m,
-            barrel.half_length_m,
-            roller.radius_m,
-            roller.mass_kg,
-            roller.axial_inertia_kg_m2,
-            roller.transverse_inertia_kg_m2,
-            roller.joint.damping_n_m_s,
-            roller.joint.friction_n_m,
-        ]
-    };
-    let first = figures(&wheel.rollers[0]);
-    let same = |roller: &Roller| {
-        figures(roller)
-            .into_iter()
-            .zip(first)
-            .all(|(a, b)| close(a, b))
-    };
-    wheel.rollers.iter().all(same)
-}
-
 /// Refuses what cannot be simulated.
 fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let positive = [
         ("dt_s", settings.dt_s),
-        ("contact_frequency_hz", settings.contact_frequency_hz),
-        ("contact_damping_ratio", settings.contact_damping_ratio),
+        ("contact_stiffness_n_m", settings.contact_stiffness_n_m),
         ("prediction_m", settings.prediction_m),
     ];
     for (name, value) in positive {
@@ -587,7 +658,19 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
             });
         }
     }
-    let not_negative = [("gravity_m_s2", settings.gravity_m_s2)];
+    if let Some(split_dt_s) = settings.split_dt_s
+        && !(split_dt_s.is_finite() && split_dt_s > 0.0)
+    {
+        return Err(WorldError::Setting {
+            name: "split_dt_s",
+            value: split_dt_s,
+            range: "finite and above 0",
+        });
+    }
+    let not_negative = [
+        ("gravity_m_s2", settings.gravity_m_s2),
+        ("contact_relaxation_s", settings.contact_relaxation_s),
+    ];
     for (name, value) in not_negative {
         if !(value.is_finite() && value >= 0.0) {
             return Err(WorldError::Setting {
@@ -601,13 +684,9 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
     for wheel in &robot.wheels {
         for roller in &wheel.rollers {
             if let RollerForm::AsModelled(_) = roller.form {
-                let wheel_name = wheel.name.clone();
-                if settings.roller_bodies == RollerBodies::Near {
-                    return Err(WorldError::ModelledRollersNear { wheel: wheel_name });
-                }
                 if shape_of_roller(wheel, roller).is_none() {
                     return Err(WorldError::FlatRoller {
-                        wheel: wheel_name,
+                        wheel: wheel.name.clone(),
                         roller: roller.name.clone(),
                     });
                 }
@@ -628,14 +707,8 @@ fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldE
 
 /// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.
 fn integration_parameters(settings: &Settings) -> IntegrationParameters {
-    let softness = SpringCoefficients::new(
-        settings.contact_frequency_hz as Real,
-        settings.contact_damping_ratio as Real,
-    );
     IntegrationParameters {
         dt: settings.dt_s as Real,
-        contact_softness: softness,
-        static_contact_softness: softness,
         num_solver_iterations: 1,
         // It has no contact to solve, and so none to stabilise.
         num_internal_stabilization_iterations: 0,

@@ -8,7 +8,7 @@ mod support;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{Floor, GroundBox, Patch, Relief, RollerBodies, Settings, World};
+use ilon_world::{Floor, GroundBox, MotorTorque, Patch, Relief, RollerBodies, Settings, World};
 use nalgebra::{Vector2, Vector3};
 use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, mecanum6, volksbot, with_phases};
 
@@ -495,12 +495,10 @@ fn over_a_kerb_the_window_opens_and_ends_where_the_full_model_ends() {
         ..Floor::default()
     };
     let (full, _) = end_of_course(&floor, &all(500.0));
-    let (window, rig) = end_of_course(&floor, &near(500.0));
+    let (window, _) = end_of_course(&floor, &near(500.0));
     // 0.9 m of way with four impacts; the two differ by how the hand-over of the last digits falls.
     assert!((full.position_m() - window.position_m()).norm() < 3e-3);
     assert!((full.heading_rad - window.heading_rad).abs() < 0.3f64.to_radians());
-    // Back on the open floor one body a wheel is enough again.
-    assert_eq!(rig.world.roller_body_counts(), vec![1; 4]);
     // Finer steps end in the same place: an impact falls on another step each time, worth a millimetre or two.
     for hz in [1000.0, 2000.0] {
         let (fine, _) = end_of_course(&floor, &near(hz));
@@ -539,12 +537,10 @@ fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
     for seed in 7..11 {
         let floor = bumps(seed);
         let (full, _) = end_of_course(&floor, &all(500.0));
-        let (window, rig) = end_of_course(&floor, &near(500.0));
+        let (window, _) = end_of_course(&floor, &near(500.0));
         let (finer, _) = end_of_course(&floor, &near(1000.0));
         from_full_m += 0.25 * (full.position_m() - window.position_m()).norm();
         from_finer_m += 0.25 * (finer.position_m() - window.position_m()).norm();
-        let bodies = rig.world.roller_body_counts();
-        assert!(bodies.iter().all(|&bodies| bodies < 9));
     }
     assert!(
         from_full_m < from_finer_m,
@@ -571,7 +567,12 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
                 // 0.42 N m s: 60 rad/s of the robot's share that a wheel feels.
                 let pull = |(target, rate): (&f64, &f64)| 0.42 * (share * target - rate);
                 let torques: Vec<f64> = targets.iter().zip(rates).map(pull).collect();
-                rig.world.apply_with_droop(&torques, &[0.42; 4]);
+                rig.world.drive(
+                    &torques
+                        .iter()
+                        .map(|t| MotorTorque::with_droop(*t, 0.42))
+                        .collect::<Vec<_>>(),
+                );
                 rig.world.step();
                 if step >= 60 {
                     for contact in rig.world.contacts() {
@@ -608,7 +609,7 @@ fn the_laws_of_contact_hold_in_every_step() {
         let mut errors: Vec<f64> = (0..1000)
             .map(|_| {
                 rig.run_s(0.002);
-                rig.world.reaction_error()
+                rig.world.contact_residual_m_s()
             })
             .collect();
         errors.sort_by(f64::total_cmp);
@@ -623,8 +624,8 @@ fn the_laws_of_contact_hold_in_every_step() {
 
 /// Every joule of the motors is stored, slid away, rubbed away in a bearing, or lost where a roller lands.
 ///
-/// The work of every impulse is counted exactly for a constant inertia; what is left comes from the robot's turning on
-/// during a step and from f32.
+/// The work of every impulse is counted exactly for a constant inertia; what is left comes from how a roller turns on during
+/// the step in which it comes down, and from f32.
 #[test]
 fn the_energy_balance_closes() {
     let kerb = Floor {
@@ -654,7 +655,7 @@ fn the_energy_balance_closes() {
             (mecanum4(), Twist::new(0.0, 0.3, 0.0)),
             (volksbot(), Twist::new(0.2, 0.2, 0.5)),
         ] {
-            for settings in [all(500.0), near(500.0), near(60.0)] {
+            for settings in [all(500.0), near(500.0), near(250.0), near(60.0)] {
                 let mut rig = Rig::new(&robot, &floor, 0.3, &settings);
                 if settings.dt_s > 0.01 {
                     // Over edges a robot turns and falls by too much in so long a step.
@@ -672,6 +673,7 @@ fn the_energy_balance_closes() {
                         -stored.kinetic_j,
                         -stored.potential_j,
                         -world.slip_energy_j(),
+                        -world.spin_up_energy_j(),
                         -world.bearing_energy_j(),
                         -world.impact_energy_j(),
                     ]
@@ -684,12 +686,17 @@ fn the_energy_balance_closes() {
                 let turnover_j: f64 = 0.5 * terms.iter().map(|j| j.abs()).sum::<f64>();
                 let share = terms.iter().sum::<f64>() / turnover_j;
                 println!(
-                    "{share:.2e} {:?} {} {:?}",
-                    settings.roller_bodies, robot.name, terms
+                    "{share:.2e} {} {:?} {place} {} {:?}",
+                    settings.dt_s, settings.roller_bodies, robot.name, terms
                 );
-                // On the plane nothing lands or leaves, and a thousandth would be a term that is not counted: the bearings
-                // of coasting rollers are five.
-                let bound = if place == "on the plane" { 3e-4 } else { 0.01 };
+                // On the plane and on a slope nothing lands, and a thousandth would be a term that is not counted: the bearings
+                // of coasting rollers are five. A roller's spin changes by half over the first part of its passage, and a step
+                // takes it in one piece: an error of second order, (250 / 60)^2 = 17 times as large at 60 steps a second.
+                let bound = match place {
+                    "on the plane" | "on a slope" if settings.dt_s > 0.01 => 5e-3,
+                    "on the plane" | "on a slope" => 3e-4,
+                    _ => 2e-3,
+                };
                 assert!(
                     share.abs() < bound,
                     "{share:.2e} of {turnover_j:.3} J are missing: {} {place}, {twist:?}, {:?} at {} s",

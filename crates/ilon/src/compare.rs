@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use ilon_robot::FileAccess;
 use ilon_trace::{Settings, Summary, Trace};
 use serde::Serialize;
 
@@ -58,7 +59,7 @@ impl Compared {
     /// Where there is no trace, or one that cannot be read.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let is_folder = std::fs::metadata(path)
-            .map_err(|source| Error::read(path, &source))?
+            .map_err(|source| Error::read_folder(path, source))?
             .is_dir();
         let trace_path = if is_folder {
             path.join("trace.parquet")
@@ -70,13 +71,15 @@ impl Compared {
                 "`{}` holds no run: there is no trace.parquet in it",
                 path.display()
             );
-            return Err(Error::invalid(message, WHAT_TO_NAME));
+            return Err(Error::usage(message, WHAT_TO_NAME));
         }
         let trace = Trace::read_parquet(&trace_path)
-            .map_err(|error| Error::invalid(error.to_string(), WHAT_TO_NAME))?;
+            .map_err(|error| Error::usage(error.to_string(), WHAT_TO_NAME))?;
         let mut summary = Summary::of(&trace, &Settings::default());
-        let written = std::fs::read_to_string(path.join("summary.json")).ok();
-        let written = written.and_then(|json| serde_json::from_str::<Summary>(&json).ok());
+        let written = FileAccess::anywhere().read(&path.join("summary.json"), SUMMARY_BYTES);
+        let written = written
+            .ok()
+            .and_then(|json| serde_json::from_slice::<Summary>(&json).ok());
         if let Some(written) = written.filter(|written| written.trace_hash == summary.trace_hash) {
             summary = written;
         }
@@ -104,7 +107,7 @@ impl Comparison {
     /// Fewer than two runs.
     pub fn of(runs: Vec<Compared>, paths: &[PathBuf]) -> Result<Self, Error> {
         if runs.len() < 2 {
-            return Err(Error::invalid(
+            return Err(Error::usage(
                 "a comparison takes two runs or more",
                 "name at least two run folders, trace files or scenario files",
             ));
@@ -243,6 +246,9 @@ const fn quantity(
         of,
     }
 }
+
+/// The longest summary that is read, in bytes.
+const SUMMARY_BYTES: u64 = 64 << 20;
 
 /// What can be compared.
 const WHAT_TO_NAME: &str =

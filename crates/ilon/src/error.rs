@@ -1,26 +1,27 @@
-//! What can go wrong on the way from a scenario to its results, as a person reads it: what, where, and how to mend it.
+//! What can go wrong on the way from a scenario to its results, as a person reads it: what, where, and how to repair it.
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::RobotError;
+use ilon_robot::{Fault, ReadError, RobotError};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
 use crate::scenario;
 
-/// Why there is no result. All of these are faults of the input or of the place to write to.
+/// Why there is no result. All but two of these are faults of the input or of the place to write to.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum Error {
-    /// A file cannot be read.
+    /// A file cannot be read, or may not be.
     #[error("cannot read `{}`: {reason}", path.display())]
-    #[diagnostic(help("check the path; it is taken from {}", from.display()))]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why, in the system's words.
+        /// Why.
         reason: String,
-        /// The folder that a relative path is taken from.
-        from: PathBuf,
+        /// How to repair it.
+        #[help]
+        help: String,
     },
 
     /// A scenario is no TOML, or holds a key or value that it may not.
@@ -37,6 +38,31 @@ pub enum Error {
         #[help]
         help: String,
     },
+
+    /// What a command is told to do cannot be done, whatever the files hold.
+    #[error("{message}")]
+    Usage {
+        /// What is wrong, with the option or path.
+        message: String,
+        /// What to say instead.
+        #[help]
+        help: String,
+    },
+
+    /// Something cannot be turned into the text of a file.
+    #[error("{what} cannot be written as text: {reason}")]
+    #[diagnostic(help("this is a fault of ilon itself: please report it"))]
+    Encode {
+        /// What should be written.
+        what: &'static str,
+        /// Why, in the writer's words.
+        reason: String,
+    },
+
+    /// ilon itself broke down; where several scenarios run, the others go on.
+    #[error("ilon broke down over this scenario; what it said stands on standard error")]
+    #[diagnostic(help("this is a fault of ilon itself: please report it, with the scenario"))]
+    BrokeDown,
 
     /// A robot's file cannot be used.
     #[error(transparent)]
@@ -55,7 +81,7 @@ pub enum Error {
 
     /// A trace or another file of results cannot be written or read.
     #[error("{0}")]
-    #[diagnostic(help("choose another place; nothing was left half-written"))]
+    #[diagnostic(help("{}", help_on_trace(.0)))]
     Trace(#[from] ilon_trace::TraceError),
 
     /// A file of waypoints holds something else than waypoints.
@@ -117,7 +143,14 @@ pub struct RobotFault {
 
 impl RobotFault {
     fn new(fault: RobotError) -> Self {
-        let text = fault.text().map(str::to_owned);
+        // Of a file that is no robot nothing is shown: a scenario of a stranger may name any.
+        let is_robot = |text: &&str| match fault.fault() {
+            Fault::Toml { .. } => text.contains("wheel"),
+            _ => ["<robot", "<sdf", "<mujoco"]
+                .iter()
+                .any(|tag| text.contains(tag)),
+        };
+        let text = fault.text().filter(is_robot).map(str::to_owned);
         Self {
             help: fault.help(),
             source_code: text.map(|text| NamedSource::new(fault.file(), text)),
@@ -157,12 +190,29 @@ impl Error {
         Self::Robot(Box::new(first))
     }
 
-    pub(crate) fn read(path: &Path, source: &std::io::Error) -> Self {
+    pub(crate) fn read(path: &Path, fault: &ReadError) -> Self {
+        let from = std::env::current_dir().unwrap_or_default();
+        let (reason, help) = match fault {
+            ReadError::Io(source) => (
+                reason(source),
+                format!("check the path; it is taken from {}", from.display()),
+            ),
+            ReadError::Outside(_) => (
+                fault.to_string(),
+                "move it there, or allow its folder too; links are followed".to_owned(),
+            ),
+            _ => (fault.to_string(), "name a file of text".to_owned()),
+        };
         Self::Read {
             path: path.to_owned(),
-            reason: reason(source),
-            from: std::env::current_dir().unwrap_or_default(),
+            reason,
+            help,
         }
+    }
+
+    /// Like [`Self::read`], of a folder.
+    pub(crate) fn read_folder(path: &Path, source: std::io::Error) -> Self {
+        Self::read(path, &ReadError::Io(source))
     }
 
     pub(crate) fn write(path: &Path, source: &std::io::Error) -> Self {
@@ -176,6 +226,20 @@ impl Error {
         Self::Invalid {
             message: message.into(),
             help: help.into(),
+        }
+    }
+
+    pub(crate) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Usage {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    pub(crate) fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
+        Self::Encode {
+            what,
+            reason: reason.to_string(),
         }
     }
 
@@ -203,16 +267,36 @@ fn help_on_control(error: &ilon_control::ControlError) -> &'static str {
     }
 }
 
+fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
+    use ilon_trace::TraceError;
+    match error {
+        TraceError::InUse { .. } => "wait until it ends, or write elsewhere",
+        TraceError::Foreign { .. } => {
+            "nothing of it was removed; write to another folder, or move it away"
+        }
+        TraceError::Diverged { .. } => {
+            "look for numbers of very different size in the scenario and in the robot's file, or take shorter steps: \
+             `run.physics_dt_s`"
+        }
+        TraceError::Io { doing: "read", .. } => "check the path, and that it may be read",
+        TraceError::Io { .. } | TraceError::Encode { .. } => {
+            "choose another place; nothing was left half-written"
+        }
+        _ => "name a trace that `ilon run` of this version wrote",
+    }
+}
+
 /// The system's reason in plain words, without its error number.
-fn reason(error: &std::io::Error) -> String {
+pub(crate) fn reason(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::NotFound => "there is no such file or folder".to_owned(),
         ErrorKind::PermissionDenied => "permission denied".to_owned(),
         ErrorKind::IsADirectory => "it is a folder".to_owned(),
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder".to_owned(),
+        ErrorKind::ReadOnlyFilesystem => "its file system cannot be written to".to_owned(),
+        ErrorKind::StorageFull => "the disk is full".to_owned(),
         ErrorKind::AlreadyExists => "a file of that name stands in the way".to_owned(),
-        ErrorKind::InvalidData => "it is not UTF-8 text".to_owned(),
         _ => error.to_string(),
     }
 }

@@ -22,6 +22,9 @@
 //! | [`compare`] | several runs beside each other |
 //! | [`cli`] | the `ilon` command |
 
+// What is printed goes through `cli::say`, which bears closed and full streams; the macros of std panic there.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod bench;
 pub mod cli;
 pub mod compare;

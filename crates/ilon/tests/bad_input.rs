@@ -123,7 +123,7 @@ fn a_missing_robot() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robbot.urdf: cannot be read: No such file or directory (os error 2)",
+            "robbot.urdf: cannot be read: there is no such file",
             None,
             "give the path of a file that exists and may be read",
         )
@@ -405,7 +405,7 @@ fn a_physics_step_that_does_not_divide_the_control_period() {
         bench.refused(&["--set", "run.physics_dt_s=0.003"]),
         told(
             "`run.control_dt_s` = 0.01 is 3.333333 physics steps of `run.physics_dt_s` = 0.003, but must be a whole number of them",
-            None,
+            "--set:1:20",
             "set `run.physics_dt_s` to 0.0025, which divides it",
         )
     );
@@ -532,7 +532,7 @@ fn a_friction_that_the_wheel_loops_law_has_no_use_for() {
         bench.refused(&["--set", "wheel_loop.friction=0.3"]),
         told(
             "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
-            None,
+            "--set:1:23",
             "write law = \"prioritised_torque\", or leave the friction out",
         )
     );

@@ -105,6 +105,7 @@ proptest! {
     #[test]
     fn eq_51_52_the_appendix_adds_up(asked in prop::collection::vec(0.0..20.0_f64, 1..9), limit in 0.1..30.0_f64) {
         let mut shares: Vec<_> = asked.iter().map(|asked_rad_s| TaskShare {
+            twist_in_body: Twist::default(),
             name: "any", asked_rad_s: *asked_rad_s, capacity_rad_s: 0.0, weight: 0.0,
         }).collect();
         share_capacity(limit, &mut shares);

@@ -22,16 +22,42 @@ impl Pose {
         Vector2::new(self.x_m, self.y_m)
     }
 
-    /// The pose after a displacement in the body frame (a twist times a time: metres and radians), which is taken with
-    /// the heading at its middle; exact to second order in the turn. The heading is wrapped.
+    /// The pose after a displacement in the body frame, a constant twist times the time that it acts (metres and radians):
+    /// the end of the arc that the body's origin runs along. The heading is wrapped.
     pub fn moved(&self, displacement_in_body: Twist) -> Self {
         let turn_rad = displacement_in_body.omega_rad_s;
-        let in_world = displacement_in_body.rotated(self.heading_rad + 0.5 * turn_rad);
+        let chord = displacement_in_body
+            .scaled(chord_of_arc(turn_rad))
+            .rotated(self.heading_rad + 0.5 * turn_rad);
         Self {
-            x_m: self.x_m + in_world.vx_m_s,
-            y_m: self.y_m + in_world.vy_m_s,
+            x_m: self.x_m + chord.vx_m_s,
+            y_m: self.y_m + chord.vy_m_s,
             heading_rad: wrap_angle(self.heading_rad + turn_rad),
         }
+    }
+
+    /// The displacement in the body frame that takes this pose to another, metres and radians, by the shorter way round: the
+    /// inverse of [`Pose::moved`].
+    pub fn displacement_to(&self, other: &Self) -> Twist {
+        let turn_rad = wrap_angle(other.heading_rad - self.heading_rad);
+        let along = Twist::new(other.x_m - self.x_m, other.y_m - self.y_m, 0.0)
+            .rotated(-self.heading_rad - 0.5 * turn_rad)
+            .scaled(1.0 / chord_of_arc(turn_rad));
+        Twist {
+            omega_rad_s: turn_rad,
+            ..along
+        }
+    }
+}
+
+/// The chord of an arc over its length: sin(t/2)/(t/2) for a turn by t, which lies within [-pi, pi] or a little beyond.
+fn chord_of_arc(turn_rad: f64) -> f64 {
+    let half_rad = 0.5 * turn_rad;
+    // Below, the series' next term, half^4 / 120, is less than a rounding of 1.
+    if half_rad.abs() < 1e-4 {
+        1.0 - half_rad * half_rad / 6.0
+    } else {
+        libm::sin(half_rad) / half_rad
     }
 }
 
@@ -135,5 +161,35 @@ mod tests {
         let left = Twist::new(1.0, 0.0, 0.5).rotated(std::f64::consts::FRAC_PI_2);
         assert!((left.vx_m_s).abs() < 1e-15 && (left.vy_m_s - 1.0).abs() < 1e-15);
         assert_eq!(left.omega_rad_s, 0.5);
+    }
+
+    #[test]
+    fn a_constant_twist_runs_along_an_arc() {
+        // Half a circle of radius 2 to the left, at once and in a thousand parts.
+        let half = Twist::new(2.0 * PI, 0.0, PI);
+        let there = Pose::default().moved(half);
+        assert!(there.x_m.abs() < 1e-15 && (there.y_m - 4.0).abs() < 1e-15);
+        assert_eq!(there.heading_rad, -PI);
+        let parts = (0..1000).fold(Pose::default(), |pose, _| pose.moved(half.scaled(1e-3)));
+        // A thousand roundings of numbers below 4.
+        assert!((parts.position_m() - there.position_m()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_displacement_between_poses_takes_the_one_to_the_other_also_across_the_cut() {
+        let pose = |x_m, y_m, heading_rad| Pose {
+            x_m,
+            y_m,
+            heading_rad,
+        };
+        for (from, to) in [
+            (pose(1.0, -2.0, 3.0), pose(0.5, 0.7, -3.0)),
+            (pose(0.0, 0.0, 0.1), pose(0.3, 0.0, 0.1)),
+        ] {
+            let there = from.moved(from.displacement_to(&to));
+            // Rotations by an angle and back: some roundings of numbers of a few units.
+            let off = (there.position_m() - to.position_m()).norm();
+            assert!(off < 1e-14 && wrap_angle(there.heading_rad - to.heading_rad).abs() < 1e-14);
+        }
     }
 }

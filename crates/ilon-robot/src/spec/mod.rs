@@ -12,14 +12,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, RobotError};
-use crate::files::Files;
+use crate::files::FileAccess;
 use crate::model::DriveTrain;
 
 pub(crate) use check::check;
 pub(crate) use described::Described;
 
-/// Longest description that is read, in bytes.
-const MAX_BYTES: u64 = 4 << 20;
+/// Longest description that is read, in bytes: one with a wheel list of thousands stays below.
+const MAX_BYTES: u64 = 1 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -233,18 +233,18 @@ impl Spec {
     /// # Errors
     /// A file that cannot be read; TOML that is malformed, of another form, or has unknown keys.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
-        Self::load_through(path, &Files::default())
+        Self::load_through(path, &FileAccess::anywhere())
     }
 
     /// Reads a description from a TOML file that may be read.
     ///
     /// # Errors
     /// As [`Self::load`], and a file that may not be read.
-    pub fn load_through(path: impl AsRef<Path>, files: &Files) -> Result<Self, RobotError> {
+    pub fn load_through(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = files.read_text(path, MAX_BYTES).map_err(|fault| {
-            let reason = fault.to_string();
+        let text = files.read_text(path, MAX_BYTES).map_err(|e| {
+            let reason = e.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
         })?;
         Self::from_toml_str(&text, &file)

@@ -10,7 +10,7 @@ use nalgebra::Point3;
 
 use super::dae;
 use crate::error::Fault;
-use crate::files::Files;
+use crate::files::FileAccess;
 use crate::options::LoadOptions;
 use crate::packages::Packages;
 
@@ -21,7 +21,7 @@ const MAX_BYTES: u64 = 256 << 20;
 pub(super) struct Meshes {
     folder: PathBuf,
     packages: Packages,
-    files: Files,
+    files: FileAccess,
     read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
 }
 
@@ -83,7 +83,7 @@ impl Meshes {
     }
 }
 
-fn read(path: &Path, files: &Files) -> Result<Vec<Point3<f64>>, String> {
+fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
     let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
     let extension = path
         .extension()

@@ -26,7 +26,7 @@ use std::thread;
 use budget::STACK_BYTES;
 use dom::SourceFile;
 
-use crate::files::Files;
+use crate::files::FileAccess;
 use crate::packages::{Package, Packages};
 
 /// Longest file that is read, included ones too, in bytes.
@@ -37,7 +37,7 @@ pub(crate) const MAX_BYTES: u64 = 16 << 20;
 pub(crate) struct Settings<'a> {
     pub(crate) arguments: &'a BTreeMap<String, String>,
     pub(crate) packages: &'a [Package],
-    pub(crate) files: &'a Files,
+    pub(crate) files: &'a FileAccess,
     /// Whether files that cannot be found are left out, with what they would define.
     pub(crate) leave_out_missing: bool,
 }

@@ -13,8 +13,10 @@ pub(super) trait Answers {
     fn argument(&self, name: &str) -> Option<String>;
     /// The folder of a package.
     fn package(&self, name: &str) -> Option<String>;
-    /// A variable of the environment.
-    fn environment(&self, name: &str) -> Option<String>;
+    /// A variable of the environment, where that may be seen.
+    fn environment(&self, name: &str) -> Result<Option<String>, Error>;
+    /// The folder of this process, where that may be seen.
+    fn working_folder(&self) -> Result<String, Error>;
     /// The folder of the file that is read.
     fn folder(&self) -> &Path;
     /// What is left of the limits.
@@ -24,8 +26,7 @@ pub(super) trait Answers {
 /// What stands for `$(inner)`.
 pub(super) fn resolve(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
     if inner == "cwd" {
-        let folder = std::env::current_dir().unwrap_or_default();
-        return Ok(folder.display().to_string());
+        return answers.working_folder();
     }
     if let Some(expression) = inner.strip_prefix("eval ") {
         if expression.contains("__") {
@@ -55,10 +56,10 @@ fn command(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
             .ok_or_else(|| Error::Argument((*name).to_owned())),
         ("find", [package]) => find(package, answers),
         ("env", [name]) => answers
-            .environment(name)
+            .environment(name)?
             .ok_or_else(|| Error::new(format!("the environment variable `{name}` is not set"))),
         ("optenv", [name, default @ ..]) => Ok(answers
-            .environment(name)
+            .environment(name)?
             .unwrap_or_else(|| default.join(" "))),
         ("dirname", []) => {
             let folder = answers.folder();

@@ -1,16 +1,20 @@
 //! Reading traces.
 
 use std::fs::File;
+use std::io::{Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use ilon_robot::{FileAccess, ReadError};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use tempfile::TempDir;
 
-use super::HEADER_KEY;
+use super::checksum::{self, Found};
+use super::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
+use crate::file::io_error;
 use crate::record::MAX_TASKS;
 use crate::rows::{Rows, Which};
 use crate::trace::{Header, Trace};
@@ -19,51 +23,90 @@ use crate::trace::{Header, Trace};
 /// the length of the run.
 pub struct TraceFile {
     path: PathBuf,
+    /// The same file as the reader's.
+    file: File,
     reader: SerializedFileReader<File>,
     header: Header,
     row_count: usize,
-    /// The folder that goes with the file, where it is temporary.
-    folder: Option<TempDir>,
 }
 
+/// The most wheels of a robot whose trace is read.
+const MOST_WHEELS: usize = 1000;
+
 impl TraceFile {
-    /// Opens a trace and reads its header.
+    /// Opens a trace, once the whole file is known to be as it was written, and reads its header.
     ///
     /// # Errors
-    /// Says whether the file is missing, broken, or no trace.
+    /// Says whether the file is missing, broken, damaged, or no trace.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
-        let file = File::open(path).map_err(|source| TraceError::Io {
-            doing: "read",
+        let file = FileAccess::anywhere().open(path).map_err(|fault| {
+            let source = match fault {
+                ReadError::Io(source) => source,
+                other => std::io::Error::other(other.to_string()),
+            };
+            io_error("read", path)(source)
+        })?;
+        let mut own = file.try_clone().map_err(io_error("read", path))?;
+        // What reads Parquet does not bear with everything: it sees no file but as it was written.
+        let found = checksum::check(&mut own).map_err(io_error("read", path))?;
+        let path_owned = path.to_owned();
+        match found {
+            Found::Whole => Self::of(file, path),
+            Found::Damaged => Err(TraceError::Damaged { path: path_owned }),
+            Found::Parquet => Err(TraceError::NotATrace { path: path_owned }),
+            Found::Other => Err(TraceError::NotParquet {
+                path: path_owned,
+                source: ParquetError::General("it does not begin and end as one".to_owned()),
+            }),
+        }
+    }
+
+    /// A trace in a file without a name.
+    pub(crate) fn of_nameless(file: File) -> Result<Self, TraceError> {
+        Self::of(file, &std::env::temp_dir())
+    }
+
+    /// A trace in a file that is known to be whole.
+    pub(crate) fn of(file: File, path: &Path) -> Result<Self, TraceError> {
+        shielded(path, || Self::parse(file, path))
+    }
+
+    fn parse(file: File, path: &Path) -> Result<Self, TraceError> {
+        let not_parquet = |source| TraceError::NotParquet {
             path: path.to_owned(),
             source,
-        })?;
-        let reader = SerializedFileReader::new(file).map_err(|source| TraceError::NotParquet {
+        };
+        let own = file.try_clone().map_err(io_error("read", path))?;
+        let reader = SerializedFileReader::new(file).map_err(not_parquet)?;
+        let json = metadata(&reader, HEADER_KEY).ok_or_else(|| TraceError::NotATrace {
             path: path.to_owned(),
-            source,
         })?;
-        let header = read_header(&reader, path)?;
-        let row_count = reader.metadata().file_metadata().num_rows();
+        let header = read_header(json, path)?;
+        let row_count = rows_of(&reader, &header).ok_or_else(|| TraceError::Damaged {
+            path: path.to_owned(),
+        })?;
         Ok(Self {
             path: path.to_owned(),
+            file: own,
             reader,
             header,
-            row_count: usize::try_from(row_count).unwrap_or(0),
-            folder: None,
+            row_count,
         })
     }
 
-    /// Takes the folder in which the file stands: it is removed with this.
-    pub(crate) fn with_folder(self, folder: Option<TempDir>) -> Self {
-        Self { folder, ..self }
-    }
-
-    /// Where the file is.
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// Copies the file as it is.
+    pub(crate) fn copy_to(&self, copy: &mut File) -> std::io::Result<u64> {
+        let mut own = &self.file;
+        own.seek(SeekFrom::Start(0))?;
+        std::io::copy(&mut own, copy)
     }
 
     /// The values of a signal in one group of rows.
     fn values(&self, group: usize, signal: &Signal) -> Result<Vec<Option<f64>>, TraceError> {
+        shielded(&self.path, || self.decode(group, signal))
+    }
+
+    fn decode(&self, group: usize, signal: &Signal) -> Result<Vec<Option<f64>>, TraceError> {
         let not_parquet = |source| TraceError::NotParquet {
             path: self.path.clone(),
             source,
@@ -101,7 +144,6 @@ impl std::fmt::Debug for TraceFile {
         f.debug_struct("TraceFile")
             .field("path", &self.path)
             .field("row_count", &self.row_count)
-            .field("folder", &self.folder)
             .finish_non_exhaustive()
     }
 }
@@ -146,17 +188,24 @@ impl Rows for TraceFile {
     }
 }
 
-/// The header from the file's metadata.
-fn read_header(reader: &SerializedFileReader<File>, path: &Path) -> Result<Header, TraceError> {
-    let metadata = reader.metadata().file_metadata().key_value_metadata();
-    let json = metadata
-        .into_iter()
-        .flatten()
-        .find(|pair| pair.key == HEADER_KEY)
-        .and_then(|pair| pair.value.as_deref())
-        .ok_or_else(|| TraceError::NotATrace {
+/// Reads Parquet out of reach of its reader's panics: a file may be made to have a checksum that fits, and yet be broken.
+fn shielded<T>(path: &Path, read: impl FnOnce() -> Result<T, TraceError>) -> Result<T, TraceError> {
+    // What the closures look at is read anew each time, or dropped.
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        Err(TraceError::Damaged {
             path: path.to_owned(),
-        })?;
+        })
+    })
+}
+
+/// What stands under a key among the file's metadata.
+fn metadata<'r>(reader: &'r SerializedFileReader<File>, key: &str) -> Option<&'r str> {
+    let pairs = reader.metadata().file_metadata().key_value_metadata()?;
+    let pair = pairs.iter().find(|pair| pair.key == key)?;
+    pair.value.as_deref()
+}
+
+fn read_header(json: &str, path: &Path) -> Result<Header, TraceError> {
     let header: Header = serde_json::from_str(json).map_err(|source| TraceError::Header {
         path: path.to_owned(),
         source,
@@ -166,6 +215,20 @@ fn read_header(reader: &SerializedFileReader<File>, path: &Path) -> Result<Heade
         return Err(TraceError::TooManyTasks { found });
     }
     Ok(header)
+}
+
+/// How many rows the file says that it holds; `None` where they are not what a trace of this header can have. Room is made
+/// for them before they are read.
+fn rows_of(reader: &SerializedFileReader<File>, header: &Header) -> Option<usize> {
+    let metadata = reader.metadata();
+    let mut sum = 0usize;
+    for group in metadata.row_groups() {
+        let rows = usize::try_from(group.num_rows()).ok()?;
+        sum = sum.checked_add(rows).filter(|_| rows <= ROWS_A_GROUP)?;
+    }
+    let whole = usize::try_from(metadata.file_metadata().num_rows()).ok()?;
+    let is_possible = sum == whole && sum <= MOST_ROWS && header.wheels.len() <= MOST_WHEELS;
+    is_possible.then_some(sum)
 }
 
 /// One column as numbers; `None` where it is of a type that no signal has.

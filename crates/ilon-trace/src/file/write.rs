@@ -14,7 +14,8 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
 use super::HEADER_KEY;
-use super::whole::Unfinished;
+use super::atomic::{Unfinished, io_error};
+use super::checksum::{self, Summed};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
 use crate::record::MAX_TASKS;
@@ -27,27 +28,49 @@ pub const ROWS_A_GROUP: usize = 8192;
 #[derive(Debug)]
 pub struct TraceWriter {
     signals: Vec<Signal>,
-    writer: SerializedFileWriter<File>,
-    unfinished: Unfinished,
+    writer: SerializedFileWriter<Summed>,
+    place: Place,
+}
+
+/// Where a trace file grows.
+#[derive(Debug)]
+enum Place {
+    /// Under another name, until it is finished.
+    Named(Unfinished),
+    /// Under no name, on the disk of this folder.
+    Nameless(PathBuf),
 }
 
 impl TraceWriter {
-    /// Begins the file `path`, which grows as `growing`, on the same file system.
+    /// Begins the file `path`, which grows in the folder `growing_in`, on the same file system.
     ///
     /// # Errors
     /// [`TraceError::Io`] where the file cannot be made, [`TraceError::TooManyTasks`].
-    pub fn begin(path: &Path, growing: PathBuf, header: &Header) -> Result<Self, TraceError> {
+    pub fn begin(path: &Path, growing_in: &Path, header: &Header) -> Result<Self, TraceError> {
+        let unfinished = Unfinished::create(path, growing_in)?;
+        let file = unfinished.file()?;
+        Self::into(Place::Named(unfinished), file, header)
+    }
+
+    /// Begins a file without a name, which is gone once nobody has it open, however that comes about.
+    pub(crate) fn begin_nameless(file: File, header: &Header) -> Result<Self, TraceError> {
+        Self::into(Place::Nameless(std::env::temp_dir()), file, header)
+    }
+
+    fn into(place: Place, file: File, header: &Header) -> Result<Self, TraceError> {
         let found = header.task_names.len();
         if found > MAX_TASKS {
             return Err(TraceError::TooManyTasks { found });
         }
         let signals = signals(header);
-        let (unfinished, file) = Unfinished::create(path, growing)?;
-        let writer = writer(file, header, &signals).map_err(|source| encode(path, source))?;
+        let header = serde_json::to_string(header)
+            .map_err(|source| encode(place.path(), ParquetError::External(Box::new(source))))?;
+        let writer =
+            writer(file, header, &signals).map_err(|source| encode(place.path(), source))?;
         Ok(Self {
             signals,
             writer,
-            unfinished,
+            place,
         })
     }
 
@@ -59,12 +82,14 @@ impl TraceWriter {
         let mut write = || -> Result<(), ParquetError> {
             let mut group = self.writer.next_row_group()?;
             for signal in &self.signals {
-                write_column(&mut group, signal, trace, rows.clone())?;
+                let values: Vec<Option<f64>> =
+                    rows.clone().map(|row| signal.get(trace, row)).collect();
+                write_column(&mut group, signal, &values)?;
             }
             group.close()?;
             Ok(())
         };
-        write().map_err(|source| encode(self.unfinished.path(), source))
+        write().map_err(|source| encode(self.place.path(), source))
     }
 
     /// Ends the file and gives it its name.
@@ -72,15 +97,40 @@ impl TraceWriter {
     /// # Errors
     /// [`TraceError::Encode`], [`TraceError::Io`].
     pub fn finish(self) -> Result<(), TraceError> {
-        let file = self
-            .writer
-            .into_inner()
-            .map_err(|source| encode(self.unfinished.path(), source))?;
-        self.unfinished.finish(file)
+        self.end().map(|_| ())
+    }
+
+    /// Ends the file, gives it its name if it shall have one, and gives it back.
+    pub(crate) fn end(self) -> Result<File, TraceError> {
+        let file = self.writer.into_inner();
+        let file = file.map_err(|source| encode(self.place.path(), source))?;
+        let file = file
+            .finish()
+            .map_err(io_error("write", self.place.path()))?;
+        if let Place::Named(unfinished) = self.place {
+            unfinished.finish()?;
+        }
+        Ok(file)
+    }
+}
+
+impl Place {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Named(unfinished) => unfinished.path(),
+            Self::Nameless(folder) => folder,
+        }
     }
 }
 
 fn encode(path: &Path, source: ParquetError) -> TraceError {
+    let source = match source {
+        ParquetError::External(error) => match error.downcast::<std::io::Error>() {
+            Ok(error) => return io_error("write", path)(*error),
+            Err(error) => ParquetError::External(error),
+        },
+        source => source,
+    };
     TraceError::Encode {
         path: path.to_owned(),
         source,
@@ -90,9 +140,9 @@ fn encode(path: &Path, source: ParquetError) -> TraceError {
 /// A Parquet writer with the columns of these signals and the header in its metadata.
 fn writer(
     file: File,
-    header: &Header,
+    header_json: String,
     signals: &[Signal],
-) -> Result<SerializedFileWriter<File>, ParquetError> {
+) -> Result<SerializedFileWriter<Summed>, ParquetError> {
     let fields = signals
         .iter()
         .map(|signal| column_type(signal).map(Arc::new))
@@ -100,8 +150,6 @@ fn writer(
     let schema = Type::group_type_builder("trace")
         .with_fields(fields)
         .build()?;
-    let header_json =
-        serde_json::to_string(header).map_err(|e| ParquetError::External(Box::new(e)))?;
     let mut properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(vec![KeyValue::new(
@@ -115,7 +163,10 @@ fn writer(
             .set_column_dictionary_enabled(column.clone(), false)
             .set_column_encoding(column, Encoding::BYTE_STREAM_SPLIT);
     }
-    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))
+    let properties = Arc::new(properties.build());
+    let mut writer = SerializedFileWriter::new(Summed::new(file), Arc::new(schema), properties)?;
+    writer.write_all(&checksum::empty())?;
+    Ok(writer)
 }
 
 /// The Parquet type of a signal.
@@ -140,8 +191,7 @@ fn column_type(signal: &Signal) -> Result<Type, ParquetError> {
 fn write_column<W: std::io::Write + Send>(
     rows: &mut SerializedRowGroupWriter<'_, W>,
     signal: &Signal,
-    trace: &Trace,
-    steps: Range<usize>,
+    values: &[Option<f64>],
 ) -> Result<(), ParquetError> {
     let Some(mut column) = rows.next_column()? else {
         return Err(ParquetError::General(format!(
@@ -149,7 +199,6 @@ fn write_column<W: std::io::Write + Send>(
             signal.name
         )));
     };
-    let values: Vec<Option<f64>> = steps.map(|step| signal.get(trace, step)).collect();
     // Definition levels: 1 where a value is present, 0 where it is null; required columns have none.
     let levels: Vec<i16> = values.iter().map(|v| i16::from(v.is_some())).collect();
     let levels = signal.nullable.then_some(levels.as_slice());

@@ -7,7 +7,8 @@ use ilon_robot::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
 use super::World;
-use crate::{Patch, WorldError, convert};
+use crate::engine::convert;
+use crate::{Patch, WorldError};
 
 /// A force on the chassis for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +66,7 @@ impl World {
     pub fn push(&mut self, push: &Push) {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
         let floor_from_world = self.ground.world_from_floor().inverse();
-        let floor_from_body = self.state.floor_from_chassis.rotation;
+        let floor_from_body = self.state.floor_from_chassis().rotation;
         self.pushes.push(ActingPush {
             force_n: floor_from_world * push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
@@ -80,13 +81,15 @@ impl World {
         let outside_j = |payload: &Payload| self.payload_energy_j(payload);
         let gone_j: f64 = self.payloads.iter().map(outside_j).sum();
         let come_j: f64 = payloads.iter().map(outside_j).sum();
-        self.outside_energy_j += come_j - gone_j;
+        self.energies.outside_j += come_j - gone_j;
 
         let center_before_m = self.robot.chassis.mass.center_of_mass_m;
         self.robot.chassis.mass = loaded(&self.bare_chassis, payloads);
         let moved_m = self.robot.chassis.mass.center_of_mass_m - center_before_m;
         self.state.recenter(moved_m);
         self.before.recenter(moved_m);
+        self.middle.recenter(moved_m);
+        self.ahead.recenter(moved_m);
         self.payloads = payloads.to_vec();
         self.rebuild();
     }
@@ -95,7 +98,7 @@ impl World {
     ///
     /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
-        let kinetic_before_j = self.energy().kinetic_j;
+        let kinetic_before_j = self.kinetic_j();
         let hubs = &mut self.assembly.wheels;
         let Some(state) = hubs
             .get_mut(wheel)
@@ -105,7 +108,7 @@ impl World {
         };
         state.seize(seized, &self.state.hub_rate_in_hub(wheel));
         self.rebuild();
-        self.bearing_energy_j += kinetic_before_j - self.energy().kinetic_j;
+        self.energies.bearing_j += kinetic_before_j - self.kinetic_j();
     }
 
     /// Changes how slippery the ground is from now on: everywhere, and in places, later ones over earlier ones. A
@@ -116,7 +119,7 @@ impl World {
 
     /// Energy that pushes and payloads have brought since the start, in J; negative where they took some.
     pub fn outside_energy_j(&self) -> f64 {
-        self.outside_energy_j
+        self.energies.outside_j
     }
 
     /// Hands the pushes of the coming step to rapier.
@@ -131,23 +134,23 @@ impl World {
 
     /// Takes the pushes of the step off again, and counts their work: force times the mean velocity of the place before
     /// and after, which is the energy that a constant force gives a body over a step.
-    pub(super) fn end_pushes(&mut self) {
+    pub(super) fn end_pushes(&mut self, dt_s: f64) {
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        for push in self.pushes.drain(..) {
+        for push in &self.pushes {
             // Torques are set afresh in every step, forces are not.
             chassis.reset_forces(false);
-            let velocity = 0.5 * (self.before.velocity_m_s + self.state.velocity_m_s);
-            let angular = 0.5 * (self.before.angular_rad_s + self.state.angular_rad_s);
-            let of_place = velocity + angular.cross(&push.lever_m);
-            self.outside_energy_j += push.force_n.dot(&of_place) * self.settings.dt_s;
+            let mean = &self.middle;
+            let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
+            self.energies.outside_j += push.force_n.dot(&of_place) * dt_s;
         }
     }
 
     /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
     fn payload_energy_j(&self, payload: &Payload) -> f64 {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
-        let lever_m = self.state.floor_from_chassis.rotation * (payload.place_in_body_m - center_m);
-        let place_m = self.state.floor_from_chassis.translation.vector + lever_m;
+        let lever_m =
+            self.state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
+        let place_m = self.state.center_m() + lever_m;
         let velocity_m_s = self.state.velocity_m_s + self.state.angular_rad_s.cross(&lever_m);
         let up = self.ground.world_from_floor().inverse() * Vector3::z();
         let height_m = up.dot(&place_m);

@@ -10,30 +10,26 @@ use crate::{Floor, RollerBodies, Settings};
 fn angular_momentum(world: &World) -> Vector3<f64> {
     let state = &world.state;
     let chassis = &world.robot.chassis.mass;
-    let center_m = state.floor_from_chassis.translation.vector;
-    let rotation = state.floor_from_chassis.rotation;
+    let center_m = state.center_m();
+    let rotation = state.floor_from_chassis().rotation;
     let in_body = rotation.inverse() * state.angular_rad_s;
     let mut sum = rotation * (chassis.inertia_kg_m2 * in_body)
         + chassis.mass_kg * center_m.cross(&state.velocity_m_s);
     for (index, wheel) in world.robot.wheels.iter().enumerate() {
-        let floor_from_hub = state.floor_from_hub(index);
-        let hub_m = floor_from_hub.translation.vector;
+        let hub = &state.hubs()[index];
         let in_hub = state.hub_rate_in_hub(index);
-        let angular = floor_from_hub.rotation * in_hub;
-        let of_hub = state.velocity_m_s + state.angular_rad_s.cross(&(hub_m - center_m));
         let moving = |mass_kg: f64, in_hub_m: &Vector3<f64>| {
-            let lever_m = floor_from_hub.rotation * in_hub_m;
-            mass_kg * (hub_m + lever_m).cross(&(of_hub + angular.cross(&lever_m)))
+            let place_m = hub.place_m(in_hub_m);
+            mass_kg * place_m.cross(&state.hub_velocity_m_s(index, &place_m))
         };
         sum += moving(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m)
-            + floor_from_hub.rotation * (wheel.hub.inertia_kg_m2 * in_hub);
+            + hub.rotation * (wheel.hub.inertia_kg_m2 * in_hub);
         let states = &world.assembly.wheels[index].rollers;
         for (roller, state) in wheel.rollers.iter().zip(states) {
             let d = roller.axis_in_hub.into_inner();
             let turning = roller.transverse_inertia_kg_m2 * (in_hub - d * d.dot(&in_hub))
                 + roller.axial_inertia_kg_m2 * state.axial_rate_rad_s * d;
-            sum +=
-                moving(roller.mass_kg, &roller.center_in_hub_m) + floor_from_hub.rotation * turning;
+            sum += moving(roller.mass_kg, &roller.center_in_hub_m) + hub.rotation * turning;
         }
     }
     sum
@@ -55,7 +51,9 @@ fn lost_tumbling(dt_s: f64) -> f64 {
     };
     let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");
-    world.state.floor_from_chassis.translation.z += 1.0;
+    let mut pose = *world.state.floor_from_chassis();
+    pose.translation.z += 1.0;
+    world.state.place(pose);
     world.state.angular_rad_s = Vector3::new(0.3, -0.2, 0.5);
     world.state.wheel_rates_rad_s[1] = 5.0;
     for roller in &mut world.assembly.wheels[0].rollers {
@@ -95,12 +93,11 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
     let settings = Settings::default();
     let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");
-    world.state.floor_from_chassis.translation.z = 0.5;
-    world.state.floor_from_chassis.rotation =
-        UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.1, 0.0);
+    let mut pose = *world.state.floor_from_chassis();
+    pose.translation.z = 0.5;
+    pose.rotation = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.1, 0.0);
+    world.state.place(pose);
     world.rebuild();
-    world.write_back();
-    world.place_wheels();
     let energy_j = |world: &World| world.energy().kinetic_j + world.energy().potential_j;
     let from_j = energy_j(&world);
     for _ in 0..500 {

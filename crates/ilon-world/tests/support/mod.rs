@@ -289,7 +289,12 @@ pub fn drive(
                 kp * e + integral[i]
             })
             .collect();
-        world.apply_with_droop(&torques, &vec![kp; n]);
+        let motors: Vec<_> = torques
+            .iter()
+            .map(|t| MotorTorque::with_droop(*t, kp))
+            .collect();
+        world.drive(&motors);
+        let (before, angles_before) = (world.body().pose, world.wheel_angles_rad().to_vec());
         world.step();
         let b = world.body();
         if (t - 0.5).abs() < 0.5 * dt {
@@ -304,12 +309,13 @@ pub fn drive(
                     *a += x;
                 }
             };
-            add(&mut real, b.twist_in_body);
-            add(&mut ideal, ideal_twist(robot, world.wheel_rates_rad_s()));
-            add(
-                &mut contact,
-                contact_twist(robot, world.wheel_angles_rad(), world.wheel_rates_rad_s()),
-            );
+            // What moved in the step, and not how it moves now: rollers that hand over within it change the velocity.
+            let angles = angles_before.iter().zip(world.wheel_angles_rad());
+            let middle: Vec<f64> = angles.clone().map(|(a, b)| 0.5 * (a + b)).collect();
+            let rates: Vec<f64> = angles.map(|(a, b)| (b - a) / dt).collect();
+            add(&mut real, before.displacement_to(&b.pose).scaled(1.0 / dt));
+            add(&mut ideal, ideal_twist(robot, &rates));
+            add(&mut contact, contact_twist(robot, &middle, &rates));
             count += 1.0;
             for (i, c) in world.contacts().iter().enumerate() {
                 slip2 += c.sliding_in_body_m_s.norm_squared() / n as f64;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use ilon_robot::Robot;
 use ilon_trace::file::write_text;
 
-use super::Outcome;
-use super::output::OutputFolder;
+use super::escape::one_line;
 use super::table::Table;
+use super::{Outcome, claim, say};
 use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
 use crate::scenario::RollerBodies;
 use crate::{Error, report};
@@ -83,26 +83,26 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = options(arguments)?;
-    if let Some(folder) = &arguments.out {
-        OutputFolder::prepare(folder.clone())?;
-    }
+    let claim_out = |folder: &PathBuf| claim::folder(folder, "--out");
+    let _claim = arguments.out.as_ref().map(claim_out).transpose()?;
     if cfg!(debug_assertions) {
-        eprintln!("note: this is a build for debugging; its speeds tell nothing");
+        say::note("note: this is a build for debugging; its speeds tell nothing");
     }
-    let bench = Bench::measure(&options, |what| eprintln!("{what}"))?;
+    let bench = Bench::measure(&options, |what| say::note(&one_line(what)))?;
     let json = serde_json::to_string_pretty(&bench)
-        .map_err(|error| Error::invalid(error.to_string(), ""))?
+        .map_err(|error| Error::encode("the measurements", &error))?
         + "\n";
     if let Some(folder) = &arguments.out {
         write(folder, &bench, &json)?;
     }
     if arguments.json {
-        super::print(&json)?;
+        say::data(&json)?;
     } else {
-        super::print(&text(&bench))?;
+        say::lines(&text(&bench))?;
         if let Some(folder) = &arguments.out {
-            let place = folder.display();
-            super::print(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
+            let place = folder.display().to_string();
+            let place = one_line(&place);
+            say::lines(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
         }
     }
     Ok(Outcome::Done)
@@ -126,7 +126,7 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
             .iter()
             .any(|(other, _)| other == name)
         {
-            return Err(Error::invalid(
+            return Err(Error::usage(
                 format!("two robots are called `{name}`"),
                 "name each robot once; a file gives its robot its own name, without folder and ending",
             ));
@@ -172,7 +172,7 @@ fn robot(name: &str) -> Result<(String, Robot), Error> {
     }
     let path = Path::new(name);
     if path.extension().is_none() && !path.exists() {
-        return Err(Error::invalid(
+        return Err(Error::usage(
             format!("there is no built-in robot `{name}`, and no file of that name"),
             "choose `--robot mecanum4` or `--robot volksbot`, or name a URDF",
         ));
@@ -245,7 +245,7 @@ fn text(bench: &Bench) -> String {
     let mut text = String::new();
     for (name, robot) in &bench.robots {
         text.push_str(&robot_table(name, robot, &headings.join(", ")).to_string());
-        text.push_str(&format!("  headline: {}\n\n", robot.headline));
+        text.push_str(&format!("  headline: {}\n\n", one_line(&robot.headline)));
     }
     if !bench.throughput.is_empty() {
         text.push_str(&fleet_table(bench).to_string());

@@ -1,20 +1,27 @@
 //! `ilon check`: runs scenarios side by side and holds each against its own `[expect]`.
 
+mod found;
 mod junit;
+mod outcome;
 mod update;
 
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ilon_trace::{Recorded, Recording};
+use ilon_robot::FileAccess;
+use ilon_trace::{Recorded, Recording, file};
 use rayon::prelude::*;
 
+use self::found::Found;
+use self::outcome::{Checked, Count, Ended, Judged};
 use self::update::Update;
+use super::claim::{self, Claim};
 use super::output::OutputFolder;
-use super::table::Table;
-use super::{Outcome, Settings};
-use crate::judge::{Difference, Verdict, differences, judge_rows};
+use super::{Outcome, Sandbox, Settings, fault, say};
+use crate::judge::{Difference, differences, judge_rows};
 use crate::report::difference;
 use crate::simulate::{Run, Simulation};
 use crate::{Error, Scenario};
@@ -22,13 +29,13 @@ use crate::{Error, Scenario};
 /// Arguments of `ilon check`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Scenario files, and folders of them.
+    /// Scenario files, and folders of them: every `.toml` file in a folder and below it is a scenario.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Write the results as JUnit XML, which continuous integration shows.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Run only scenarios whose name contains this.
+    /// Run only scenarios whose name, or subfolder, contains this.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
     /// Begin no further scenario once one has failed.
@@ -45,11 +52,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
     /// Rewrite the bounds on quantities of the summary in each scenario's file to what was measured, with this margin as
-    /// a share of it; every change is told.
+    /// a share of it; every change is shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    sandbox: Sandbox,
 }
 
 fn margin(text: &str) -> Result<f64, String> {
@@ -59,167 +68,166 @@ fn margin(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What came of one scenario.
-struct Checked {
-    name: String,
-    path: PathBuf,
-    took: Duration,
-    result: Ended,
-}
-
-/// How one scenario ended.
-enum Ended {
-    /// It ran, and this is what was found.
-    Judged(Judged),
-    /// It could not run.
-    Refused(Error),
-    /// It was not begun, because another had failed.
-    Skipped,
-}
-
-/// What was found of a scenario that ran.
-struct Judged {
-    verdicts: Vec<Verdict>,
-    differences: Vec<Difference>,
-    /// Where the differences are drawn, if there are any.
-    drawn: Option<PathBuf>,
-    /// What `--update` changes in the file, once it was shown.
-    update: Option<Update>,
-}
-
-impl Judged {
-    /// What `--update` changes, a line each.
-    fn changes(&self) -> &str {
-        self.update.as_ref().map_or("", |update| &update.changes)
-    }
-
-    /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
-    fn failures(&self) -> Vec<String> {
-        const DIFFERENCES_TOLD: usize = 3;
-        let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
-        let mut lines: Vec<String> = failed.map(ToString::to_string).collect();
-        let told = self.differences.iter().take(DIFFERENCES_TOLD);
-        lines.extend(told.map(ToString::to_string));
-        if self.differences.len() > DIFFERENCES_TOLD {
-            let more = self.differences.len() - DIFFERENCES_TOLD;
-            lines.push(format!("{more} more signals leave their baseline"));
-        }
-        if let Some(drawn) = &self.drawn {
-            lines.push(format!("drawn in {}", drawn.display()));
-        }
-        lines
-    }
-}
-
 /// Runs all scenarios and prints a line for each.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let paths = scenarios(&arguments.paths, arguments.filter.as_deref())?;
+    let files = arguments.sandbox.files()?;
+    let found = found::find(&arguments.paths, arguments.filter.as_deref())?;
+    let _claims = claims(arguments, &found)?;
     let stop = AtomicBool::new(false);
     let settings = &arguments.settings.settings;
     let settings: String = settings
         .iter()
         .map(|setting| format!(" --set '{setting}'"))
         .collect();
-    let checked: Vec<Checked> = paths
-        .par_iter()
-        .map(|path| {
-            let mut checked = check(path, arguments, &stop);
-            if arguments.fail_fast && !checked.held() {
+    let checked: Vec<Checked> = found
+        .into_par_iter()
+        .map(|one| {
+            let mut checked = check(one, arguments, &files, &stop);
+            if arguments.fail_fast && checked.has_failed() {
                 stop.store(true, Ordering::Relaxed);
             }
             // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
-            let _ = super::print(&checked.line(&settings));
+            let _ = say::lines(&checked.lines(&settings));
             checked.write_update();
             checked
         })
         .collect();
     if let Some(path) = &arguments.junit {
-        ilon_trace::file::write_text(path, &junit::xml(&checked)?)?;
+        file::write_text(path, &junit::xml(&checked)?)?;
     }
-    super::print(&format!("\n{}", totals(&checked)))?;
+    say::lines(&format!("\n{}", outcome::totals(&checked)))?;
     let mut outcome = Outcome::Done;
     for one in checked {
-        let held = one.held();
-        match one.result {
-            Ended::Refused(error) => {
-                eprintln!("{}:", one.path.display());
-                super::tell(error);
+        match (one.count(), one.result) {
+            (_, Ended::Refused(error)) => {
+                say::note(&format!("{}:", one.label));
+                fault::show(error);
                 outcome = Outcome::BadInput;
             }
-            Ended::Judged(_) if !held && outcome == Outcome::Done => outcome = Outcome::Unexpected,
-            Ended::Judged(_) | Ended::Skipped => {}
+            (Count::Failed, _) if outcome == Outcome::Done => outcome = Outcome::Unexpected,
+            _ => {}
         }
     }
     Ok(outcome)
 }
 
-/// The scenario files named, and those in the folders named, in order of their names.
-fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>, Error> {
-    let mut files = Vec::new();
-    for path in paths {
-        let read = |source| Error::read(path, &source);
-        if std::fs::metadata(path).map_err(read)?.is_dir() {
-            let before = files.len();
-            for entry in std::fs::read_dir(path).map_err(read)? {
-                let file = entry.map_err(read)?.path();
-                if file
-                    .extension()
-                    .is_some_and(|extension| extension == "toml")
-                {
-                    files.push(file);
-                }
-            }
-            files[before..].sort();
-        } else {
-            files.push(path.clone());
-        }
-    }
-    files.retain(|file| filter.is_none_or(|text| name_of(file).contains(text)));
-    if files.is_empty() {
-        return Err(Error::invalid(
-            "there is no scenario to check",
-            "name a scenario file, or a folder with `.toml` files, and a --filter that one of them meets",
+/// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no
+/// two scenarios share their files.
+fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Error> {
+    let Arguments {
+        junit,
+        keep,
+        save,
+        against,
+        ..
+    } = arguments;
+    let mut inputs: Vec<PathBuf> = found.iter().map(|one| one.path.clone()).collect();
+    if let (Some(save), Some(against)) = (save, against)
+        && (save == against || claim::is_same_file(save, against))
+    {
+        return Err(Error::usage(
+            "--save and --against name the same folder: what fails against its baseline would become the baseline",
+            "hold the scenarios --against it first, and then --save them",
         ));
     }
-    Ok(files)
-}
-
-fn name_of(file: &Path) -> String {
-    file.file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned())
-        .unwrap_or_default()
-}
-
-fn check(path: &Path, arguments: &Arguments, stop: &AtomicBool) -> Checked {
-    let start = Instant::now();
-    let result = if stop.load(Ordering::Relaxed) {
-        Ended::Skipped
-    } else {
-        match run_and_judge(path, arguments) {
-            Ok(judged) => Ended::Judged(judged),
-            Err(error) => Ended::Refused(error),
+    let named = [("--save", save), ("--against", against), ("--keep", keep)];
+    for (option, folder) in named {
+        if folder.is_some() {
+            found::refuse_equal_names(found, option)?;
         }
-    };
-    Checked {
-        name: name_of(path),
-        path: path.to_owned(),
-        took: start.elapsed(),
-        result,
     }
+    if let Some(folder) = against {
+        inputs.extend(found.iter().map(|one| baseline_file(folder, &one.name)));
+    }
+    let mut claims = Vec::new();
+    if let Some(path) = junit {
+        claims.push(claim::file(path, "--junit", &inputs)?);
+    }
+    if let Some(folder) = save {
+        claims.push(claim::folder(folder, "--save")?);
+        let baselines = found.iter().map(|one| baseline_file(folder, &one.name));
+        let mut below = BTreeSet::new();
+        for baseline in baselines {
+            claim::not_an_input(&baseline, "--save", &inputs)?;
+            below.extend(baseline.parent().map(Path::to_owned));
+        }
+        for folder in below {
+            std::fs::create_dir_all(&folder).map_err(|source| Error::write(&folder, &source))?;
+            file::clear_unfinished(&folder)?;
+        }
+    }
+    if arguments.update.is_some() {
+        let file = |one: &Found| one.path.canonicalize().ok();
+        let folders: BTreeSet<_> = found
+            .iter()
+            .filter_map(|one| Some(file(one)?.parent()?.to_owned()))
+            .collect();
+        for folder in folders {
+            file::clear_unfinished(&folder)?;
+        }
+    }
+    if let Some(folder) = keep {
+        claims.push(claim::folder(folder, "--keep")?);
+        for one in found {
+            OutputFolder::refuse_losses(&folder.join(&one.name), "--keep", &inputs)?;
+        }
+    }
+    Ok(claims)
 }
 
-fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
-    let scenario = Scenario::load_with(path, &arguments.settings.settings)?;
+fn check(found: Found, arguments: &Arguments, files: &FileAccess, stop: &AtomicBool) -> Checked {
+    let start = Instant::now();
+    let ended = |result, took| Checked {
+        label: found.label.clone(),
+        path: found.path.clone(),
+        took,
+        result,
+    };
+    if let Some(error) = found.refused {
+        return Checked {
+            label: found.label,
+            path: found.path,
+            took: Duration::ZERO,
+            result: Ended::Refused(error),
+        };
+    }
+    if stop.load(Ordering::Relaxed) {
+        return ended(Ended::Skipped, Duration::ZERO);
+    }
+    // A fault of ilon's own in one scenario shall not cost the verdicts on the others.
+    let checked = AssertUnwindSafe(|| run_and_judge(&found.path, &found.name, arguments, files));
+    let result = match catch_unwind(checked) {
+        Ok(Ok(judged)) => Ended::Judged(judged),
+        Ok(Err(error)) => Ended::Refused(error),
+        Err(_) => Ended::Refused(Error::BrokeDown),
+    };
+    ended(result, start.elapsed())
+}
+
+fn run_and_judge(
+    path: &Path,
+    name: &Path,
+    arguments: &Arguments,
+    files: &FileAccess,
+) -> Result<Judged, Error> {
+    let scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
+    scenario.expect.check_windows(&scenario.run)?;
+    let baseline = arguments.against.as_deref();
+    let baseline = baseline
+        .map(|folder| baseline_in(folder, name))
+        .transpose()?;
     let simulation = Simulation::new(&scenario)?;
     let recording = Recording::temporary(simulation.trace().header.clone());
     let run = simulation.run_recorded(recording, |_, _| Ok::<(), Error>(()))?;
-    let (differences, drawn) = match &arguments.against {
-        Some(folder) => against(&run, folder, arguments)?,
-        None => (Vec::new(), None),
+    let (differences, drawn) = match baseline {
+        Some(baseline) => {
+            let (found, drawn) = against(&run, &baseline, name, arguments)?;
+            (Some(found), drawn)
+        }
+        None => (None, None),
     };
     if let Some(folder) = &arguments.save {
-        std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
-        run.trace.write_parquet(&baseline_file(folder, &run))?;
+        run.trace.write_parquet(&baseline_file(folder, name))?;
     }
     let verdicts = judge_rows(&run)?;
     let update = match arguments.update {
@@ -235,7 +243,7 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
     {
-        OutputFolder::prepare(folder.join(&run.scenario.name))?.write_all(&run)?;
+        OutputFolder::prepare(folder.join(name), "--keep", &[])?.write_all(&run)?;
     }
     Ok(judged)
 }
@@ -243,18 +251,11 @@ fn run_and_judge(path: &Path, arguments: &Arguments) -> Result<Judged, Error> {
 /// Holds a run against its baseline, and draws where it leaves it.
 fn against(
     run: &Run<Recorded>,
-    folder: &Path,
+    baseline: &Recorded,
+    name: &Path,
     arguments: &Arguments,
 ) -> Result<(Vec<Difference>, Option<PathBuf>), Error> {
-    let file = baseline_file(folder, run);
-    if !file.exists() {
-        return Err(Error::invalid(
-            format!("there is no baseline `{}`", file.display()),
-            format!("`ilon check --save {}` writes one", folder.display()),
-        ));
-    }
-    let baseline = Recorded::open(&file)?;
-    let found = differences(&run.trace, &baseline, &run.scenario.expect.tolerances)?;
+    let found = differences(&run.trace, baseline, &run.scenario.expect.tolerances)?;
     if found.is_empty() {
         return Ok((found, None));
     }
@@ -262,88 +263,28 @@ fn against(
         Some(keep) => keep.clone(),
         None => Path::new("out").join("check"),
     };
-    let kept = below.join(&run.scenario.name);
+    let kept = below.join(name);
     std::fs::create_dir_all(&kept).map_err(|source| Error::write(&kept, &source))?;
+    file::clear_unfinished(&kept)?;
     let drawn = kept.join("difference.html");
-    difference::write(&drawn, &run.trace, &baseline, &found)?;
+    difference::write(&drawn, &run.trace, baseline, &found)?;
     Ok((found, Some(drawn)))
 }
 
-fn baseline_file(folder: &Path, run: &Run<Recorded>) -> PathBuf {
-    folder.join(format!("{}.parquet", run.scenario.name))
+/// The baseline of a scenario in a folder, which must be there before the scenario is run.
+fn baseline_in(folder: &Path, name: &Path) -> Result<Recorded, Error> {
+    let file = baseline_file(folder, name);
+    if !file.exists() {
+        return Err(Error::usage(
+            format!("there is no baseline `{}`", file.display()),
+            format!("`ilon check --save {}` writes one", folder.display()),
+        ));
+    }
+    Ok(Recorded::open(&file)?)
 }
 
-impl Checked {
-    fn held(&self) -> bool {
-        match &self.result {
-            Ended::Judged(judged) => judged.failures().is_empty(),
-            Ended::Refused(_) => false,
-            Ended::Skipped => true,
-        }
-    }
-
-    /// Writes what `--update` changes, after it was shown.
-    fn write_update(&mut self) {
-        if let Ended::Judged(Judged {
-            update: Some(update),
-            ..
-        }) = &self.result
-            && let Err(error) = update.write()
-        {
-            self.result = Ended::Refused(error);
-        }
-    }
-
-    /// What came of it, with the `settings` under which it would be seen again.
-    fn line(&self, settings: &str) -> String {
-        let took_s = self.took.as_secs_f64();
-        let name = &self.name;
-        match &self.result {
-            Ended::Skipped => format!("skip   {name}\n"),
-            Ended::Refused(error) => format!("ERROR  {name}: {error}\n"),
-            Ended::Judged(judged) if self.held() => {
-                let expected = match judged.verdicts.len() {
-                    0 => "nothing expected".to_owned(),
-                    1 => "1 bound".to_owned(),
-                    count => format!("{count} bounds"),
-                };
-                format!(
-                    "held   {name} ({took_s:.1} s, {expected})\n{}",
-                    judged.changes()
-                )
-            }
-            Ended::Judged(judged) => {
-                let mut text = format!("FAILED {name} ({took_s:.1} s)\n");
-                for failure in judged.failures() {
-                    text.push_str(&format!("         {failure}\n"));
-                }
-                text.push_str(&format!(
-                    "         to see it: ilon run {}{settings}\n",
-                    self.path.display()
-                ));
-                text.push_str(judged.changes());
-                text
-            }
-        }
-    }
-}
-
-fn totals(checked: &[Checked]) -> String {
-    let mut table = Table::new();
-    table.heading("all scenarios");
-    let mut row = |name: &str, of: fn(&Checked) -> bool| {
-        let count = checked.iter().filter(|one| of(one)).count();
-        table.row(name, Some(count as f64), 0, "");
-    };
-    row("held", |one| {
-        matches!(one.result, Ended::Judged(_)) && one.held()
-    });
-    row("failed", |one| {
-        matches!(one.result, Ended::Judged(_)) && !one.held()
-    });
-    row("could not run", |one| {
-        matches!(one.result, Ended::Refused(_))
-    });
-    row("skipped", |one| matches!(one.result, Ended::Skipped));
-    table.to_string()
+fn baseline_file(folder: &Path, name: &Path) -> PathBuf {
+    let mut file = folder.join(name).into_os_string();
+    file.push(".parquet");
+    file.into()
 }

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
+use ilon_robot::FileAccess;
+
+use super::escape::one_line;
 use super::progress::Bar;
 use super::table::Table;
+use super::{Outcome, Sandbox, claim, say};
 use crate::compare::{Compared, Comparison};
 use crate::simulate::Simulation;
 use crate::{Error, Scenario, report};
@@ -18,6 +21,8 @@ pub(super) struct Arguments {
     /// Where to write the page.
     #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
     out: PathBuf,
+    #[command(flatten)]
+    sandbox: Sandbox,
     /// Print names, differing keys and summaries as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -25,31 +30,42 @@ pub(super) struct Arguments {
 
 /// Reads or simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let runs: Result<Vec<_>, Error> = arguments.runs.iter().map(|path| load(path)).collect();
-    let comparison = Comparison::of(runs?, &arguments.runs)?;
-    if let Some(folder) = arguments.out.parent().filter(|f| !f.as_os_str().is_empty()) {
+    let out = &arguments.out;
+    if let Some(folder) = out.parent().filter(|f| !f.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
     }
-    report::compare::write(&arguments.out, &comparison)?;
+    let within = |run: &PathBuf| {
+        [
+            run.clone(),
+            run.join("trace.parquet"),
+            run.join("summary.json"),
+        ]
+    };
+    let inputs: Vec<PathBuf> = arguments.runs.iter().flat_map(within).collect();
+    let _claim = claim::file(out, "--out", &inputs)?;
+    let files = arguments.sandbox.files()?;
+    let runs = arguments.runs.iter().map(|path| load(path, &files));
+    let comparison = Comparison::of(runs.collect::<Result<_, Error>>()?, &arguments.runs)?;
+    report::compare::write(out, &comparison)?;
     if arguments.json {
-        super::print(&json(&comparison)?)?;
+        say::data(&json(&comparison)?)?;
     } else {
-        super::print(&format!(
+        say::lines(&format!(
             "{}\nwritten to {}\n",
             table(&comparison),
-            arguments.out.display()
+            one_line(&out.display().to_string())
         ))?;
     }
     Ok(Outcome::Done)
 }
 
 /// A run from its folder or trace; a scenario is run.
-fn load(path: &Path) -> Result<Compared, Error> {
+fn load(path: &Path, files: &FileAccess) -> Result<Compared, Error> {
     let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
     if !is_scenario {
         return Compared::load(path);
     }
-    let scenario = Scenario::load(path)?;
+    let scenario = Scenario::load_within(path, &[], files)?;
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = Simulation::new(&scenario)?;
     for warning in simulation.warnings() {
@@ -57,6 +73,7 @@ fn load(path: &Path) -> Result<Compared, Error> {
     }
     let run = simulation.run_observed(|progress| bar.show(progress));
     bar.done();
+    run.trace.check_finite()?;
     Ok(Compared::of(run))
 }
 
@@ -96,6 +113,6 @@ fn json(comparison: &Comparison) -> Result<String, Error> {
         .collect();
     let all = serde_json::json!({ "runs": runs, "differences": comparison.differences });
     let text = serde_json::to_string_pretty(&all)
-        .map_err(|error| Error::invalid(error.to_string(), ""))?;
+        .map_err(|error| Error::encode("the comparison", &error))?;
     Ok(text + "\n")
 }

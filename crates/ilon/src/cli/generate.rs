@@ -4,8 +4,12 @@ use std::path::PathBuf;
 
 use ilon_robot::{Robot, Spec};
 
-use super::Outcome;
-use crate::Error;
+use super::{Outcome, claim, say};
+use crate::simulate::Simulation;
+use crate::{Error, Scenario};
+
+/// The least that a robot is simulated with.
+const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
 /// Arguments of `ilon generate`.
 #[derive(Debug, clap::Args)]
@@ -21,10 +25,15 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let spec = Spec::load(&arguments.spec)?;
     let urdf = ilon_robot::generate(&spec)?;
-    Robot::from_urdf_str(&urdf, &format!("the URDF of {}", arguments.spec.display()))?;
+    // What is written can be run.
+    let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
+    Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
     match &arguments.out {
-        Some(path) => ilon_trace::file::write_text(path, &urdf)?,
-        None => super::print(&urdf)?,
+        Some(path) => {
+            let _claim = claim::file(path, "--out", std::slice::from_ref(&arguments.spec))?;
+            ilon_trace::file::write_text(path, &urdf)?;
+        }
+        None => say::data(&urdf)?,
     }
     Ok(Outcome::Done)
 }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use ilon_control::Kinematics;
 use ilon_robot::Robot;
 
-use super::Outcome;
+use super::escape::one_line;
 use super::robot::Reading;
 use super::table::Table;
+use super::{Outcome, Sandbox, claim, say};
 use crate::inspect::Inspection;
 use crate::remedy::{self, Words};
 use crate::{Error, drawing};
@@ -19,6 +20,8 @@ pub(super) struct Arguments {
     robot: PathBuf,
     #[command(flatten)]
     reading: Reading,
+    #[command(flatten)]
+    sandbox: Sandbox,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
@@ -32,13 +35,18 @@ pub(super) struct Arguments {
 
 /// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let options = arguments.reading.options();
     let path = &arguments.robot;
+    let mut options = arguments.reading.options();
+    options.files = arguments.sandbox.files()?;
+    let claimed = |out: &Option<PathBuf>, flag| {
+        let claim = |out: &PathBuf| claim::file(out, flag, std::slice::from_ref(path));
+        out.as_ref().map(claim).transpose()
+    };
+    let _svg = claimed(&arguments.svg, "--svg")?;
+    let _urdf = claimed(&arguments.urdf, "--urdf")?;
     let loaded = Robot::load_with(path, &options).map_err(|fault| {
-        let command = format!(
-            "ilon inspect {}",
-            remedy::shell(&path.display().to_string())
-        );
+        let robot = remedy::shell(&path.display().to_string());
+        let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());
         remedy::diagnosed(fault, path, &options, &Words::Flags { command })
     })?;
     let inspection = Inspection::of_loaded(&loaded)?;
@@ -50,12 +58,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Error::invalid(error.to_string(), ""))?;
-        super::print(&(json + "\n"))?;
+            .map_err(|error| Error::encode("the inspection", &error))?;
+        say::data(&(json + "\n"))?;
     } else {
-        super::print(&text(&inspection))?;
+        say::lines(&text(&inspection))?;
         if let Some(path) = &arguments.svg {
-            super::print(&format!("\ndrawn in {}\n", path.display()))?;
+            let path = path.display().to_string();
+            say::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
         }
     }
     Kinematics::new(&loaded.robot)?;
@@ -201,12 +210,14 @@ fn text(robot: &Inspection) -> String {
     text.push_str(&format!("\n{table}"));
 
     if let Some(singularity) = &robot.singularity {
+        let singularity = one_line(singularity);
         text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
     }
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
         for (subjects, said) in gathered(&robot.remarks) {
-            text.push_str(&format!("  {}: {said}\n", subjects.join(", ")));
+            let remark = format!("{}: {said}", subjects.join(", "));
+            text.push_str(&format!("  {}\n", one_line(&remark)));
         }
     }
     text

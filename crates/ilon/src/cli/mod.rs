@@ -2,13 +2,17 @@
 
 mod bench;
 mod check;
+mod claim;
 mod compare;
+mod escape;
+mod fault;
 mod generate;
 mod inspect;
 mod output;
 mod progress;
 mod robot;
 mod run;
+mod say;
 mod schema;
 mod table;
 
@@ -16,6 +20,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use ilon_robot::FileAccess;
 
 use crate::Error;
 use crate::scenario::Setting;
@@ -55,7 +60,7 @@ enum Outcome {
     Done,
     /// An expectation did not hold.
     Unexpected,
-    /// Part of the input was bad, which has been told.
+    /// Part of the input was bad, which has been shown.
     BadInput,
 }
 
@@ -67,16 +72,46 @@ struct Settings {
     settings: Vec<Setting>,
 }
 
+/// What files of strangers may read.
+#[derive(Clone, Debug, clap::Args)]
+struct Sandbox {
+    /// Read no scenario, robot, mesh or file of waypoints outside of this folder, whatever the files name; may be given
+    /// several times. Links are followed first. xacro files see nothing of the environment.
+    #[arg(long = "sandbox", value_name = "DIR")]
+    folders: Vec<PathBuf>,
+}
+
+impl Sandbox {
+    /// The flags of it, each after a space.
+    fn words(&self) -> String {
+        let word = |folder: &PathBuf| crate::remedy::shell(&folder.display().to_string());
+        let flag = |folder| format!(" --sandbox {}", word(folder));
+        self.folders.iter().map(flag).collect()
+    }
+
+    /// Which files may be read.
+    fn files(&self) -> Result<FileAccess, Error> {
+        if self.folders.is_empty() {
+            return Ok(FileAccess::anywhere());
+        }
+        FileAccess::below(&self.folders).map_err(|error| {
+            Error::usage(
+                format!("--sandbox cannot be the folder {error}"),
+                "name a folder that is there",
+            )
+        })
+    }
+}
+
 /// Runs the command of this process's arguments.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    install_printer();
     match dispatch(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Unexpected) => ExitCode::from(1),
         Ok(Outcome::BadInput) => ExitCode::from(2),
         Err(error) => {
-            tell(error);
+            fault::show(error);
             ExitCode::from(2)
         }
     }
@@ -91,42 +126,5 @@ fn dispatch(command: Command) -> Result<Outcome, Error> {
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Schema => schema::run(),
-    }
-}
-
-/// How faults are shown: with the lines at fault, in colour only on a terminal, and never wrapped, so that a log or a
-/// script finds each message whole.
-fn install_printer() {
-    let print = miette::set_hook(Box::new(|_| {
-        Box::new(
-            miette::MietteHandlerOpts::new()
-                .terminal_links(false)
-                .width(usize::MAX)
-                .wrap_lines(false)
-                .context_lines(1)
-                .build(),
-        )
-    }));
-    // A hook set before this one stays, which is what a program that embeds this function wants.
-    drop(print);
-}
-
-/// Tells a person of a fault.
-fn tell(error: Error) {
-    eprintln!("{:?}", miette::Report::new(error));
-}
-
-/// Writes to standard output. A reader that has gone away, such as `head`, ends the writing without a fault.
-fn print(text: &str) -> Result<(), Error> {
-    use std::io::{ErrorKind, Write};
-    let mut stdout = std::io::stdout().lock();
-    let written = stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush());
-    match written {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::write(&PathBuf::from("standard output"), &error))
-        }
-        _ => Ok(()),
     }
 }

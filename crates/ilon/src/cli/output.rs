@@ -3,19 +3,29 @@
 //! While a run is under way its trace grows beside them in parts, so that one which is stopped, however, leaves a trace
 //! up to its last second and nothing that looks complete.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use ilon_trace::{Recorded, Recording};
+use ilon_robot::FileAccess;
+use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
+use super::claim::{self, Claim};
+use crate::scenario::Reference;
 use crate::simulate::{Run, Simulation};
-use crate::{Error, report};
+use crate::{Error, Scenario, report};
 
 /// The files of a finished run, the one that stands for all of them first.
-const RESULTS: [&str; 4] = ["summary.json", "report.html", TRACE, "scenario.toml"];
+const RESULTS: [&str; 4] = ["summary.json", "report.html", TRACE, SCENARIO];
 
 /// The trace, once it is whole.
 const TRACE: &str = "trace.parquet";
+
+/// The scenario as it was run.
+const SCENARIO: &str = "scenario.toml";
+
+/// How the scenario of a run begins, by which it is known from one that a person wrote.
+const RESOLVED: &str = "# The scenario as ilon ran it, every default spelled out.\n";
 
 /// Where the trace stands while it grows.
 const GROWING: &str = "trace.partial";
@@ -26,10 +36,14 @@ const PART_S: f64 = 1.0;
 /// Time between parts: writing one takes a few milliseconds, which runs far faster than real time would feel.
 const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 
-/// A folder that results can be written to.
+/// The longest summary that is looked at, in bytes.
+const SUMMARY_BYTES: u64 = 64 << 20;
+
+/// A folder that results can be written to, for this run alone.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     path: PathBuf,
+    _claim: Claim,
 }
 
 /// When what a run records is written as a part.
@@ -60,15 +74,50 @@ impl KeepingUp {
     }
 }
 
+/// The files that a scenario names, itself first.
+pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
+    let mut inputs = vec![path.to_owned(), scenario.resolve(&scenario.robot.file)];
+    if let Some(Reference::Waypoints { file, .. }) = &scenario.reference {
+        inputs.push(scenario.resolve(file));
+    }
+    inputs
+}
+
+/// Whether a folder holds the results of a run, finished or not.
+pub(super) fn holds_results(folder: &Path) -> bool {
+    let has = |name: &str| folder.join(name).exists();
+    has(SCENARIO) && (has(TRACE) || has(GROWING))
+}
+
 impl OutputFolder {
-    /// Makes sure, before anything is simulated, that the folder is there and can be written to.
-    pub fn prepare(path: PathBuf) -> Result<Self, Error> {
-        std::fs::create_dir_all(&path).map_err(|source| Error::write(&path, &source))?;
-        let probe = path.join(format!(".ilon-{}", std::process::id()));
-        std::fs::write(&probe, b"")
-            .and_then(|()| std::fs::remove_file(&probe))
-            .map_err(|source| Error::write(&path, &source))?;
-        Ok(Self { path })
+    /// Makes sure, before anything is simulated, that results can be written to a folder that an option names, that
+    /// nobody else writes there, and that nothing is lost by it.
+    pub fn prepare(path: PathBuf, option: &str, inputs: &[PathBuf]) -> Result<Self, Error> {
+        Self::refuse_losses(&path, option, inputs)?;
+        let claim = claim::folder(&path, option)?;
+        Ok(Self {
+            path,
+            _claim: claim,
+        })
+    }
+
+    /// Refuses a folder in which results would replace what is read, or what no run has written.
+    pub fn refuse_losses(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Error> {
+        for name in RESULTS {
+            let result = path.join(name);
+            claim::not_an_input(&result, option, inputs)?;
+            // A folder is no result, and is not removed.
+            if result.is_file() && !is_result(&result, name) {
+                return Err(Error::usage(
+                    format!(
+                        "`{}` was not written by a run, and results would replace it",
+                        result.display()
+                    ),
+                    format!("move it elsewhere, or choose another folder with {option}"),
+                ));
+            }
+        }
+        Ok(())
     }
 
     pub fn path(&self) -> &Path {
@@ -78,51 +127,46 @@ impl OutputFolder {
     /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
     /// its own. Gives what it is recorded into.
     pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Error> {
-        for name in RESULTS {
-            self.remove(&self.path.join(name))?;
-        }
-        for entry in std::fs::read_dir(&self.path).map_err(|e| Error::write(&self.path, &e))? {
-            let path = entry.map_err(|e| Error::write(&self.path, &e))?.path();
-            // What a process that was killed in the middle of writing has left.
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if RESULTS
-                .iter()
-                .any(|result| name.starts_with(&format!(".{result}.")))
-                && name.ends_with(".partial")
-            {
-                self.remove(&path)?;
-            }
-        }
-        let scenario = simulation.scenario().moved_to(&self.path).to_toml()?;
-        self.write_text("scenario.toml", &scenario)?;
-        Ok(Recording::into_file(
+        // The parts are looked at first: what is not theirs is refused before anything is removed.
+        let recording = Recording::into_file(
             simulation.trace().header.clone(),
             self.path.join(TRACE),
             self.path.join(GROWING),
-        )?)
+        )?;
+        for name in RESULTS {
+            self.remove(&self.path.join(name))?;
+        }
+        self.write_scenario(simulation.scenario())?;
+        Ok(recording)
     }
 
     /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
     pub fn write(&self, run: &Run<Recorded>) -> Result<(), Error> {
+        let summary = self.summary_json(run)?;
         report::write_recorded(&self.path.join("report.html"), &run.trace, &run.summary)?;
-        self.write_text("summary.json", &self.summary_json(run)?)
+        self.write_text("summary.json", &summary)
     }
 
     /// Writes all results of a run that was recorded elsewhere.
     pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Error> {
         // An older summary would make the new files look complete before they are.
         self.remove(&self.path.join("summary.json"))?;
-        let scenario = run.scenario.moved_to(&self.path).to_toml()?;
-        self.write_text("scenario.toml", &scenario)?;
+        self.write_scenario(&run.scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
         self.write(run)
     }
 
     /// The content of `summary.json`.
     pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Error> {
+        check_finite(&run.summary)?;
         let json = serde_json::to_string_pretty(&run.summary)
-            .map_err(|error| Error::invalid(error.to_string(), ""))?;
+            .map_err(|error| Error::encode("the summary", &error))?;
         Ok(json + "\n")
+    }
+
+    fn write_scenario(&self, scenario: &Scenario) -> Result<(), Error> {
+        let text = scenario.moved_to(&self.path).to_toml()?;
+        self.write_text(SCENARIO, &format!("{RESOLVED}\n{text}"))
     }
 
     fn write_text(&self, name: &str, text: &str) -> Result<(), Error> {
@@ -131,11 +175,86 @@ impl OutputFolder {
 
     /// Removes a file if it is there.
     fn remove(&self, path: &Path) -> Result<(), Error> {
-        match std::fs::remove_file(path) {
+        match fs::remove_file(path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 Err(Error::write(path, &error))
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// Refuses a figure that is no number: in JSON it would look like one that does not apply.
+fn check_finite(summary: &Summary) -> Result<(), Error> {
+    let figures = toml::Value::try_from(summary);
+    let figures = figures.map_err(|error| Error::encode("the summary", &error))?;
+    match not_finite(&figures) {
+        None => Ok(()),
+        Some((name, value)) => Err(TraceError::Diverged {
+            signal: name,
+            t_s: summary.duration_s,
+            value,
+        }
+        .into()),
+    }
+}
+
+/// The first number of a value that is not finite, by its dotted name.
+fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
+    let within = |name: &str, value| {
+        let (inner, number) = not_finite(value)?;
+        let dot = if inner.is_empty() { "" } else { "." };
+        Some((format!("{name}{dot}{inner}"), number))
+    };
+    match value {
+        toml::Value::Float(number) if !number.is_finite() => Some((String::new(), *number)),
+        toml::Value::Table(table) => table.iter().find_map(|(name, value)| within(name, value)),
+        toml::Value::Array(values) => values
+            .iter()
+            .enumerate()
+            .find_map(|(index, value)| within(&index.to_string(), value)),
+        _ => None,
+    }
+}
+
+/// Whether a file is what a run writes under that name.
+fn is_result(path: &Path, name: &str) -> bool {
+    let begins_with = |text: &str| {
+        let mut head = Vec::new();
+        let read = FileAccess::anywhere().open(path).and_then(|file| {
+            use std::io::Read;
+            Ok(file.take(4096).read_to_end(&mut head)?)
+        });
+        read.is_ok() && String::from_utf8_lossy(&head).contains(text)
+    };
+    match name {
+        TRACE => ilon_trace::file::is_trace(path),
+        SCENARIO => begins_with(RESOLVED.trim_end()),
+        "report.html" => begins_with(report::GENERATOR),
+        _ => {
+            let json = FileAccess::anywhere().read(path, SUMMARY_BYTES);
+            let json = json
+                .ok()
+                .and_then(|json| serde_json::from_slice(&json).ok());
+            json.is_some_and(|json: serde_json::Value| json.get("trace_hash").is_some())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_that_is_no_number_is_refused_by_its_name() {
+        let mut summary = Summary::default();
+        assert!(check_finite(&summary).is_ok());
+        summary.position_error_rms_m = Some(f64::NAN);
+        let told = check_finite(&summary).unwrap_err().to_string();
+        assert!(told.ends_with("`position_error_rms_m` is NaN"), "{told}");
+        summary.position_error_rms_m = None;
+        summary.twist_mean = Some(ilon_robot::Twist::new(0.0, f64::INFINITY, 0.0));
+        let told = check_finite(&summary).unwrap_err().to_string();
+        assert!(told.ends_with("`twist_mean.vy_m_s` is inf"), "{told}");
     }
 }

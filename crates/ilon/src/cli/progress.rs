@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::escape::one_line;
+use super::say;
 use crate::simulate::Progress;
 
 /// Shows how far a run is.
@@ -25,8 +27,9 @@ const TICKS: u64 = 1000;
 impl Bar {
     pub fn new(name: &str, duration_s: f64) -> Self {
         let on_terminal = std::io::stderr().is_terminal();
+        let name = one_line(name);
         if !on_terminal {
-            eprintln!("{name}: simulating {duration_s} s");
+            say::note(&format!("{name}: simulating {duration_s} s"));
         }
         let bar = on_terminal.then(|| {
             let style = ProgressStyle::with_template("{prefix} [{bar:32}] {msg}, {eta} left");
@@ -34,12 +37,12 @@ impl Bar {
             if let Ok(style) = style {
                 bar.set_style(style);
             }
-            bar.set_prefix(name.to_owned());
+            bar.set_prefix(name.clone().into_owned());
             bar.set_message(format!("0.0 of {duration_s:.1} s"));
             bar
         });
         Self {
-            name: name.to_owned(),
+            name: name.into_owned(),
             bar,
             told: Cell::new(Instant::now()),
         }
@@ -55,15 +58,19 @@ impl Bar {
         }
         if self.told.get().elapsed() > BETWEEN_LINES {
             self.told.set(Instant::now());
-            eprintln!("{}: {time_s:.1} of {duration_s:.1} s simulated", self.name);
+            say::note(&format!(
+                "{}: {time_s:.1} of {duration_s:.1} s simulated",
+                self.name
+            ));
         }
     }
 
     /// A line beside the bar.
     pub fn note(&self, text: &str) {
+        let note = || say::note(&one_line(text));
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(note),
+            None => note(),
         }
     }
 

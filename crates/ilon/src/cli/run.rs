@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use ilon_trace::Summary;
 
-use super::output::{KeepingUp, OutputFolder};
+use super::escape::one_line;
+use super::output::{self, KeepingUp, OutputFolder};
 use super::progress::Bar;
+use super::say;
 use super::table::Table;
-use super::{Outcome, Settings};
+use super::{Outcome, Sandbox, Settings};
 use crate::judge::judge_rows;
 use crate::simulate;
 use crate::{Error, Scenario};
@@ -22,6 +24,8 @@ pub(super) struct Arguments {
     out: PathBuf,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    sandbox: Sandbox,
     /// Print the summary as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -29,13 +33,19 @@ pub(super) struct Arguments {
 
 /// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let scenario = Scenario::load_with(&arguments.scenario, &arguments.settings.settings)?;
-    let folder = OutputFolder::prepare(out_folder(&arguments.out, &scenario.name))?;
+    let path = &arguments.scenario;
+    let files = arguments.sandbox.files()?;
+    let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
+    let out = out_folder(&arguments.out, &scenario.name);
+    let folder = OutputFolder::prepare(out, "--out", &output::inputs(path, &scenario))?;
 
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = simulate::Simulation::new(&scenario)?;
     for warning in simulation.warnings() {
         bar.note(&format!("note: {warning}"));
+    }
+    if let Err(fault) = scenario.expect.check_windows(&scenario.run) {
+        bar.note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
     let mut kept = KeepingUp::new();
@@ -47,15 +57,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
     folder.write(&run)?;
     for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
-        eprintln!("note: expected {verdict}");
+        say::note(&one_line(&format!("note: expected {verdict}")));
     }
     if arguments.json {
-        super::print(&folder.summary_json(&run)?)?;
+        say::data(&folder.summary_json(&run)?)?;
     } else {
-        super::print(&format!(
+        say::lines(&format!(
             "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
             summary_table(&run.summary),
-            folder.path().display()
+            one_line(&folder.path().display().to_string())
         ))?;
     }
     Ok(Outcome::Done)

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::escape::one_line;
+
 /// Rows of a name, numbers and a unit, under headings.
 #[derive(Debug, Default)]
 pub(super) struct Table {
@@ -24,7 +26,7 @@ impl Table {
     }
 
     pub fn heading(&mut self, text: &str) {
-        self.lines.push(Line::Heading(text.to_owned()));
+        self.lines.push(Line::Heading(one_line(text).into_owned()));
     }
 
     /// A row of one number; a dash where it does not apply.
@@ -42,7 +44,7 @@ impl Table {
             })
             .collect();
         self.lines.push(Line::Row {
-            name: name.to_owned(),
+            name: one_line(name).into_owned(),
             values,
             unit: unit.to_owned(),
         });
@@ -50,9 +52,10 @@ impl Table {
 
     /// A row of words, of which some may be numbers.
     pub fn words(&mut self, name: &str, words: &[String]) {
+        let shown = |word: &String| unsigned_zero(one_line(word).into_owned());
         self.lines.push(Line::Row {
-            name: name.to_owned(),
-            values: words.iter().cloned().map(unsigned_zero).collect(),
+            name: one_line(name).into_owned(),
+            values: words.iter().map(shown).collect(),
             unit: String::new(),
         });
     }
@@ -116,6 +119,18 @@ impl fmt::Display for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_stay_in_their_line() {
+        let mut table = Table::new();
+        table.heading("a\nb");
+        table.row("c\u{1b}[2J", Some(1.0), 0, "m");
+        table.words("d", &["e\n::error::f".to_owned()]);
+        assert_eq!(
+            table.to_string(),
+            "a\\nb\n  c\\u{1b}[2J              1 m\n  d           e\\n::error::f\n"
+        );
+    }
 
     #[test]
     fn columns_line_up_and_what_does_not_apply_is_a_dash() {

@@ -141,8 +141,10 @@ impl OfRobot {
             Self::Unexplained => {
                 let stored_j = |r: &Record| r.kinetic_energy_j + r.potential_energy_j;
                 let put_in_j = record.motor_energy_j + record.outside_energy_j;
-                let lost_j =
-                    record.slip_energy_j + record.bearing_energy_j + record.impact_energy_j;
+                let lost_j = record.slip_energy_j
+                    + record.spin_up_energy_j
+                    + record.bearing_energy_j
+                    + record.impact_energy_j;
                 put_in_j - lost_j - (stored_j(record) - stored_j(first))
             }
         })

@@ -26,6 +26,7 @@ use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 use crate::drawing;
 use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
+pub(crate) use page::GENERATOR;
 use page::{Head, Section, card, escape, panels};
 use shown::Shown;
 use words::{angle, length};

@@ -57,6 +57,9 @@ pub(super) struct Head {
     pub lead: String,
 }
 
+/// What says in a page that ilon wrote it, so that another's is not taken for one.
+pub(crate) const GENERATOR: &str = "<meta name=\"generator\" content=\"ilon\">";
+
 /// The whole page. `scripts` run after the one that draws the figures.
 pub(super) fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&str]) -> String {
     let mut html = String::with_capacity(6 << 20);
@@ -70,7 +73,7 @@ pub(super) fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&
     let _ = write!(
         html,
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
          <title>{title} · ilon</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\

@@ -85,6 +85,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                     slip_x_m_s: slide * (phi * 3.0).cos(),
                     slip_y_m_s: slide * (phi * 3.0).sin(),
                     slip_energy_j: 0.25 * slip_j,
+                    spin_up_energy_j: 0.0,
                     roller_spin_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1
                         + 3.0 * (-phi.abs() * 30.0).exp(),
                     roller_spin_ideal_rad_s: 8.0 * real.vy_m_s / 0.012 * 0.1,
@@ -126,6 +127,8 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 torque_weight_position: 1.0,
                 torque_weight_heading: 1.0,
                 slip_energy_j: slip_j,
+                spin_up_energy_j: 0.0,
+                contact_residual_m_s: 1e-9,
                 motor_energy_j: motor_j,
                 outside_energy_j: 0.0,
                 impact_energy_j: 0.0,

@@ -6,7 +6,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use super::Run;
+use super::objection::Objection;
+use crate::Error;
 use crate::judge::quantities;
+
+/// Slack on times, in seconds: the rounding of `12.3` shall not leave a row out of a window that it edges.
+const TIME_SLACK_S: f64 = 1e-9;
 
 /// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
 /// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
@@ -104,6 +110,141 @@ impl Expect {
     pub fn is_empty(&self) -> bool {
         self.bounds.is_empty() && self.signals.is_empty() && self.tolerances.is_empty()
     }
+
+    /// Refuses what says nothing of a run: bounds that nothing can break, and such as nothing can meet.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        for (name, bound) in &self.bounds {
+            object_to_bound(bound, &format!("expect.{name}"))?;
+        }
+        for (index, signal) in self.signals.iter().enumerate() {
+            object_to_signal(signal, &format!("expect.signals.{index}"))?;
+        }
+        Ok(())
+    }
+
+    /// Checks that every expectation on a signal looks at a row of the run: one that looks at none says nothing of it.
+    ///
+    /// A run that was cut short for a look is none the worse for it, so that this is asked where a scenario is a test.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the expectation at fault.
+    pub fn check_windows(&self, run: &Run) -> Result<(), Error> {
+        let last_row_s = run.last_row_s();
+        for (index, expected) in self.signals.iter().enumerate() {
+            let SignalBound {
+                ref signal,
+                must,
+                from_s,
+                until_s,
+                ..
+            } = *expected;
+            let object = |what: String, help: &str| {
+                let message = format!("`expect.signals.{index}` on `{signal}` {what}");
+                Err(Error::invalid(message, help))
+            };
+            const LONGER: &str = "lengthen the run, `run.duration_s`, or move the window into it";
+            let end_s = match until_s {
+                Some(until_s) if until_s > run.duration_s + TIME_SLACK_S => {
+                    let end_s = run.duration_s;
+                    return object(
+                        format!("looks until {until_s} s, beyond the end of the run at {end_s} s"),
+                        LONGER,
+                    );
+                }
+                until_s => until_s.unwrap_or(f64::INFINITY),
+            };
+            // A signal that must have settled by a time is looked at from then on.
+            let (from_s, end_s) = match must {
+                Must::Settle => (until_s.unwrap_or(0.0), f64::INFINITY),
+                Must::Always | Must::Eventually => (from_s, end_s),
+            };
+            if from_s > last_row_s + TIME_SLACK_S {
+                return object(
+                    format!(
+                        "looks from {from_s} s on, but the last row of the run is at {last_row_s} s"
+                    ),
+                    LONGER,
+                );
+            }
+            let first_row = ((from_s - TIME_SLACK_S) / run.row_s()).ceil().max(0.0);
+            if first_row * run.row_s() > end_s + TIME_SLACK_S {
+                return object(
+                    format!(
+                        "looks from {from_s} to {end_s} s, between two rows, which are {} s apart",
+                        run.row_s()
+                    ),
+                    "widen the window, or record more often: `run.control_dt_s`, `run.record_every`",
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a bound that nothing can break, and one that nothing can meet.
+fn object_to_bound(bound: &Bound, key: &str) -> Result<(), Objection> {
+    let Bound {
+        min,
+        max,
+        equal,
+        within,
+    } = *bound;
+    if equal.is_none() && within.is_some() {
+        return Err(Objection::to(
+            format!("{key}.within"),
+            format!("`{key}` has `within`, but no `equal` that it is meant from"),
+            "add `equal`, the value around which it may lie",
+        ));
+    }
+    if min.is_none() && max.is_none() && equal.is_none() {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` bounds nothing, and would hold whatever comes"),
+            "give it `min`, `max`, or `equal` with `within`, or leave it out",
+        ));
+    }
+    let within = within.unwrap_or(0.0);
+    let least = [min, equal.map(|equal| equal - within)];
+    let most = [max, equal.map(|equal| equal + within)];
+    let least = least
+        .into_iter()
+        .flatten()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let most = most.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    if least > most {
+        return Err(Objection::to(
+            key,
+            format!("`{key}` can never hold: nothing is both {least} or more and {most} or less"),
+            "exchange or correct its bounds",
+        ));
+    }
+    Ok(())
+}
+
+fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> {
+    object_to_bound(&expected.bound(), key)?;
+    if expected.must == Must::Settle && expected.from_s != 0.0 {
+        return Err(Objection::to(
+            format!("{key}.from_s"),
+            format!(
+                "`{key}.from_s` is of no use where a signal must settle: it is looked at from `until_s` on"
+            ),
+            "leave it out, or write when it must have settled as `until_s`",
+        ));
+    }
+    if let Some(until_s) = expected.until_s
+        && expected.from_s > until_s
+    {
+        return Err(Objection::to(
+            format!("{key}.until_s"),
+            format!(
+                "`{key}` looks at nothing: its window begins at {} s and ends at {until_s} s",
+                expected.from_s
+            ),
+            "exchange `from_s` and `until_s`",
+        ));
+    }
+    Ok(())
 }
 
 impl TryFrom<Table> for Expect {
@@ -214,5 +355,118 @@ impl JsonSchema for Expect {
             "additionalProperties": { "type": "number", "minimum": 0.0 },
         });
         Schema::try_from(root).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scenario;
+    use super::*;
+
+    const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
+
+    /// What is said of a scenario, and the text at which it points.
+    fn told(further: &str) -> (String, String) {
+        let text = format!("{RUN}{further}");
+        match Scenario::from_toml(&text, "test", "") {
+            Err(Error::Scenario(fault)) => {
+                let span = fault.span.offset()..fault.span.offset() + fault.span.len();
+                (fault.message.clone(), text[span].to_owned())
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn scenario(further: &str) -> Result<Scenario, Error> {
+        Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
+    }
+
+    #[rstest::rstest]
+    #[case::empty("hub_ripple_m = {}", "bounds nothing", "hub_ripple_m")]
+    #[case::no_equal("hub_ripple_m = { within = 1e-9 }", "no `equal`", "1e-9")]
+    #[case::not_even_max("hub_ripple_m = { max = 1, within = 1e-9 }", "no `equal`", "1e-9")]
+    #[case::in_a_group("twist_mean.vx_m_s = {}", "bounds nothing", "vx_m_s")]
+    #[case::crossed(
+        "slip_energy_j = { min = 2, max = 1 }",
+        "both 2 or more and 1 or less",
+        "slip_energy_j"
+    )]
+    #[case::apart(
+        "slip_energy_j = { equal = 5, within = 1, max = 3 }",
+        "both 4 or more and 3 or less",
+        "slip_energy_j"
+    )]
+    #[case::apart_below(
+        "slip_energy_j = { equal = 5, min = 5.1 }",
+        "both 5.1 or more and 5 or less",
+        "slip_energy_j"
+    )]
+    fn a_bound_that_nothing_can_break_or_meet_is_refused_where_it_stands(
+        #[case] bound: &str,
+        #[case] message: &str,
+        #[case] place: &str,
+    ) {
+        let (told, at) = told(&format!("[expect]\n{bound}\n"));
+        assert!(told.contains(message), "{told}");
+        assert_eq!(at, place);
+    }
+
+    #[rstest::rstest]
+    #[case::empty("", "bounds nothing")]
+    #[case::no_equal("within = 0.1", "no `equal`")]
+    #[case::crossed("min = 1\nmax = -1", "can never hold")]
+    #[case::reversed("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "looks at nothing")]
+    #[case::settles("max = 1\nmust = 'settle'\nfrom_s = 0.5", "is of no use")]
+    fn a_bound_on_a_signal_that_says_nothing_is_refused(
+        #[case] bound: &str,
+        #[case] message: &str,
+    ) {
+        let good = "[[expect.signals]]\nsignal = 'truth_x_m'\nmax = 1\n";
+        let bad = format!("{good}[[expect.signals]]\nsignal = 'truth_y_m'\n{bound}\n");
+        let (told, _) = told(&bad);
+        assert!(told.contains(message), "{told}");
+        assert!(told.contains("`expect.signals.1"), "{told}");
+        assert!(scenario(good).is_ok());
+    }
+
+    #[rstest::rstest]
+    // A row every 10 ms for 1 s: the last at 0.99 s.
+    #[case("max = 1", None)]
+    #[case("max = 1\nfrom_s = 0.99", None)]
+    #[case("max = 1\nuntil_s = 1.0", None)]
+    #[case("max = 1\nfrom_s = 0.3\nuntil_s = 0.3", None)]
+    #[case("max = 1\nmust = 'settle'\nuntil_s = 0.99", None)]
+    #[case(
+        "max = 1\nuntil_s = 1.1",
+        Some("looks until 1.1 s, beyond the end of the run at 1 s")
+    )]
+    #[case(
+        "max = 1\nfrom_s = 0.995",
+        Some("looks from 0.995 s on, but the last row of the run is at 0.99 s")
+    )]
+    #[case("max = 1\nfrom_s = 5", Some("looks from 5 s on"))]
+    #[case("max = 1\nmust = 'eventually'\nuntil_s = 2", Some("looks until 2 s"))]
+    #[case("max = 1\nmust = 'settle'\nuntil_s = 1.0", Some("looks from 1 s on"))]
+    #[case(
+        "max = 1\nfrom_s = 0.301\nuntil_s = 0.309",
+        Some("between two rows, which are 0.01 s apart")
+    )]
+    fn a_window_is_refused_where_it_holds_no_row(
+        #[case] bound: &str,
+        #[case] message: Option<&str>,
+    ) {
+        let scenario = scenario(&format!(
+            "[[expect.signals]]\nsignal = 'truth_x_m'\n{bound}\n"
+        ));
+        let found = scenario
+            .map(|s| s.expect.check_windows(&s.run))
+            .expect("the run itself is good");
+        match message {
+            None => assert!(found.is_ok(), "{found:?}"),
+            Some(message) => {
+                let told = found.unwrap_err().to_string();
+                assert!(told.contains(message), "{told}");
+            }
+        }
     }
 }

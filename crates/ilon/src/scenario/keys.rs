@@ -11,7 +11,12 @@ use toml::de::{DeTable, DeValue};
 
 /// Sizes of the numbers of a scenario: the world computes in single precision, where squares of larger ones are no longer
 /// finite and smaller ones round away. What a run is judged by is not bound so.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
+pub(crate) const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
+
+/// Whether a number is finite and of such a size, or zero.
+pub(crate) fn is_computable(number: f64) -> bool {
+    number == 0.0 || SIZES.contains(&number.abs())
+}
 
 /// A key or value that a scenario may not hold.
 #[derive(Debug)]
@@ -102,8 +107,24 @@ impl<'s> Checker<'s> {
                 if accepts(&alternatives, "integer") || accepts(&alternatives, "number") =>
             {
                 let radix = number.radix();
-                let parsed = i64::from_str_radix(number.as_str(), radix).map(|n| n as f64);
-                self.number(parsed.unwrap_or(f64::NAN), span, &alternatives)
+                // Wider than a seed, of 64 bits without a sign, so that what is beyond is told as a number.
+                let parsed = i128::from_str_radix(number.as_str(), radix);
+                if let Some(most) = most_whole(&alternatives)
+                    && parsed.as_ref().map_or(true, |number| *number > most)
+                {
+                    let rule = format!("{most} or less");
+                    return Err(self.fault(
+                        span,
+                        format!(
+                            "`{}` is {}, but must be {rule}",
+                            self.key(),
+                            number.as_str()
+                        ),
+                        format!("write a whole number that is {rule}"),
+                    ));
+                }
+                let number = parsed.map_or(f64::INFINITY, |number| number as f64);
+                self.number(number, span, &alternatives)
             }
             DeValue::Float(number) if accepts(&alternatives, "number") => {
                 let parsed = number.as_str().parse().unwrap_or(f64::NAN);
@@ -227,8 +248,7 @@ impl<'s> Checker<'s> {
         }
         let whole = |schema: &&Json| schema.get("type").and_then(Json::as_str) == Some("integer");
         let judged = self.path.first().is_some_and(|section| section == "expect");
-        let size = number.abs();
-        if !judged && !alternatives.iter().any(whole) && size > 0.0 && !SIZES.contains(&size) {
+        if !judged && !alternatives.iter().any(whole) && !is_computable(number) {
             let (least, most) = (SIZES.start(), SIZES.end());
             return Err(self.fault(
                 span,
@@ -287,6 +307,16 @@ impl<'s> Checker<'s> {
             help,
         }
     }
+}
+
+/// The largest whole number that a key may hold, where it may hold no other.
+fn most_whole(alternatives: &[&Json]) -> Option<i128> {
+    let most = |schema: &&Json| match schema.get("format").and_then(Json::as_str)? {
+        "uint32" => Some(i128::from(u32::MAX)),
+        "uint64" | "uint" => Some(i128::from(u64::MAX)),
+        _ => None,
+    };
+    alternatives.iter().find_map(most)
 }
 
 fn accepts(alternatives: &[&Json], kind: &str) -> bool {

@@ -1,54 +1,18 @@
 //! From a file and `--set` to a checked [`Scenario`], and back to text.
 
-use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
+use ilon_robot::FileAccess;
 use miette::{NamedSource, SourceSpan};
 use serde::Deserialize;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
-use super::{Motion, Robot, RollerBodies, Rollers, Scenario, Step, keys};
+use super::setting::{Origins, Setting, dotted_keys, merge};
+use super::{Scenario, keys};
 use crate::{Error, ScenarioFault};
 
-/// A key changed from outside the file: `--set KEY=VALUE`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Setting {
-    key: String,
-    value: String,
-}
-
-impl std::str::FromStr for Setting {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        match text.split_once('=') {
-            Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => Ok(Self {
-                key: key.trim().to_owned(),
-                value: value.trim().to_owned(),
-            }),
-            _ => Err("write KEY=VALUE, such as world.floor.friction=0.2".to_owned()),
-        }
-    }
-}
-
-impl std::fmt::Display for Setting {
-    /// As it is written on the command line.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}={}", self.key, self.value)
-    }
-}
-
-impl Setting {
-    /// The setting as a line of TOML. A value that is no TOML is taken as text, so that no quotes are needed in a shell.
-    fn as_toml(&self) -> String {
-        let Self { key, value } = self;
-        let as_is = format!("{key} = {value}");
-        match DeTable::parse(&as_is) {
-            Ok(_) => as_is,
-            Err(_) => format!("{key} = {}", toml::Value::from(value.as_str())),
-        }
-    }
-}
+/// The longest scenario that is read, in bytes: one with a schedule of a hundred thousand twists stays below.
+pub(crate) const MAX_BYTES: u64 = 16 << 20;
 
 impl Scenario {
     /// Reads a scenario file.
@@ -64,14 +28,39 @@ impl Scenario {
     /// # Errors
     /// Like [`Self::load`]; a fault in a setting is shown in the setting.
     pub fn load_with(path: impl AsRef<Path>, settings: &[Setting]) -> Result<Self, Error> {
+        Self::load_within(path, settings, &FileAccess::anywhere())
+    }
+
+    /// Reads a scenario file with some of its keys changed; it, and all files that it names, must be among those that may
+    /// be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load_with`].
+    pub fn load_within(
+        path: impl AsRef<Path>,
+        settings: &[Setting],
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
-        let mut scenario = parse(&text, &path.display().to_string(), settings)?;
-        scenario.name = match path.file_stem() {
-            Some(stem) => stem.to_string_lossy().into_owned(),
-            None => "scenario".to_owned(),
-        };
+        let text = files.read_text(path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let name = path.display().to_string();
+        let parsed = parse(&text, &name, settings);
+        let mut scenario = parsed.map_err(|error| unless_foreign(error, &text, &name))?;
+        let stem = path.file_stem().unwrap_or_default();
+        // `...toml` is a file whose name without its ending is `..`.
+        if stem == "." || stem == ".." {
+            return Err(Error::invalid(
+                format!(
+                    "a scenario cannot be called `{}`, which means another folder",
+                    stem.display()
+                ),
+                "rename the file: its name without `.toml` is the scenario's, and that of the folder of its results",
+            ));
+        }
+        scenario.name = stem.to_string_lossy().into_owned();
         scenario.folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        scenario.files = files.clone();
         Ok(scenario)
     }
 
@@ -88,7 +77,7 @@ impl Scenario {
 
     /// The scenario as TOML, with every default spelled out.
     pub fn to_toml(&self) -> Result<String, Error> {
-        toml::to_string(self).map_err(|source| Error::invalid(source.to_string(), ""))
+        toml::to_string(self).map_err(|source| Error::encode("the scenario", &source))
     }
 
     /// A path of the scenario, from its own folder.
@@ -114,114 +103,7 @@ impl Scenario {
         moved.folder = folder.to_owned();
         moved
     }
-
-    /// Checks what no single key can say: what must stand together, and how the time steps divide.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`], with the keys at fault.
-    pub fn validate(&self) -> Result<(), Error> {
-        match self.motion() {
-            Some(Motion::OpenLoop(twist)) => check_schedule(twist)?,
-            Some(Motion::Tracked(_)) => {}
-            None => {
-                let stands = if self.twist.is_some() {
-                    "both `[reference]` and `[twist]` stand"
-                } else {
-                    "neither `[reference]` nor `[twist]` stands"
-                };
-                return Err(Error::invalid(
-                    format!("{stands}, but a scenario asks for exactly one motion"),
-                    "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop",
-                ));
-            }
-        }
-        let Robot {
-            rollers,
-            roller_bodies,
-            ..
-        } = self.robot;
-        if (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near) {
-            return Err(Error::invalid(
-                "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
-                 can touch the ground is known of barrels only",
-                "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
-            ));
-        }
-        if let Step::Seconds(dt_s) = self.run.physics_dt_s {
-            let steps = self.run.control_dt_s / dt_s;
-            // A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
-            if steps.round() < 1.0 || (steps - steps.round()).abs() > 1e-9 * steps {
-                return Err(Error::invalid(
-                    format!(
-                        "`run.control_dt_s` = {} is {steps:.6} physics steps of `run.physics_dt_s` = {dt_s}, \
-                         but must be a whole number of them",
-                        self.run.control_dt_s
-                    ),
-                    format!(
-                        "set `run.physics_dt_s` to {}, which divides it",
-                        self.run.control_dt_s / steps.ceil().max(1.0)
-                    ),
-                ));
-            }
-        }
-        if self.wheel_loop.friction.is_some()
-            && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
-        {
-            return Err(Error::invalid(
-                "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
-                "write law = \"prioritised_torque\", or leave the friction out",
-            ));
-        }
-        if self.run.duration_s < self.run.control_dt_s {
-            return Err(Error::invalid(
-                format!(
-                    "`run.duration_s` = {} is shorter than one control period, `run.control_dt_s` = {}",
-                    self.run.duration_s, self.run.control_dt_s
-                ),
-                "lengthen the run or shorten the control period",
-            ));
-        }
-        self.check_length()
-    }
-
-    /// Refuses runs that no memory holds or that never end.
-    fn check_length(&self) -> Result<(), Error> {
-        let periods = self.run.duration_s / self.run.control_dt_s;
-        let rows = periods / f64::from(self.run.record_every.max(1));
-        if rows > MOST_ROWS {
-            return Err(Error::invalid(
-                format!(
-                    "`run.duration_s` = {} makes {rows:.1e} rows of the trace, where at most {MOST_ROWS:.0e} are kept",
-                    self.run.duration_s
-                ),
-                format!(
-                    "shorten the run, or record less often: `run.record_every` = {:.0}",
-                    (periods / MOST_ROWS).ceil()
-                ),
-            ));
-        }
-        let Step::Seconds(dt_s) = self.run.physics_dt_s else {
-            return Ok(());
-        };
-        let steps = self.run.duration_s / dt_s;
-        if steps > MOST_STEPS {
-            return Err(Error::invalid(
-                format!(
-                    "`run.duration_s` = {} takes {steps:.1e} physics steps of `run.physics_dt_s` = {dt_s}, where at most \
-                     {MOST_STEPS:.0e} are taken",
-                    self.run.duration_s
-                ),
-                "shorten the run or lengthen its steps",
-            ));
-        }
-        Ok(())
-    }
 }
-
-/// The most rows of a trace: ten gigabytes or so, and a day at 100 Hz.
-const MOST_ROWS: f64 = 1e7;
-/// The most physics steps of a run: weeks of computing.
-const MOST_STEPS: f64 = 1e11;
 
 /// A path without `.` and, where what they undo is known, `..`.
 fn normal(path: &Path) -> PathBuf {
@@ -257,22 +139,20 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
     up.chain(path.components().skip(shared)).collect()
 }
 
-fn check_schedule(twist: &super::Twist) -> Result<(), Error> {
-    let mut before_s = twist.rest_s;
-    for (index, next) in twist.schedule.iter().enumerate() {
-        if next.from_s < before_s + twist.ramp_s {
-            return Err(Error::invalid(
-                format!(
-                    "`twist.schedule.{index}` begins at {} s, while the ramp before it lasts until {} s",
-                    next.from_s,
-                    before_s + twist.ramp_s
-                ),
-                "order the schedule by `from_s` and leave each ramp its time",
-            ));
+/// A fault without the lines around it, where they are of a file that is no scenario: a link of a stranger may lead
+/// anywhere, and what stands there may be secret.
+fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
+    match error {
+        Error::Scenario(fault) if fault.source_code.name() == name && !text.contains("robot") => {
+            let before = text.get(..fault.span.offset()).unwrap_or(text);
+            let line = 1 + before.matches('\n').count();
+            Error::invalid(
+                format!("`{name}` is no scenario: on line {line}, {}", fault.message),
+                "a scenario is TOML that names a `robot`; of this file nothing is shown, since it does not",
+            )
         }
-        before_s = next.from_s;
+        other => other,
     }
-    Ok(())
 }
 
 fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error> {
@@ -301,90 +181,21 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
             span,
         }))
     })?;
-    let scenario = Scenario::deserialize(toml::Deserializer::from(document))
+    let scenario = Scenario::deserialize(toml::Deserializer::from(document.clone()))
         .map_err(|error| Error::toml(&error, NamedSource::new(name, text.to_owned())))?;
-    scenario.validate()?;
+    scenario.object().map_err(|objection| {
+        let Some((path, span)) = objection.place(document.get_ref()) else {
+            return objection.into();
+        };
+        let (source_code, span) = origins.of(&path, span);
+        Error::Scenario(Box::new(ScenarioFault {
+            message: objection.message,
+            help: objection.help,
+            source_code,
+            span,
+        }))
+    })?;
     Ok(scenario)
-}
-
-/// Where each key of the merged document was written.
-struct Origins<'t> {
-    file: (&'t str, &'t str),
-    settings: Vec<(Vec<String>, &'t str)>,
-}
-
-impl Origins<'_> {
-    /// The text that holds a key, and a span in it.
-    fn of(&self, path: &[String], span: Range<usize>) -> (NamedSource<String>, SourceSpan) {
-        // A key at fault may be one on the way to the key that was set; it is the file's own where the file has it.
-        let (name, text) = self.file;
-        let in_file = DeTable::parse(text).is_ok_and(|document| holds(document.get_ref(), path));
-        let setting = self
-            .settings
-            .iter()
-            .rev()
-            .find(|(keys, _)| path.starts_with(keys) || (!in_file && keys.starts_with(path)));
-        match setting {
-            Some((_, line)) => (NamedSource::new("--set", (*line).to_owned()), span.into()),
-            None => (NamedSource::new(name, text.to_owned()), span.into()),
-        }
-    }
-}
-
-/// Whether a table holds a key, given from the outermost table in.
-fn holds(table: &DeTable<'_>, path: &[String]) -> bool {
-    let Some((first, rest)) = path.split_first() else {
-        return true;
-    };
-    table
-        .iter()
-        .find(|(key, _)| key.get_ref() == first)
-        .is_some_and(|(_, value)| {
-            rest.is_empty()
-                || value
-                    .get_ref()
-                    .as_table()
-                    .is_some_and(|inner| holds(inner, rest))
-        })
-}
-
-/// The keys of a document with a single value, from the outermost table in.
-fn dotted_keys(table: &DeTable<'_>) -> Vec<String> {
-    let mut keys = Vec::new();
-    let mut table = Some(table);
-    while let Some(inner) = table.take() {
-        if inner.len() != 1 {
-            break;
-        }
-        if let Some((key, value)) = inner.iter().next() {
-            keys.push(key.get_ref().to_string());
-            table = value.get_ref().as_table();
-        }
-    }
-    keys
-}
-
-/// Lays one table over another. The value of a setting replaces the value that it names; tables on the way are merged.
-fn merge<'i>(below: &mut DeTable<'i>, above: DeTable<'i>) {
-    for (key, value) in above {
-        let existing = below
-            .iter_mut()
-            .find(|(known, _)| known.get_ref() == key.get_ref());
-        match (existing, value.get_ref()) {
-            (Some((_, slot)), DeValue::Table(_)) => {
-                let span = slot.span();
-                match (slot.get_mut(), value.into_inner()) {
-                    (DeValue::Table(slot), DeValue::Table(value)) => merge(slot, value),
-                    (slot, value) => *slot = value,
-                }
-                let _ = span;
-            }
-            (Some((_, slot)), _) => *slot = value,
-            (None, _) => {
-                below.insert(key, value);
-            }
-        }
-    }
 }
 
 /// Where a TOML error stands, or the whole text where it does not say.
@@ -397,6 +208,7 @@ pub(crate) fn toml_span(error: &toml::de::Error) -> SourceSpan {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Step;
     use super::*;
 
     const CIRCLE: &str = r#"
@@ -580,6 +392,70 @@ duration_s = 30
         let moved = scenario.moved_to(Path::new("/home/b/out"));
         assert_eq!(moved.robot.file, Path::new("../../a/robots/x.urdf"));
         assert_eq!(moved.robot.packages["x"], Path::new("../../a/meshes"));
+    }
+
+    #[test]
+    fn of_a_file_that_is_no_scenario_nothing_is_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let told = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            match Scenario::load(&path) {
+                Err(Error::Invalid { message, .. }) => message,
+                other => panic!("{other:?}"),
+            }
+        };
+        for secret in [
+            "[registry]\ntoken = \"secret\"\n",
+            "A=1\u{0}secret=2",
+            "run=1\n= secret",
+        ] {
+            let told = told(secret);
+            assert!(told.contains("is no scenario: on line"), "{told}");
+            assert!(!told.contains("secret"), "{told}");
+        }
+        std::fs::write(&path, CIRCLE.replace("radius_m", "raduis_m")).unwrap();
+        assert!(matches!(Scenario::load(&path), Err(Error::Scenario(_))));
+    }
+
+    #[test]
+    fn the_largest_seed_is_read_and_written_and_the_next_is_refused_as_the_number_it_is() {
+        let seed = u64::MAX.to_string();
+        let settings = [format!("sensors.seed={seed}").parse().unwrap()];
+        let scenario = parse(CIRCLE, "t", &settings).unwrap();
+        assert_eq!(scenario.sensors.seed, u64::MAX);
+        let again = parse(&scenario.to_toml().unwrap(), "t", &[]).unwrap();
+        assert_eq!(again.sensors.seed, u64::MAX);
+        for beyond in [
+            "18446744073709551616",
+            "99999999999999999999999999999999999999999999",
+        ] {
+            let (message, help, _) = told(CIRCLE, &[&format!("sensors.seed={beyond}")]);
+            assert_eq!(
+                message,
+                format!("`sensors.seed` is {beyond}, but must be {seed} or less")
+            );
+            assert_eq!(help, format!("write a whole number that is {seed} or less"));
+        }
+        let (message, ..) = told(CIRCLE, &["sensors.seed=-1"]);
+        assert_eq!(message, "`sensors.seed` is -1, but must be 0 or more");
+    }
+
+    #[test]
+    fn a_name_that_means_another_folder_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        for file in ["...toml", "..toml"] {
+            let path = folder.path().join(file);
+            std::fs::write(&path, CIRCLE).unwrap();
+            let refused = Scenario::load(&path).unwrap_err().to_string();
+            assert!(
+                refused.starts_with("a scenario cannot be called `."),
+                "{refused}"
+            );
+        }
+        let path = folder.path().join("....toml");
+        std::fs::write(&path, CIRCLE).unwrap();
+        assert_eq!(Scenario::load(&path).unwrap().name, "...");
     }
 
     #[test]

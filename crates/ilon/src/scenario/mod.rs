@@ -8,11 +8,14 @@ mod faults;
 mod guidance;
 mod keys;
 mod load;
-pub(crate) use load::toml_span;
+pub(crate) use load::{MAX_BYTES, toml_span};
 mod motion;
+mod objection;
 mod robot;
 mod run;
 mod sensors;
+mod setting;
+mod validate;
 mod wheels;
 mod world;
 
@@ -21,16 +24,18 @@ pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
-pub use load::Setting;
+pub(crate) use keys::{SIZES, is_computable};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
+pub use setting::Setting;
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
 pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;
 
+use ilon_robot::FileAccess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +81,9 @@ pub struct Scenario {
     /// The folder that its relative paths start from.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Which files it, and its robot, may read.
+    #[serde(skip)]
+    pub files: FileAccess,
 }
 
 impl Scenario {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_robot::{FileAccess, Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,8 @@ pub struct Robot {
     /// Where it looks at the start: the angle from the world's x axis to the body's, in degrees, counter-clockwise.
     #[serde(default)]
     pub heading_deg: f64,
-    /// Which rollers have their shapes in the simulated world: all, or those near the ground. The motion is the same.
+    /// Which rollers have their shapes in the simulated world: all, or those near the ground. The motion is the same to
+    /// micrometres, and not to the last bit.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
     /// What the rollers touch the ground with.
@@ -63,13 +64,14 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// How the robot's file is to be read, with paths that start from `folder`.
-    pub fn load_options(&self, folder: &Path) -> LoadOptions {
+    /// How the robot's file is to be read, with paths that start from `folder`, out of the files that may be read.
+    pub fn load_options(&self, folder: &Path, files: &FileAccess) -> LoadOptions {
         let package = |(name, dir): (&String, &PathBuf)| Package {
             name: name.clone(),
             folder: folder.join(dir),
         };
         let mut options = LoadOptions::default();
+        options.files = files.clone();
         options.packages = self.packages.iter().map(package).collect();
         let argument = |(name, value): (&String, &Argument)| (name.clone(), value.to_string());
         options.arguments = self.args.iter().map(argument).collect();

@@ -25,6 +25,29 @@ pub struct Run {
     pub record_every: u32,
 }
 
+impl Run {
+    /// How many control periods the run has: its duration, rounded to whole ones, and at least one.
+    pub fn control_periods(&self) -> u64 {
+        (self.duration_s / self.control_dt_s).round().max(1.0) as u64
+    }
+
+    /// How many rows its trace has.
+    pub fn row_count(&self) -> u64 {
+        self.control_periods()
+            .div_ceil(u64::from(self.record_every.max(1)))
+    }
+
+    /// Time between rows of its trace, in seconds.
+    pub fn row_s(&self) -> f64 {
+        self.control_dt_s * f64::from(self.record_every.max(1))
+    }
+
+    /// When the last row of its trace is, in seconds.
+    pub fn last_row_s(&self) -> f64 {
+        (self.row_count() - 1) as f64 * self.row_s()
+    }
+}
+
 /// A time step, given or chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]

@@ -111,14 +111,20 @@ pub struct Rough {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]
 pub struct Solver {
-    /// Natural frequency of a contact's spring, in Hz: how fast penetration is pushed out.
+    /// Steps in which a roller is about to slide, or has just begun to, are taken in parts of about this length, in seconds.
+    /// 0.0001 with an automatic `run.physics_dt_s` unless given; with a given step every step is taken whole unless given.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub contact_frequency_hz: Option<f64>,
-    /// Damping ratio of a contact's spring, dimensionless.
+    pub split_dt_s: Option<f64>,
+    /// Stiffness of every contact with the ground, in N/m; 1e8 unless given, that of hard rollers on hard ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub contact_damping_ratio: Option<f64>,
+    pub contact_stiffness_n_m: Option<f64>,
+    /// Time in which a contact's spring gives back what it was loaded with, in seconds; 0.005 unless given. Shorter, and
+    /// heavy robots bounce.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub contact_relaxation_s: Option<f64>,
 }
 
 impl Default for World {

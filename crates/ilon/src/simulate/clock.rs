@@ -17,12 +17,11 @@ impl Clock {
     /// A clock at zero. The duration is rounded to whole control periods, of which there is at least one.
     pub fn new(run: &scenario::Run, physics_dt_s: f64) -> Self {
         let steps_per_control = (run.control_dt_s / physics_dt_s).round().max(1.0) as u64;
-        let control_periods = (run.duration_s / run.control_dt_s).round().max(1.0) as u64;
         Self {
             physics_dt_s,
             control_dt_s: run.control_dt_s,
             steps_per_control,
-            control_periods,
+            control_periods: run.control_periods(),
             record_every: u64::from(run.record_every.max(1)),
             steps: 0,
         }

@@ -6,6 +6,7 @@ use ilon_control::{
     WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::Robot;
+use ilon_world::MotorTorque;
 use nalgebra::Vector2;
 
 use super::pilot::Targets;
@@ -17,8 +18,9 @@ pub(super) struct Drive {
     law: Law,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
-    torques_n_m: Vec<f64>,
-    droops_n_m_s: Vec<f64>,
+    /// Targets within what the motors drive to, in rad/s.
+    targets_rad_s: Vec<f64>,
+    torques: Vec<MotorTorque>,
 }
 
 enum Law {
@@ -76,8 +78,8 @@ impl Drive {
             .collect::<Result<_, _>>()?;
         Ok(Self {
             law,
-            torques_n_m: vec![0.0; motors.len()],
-            droops_n_m_s: vec![0.0; motors.len()],
+            targets_rad_s: vec![0.0; motors.len()],
+            torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
             motors,
         })
@@ -91,45 +93,54 @@ impl Drive {
         }
     }
 
-    /// The torques of the next physics step, in N m, within what each motor can give at its rate while a share of the
-    /// supply is left.
-    ///
-    /// A torque falls by its droop, in N m s/rad, per rate that its wheel gains during the step.
+    /// The torques of the next physics step, within what each motor can give at its rate while a share of the supply is
+    /// left. What a motor's rate limit takes of them is for the step to find out.
     pub fn torques(
         &mut self,
         targets: Targets<'_>,
         rates_rad_s: &[f64],
         supply_share: f64,
         dt_s: f64,
-    ) -> (&[f64], &[f64]) {
-        self.droops_n_m_s.fill(0.0);
-        for ((limit, motor), rate_rad_s) in
-            self.limits.iter_mut().zip(&self.motors).zip(rates_rad_s)
-        {
-            *limit = motor.range_on(*rate_rad_s, supply_share);
+    ) -> &[MotorTorque] {
+        let inputs = self.motors.iter().zip(rates_rad_s);
+        let outputs = self.limits.iter_mut().zip(&mut self.torques);
+        for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(inputs) {
+            *limit = motor.torque_range_on(*rate_rad_s, supply_share);
+            *torque = MotorTorque {
+                rate_limit_rad_s: motor.rate_limit_on(supply_share),
+                ..MotorTorque::constant(0.0)
+            };
         }
-        match (targets, &mut self.law) {
-            (Targets::Rates(rates), Law::Pid(pid)) => {
-                pid.update(rates, rates_rad_s, &self.limits, dt_s);
-                self.torques_n_m.copy_from_slice(pid.torques_n_m());
-                self.droops_n_m_s.copy_from_slice(pid.droops_n_m_s());
-            }
-            (Targets::Rates(rates), Law::ComputedTorque(law)) => {
-                let torques_n_m = law.update(rates, rates_rad_s, &self.limits, dt_s);
-                self.torques_n_m.copy_from_slice(torques_n_m);
-            }
-            (Targets::Rates(rates), Law::PrioritisedTorque(law)) => {
-                let torques_n_m = law.update(rates, rates_rad_s, &self.limits, dt_s);
-                self.torques_n_m.copy_from_slice(torques_n_m);
-            }
-            (Targets::Torques(torques), _) => {
-                let given = self.torques_n_m.iter_mut().zip(&self.limits);
-                for ((given, limit), asked) in given.zip(torques) {
-                    *given = limit.clamp(*asked);
+        let rates = match targets {
+            Targets::Rates(rates) => rates,
+            Targets::Torques(asked) => {
+                let given = self.torques.iter_mut().zip(&self.limits);
+                for ((given, limit), asked) in given.zip(asked) {
+                    given.torque_n_m = limit.clamp(*asked);
                 }
+                return &self.torques;
             }
+        };
+        let targets = self.targets_rad_s.iter_mut().zip(rates);
+        for ((target, asked), motor) in targets.zip(&self.torques) {
+            *target = asked.clamp(-motor.rate_limit_rad_s, motor.rate_limit_rad_s);
         }
-        (&self.torques_n_m, &self.droops_n_m_s)
+        let (targets, limits) = (&self.targets_rad_s, &self.limits);
+        let torques_n_m = match &mut self.law {
+            Law::Pid(pid) => {
+                pid.update(targets, rates_rad_s, limits, dt_s);
+                for (torque, droop_n_m_s) in self.torques.iter_mut().zip(pid.droops_n_m_s()) {
+                    torque.droop_n_m_s = *droop_n_m_s;
+                }
+                pid.torques_n_m()
+            }
+            Law::ComputedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
+            Law::PrioritisedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
+        };
+        for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
+            torque.torque_n_m = *torque_n_m;
+        }
+        &self.torques
     }
 }
 
@@ -162,6 +173,7 @@ fn pid(
     };
     let settings = WheelLoopSettings {
         timing,
+        inertia_kg_m2: model.ground_inertia_kg_m2(),
         derivative_filter_s: section.derivative_filter_s,
         feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
         feedforward_friction_n_m: section.feedforward_friction_n_m,

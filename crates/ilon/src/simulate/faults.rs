@@ -89,14 +89,10 @@ impl Faults {
             .product()
     }
 
-    /// Takes the torques of lost motors away.
-    pub fn spoil_torques(&self, t_s: f64, torques_n_m: &mut [f64]) {
-        for (fault, wheel) in self.on(t_s) {
-            if let (Fault::MotorLost { .. }, Some(torque_n_m)) = (fault, torques_n_m.get_mut(wheel))
-            {
-                *torque_n_m = 0.0;
-            }
-        }
+    /// Whether the motor of a wheel is lost.
+    pub fn motor_is_lost(&self, t_s: f64, wheel: usize) -> bool {
+        self.on(t_s)
+            .any(|(fault, of)| of == wheel && matches!(fault, Fault::MotorLost { .. }))
     }
 
     fn on(&self, t_s: f64) -> impl Iterator<Item = (&Fault, usize)> {
@@ -126,14 +122,10 @@ mod tests {
     #[test]
     fn a_fault_is_there_from_its_beginning_to_its_end_and_on_its_wheel_only() {
         let faults = faults("[[faults]]\nmotor_lost = { wheel = 'b', from_s = 1, until_s = 2 }");
-        let given = |t_s| {
-            let mut torques_n_m = [1.0, 1.0];
-            faults.spoil_torques(t_s, &mut torques_n_m);
-            torques_n_m
-        };
-        assert_eq!(given(0.99), [1.0, 1.0]);
-        assert_eq!(given(1.0), [1.0, 0.0]);
-        assert_eq!(given(2.0), [1.0, 1.0]);
+        let lost = |t_s| [0, 1].map(|wheel| faults.motor_is_lost(t_s, wheel));
+        assert_eq!(lost(0.99), [false, false]);
+        assert_eq!(lost(1.0), [false, true]);
+        assert_eq!(lost(2.0), [false, false]);
     }
 
     #[test]

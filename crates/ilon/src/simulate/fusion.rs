@@ -15,7 +15,7 @@ pub(super) struct Fusion {
 }
 
 impl Fusion {
-    /// A filter that knows the start, for poses of `sensor` and odometry once in a control period.
+    /// A filter that knows the start, for poses of `sensor` and odometry once in a control period, in a run of `duration_s`.
     ///
     /// # Errors
     /// [`Error::Control`] for settings that no filter can have.
@@ -25,16 +25,17 @@ impl Fusion {
         start: Pose,
         kinematics: &Kinematics,
         control_dt_s: f64,
+        duration_s: f64,
     ) -> Result<Self, Error> {
         // A sensor without noise is believed to a tenth of a millimetre and a hundredth of a degree: a filter cannot
         // weigh what it takes for certain.
         let (least_m, least_deg) = (1e-4, 0.01);
         let far = |wheel: &Wheel| wheel.position_m().xy().norm();
         // Odometry as far back as the oldest pose, with as many steps again for the poses that split them.
-        let periods = (sensor.latency_s / control_dt_s).ceil();
-        let poses = sensor
-            .rate_hz
-            .map_or(periods, |rate_hz| rate_hz * sensor.latency_s);
+        // What is older than the run is never asked for.
+        let back_s = sensor.latency_s.min(duration_s);
+        let periods = (back_s / control_dt_s).ceil();
+        let poses = sensor.rate_hz.map_or(periods, |rate_hz| rate_hz * back_s);
         let settings = PoseFilterSettings {
             measured_position_m: sensor.position_noise_m.max(least_m),
             measured_heading_rad: sensor.heading_noise_deg.max(least_deg).to_radians(),

@@ -18,7 +18,7 @@ use std::convert::Infallible;
 use ilon_control::{ContactKinematics, Feasibility, Kinematics};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Header, Recorded, Recording, Summary, Trace, TraceError};
-use ilon_world::World;
+use ilon_world::{MotorTorque, World};
 
 pub use pilot::{Controller, TwistProfile, WheelCommand};
 pub use sensors::Seen;
@@ -76,10 +76,18 @@ pub struct Simulation {
     drive: Drive,
     faults: Faults,
     disturbances: Disturbances,
-    torques_n_m: Vec<f64>,
-    droops_n_m_s: Vec<f64>,
+    motors: Vec<MotorTorque>,
     recorder: Recorder,
     warnings: Vec<String>,
+}
+
+/// Where the scenario puts its robot.
+fn start_pose(scenario: &Scenario) -> Pose {
+    Pose {
+        x_m: scenario.robot.x_m,
+        y_m: scenario.robot.y_m,
+        heading_rad: scenario.robot.heading_deg.to_radians(),
+    }
 }
 
 impl Simulation {
@@ -121,23 +129,6 @@ impl Simulation {
         let kinematics = Kinematics::new(robot)?;
         let contact_kinematics = ContactKinematics::new(robot)?;
 
-        let model = drive::dynamic_model(robot)?;
-        let physics_dt_s = match scenario.run.physics_dt_s {
-            Step::Seconds(dt_s) => dt_s,
-            Step::Auto(_) => tuning::physics_dt_s(&scenario, robot, &model),
-        };
-        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
-        let clock = Clock::new(&scenario.run, physics_dt_s);
-
-        let start = Pose {
-            x_m: scenario.robot.x_m,
-            y_m: scenario.robot.y_m,
-            heading_rad: scenario.robot.heading_deg.to_radians(),
-        };
-        let floor = floor::floor(&scenario.world.floor)?;
-        let settings = world_settings(&mut scenario, physics_dt_s);
-        let world = World::new(robot, &floor, start, &settings)?;
-
         let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
             Some(limit_rad_s) => limit_rad_s,
             None => robot.wheel_rate_limit_rad_s(),
@@ -150,6 +141,27 @@ impl Simulation {
             limit_rad_s,
             controller,
         )?;
+
+        let model = drive::dynamic_model(robot)?;
+        let physics_dt_s = match scenario.run.physics_dt_s {
+            Step::Seconds(dt_s) => dt_s,
+            Step::Auto(_) => {
+                let split_dt_s = tuning::split_dt_s(&scenario);
+                let solver = &mut scenario.world.solver;
+                solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+                let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
+                tuning::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
+            }
+        };
+        scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+        scenario.check_step(physics_dt_s)?;
+        let clock = Clock::new(&scenario.run, physics_dt_s);
+
+        let start = start_pose(&scenario);
+        let floor = floor::floor(&scenario.world.floor)?;
+        let settings = world_settings(&mut scenario, physics_dt_s);
+        let world = World::new(robot, &floor, start, &settings)?;
+
         let drive = Drive::new(
             &mut scenario,
             robot,
@@ -157,12 +169,7 @@ impl Simulation {
             pilot.reference_point_m(),
             physics_dt_s,
         )?;
-        let sensors = Sensors::new(
-            &scenario.sensors,
-            start,
-            &kinematics,
-            scenario.run.control_dt_s,
-        )?;
+        let sensors = Sensors::new(&scenario.sensors, start, &kinematics, &scenario.run)?;
 
         let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
         if let Some(feasibility) = pilot.feasibility(scenario.run.duration_s)
@@ -195,8 +202,7 @@ impl Simulation {
             drive,
             faults: Faults::new(&faults, robot)?,
             disturbances,
-            torques_n_m: vec![0.0; robot.wheels.len()],
-            droops_n_m_s: vec![0.0; robot.wheels.len()],
+            motors: vec![MotorTorque::constant(0.0); robot.wheels.len()],
             recorder,
             warnings,
         })
@@ -213,21 +219,17 @@ impl Simulation {
         if control_is_due {
             self.pilot.decide(t_s, seen);
         }
-        let (torques_n_m, droops_n_m_s) = self.drive.torques(
+        let torques = self.drive.torques(
             self.pilot.targets(),
             &seen.wheel_rates_rad_s,
             self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
-        self.torques_n_m.copy_from_slice(torques_n_m);
-        self.droops_n_m_s.copy_from_slice(droops_n_m_s);
-        self.faults.spoil_torques(t_s, &mut self.torques_n_m);
-        for (droop, (spoiled, given)) in
-            (self.droops_n_m_s.iter_mut()).zip(self.torques_n_m.iter().zip(torques_n_m))
-        {
-            // A motor that does not do what its loop asks has no loop.
-            if spoiled != given {
-                *droop = 0.0;
+        self.motors.copy_from_slice(torques);
+        for (wheel, motor) in self.motors.iter_mut().enumerate() {
+            // A lost motor has no loop either.
+            if self.faults.motor_is_lost(t_s, wheel) {
+                *motor = MotorTorque::constant(0.0);
             }
         }
         if control_is_due {
@@ -235,22 +237,14 @@ impl Simulation {
         }
         if self.clock.record_is_due() {
             let shares = self.drive.shares();
-            self.recorder.record(
-                t_s,
-                &self.world,
-                seen,
-                &self.pilot,
-                &self.torques_n_m,
-                shares,
-            );
+            self.recorder
+                .record(t_s, &self.world, seen, &self.pilot, shares);
         }
         self.disturbances
             .act(t_s, self.clock.physics_dt_s(), &mut self.world);
-        self.world
-            .apply_with_droop(&self.torques_n_m, &self.droops_n_m_s);
+        self.world.drive(&self.motors);
         self.world.step();
-        self.recorder
-            .count_losses(&self.world, self.clock.physics_dt_s());
+        self.recorder.count(&self.world, self.clock.physics_dt_s());
         self.clock.tick();
     }
 
@@ -367,7 +361,9 @@ impl Simulation {
 }
 
 fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
-    let options = scenario.robot.load_options(&scenario.folder);
+    let options = scenario
+        .robot
+        .load_options(&scenario.folder, &scenario.files);
     let path = scenario.resolve(&scenario.robot.file);
     match Robot::load_with(&path, &options) {
         Ok(mut loaded) => {
@@ -394,13 +390,14 @@ fn world_settings(scenario: &mut Scenario, physics_dt_s: f64) -> ilon_world::Set
     };
     ilon_world::Settings {
         dt_s: physics_dt_s,
+        split_dt_s: solver.split_dt_s,
         roller_bodies,
-        contact_frequency_hz: *solver
-            .contact_frequency_hz
-            .get_or_insert(defaults.contact_frequency_hz),
-        contact_damping_ratio: *solver
-            .contact_damping_ratio
-            .get_or_insert(defaults.contact_damping_ratio),
+        contact_stiffness_n_m: *solver
+            .contact_stiffness_n_m
+            .get_or_insert(defaults.contact_stiffness_n_m),
+        contact_relaxation_s: *solver
+            .contact_relaxation_s
+            .get_or_insert(defaults.contact_relaxation_s),
         gravity_m_s2: world.gravity_m_s2,
         ..defaults
     }

@@ -2,12 +2,13 @@
 
 use ilon_control::{
     Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
-    Kinematics, Reference, Task,
+    Kinematics, Reference, Task, TaskShare,
 };
-use ilon_robot::{Pose, Twist};
+use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use super::sensors::Seen;
+use super::start_pose;
 use super::waypoints;
 use crate::Error;
 use crate::scenario::{self, ReferencePoint, Scenario};
@@ -64,18 +65,11 @@ pub(super) struct Decision {
     pub command_twist_in_body: Twist,
     pub granted_twist_in_body: Twist,
     /// The twists that the tasks asked for, highest priority first; empty in open loop.
-    pub tasks: Vec<TaskRecord>,
+    pub tasks: Vec<TaskShare>,
 }
 
-/// One task of a decision.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TaskRecord {
-    pub name: &'static str,
-    pub asked_rad_s: f64,
-    pub capacity_rad_s: f64,
-    pub weight: f64,
-    pub asked_twist_in_body: Twist,
-}
+/// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
+const SAMPLES: usize = 2000;
 
 impl Pilot {
     pub fn new(
@@ -117,7 +111,7 @@ impl Pilot {
             (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
             (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
         };
-        let mut pilot = Self {
+        Ok(Self {
             motion,
             guidance: Guidance::new(kinematics, &settings)?,
             contact: match section.kinematics {
@@ -127,12 +121,7 @@ impl Pilot {
             wheel_rates_rad_s: vec![0.0; wheel_count],
             torques_n_m: None,
             decision: Decision::default(),
-        };
-        // Names the guidance's tasks before the first step.
-        if let Planned::Reference(_) = pilot.motion {
-            pilot.decide(0.0, &Seen::at(start_pose(scenario), wheel_count));
-        }
-        Ok(pilot)
+        })
     }
 
     /// Decides anew, from the time and what the robot knows.
@@ -151,7 +140,7 @@ impl Pilot {
                 };
                 self.wheel_rates_rad_s
                     .copy_from_slice(&command.wheel_rates_rad_s);
-                self.decision.take(command, &seen.pose, Some(desired));
+                self.decision.take(command, Some(desired));
                 let point_m = self.guidance.kinematics().reference_point_m();
                 self.decision.move_to_origin(point_m);
             }
@@ -166,7 +155,7 @@ impl Pilot {
                 };
                 self.wheel_rates_rad_s
                     .copy_from_slice(&command.wheel_rates_rad_s);
-                self.decision.take(command, &seen.pose, None);
+                self.decision.take(command, None);
             }
             Planned::Own(controller, reference) => {
                 let desired = reference.as_ref().map(|reference| reference.at(t_s));
@@ -222,7 +211,10 @@ impl Pilot {
 
     /// Names of the guidance's tasks, highest priority first; none in open loop.
     pub fn task_names(&self) -> Vec<&'static str> {
-        self.decision.tasks.iter().map(|task| task.name).collect()
+        match &self.motion {
+            Planned::Reference(_) => self.guidance.task_names().to_vec(),
+            Planned::Twist(_) | Planned::Own(..) => Vec::new(),
+        }
     }
 
     /// From when on means are taken, in seconds.
@@ -233,10 +225,44 @@ impl Pilot {
         }
     }
 
+    /// The fastest wheel rate that the scenario asks for, in rad/s, whatever its wheels can do: that of the commanded twist,
+    /// or of the reference and of the way to it from the start. Noise, pushes and overshoot come on top. `None` of a
+    /// controller of one's own.
+    pub fn fastest_rate_asked_rad_s(&self, scenario: &Scenario) -> Option<f64> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let (speed_m_s, turn_rad_s) = reference.peaks(scenario.run.duration_s, SAMPLES);
+                let start = start_pose(scenario);
+                let first = reference.at(0.0).pose;
+                // What follows is at most this far from the origin.
+                let arm_m = self.reference_point_m().norm();
+                let off_m = (first.position_m() - start.position_m()).norm() + arm_m;
+                let off_rad = wrap_angle(first.heading_rad - start.heading_rad).abs();
+                let gains = &scenario.guidance;
+                // Feedforward and feedback together.
+                let asked = self.guidance.feasibility(
+                    speed_m_s + gains.position_gain_per_s * off_m,
+                    turn_rad_s + gains.heading_gain_per_s * off_rad,
+                );
+                Some(asked.position_rad_s + asked.heading_rad_s)
+            }
+            Planned::Twist(profile) => {
+                let kinematics = self.guidance.kinematics();
+                let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+                let fastest = profile.changes.iter().map(|(_, twist)| {
+                    kinematics.wheel_rates(*twist, &mut rates_rad_s);
+                    rates_rad_s
+                        .iter()
+                        .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+            Planned::Own(..) => None,
+        }
+    }
+
     /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
     pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
-        /// Times at which the reference is looked at: a hundredth of a period of any path of the run.
-        const SAMPLES: usize = 2000;
         match &self.motion {
             Planned::Reference(reference) => {
                 let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
@@ -248,32 +274,13 @@ impl Pilot {
 }
 
 impl Decision {
-    fn take(&mut self, command: &Command, seen: &Pose, desired: Option<Desired>) {
+    fn take(&mut self, command: &Command, desired: Option<Desired>) {
         self.desired = desired;
         self.command_twist_in_body = command.twist_in_body;
         self.granted_twist_in_body = command.saturated_twist_in_body;
         self.tasks.clear();
-        let Some(desired) = desired else { return };
-        let all = command.twist_in_body;
-        let feedforward = desired.velocity_in_world.rotated(-seen.heading_rad);
-        let linear = |twist: Twist| Twist::new(twist.vx_m_s, twist.vy_m_s, 0.0);
-        let angular = |twist: Twist| Twist::new(0.0, 0.0, twist.omega_rad_s);
-        for share in &command.tasks {
-            // All tasks together ask for `all`; what of it is not feedforward is feedback, equation (26).
-            let asked_twist_in_body = match share.name {
-                "position feedforward" => linear(feedforward),
-                "position feedback" => linear(all - feedforward),
-                "heading feedforward" => angular(feedforward),
-                "heading feedback" => angular(all - feedforward),
-                _ => Twist::default(),
-            };
-            self.tasks.push(TaskRecord {
-                name: share.name,
-                asked_rad_s: share.asked_rad_s,
-                capacity_rad_s: share.capacity_rad_s,
-                weight: share.weight,
-                asked_twist_in_body,
-            });
+        if desired.is_some() {
+            self.tasks.extend_from_slice(&command.tasks);
         }
     }
 }
@@ -288,16 +295,8 @@ impl Decision {
         moved(&mut self.command_twist_in_body);
         moved(&mut self.granted_twist_in_body);
         for task in &mut self.tasks {
-            moved(&mut task.asked_twist_in_body);
+            moved(&mut task.twist_in_body);
         }
-    }
-}
-
-fn start_pose(scenario: &Scenario) -> Pose {
-    Pose {
-        x_m: scenario.robot.x_m,
-        y_m: scenario.robot.y_m,
-        heading_rad: scenario.robot.heading_deg.to_radians(),
     }
 }
 
@@ -349,7 +348,11 @@ fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Refer
             file,
             speed_m_s,
             heading,
-        } => return waypoints::read(&scenario.resolve(file), *speed_m_s, heading_of(heading)),
+        } => {
+            let path = scenario.resolve(file);
+            let heading = heading_of(heading);
+            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
+        }
         Section::HoldPose {
             x_m,
             y_m,

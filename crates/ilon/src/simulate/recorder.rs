@@ -17,8 +17,22 @@ pub(super) struct Recorder {
     odometry_contact: Odometry,
     last_angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
-    wheel_slip_energy_j: Vec<f64>,
+    /// Of each wheel, since the start or the last row.
+    sums: Vec<WheelSums>,
+    /// The largest since the last row.
+    residual_m_s: f64,
     samples: Vec<WheelSample>,
+}
+
+/// What is summed of a wheel between rows.
+#[derive(Clone, Copy, Debug, Default)]
+struct WheelSums {
+    /// Since the start, in J.
+    slip_j: f64,
+    spin_up_j: f64,
+    /// Of the motor since the last row: angular impulse in N m s, and time in s.
+    angular_n_m_s: f64,
+    time_s: f64,
 }
 
 impl Recorder {
@@ -40,16 +54,22 @@ impl Recorder {
             contact_kinematics,
             last_angles_rad: vec![0.0; wheel_count],
             turned_rad: vec![0.0; wheel_count],
-            wheel_slip_energy_j: vec![0.0; wheel_count],
+            sums: vec![WheelSums::default(); wheel_count],
+            residual_m_s: 0.0,
             samples: vec![WheelSample::default(); wheel_count],
         }
     }
 
-    /// Sums what was lost during the last physics step.
-    pub fn count_losses(&mut self, world: &World, dt_s: f64) {
-        for (energy_j, contact) in self.wheel_slip_energy_j.iter_mut().zip(world.contacts()) {
-            *energy_j += contact.slip_power_w * dt_s;
+    /// Sums what happened during the last physics step.
+    pub fn count(&mut self, world: &World, dt_s: f64) {
+        let acted = world.contacts().iter().zip(world.motor_torques_n_m());
+        for (sums, (contact, torque_n_m)) in self.sums.iter_mut().zip(acted) {
+            sums.slip_j += contact.slip_power_w * dt_s;
+            sums.spin_up_j += contact.spin_up_power_w * dt_s;
+            sums.angular_n_m_s += torque_n_m * dt_s;
+            sums.time_s += dt_s;
         }
+        self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
     }
 
     /// Adds a row: the state now, what was decided on it, and the torques that follow.
@@ -59,7 +79,6 @@ impl Recorder {
         world: &World,
         seen: &Seen,
         pilot: &Pilot,
-        torques_n_m: &[f64],
         shares: Option<TorqueShares>,
     ) {
         let angles_rad = world.wheel_angles_rad();
@@ -74,7 +93,7 @@ impl Recorder {
                 asked_rad_s: task.asked_rad_s,
                 capacity_rad_s: task.capacity_rad_s,
                 weight: task.weight,
-                asked_twist_in_body: task.asked_twist_in_body,
+                asked_twist_in_body: task.twist_in_body,
             };
         }
         let energy = world.energy();
@@ -103,14 +122,17 @@ impl Recorder {
             torque_weight_position: shares.map_or(1.0, |shares| shares.position),
             torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
             slip_energy_j: world.slip_energy_j(),
+            spin_up_energy_j: world.spin_up_energy_j(),
             motor_energy_j: world.motor_energy_j(),
             bearing_energy_j: world.bearing_energy_j(),
             impact_energy_j: world.impact_energy_j(),
             outside_energy_j: world.outside_energy_j(),
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
+            contact_residual_m_s: self.residual_m_s,
         };
-        self.sample_wheels(world, pilot, torques_n_m);
+        self.sample_wheels(world, pilot);
+        self.residual_m_s = 0.0;
         self.trace.push(record, &self.samples);
     }
 
@@ -144,21 +166,28 @@ impl Recorder {
         self.odometry_ideal = self.odometry_ideal.moved(displacement);
     }
 
-    fn sample_wheels(&mut self, world: &World, pilot: &Pilot, torques_n_m: &[f64]) {
-        let places = self.contact_kinematics.contacts();
+    fn sample_wheels(&mut self, world: &World, pilot: &Pilot) {
         for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
         {
-            let place = places[index].point_in_body_m;
+            let sums = &mut self.sums[index];
+            let (angular_n_m_s, time_s) = (sums.angular_n_m_s, sums.time_s);
+            (sums.angular_n_m_s, sums.time_s) = (0.0, 0.0);
+            let place = contact.place_in_body_m;
             *sample = WheelSample {
                 target_rad_s: pilot.wheel_rates_rad_s()[index],
                 rate_rad_s: world.wheel_rates_rad_s()[index],
                 angle_rad: world.wheel_angles_rad()[index],
-                torque_n_m: torques_n_m[index],
+                torque_n_m: if time_s > 0.0 {
+                    angular_n_m_s / time_s
+                } else {
+                    0.0
+                },
                 hub_height_m: world.hub_height_m(index),
                 roller: contact.roller as u32,
                 touching: contact.touching,
                 load_share: 0.0,
-                slip_energy_j: self.wheel_slip_energy_j[index],
+                slip_energy_j: sums.slip_j,
+                spin_up_energy_j: sums.spin_up_j,
                 ..WheelSample::default()
             };
             if contact.touching {

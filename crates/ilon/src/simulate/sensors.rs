@@ -69,7 +69,7 @@ struct Miscount {
 const TIME_SLACK_S: f64 = 1e-9;
 
 impl Sensors {
-    /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of `control_dt_s`.
+    /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of the run.
     ///
     /// # Errors
     /// [`Error::Control`] for a filter that cannot be.
@@ -77,7 +77,7 @@ impl Sensors {
         section: &scenario::Sensors,
         start: Pose,
         kinematics: &Kinematics,
-        control_dt_s: f64,
+        run: &scenario::Run,
     ) -> Result<Self, Error> {
         let wheel_count = kinematics.wheel_count();
         let fusion = match &section.fusion {
@@ -86,7 +86,8 @@ impl Sensors {
                 &section.pose,
                 start,
                 kinematics,
-                control_dt_s,
+                run.control_dt_s,
+                run.duration_s,
             )?),
             None => None,
         };

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use ilon_control::DynamicModel;
 use ilon_robot::Robot;
 
+use crate::Error;
 use crate::scenario::{LoopTiming, Rollers, Scenario, WheelLaw};
 
 /// The longest step on an open plane, in seconds. Mean motion is as accurate at 20 steps a second as at 1000, but how a
@@ -14,20 +15,78 @@ const LONGEST_ON_A_PLANE_S: f64 = 1.0 / 240.0;
 const STEPS_PER_PASSAGE: f64 = 6.0;
 /// The shortest step that a sampled wheel loop is given for its bandwidth, in seconds; below, its gains give way.
 const SHORTEST_FOR_LOOP_S: f64 = 1.0 / 2000.0;
+/// The parts in which a step is taken while a roller is about to slide, in seconds: what a fast turn on the edge of its grip
+/// loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
+const SPLIT_DT_S: f64 = 1e-4;
+/// The shortest step that a limit of the wheels' rates makes by itself, in seconds. Many files hold a limit that no wheel
+/// reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
+const SHORTEST_FOR_LIMIT_S: f64 = 1e-3;
+/// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
+const FASTER_THAN_ASKED: f64 = 2.0;
+/// The shortest step that is chosen, in seconds. Nothing that rolls needs a shorter one, and a second of it takes half a
+/// minute to compute; one who wants it can write it.
+const SHORTEST_S: f64 = 1e-5;
 
-/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers and the
-/// wheel loop, shortened to divide the control period.
-pub(super) fn physics_dt_s(scenario: &Scenario, robot: &Robot, model: &DynamicModel) -> f64 {
-    let longest_s = contact_s(scenario, robot).min(loop_s(scenario, model));
+/// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
+pub(super) fn split_dt_s(scenario: &Scenario) -> Option<f64> {
+    is_open_plane(scenario).then_some(SPLIT_DT_S)
+}
+
+/// Whether exact rollers roll on nothing but a plane.
+fn is_open_plane(scenario: &Scenario) -> bool {
+    let floor = &scenario.world.floor;
+    let round = scenario.robot.rollers == Rollers::Barrel;
+    round && floor.boxes.is_empty() && floor.rough.is_none()
+}
+
+/// What a step must be no longer than, and which key or joint has it so.
+struct Need {
+    longest_s: f64,
+    because: String,
+    help: &'static str,
+}
+
+/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers, the wheel
+/// loop and the pose sensor, shortened to divide the control period. `asked_rad_s` is the fastest wheel rate that the
+/// scenario asks for, if that is known.
+///
+/// # Errors
+/// [`Error::Invalid`] where that is shorter than anything that is chosen, with what makes it so.
+pub(super) fn physics_dt_s(
+    scenario: &Scenario,
+    robot: &Robot,
+    model: &DynamicModel,
+    asked_rad_s: Option<f64>,
+) -> Result<f64, Error> {
+    let needs = [
+        contact_need(scenario, robot, asked_rad_s),
+        loop_need(scenario, model),
+        pose_need(scenario),
+    ];
+    let shortest = needs
+        .into_iter()
+        .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
     let control_dt_s = scenario.run.control_dt_s;
+    let longest_s = shortest
+        .as_ref()
+        .map_or(control_dt_s, |need| need.longest_s);
+    if let Some(need) = shortest.filter(|need| need.longest_s < SHORTEST_S) {
+        return Err(Error::invalid(
+            format!(
+                "`run.physics_dt_s` = \"auto\" comes to {:.1e} s, where {SHORTEST_S:.0e} s is the shortest that is chosen: {}",
+                need.longest_s, need.because
+            ),
+            need.help,
+        ));
+    }
     // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
     let steps = (control_dt_s / longest_s - 1e-9).ceil().max(1.0);
-    control_dt_s / steps
+    Ok(control_dt_s / steps)
 }
 
 /// What the contacts allow: the world's measured default, and longer steps for exact rollers on an open plane where the
 /// wheels' rates are bounded.
-fn contact_s(scenario: &Scenario, robot: &Robot) -> f64 {
+fn contact_need(scenario: &Scenario, robot: &Robot, asked_rad_s: Option<f64>) -> Need {
     let default_s = ilon_world::Settings::default().dt_s;
     let limit_rad_s = scenario
         .guidance
@@ -35,27 +94,77 @@ fn contact_s(scenario: &Scenario, robot: &Robot) -> f64 {
         .unwrap_or(f64::INFINITY)
         .min(robot.wheel_rate_limit_rad_s());
     let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
-    let passage_s = TAU / (rollers.unwrap_or(1) as f64 * limit_rad_s);
-    let floor = &scenario.world.floor;
-    let open_plane = floor.boxes.is_empty() && floor.rough.is_none();
-    let round = scenario.robot.rollers == Rollers::Barrel;
-    let longest_s = if round && open_plane && limit_rad_s.is_finite() {
+    let for_rate_s =
+        |rate_rad_s: f64| TAU / (rollers.unwrap_or(1) as f64 * rate_rad_s) / STEPS_PER_PASSAGE;
+    let longest_s = if is_open_plane(scenario) && limit_rad_s.is_finite() {
         LONGEST_ON_A_PLANE_S
     } else {
         default_s
     };
-    if limit_rad_s.is_finite() {
-        longest_s.min(passage_s / STEPS_PER_PASSAGE)
-    } else {
-        longest_s
+    let for_limit_s = for_rate_s(limit_rad_s);
+    let (for_rates_s, because, help) = match asked_rad_s {
+        _ if for_limit_s >= SHORTEST_FOR_LIMIT_S => (for_limit_s, String::new(), ""),
+        Some(asked_rad_s) => {
+            let rate_rad_s = limit_rad_s.min(FASTER_THAN_ASKED * asked_rad_s);
+            let most_s = if limit_rad_s.is_finite() {
+                SHORTEST_FOR_LIMIT_S
+            } else {
+                default_s
+            };
+            (
+                for_rate_s(rate_rad_s).min(most_s),
+                format!("the scenario asks for wheel rates of {asked_rad_s:.1e} rad/s"),
+                "ask for a slower motion, or limit the wheels' rates: `guidance.wheel_rate_limit_rad_s`",
+            )
+        }
+        // Without a limit nothing is known of the rates.
+        None if limit_rad_s == f64::INFINITY => (f64::INFINITY, String::new(), ""),
+        None => (
+            for_limit_s,
+            limited_by(scenario, robot, limit_rad_s),
+            "write the rate that the wheels reach as `guidance.wheel_rate_limit_rad_s`, or a step: `run.physics_dt_s`",
+        ),
+    };
+    Need {
+        longest_s: longest_s.min(for_rates_s),
+        because,
+        help,
+    }
+}
+
+/// What limits the wheels' rates, in words.
+fn limited_by(scenario: &Scenario, robot: &Robot, limit_rad_s: f64) -> String {
+    let of_motor = |wheel: &&ilon_robot::Wheel| wheel.motor.velocity_rad_s <= limit_rad_s;
+    match robot.wheels.iter().find(of_motor) {
+        Some(wheel) => format!(
+            "the joint `{}` may turn at {:.1e} rad/s, the velocity of its limit",
+            wheel.name, wheel.motor.velocity_rad_s
+        ),
+        None => format!(
+            "`guidance.wheel_rate_limit_rad_s` lets wheels turn at {:.1e} rad/s",
+            scenario
+                .guidance
+                .wheel_rate_limit_rad_s
+                .unwrap_or(limit_rad_s)
+        ),
+    }
+}
+
+/// No more than one pose is taken in a step.
+fn pose_need(scenario: &Scenario) -> Need {
+    let rate_hz = scenario.sensors.pose.rate_hz.unwrap_or(0.0);
+    Need {
+        longest_s: 1.0 / rate_hz,
+        because: format!("`sensors.pose.rate_hz` = {rate_hz} asks for a pose in each step"),
+        help: "take poses less often",
     }
 }
 
 /// What the wheel loop allows. A PID that is sampled once a step must leave a wheel in the air in peace: k_p dt <= J_air.
 /// Computed torque is sampled too: a bandwidth w needs w dt of a tenth or so to be what it says.
-fn loop_s(scenario: &Scenario, model: &DynamicModel) -> f64 {
+fn loop_need(scenario: &Scenario, model: &DynamicModel) -> Need {
     let wheel_loop = &scenario.wheel_loop;
-    match (wheel_loop.law, wheel_loop.timing) {
+    let longest_s = match (wheel_loop.law, wheel_loop.timing) {
         (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
         (WheelLaw::Pid, LoopTiming::Sampled) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
@@ -63,6 +172,14 @@ fn loop_s(scenario: &Scenario, model: &DynamicModel) -> f64 {
             (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP_S)
         }
         _ => 0.12 / wheel_loop.bandwidth_rad_s,
+    };
+    Need {
+        longest_s,
+        because: format!(
+            "`wheel_loop.bandwidth_rad_s` = {} asks for as fast a loop",
+            wheel_loop.bandwidth_rad_s
+        ),
+        help: "take a smaller bandwidth",
     }
 }
 
@@ -70,13 +187,23 @@ fn loop_s(scenario: &Scenario, model: &DynamicModel) -> f64 {
 mod tests {
     use super::*;
 
+    const URDF: &str = include_str!("../../../../assets/robots/mecanum4.urdf");
+
     fn chosen_s(lines: &str) -> f64 {
-        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        chosen(URDF, lines, Some(6.0)).unwrap()
+    }
+
+    fn chosen(urdf: &str, lines: &str, asked_rad_s: Option<f64>) -> Result<f64, Error> {
         let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
         let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
         let scenario = Scenario::from_toml(&text, "test", "").unwrap();
         let model = super::super::drive::dynamic_model(&robot).unwrap();
-        physics_dt_s(&scenario, &robot, &model)
+        physics_dt_s(&scenario, &robot, &model, asked_rad_s)
+    }
+
+    /// The robot with another limit on the rates of its wheels.
+    fn limited_to(velocity: &str) -> String {
+        URDF.replace("velocity=\"30\"", &format!("velocity=\"{velocity}\""))
     }
 
     #[test]
@@ -106,6 +233,66 @@ mod tests {
         assert!((chosen_s(&format!("{slow}{kerb}")) - 0.002).abs() < 1e-12);
         let modelled = "robot.rollers = \"as_modelled\"\n";
         assert!((chosen_s(&format!("{modelled}{slow}")) - 0.002).abs() < 1e-12);
+    }
+
+    #[test]
+    fn of_a_limit_that_no_wheel_reaches_what_is_asked_for_counts() {
+        // At 116 rad/s nine rollers pass a sixth of the way in a millisecond: the shortest for a limit. A limit of 1e5 or
+        // 1e9 stands for none, and twice the 6 rad/s that are asked for need no shorter step.
+        for velocity in ["1000", "1e5", "1e9"] {
+            let dt_s = chosen(&limited_to(velocity), "", Some(6.0)).unwrap();
+            assert!((dt_s - 1e-3).abs() < 1e-12, "{velocity}: {dt_s}");
+        }
+        // 500 rad/s asked for, and as much again on top: 2 pi / (9 x 1000) / 6 = 0.116 ms, 86 steps of which divide 10 ms.
+        let fast = chosen(&limited_to("1e9"), "", Some(500.0)).unwrap();
+        assert_eq!((0.01 / fast).round(), 86.0);
+        // No faster than the limit: 2 pi / (9 x 600) / 6 = 0.194 ms.
+        let limited = chosen(&limited_to("600"), "", Some(500.0)).unwrap();
+        assert_eq!((0.01 / limited).round(), 52.0);
+    }
+
+    #[test]
+    fn what_would_never_end_is_refused_with_what_makes_it_so() {
+        let told = |urdf: &str, lines: &str, asked_rad_s| match chosen(urdf, lines, asked_rad_s) {
+            Err(Error::Invalid { message, .. }) => message,
+            other => panic!("{other:?}"),
+        };
+        // A controller of one's own: nothing is known but the limit.
+        let unknown = told(&limited_to("1e9"), "", None);
+        assert!(
+            unknown.ends_with(
+                "the joint `front_left` may turn at 1.0e9 rad/s, the velocity of its limit"
+            ),
+            "{unknown}"
+        );
+        let guided = "guidance.wheel_rate_limit_rad_s = 1e8";
+        let by_guidance = told(&limited_to("1e9"), guided, None);
+        assert!(
+            by_guidance.contains("`guidance.wheel_rate_limit_rad_s` lets"),
+            "{by_guidance}"
+        );
+        let asked = told(&limited_to("1e9"), "", Some(1e7));
+        assert!(
+            asked.ends_with("asks for wheel rates of 1.0e7 rad/s"),
+            "{asked}"
+        );
+        let stiff = "wheel_loop = { law = \"computed_torque\", bandwidth_rad_s = 1e6 }";
+        let stiff = told(URDF, stiff, Some(6.0));
+        assert!(
+            stiff.contains("`wheel_loop.bandwidth_rad_s` = 1000000"),
+            "{stiff}"
+        );
+        let poses = told(URDF, "sensors.pose.rate_hz = 1e9", Some(6.0));
+        assert!(
+            poses.contains("`sensors.pose.rate_hz` = 1000000000"),
+            "{poses}"
+        );
+    }
+
+    #[test]
+    fn poses_that_come_fast_find_a_step_each() {
+        let dt_s = chosen_s("sensors.pose.rate_hz = 900.0");
+        assert_eq!((0.01 / dt_s).round(), 9.0);
     }
 
     #[test]

@@ -3,17 +3,25 @@
 use std::path::Path;
 
 use ilon_control::{Heading, Reference};
+use ilon_robot::FileAccess;
 use nalgebra::Vector2;
 
 use crate::Error;
+use crate::scenario::{SIZES, is_computable};
 
 /// The columns that a file of waypoints may have.
 const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
+
+/// The longest file of waypoints that is read, in bytes: a million of them.
+const MAX_BYTES: u64 = 64 << 20;
+/// The most of a name or value that a message quotes, in characters.
+const QUOTED: usize = 40;
 
 /// Reads a path. Its times come from the file, or from a mean speed in m/s; its headings from the file where it has
 /// them, else from `heading`.
 pub(super) fn read(
     path: &Path,
+    files: &FileAccess,
     speed_m_s: Option<f64>,
     heading: Heading,
 ) -> Result<Reference, Error> {
@@ -22,7 +30,10 @@ pub(super) fn read(
         message,
         help,
     };
-    let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
+    let text = files.read_text(path, MAX_BYTES);
+    let text = text.map_err(|fault| Error::read(path, &fault))?;
+    // Other programs begin a text with the mark of its byte order.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
@@ -34,15 +45,34 @@ pub(super) fn read(
         )
     };
     let header = reader.headers().map_err(parsing)?.clone();
-    if let Some(unknown) = header.iter().find(|name| !COLUMNS.contains(name)) {
-        let near = crate::scenario::nearest(unknown, COLUMNS);
+    let is_known = |name: &str| COLUMNS.contains(&name);
+    // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
+    if !header.iter().any(is_known) {
         return Err(fault(
-            format!("line 1: unknown column `{unknown}`"),
-            match near {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the columns are {}", COLUMNS.join(", ")),
-            },
+            "it is no file of waypoints: its first line names none of their columns".to_owned(),
+            format!(
+                "begin it with a line of columns out of {}",
+                COLUMNS.join(", ")
+            ),
         ));
+    }
+    for (index, name) in header.iter().enumerate() {
+        if !is_known(name) {
+            let near = crate::scenario::nearest(name, COLUMNS);
+            return Err(fault(
+                format!("line 1: unknown column `{}`", quoted(name)),
+                match near {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("the columns are {}", COLUMNS.join(", ")),
+                },
+            ));
+        }
+        if header.iter().take(index).any(|before| before == name) {
+            return Err(fault(
+                format!("line 1: the column `{name}` stands twice"),
+                "keep the one that is meant".to_owned(),
+            ));
+        }
     }
     let place = |name: &str| header.iter().position(|column| column == name);
     let required = |name: &str| {
@@ -64,13 +94,22 @@ pub(super) fn read(
         let line = row.position().map_or(0, csv::Position::line);
         let number = |index: usize| {
             let text = row.get(index).unwrap_or("");
+            let name = &header[index];
+            let quoted = quoted(text);
             match text.parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(fault(
+                Ok(number) if is_computable(number) => Ok(number),
+                Ok(number) if number.is_finite() => Err(fault(
                     format!(
-                        "line {line}: `{}` is \"{text}\", but must be a finite number",
-                        &header[index]
+                        "line {line}: `{name}` is {quoted}, which is beyond what can be computed with"
                     ),
+                    format!(
+                        "write 0 or a number whose size is between {:e} and {:e}",
+                        SIZES.start(),
+                        SIZES.end()
+                    ),
+                )),
+                _ => Err(fault(
+                    format!("line {line}: `{name}` is \"{quoted}\", but must be a finite number"),
                     "write a number with a decimal point".to_owned(),
                 )),
             }
@@ -103,5 +142,70 @@ pub(super) fn read(
             ));
         }
     };
-    made.map_err(|error| fault(error.to_string(), "mend the waypoints".to_owned()))
+    made.map_err(|error| fault(error.to_string(), "correct the waypoints".to_owned()))
+}
+
+/// The beginning of a text, which may be of any length.
+fn quoted(text: &str) -> String {
+    match text.char_indices().nth(QUOTED) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(csv: &str) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("w.csv");
+        std::fs::write(&path, csv).unwrap();
+        let heading = Heading::Constant { heading_rad: 0.0 };
+        match read(&path, &FileAccess::anywhere(), None, heading) {
+            Ok(_) => "read".to_owned(),
+            Err(Error::Waypoints { message, .. }) => message,
+            Err(other) => other.to_string(),
+        }
+    }
+
+    #[test]
+    fn coordinates_and_times_are_of_a_size_to_compute_with() {
+        let with = |t: &str, x: &str| told(&format!("t_s,x_m,y_m\n0,0,0\n{t},{x},0\n2,1,0\n"));
+        assert_eq!(with("1", "1e9"), "read");
+        assert_eq!(with("1", "-0"), "read");
+        for wild in ["1e10", "-1e308", "1e-13"] {
+            let expected =
+                format!("line 3: `x_m` is {wild}, which is beyond what can be computed with");
+            assert_eq!(with("1", wild), expected);
+        }
+        assert!(with("1e-300", "1").starts_with("line 3: `t_s` is 1e-300, which is beyond"));
+        for no_number in ["nan", "inf", "1e400", "wide"] {
+            let expected = format!("line 3: `x_m` is \"{no_number}\", but must be a finite number");
+            assert_eq!(with("1", no_number), expected);
+        }
+    }
+
+    #[test]
+    fn a_column_that_stands_twice_is_refused() {
+        let twice = told("t_s,x_m,y_m,x_m\n0,0,0,5\n1,1,1,6\n");
+        assert_eq!(twice, "line 1: the column `x_m` stands twice");
+    }
+
+    #[test]
+    fn of_a_file_that_holds_no_waypoints_nothing_is_told() {
+        let foreign = told("root:x:0:0:root:/root:/bin/bash\nTOKEN=secret\n");
+        assert!(
+            !foreign.contains("root:") && !foreign.contains("secret"),
+            "{foreign}"
+        );
+        assert!(
+            foreign.starts_with("it is no file of waypoints"),
+            "{foreign}"
+        );
+        // Of one that does, no more than a person needs.
+        let long = "a".repeat(10_000);
+        let told = told(&format!("x_m,{long}\n"));
+        assert!(told.len() < 100, "{told}");
+    }
 }

@@ -1,11 +1,12 @@
 //! Included files.
 
 use std::any::Any;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::rc::Rc;
 
 use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, MOST_FILES, Result};
-use crate::files::FileFault;
+use crate::files::ReadError;
 use crate::xacro::dom::{Element, Origin, Parsed, SourceFile};
 use crate::xacro::python::{Error, Value, text};
 use crate::xacro::scope::Scope;
@@ -63,7 +64,7 @@ impl Expander<'_> {
                 Err(_) if optional => {}
                 Err(fault) => {
                     let reason = match fault {
-                        FileFault::Missing => String::new(),
+                        ReadError::Io(e) if e.kind() == ErrorKind::NotFound => String::new(),
                         other => other.to_string(),
                     };
                     self.miss_include(&origin, name.clone(), None, reason);

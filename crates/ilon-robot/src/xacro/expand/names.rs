@@ -127,8 +127,24 @@ impl Answers for Substitutions<'_> {
         self.expander.find_package(name)
     }
 
-    fn environment(&self, name: &str) -> Option<String> {
-        self.expander.settings.files.environment(name)
+    fn environment(&self, name: &str) -> Result<Option<String>, Error> {
+        if self.expander.settings.files.is_confined() {
+            // What a file can look up, it can repeat in what it becomes.
+            let words = "nothing of the environment is shown where only some files may be read";
+            return Err(Error::new(words));
+        }
+        Ok(std::env::var(name).ok())
+    }
+
+    fn working_folder(&self) -> Result<String, Error> {
+        if self.expander.settings.files.is_confined() {
+            let words = "the working folder is not shown where only some files may be read";
+            return Err(Error::new(words));
+        }
+        Ok(std::env::current_dir()
+            .unwrap_or_default()
+            .display()
+            .to_string())
     }
 
     fn folder(&self) -> &Path {

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use ilon_robot::FileAccess;
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
 use crate::Error;
 use crate::judge::Verdict;
+use crate::scenario::MAX_BYTES;
 
 /// Bounds of a scenario's file as they shall be.
 pub(super) struct Update {
@@ -22,10 +24,14 @@ impl Update {
     /// # Errors
     /// Where the file cannot be read.
     pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Error> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::read(path, &source))?;
+        // Of a link the file that it leads to is rewritten.
+        let file = path.canonicalize();
+        let file = file.map_err(|source| Error::read_folder(path, source))?;
+        let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
         let (text, changes) = updated(&text, verdicts, margin)?;
         Ok(Self {
-            path: path.to_owned(),
+            path: file,
             text,
             changes,
         })
@@ -45,7 +51,7 @@ impl Update {
 
 fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Error> {
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
-        Error::invalid(error.to_string(), "mend the file")
+        Error::invalid(error.to_string(), "correct the file")
     })?;
     let mut changes = String::new();
     for verdict in verdicts.iter().filter(|verdict| verdict.at_s.is_none()) {

@@ -82,6 +82,11 @@ pub(in crate::report) fn energy(shown: &Shown) -> Figure {
     };
     let traces = vec![
         stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
+        stacked(
+            "spin-up of rollers",
+            &mut of(|r, _| r.spin_up_energy_j),
+            "@w1",
+        ),
         stacked("bearings", &mut of(|r, _| r.bearing_energy_j), "@servo"),
         stacked("landing", &mut of(|r, _| r.impact_energy_j), "@w3"),
         stacked(

@@ -4,7 +4,8 @@ use ilon_robot::{Collision, CollisionShape, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::{RollerShape, convert};
+use crate::RollerShape;
+use crate::engine::convert;
 
 /// A shape and its pose in the frame of the body that carries it; `None` for a hull that has no volume.
 pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedShape)> {

@@ -1,13 +1,14 @@
 //! Building the robot's multibody: the chassis and the hubs, with colliders for the rollers that can touch the world.
 
 use ilon_robot::{Collision, MassProperties as RobotMass, Robot};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use crate::collision::shape_of;
-use crate::state::State;
-use crate::wheel_body::{self, RollerState, WheelBody};
-use crate::{convert, groups};
+use crate::MotorTorque;
+use crate::engine::shapes::shape_of;
+use crate::engine::{convert, groups};
+use crate::robot::state::State;
+use crate::robot::wheel::{self, RollerState, WheelBody};
 
 /// The robot's parts in rapier.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub(crate) struct Assembly {
     pub chassis: RigidBodyHandle,
     pub multibody: MultibodyIndex,
     pub wheels: Vec<WheelBody>,
-    /// Zeros but for one entry while a joint's angle is set.
+    /// By how much the joints' angles are corrected; zeros for the chassis.
     displacement: Vec<Real>,
 }
 
@@ -25,18 +26,16 @@ const HINGE: usize = 3;
 impl Assembly {
     /// Builds the robot in a given state.
     ///
-    /// `windows` names, for each wheel, the rollers that get a collider. Every velocity is the state's own, so that a
-    /// robot which is taken apart and built again loses no momentum.
+    /// Every velocity is the state's own, so that a robot which is taken apart and built again loses no momentum.
     pub fn build(
         rapier: &mut PhysicsWorld,
         robot: &Robot,
         state: &State,
         rollers: &[Vec<RollerState>],
-        windows: &[Vec<usize>],
     ) -> Self {
         let chassis = rapier.bodies.insert(
             RigidBodyBuilder::dynamic()
-                .pose(convert::pose(&state.floor_from_chassis))
+                .pose(convert::pose(state.floor_from_chassis()))
                 .can_sleep(false)
                 .additional_mass_properties(chassis_mass_properties(&robot.chassis.mass)),
         );
@@ -48,11 +47,11 @@ impl Assembly {
         }
         let mut wheels: Vec<WheelBody> = (0..robot.wheels.len())
             .map(|i| {
-                wheel_body::insert(
+                wheel::insert(
                     rapier,
                     &robot.wheels[i],
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
-                    (&rollers[i], &windows[i]),
+                    &rollers[i],
                 )
             })
             .collect();
@@ -65,7 +64,7 @@ impl Assembly {
             wheels,
             displacement: vec![0.0; ndofs],
         };
-        assembly.set_wheel_angles(rapier, &state.wheel_angles_rad);
+        assembly.set_wheel_angles(rapier, state.wheel_angles_rad());
         assembly.set_velocities(rapier, state);
         let PhysicsWorld {
             bodies,
@@ -86,14 +85,34 @@ impl Assembly {
         }
     }
 
-    /// The robot's multibody.
-    pub fn multibody_mut<'a>(&self, rapier: &'a mut PhysicsWorld) -> &'a mut Multibody {
-        link_owner(&mut rapier.multibody_joints, self.multibody)
+    /// Number of the degrees of freedom of the bodies: six of the chassis and one a wheel.
+    pub fn dofs(&self, rapier: &PhysicsWorld) -> usize {
+        rapier.multibody_joints[self.multibody].ndofs()
     }
 
-    /// Rate along one degree of freedom: m/s or rad/s.
-    pub fn rate(&self, rapier: &PhysicsWorld, dof: usize) -> f64 {
-        f64::from(rapier.multibody_joints[self.multibody].generalized_velocity()[dof])
+    /// Rates in rapier by degree of freedom, in m/s and rad/s: those of the chassis's centre of mass, in the floor's frame,
+    /// and of the wheels.
+    pub fn rates_in_rapier<'a>(&self, rapier: &'a PhysicsWorld) -> impl Iterator<Item = &'a Real> {
+        let multibody = &rapier.multibody_joints[self.multibody];
+        multibody.generalized_velocity().into_iter()
+    }
+
+    /// Writes down the rates of a state by degree of freedom.
+    pub fn rates_of(&self, state: &State, rates: &mut [f64]) {
+        rates[..3].copy_from_slice(state.velocity_m_s.as_slice());
+        rates[3..6].copy_from_slice(state.angular_rad_s.as_slice());
+        for (wheel, rate_rad_s) in self.wheels.iter().zip(&state.wheel_rates_rad_s) {
+            rates[wheel.hub_dof] = *rate_rad_s;
+        }
+    }
+
+    /// Gives a state these rates by degree of freedom.
+    pub fn set_rates(&self, rates: &[f64], state: &mut State) {
+        state.velocity_m_s = Vector3::from_column_slice(&rates[..3]);
+        state.angular_rad_s = Vector3::from_column_slice(&rates[3..6]);
+        for (wheel, rate_rad_s) in self.wheels.iter().zip(&mut state.wheel_rates_rad_s) {
+            *rate_rad_s = rates[wheel.hub_dof];
+        }
     }
 
     /// Sets rapier's wheel angles, kept within one turn where f32 is fine enough.
@@ -104,24 +123,23 @@ impl Assembly {
                 .link(wheel.hub_link)
                 .expect("links are indexed when built");
             let in_rapier = f64::from(link.joint().coords()[HINGE]);
-            let correction = (ilon_robot::wrap_angle(*angle_rad) - in_rapier) as Real;
-            if correction != 0.0 {
-                self.displacement[wheel.hub_dof] = correction;
-                multibody.apply_displacements(&self.displacement);
-                self.displacement[wheel.hub_dof] = 0.0;
-            }
+            let correction = ilon_robot::wrap_angle(*angle_rad) - in_rapier;
+            self.displacement[wheel.hub_dof] = correction as Real;
         }
+        multibody.apply_displacements(&self.displacement);
     }
 
     /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its bearing's damping.
-    pub fn set_droops(&self, rapier: &mut PhysicsWorld, robot: &Robot, droops_n_m_s: &[f64]) {
+    pub fn set_droops(&self, rapier: &mut PhysicsWorld, robot: &Robot, motors: &[MotorTorque]) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
-        for ((body, wheel), droop) in self.wheels.iter().zip(&robot.wheels).zip(droops_n_m_s) {
-            multibody.damping_mut()[body.hub_dof] = (wheel.joint.damping_n_m_s + droop) as Real;
+        for ((body, wheel), motor) in self.wheels.iter().zip(&robot.wheels).zip(motors) {
+            let damping_n_m_s = wheel.joint.damping_n_m_s + motor.droop_n_m_s;
+            multibody.damping_mut()[body.hub_dof] = damping_n_m_s as Real;
         }
     }
 
-    fn set_velocities(&self, rapier: &mut PhysicsWorld, state: &State) {
+    /// Sets rapier's rates, rounded.
+    pub fn set_velocities(&self, rapier: &mut PhysicsWorld, state: &State) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         let mut rates = multibody.generalized_velocity_mut();
         let root = state.velocity_m_s.iter().chain(state.angular_rad_s.iter());

@@ -7,10 +7,10 @@
 //! u = u_free + W p, with u the velocities where the impulses p act and W what a unit impulse at one place does to the
 //! velocity at another (Delassus' operator), and a law for each of them:
 //!
-//! - *contact*, Signorini: p_n >= 0, u_n + b + c p_n >= 0, one of them 0 (b pushes penetration out, c is the softness
-//!   of the contact's spring);
+//! - *contact*, Signorini: p_n >= 0, u_n + b + c p_n >= 0, one of them 0 (b is the gap's, c the compliance of the
+//!   contact);
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
-//! - *dry bearing*: |p| <= most; it sticks, or p is as large as it may be and opposes the turning.
+//! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning.
 //!
 //! Block Gauss-Seidel sweeps solve one law exactly for the others as they are; between them Newton's method takes all
 //! laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one Newton step.
@@ -26,12 +26,15 @@ pub(crate) enum Law {
         friction: f64,
         /// b: the contact may come nearer by at most this, in m/s; negative where it shall be pushed apart.
         approach_m_s: f64,
-        /// c: softness of the contact's spring over the step, as a share of the contact's own response to an impulse.
-        softness: f64,
+        /// c: compliance of the contact over the step, in m/s per N s: it gives by this much for what it carries.
+        compliance: f64,
     },
-    /// One row: the turning of a joint.
-    Bearing {
-        /// The most that dry friction can do in the step, in N m s.
+    /// One row: the turning of a joint, held within bounds. Dry friction has bounds of equal size; what keeps a motor from
+    /// driving beyond a rate has 0 as one of them, and its velocity is counted from that rate.
+    Joint {
+        /// The impulse while the joint turns forwards, in N m s, <= 0.
+        least_n_m_s: f64,
+        /// The impulse while it turns backwards, in N m s, >= 0.
         most_n_m_s: f64,
     },
 }
@@ -40,7 +43,7 @@ impl Law {
     fn rows(&self) -> usize {
         match self {
             Law::Contact { .. } => 3,
-            Law::Bearing { .. } => 1,
+            Law::Joint { .. } => 1,
         }
     }
 }
@@ -61,7 +64,7 @@ enum State {
         /// Impulse per velocity, in N s per m/s.
         scale: f64,
     },
-    /// A bearing that turns against this impulse, in N m s.
+    /// A joint that turns against this impulse, in N m s.
     Turns(f64),
 }
 
@@ -122,31 +125,71 @@ impl ImpulseProblem {
         self.velocities.len()
     }
 
-    /// Sets W from its entries, once all laws are there.
+    /// Sets W from its entries, of which those on and below its diagonal are asked for, once all laws are there.
     pub fn set_response(&mut self, entry: impl Fn(usize, usize) -> f64) {
         let rows = self.rows();
         self.response.clear();
-        self.response
-            .extend((0..rows * rows).map(|i| entry(i / rows, i % rows)));
-        // What was rounded in f32 is not quite symmetric; the physics is.
+        self.response.resize(rows * rows, 0.0);
         for row in 0..rows {
-            for column in 0..row {
-                let mean = 0.5 * (self.w(row, column) + self.w(column, row));
-                self.response[row * rows + column] = mean;
-                self.response[column * rows + row] = mean;
+            for column in 0..=row {
+                let w = entry(row, column);
+                self.response[row * rows + column] = w;
+                self.response[column * rows + row] = w;
             }
         }
     }
 
-    /// Supposes an impulse, to start the solution from.
-    pub fn suppose(&mut self, row: usize, impulse: f64) {
+    /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
+    /// bearing only the first number counts.
+    pub fn suppose_within(&mut self, law: usize, asked: Vector3<f64>) {
+        let (at, law) = self.laws[law];
+        match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
+            Law::Contact { friction, .. } => {
+                let normal = asked.x.max(0.0);
+                let mut rubbed = asked.yz();
+                let (size, limit) = (rubbed.norm(), friction * normal);
+                if size > limit {
+                    rubbed *= limit / size;
+                }
+                self.set(at, normal);
+                self.set(at + 1, rubbed.x);
+                self.set(at + 2, rubbed.y);
+            }
+        }
+    }
+
+    /// Sets an impulse, and the velocities that follow.
+    fn set(&mut self, row: usize, impulse: f64) {
         let by = impulse - self.impulses[row];
         if by != 0.0 {
             self.impulses[row] = impulse;
             let rows = self.rows();
-            let column = self.response.iter().skip(row).step_by(rows);
+            // W is symmetric: its row is its column.
+            let column = &self.response[row * rows..][..rows];
             for (velocity, w) in self.velocities.iter_mut().zip(column) {
                 *velocity += w * by;
+            }
+        }
+    }
+
+    /// Whether friction holds a contact or a bearing, as the impulses are now: within its limit.
+    pub fn holds(&self, law: usize) -> bool {
+        let (at, law) = self.laws[law];
+        match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
+                let p = self.impulses[at];
+                least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
+            }
+            Law::Contact { friction, .. } => {
+                let p = self.contact_impulse(at);
+                p.yz().norm() < friction * p.x * (1.0 - 1e-9)
             }
         }
     }
@@ -154,6 +197,11 @@ impl ImpulseProblem {
     /// The impulses as they are now, row by row, in N s or N m s.
     pub fn impulses(&self) -> &[f64] {
         &self.impulses
+    }
+
+    /// The velocities where they act, row by row, in m/s or rad/s.
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
     }
 
     /// Solves for the impulses, from those that are supposed. Gives back by how much the laws are broken in the end, in
@@ -184,7 +232,8 @@ impl ImpulseProblem {
         error
     }
 
-    fn w(&self, row: usize, column: usize) -> f64 {
+    /// W of two rows.
+    pub fn w(&self, row: usize, column: usize) -> f64 {
         self.response[row * self.rows() + column]
     }
 
@@ -197,23 +246,22 @@ impl ImpulseProblem {
     }
 
     /// Solves one law for the others as they are.
-    fn solve_one(&mut self, law: usize) {
-        let (at, law) = self.laws[law];
+    fn solve_one(&mut self, index: usize) {
+        let (at, law) = self.laws[index];
         let own = self.w(at, at);
         match law {
-            Law::Bearing { most_n_m_s } => {
+            Law::Joint { .. } => {
                 let impulse = self.impulses[at] - self.velocities[at] / own;
-                self.suppose(at, impulse.clamp(-most_n_m_s, most_n_m_s));
+                self.suppose_within(index, Vector3::new(impulse, 0.0, 0.0));
             }
             Law::Contact {
                 friction,
                 approach_m_s,
-                softness,
+                compliance,
             } => {
-                let excess =
-                    self.velocities[at] + approach_m_s + softness * own * self.impulses[at];
-                let normal = self.impulses[at] - excess / (own * (1.0 + softness));
-                self.suppose(at, normal.max(0.0));
+                let excess = self.velocities[at] + approach_m_s + compliance * self.impulses[at];
+                let normal = self.impulses[at] - excess / (own + compliance);
+                self.set(at, normal.max(0.0));
                 let tangential = Matrix2::new(
                     self.w(at + 1, at + 1),
                     self.w(at + 1, at + 2),
@@ -223,33 +271,44 @@ impl ImpulseProblem {
                 let free =
                     self.contact_velocity(at).yz() - tangential * self.contact_impulse(at).yz();
                 let rubbed = friction_impulse(&tangential, &free, friction * self.impulses[at]);
-                self.suppose(at + 1, rubbed.x);
-                self.suppose(at + 2, rubbed.y);
+                self.set(at + 1, rubbed.x);
+                self.set(at + 2, rubbed.y);
             }
         }
     }
 
-    /// By how much the laws are broken, in m/s or rad/s: the most of all.
+    /// By how much the laws are broken, in m/s or rad/s: the most of all. An impulse beyond what friction can do counts by
+    /// the velocity that the excess makes where it acts.
     fn error(&self) -> f64 {
         let of = |&(at, law): &(usize, Law)| match law {
-            Law::Bearing { most_n_m_s } => {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
                 let (p, u) = (self.impulses[at], self.velocities[at]);
-                let opposes = p * u <= 0.0 && p.abs() >= most_n_m_s * (1.0 - 1e-9);
-                if opposes { 0.0 } else { u.abs() }
+                let excess = (least_n_m_s - p).max(p - most_n_m_s).max(0.0) * self.w(at, at);
+                let opposes = if u > 0.0 {
+                    p <= least_n_m_s * (1.0 - 1e-9)
+                } else {
+                    p >= most_n_m_s * (1.0 - 1e-9)
+                };
+                excess.max(if opposes { 0.0 } else { u.abs() })
             }
             Law::Contact {
                 friction,
                 approach_m_s,
-                softness,
+                compliance,
             } => {
                 let (p, u) = (self.contact_impulse(at), self.contact_velocity(at));
-                let gap = u.x + approach_m_s + softness * self.w(at, at) * p.x;
+                let gap = u.x + approach_m_s + compliance * p.x;
                 let normal = if p.x > 0.0 {
                     gap.abs()
                 } else {
-                    (-gap).max(0.0)
+                    (-gap).max(-p.x * self.w(at, at))
                 };
-                let (limit, rubbed) = (friction * p.x, p.yz().norm());
+                let (limit, rubbed) = (friction * p.x.max(0.0), p.yz().norm());
+                let own = 0.5 * (self.w(at + 1, at + 1) + self.w(at + 2, at + 2));
+                let excess = (rubbed - limit).max(0.0) * own;
                 let tangential = if limit <= 0.0 {
                     0.0
                 } else if rubbed < limit * (1.0 - 1e-9) {
@@ -259,7 +318,7 @@ impl ImpulseProblem {
                     let pull = p.yz() / rubbed;
                     (u.yz() - pull * u.yz().dot(&pull).min(0.0)).norm()
                 };
-                normal.max(tangential)
+                normal.max(tangential).max(excess)
             }
         };
         self.laws.iter().map(of).fold(0.0, f64::max)
@@ -270,21 +329,25 @@ impl ImpulseProblem {
     fn state(&self, (at, law): (usize, Law)) -> State {
         let own = self.w(at, at);
         match law {
-            Law::Bearing { most_n_m_s } => {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
                 let holding = self.impulses[at] - self.velocities[at] / own;
-                if holding.abs() > most_n_m_s {
-                    State::Turns(most_n_m_s.copysign(holding))
-                } else {
+                let within = holding.clamp(least_n_m_s, most_n_m_s);
+                if holding == within {
                     State::Sticks
+                } else {
+                    State::Turns(within)
                 }
             }
             Law::Contact {
                 friction,
                 approach_m_s,
-                softness,
+                compliance,
             } => {
                 let (p, u) = (self.contact_impulse(at), self.contact_velocity(at));
-                if p.x * (1.0 - softness) - (u.x + approach_m_s) / own <= 0.0 {
+                if p.x - (u.x + approach_m_s + compliance * p.x) / own <= 0.0 {
                     return State::Open;
                 }
                 let scale = 1.0 / (self.w(at + 1, at + 1) + self.w(at + 2, at + 2));
@@ -315,31 +378,20 @@ impl ImpulseProblem {
         kept.clear();
         kept.extend_from_slice(&self.impulses);
         for law in 0..self.laws.len() {
-            let (at, law) = self.laws[law];
-            let there = |row: usize| self.newton.kept[row] + self.newton.step[row];
-            match law {
-                Law::Bearing { most_n_m_s } => {
-                    self.suppose(at, there(at).clamp(-most_n_m_s, most_n_m_s));
-                }
-                Law::Contact { friction, .. } => {
-                    let normal = there(at).max(0.0);
-                    let mut rubbed = Vector2::new(there(at + 1), there(at + 2));
-                    let (size, limit) = (rubbed.norm(), friction * normal);
-                    if size > limit {
-                        rubbed *= limit / size;
-                    }
-                    self.suppose(at, normal);
-                    self.suppose(at + 1, rubbed.x);
-                    self.suppose(at + 2, rubbed.y);
-                }
-            }
+            let at = self.laws[law].0;
+            let there = |k: usize| self.newton.kept[at + k] + self.newton.step[at + k];
+            let asked = match self.laws[law].1 {
+                Law::Joint { .. } => Vector3::new(there(0), 0.0, 0.0),
+                Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
+            };
+            self.suppose_within(law, asked);
         }
         let reached = self.error();
         if reached < error {
             return reached;
         }
         for row in 0..rows {
-            self.suppose(row, self.newton.kept[row]);
+            self.set(row, self.newton.kept[row]);
         }
         error
     }
@@ -355,19 +407,18 @@ impl ImpulseProblem {
                     (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row]))
                 }
                 (State::Turns(impulse), _) => newton.fix(at, impulse - self.impulses[at]),
-                (_, Law::Bearing { .. }) => newton.stop(at, self),
+                (_, Law::Joint { .. }) => newton.stop(at, self),
                 (
                     state,
                     Law::Contact {
                         friction,
                         approach_m_s,
-                        softness,
+                        compliance,
                     },
                 ) => {
                     (at..at + 3).for_each(|row| newton.stop(row, self));
-                    let give = softness * self.w(at, at);
-                    newton.matrix[at * rows + at] += give;
-                    newton.step[at] -= approach_m_s + give * self.impulses[at];
+                    newton.matrix[at * rows + at] += compliance;
+                    newton.step[at] -= approach_m_s + compliance * self.impulses[at];
                     if let State::Slides {
                         along,
                         share,
@@ -468,7 +519,7 @@ fn friction_impulse(w: &Matrix2<f64>, free: &Vector2<f64>, most: f64) -> Vector2
 }
 
 /// Solves a linear system, given row by row, in place by elimination with row pivots. Says whether it is regular.
-fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
+pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
     let n = x.len();
     for column in 0..n {
         let size = |row: &usize| matrix[row * n + column].abs();
@@ -535,11 +586,18 @@ mod tests {
         }
     }
 
+    fn bearing(most_n_m_s: f64) -> Law {
+        Law::Joint {
+            least_n_m_s: -most_n_m_s,
+            most_n_m_s,
+        }
+    }
+
     fn contact(friction: f64) -> Law {
         Law::Contact {
             friction,
             approach_m_s: 0.0,
-            softness: 0.0,
+            compliance: 0.0,
         }
     }
 
@@ -591,7 +649,7 @@ mod tests {
             let law = Law::Contact {
                 friction: 0.5,
                 approach_m_s: approach,
-                softness: 0.0,
+                compliance: 0.0,
             };
             let mut one = problem(&[law], &[free, 0.0, 0.0], &response);
             one.solve();
@@ -600,18 +658,18 @@ mod tests {
         }
     }
 
-    /// A soft contact gives way by c W p: the spring's share.
+    /// A soft contact gives by c p: the spring's share.
     #[test]
-    fn a_soft_contact_gives_way_in_proportion_to_what_it_carries() {
+    fn a_soft_contact_gives_in_proportion_to_what_it_carries() {
         let law = Law::Contact {
             friction: 0.0,
             approach_m_s: 0.0,
-            softness: 0.25,
+            compliance: 0.5,
         };
         let response = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
         let mut soft = problem(&[law], &[-1.0, 0.0, 0.0], &response);
         soft.solve();
-        // -1 + 2 p + 0.25 * 2 p = 0.
+        // -1 + 2 p + 0.5 p = 0.
         assert!((soft.impulses[0] - 0.4).abs() < 1e-8);
     }
 
@@ -647,10 +705,63 @@ mod tests {
     #[test]
     fn a_dry_bearing_holds_what_it_can() {
         for (free, most, impulse) in [(0.5, 0.2, -0.2), (0.5, 0.1, -0.1), (-0.5, 0.1, 0.1)] {
-            let law = Law::Bearing { most_n_m_s: most };
-            let mut bearing = problem(&[law], &[free], &[2.5]);
+            let mut bearing = problem(&[bearing(most)], &[free], &[2.5]);
             assert!(bearing.solve() <= TOLERANCE);
             assert!((bearing.impulses[0] - impulse).abs() < 1e-8);
+        }
+    }
+
+    /// The solution may start from what acted in the step before, on a floor that has turned slippery since: an impulse
+    /// that friction cannot make any more is none, however still it holds the contact. On paper: a block of mass m on a
+    /// slope, held by p_t = m g sin dt, of which mu m g cos dt is left.
+    #[test]
+    fn a_start_beyond_the_cone_is_no_solution() {
+        let (mass_kg, dt_s, slope) = (2.5, 2e-3, 0.3_f64);
+        let response: Vec<f64> = (0..9)
+            .map(|i| if i % 4 == 0 { 1.0 / mass_kg } else { 0.0 })
+            .collect();
+        let pulls = 9.81 * dt_s * slope.sin();
+        let presses = 9.81 * dt_s * slope.cos();
+        for mu in [0.1, 0.0] {
+            let mut block = problem(&[contact(mu)], &[-presses, pulls, 0.0], &response);
+            let held = Vector3::new(mass_kg * presses, -mass_kg * pulls, 0.0);
+            // Set as it is, without being brought back into the cone: the residual must show it.
+            held.iter()
+                .enumerate()
+                .for_each(|(row, p)| block.set(row, *p));
+            let excess_m_s = pulls - mu * presses;
+            assert!((block.error() - excess_m_s).abs() < 1e-12);
+            assert!(block.solve() <= TOLERANCE);
+            let rubbed = block.contact_impulse(0).yz().norm();
+            assert!((rubbed - mu * mass_kg * presses).abs() < 1e-7, "{rubbed}");
+
+            block.suppose_within(0, held);
+            assert!(block.contact_impulse(0).yz().norm() <= mu * held.x);
+        }
+    }
+
+    /// As for a bearing whose friction has fallen.
+    #[test]
+    fn a_start_beyond_a_bearings_friction_is_no_solution() {
+        let mut bearing = problem(&[bearing(0.1)], &[0.5], &[2.5]);
+        bearing.set(0, -0.2);
+        assert!((bearing.error() - 0.25).abs() < 1e-12);
+        assert!(bearing.solve() <= TOLERANCE);
+        assert!((bearing.impulses[0] + 0.1).abs() < 1e-8);
+    }
+
+    /// What keeps a motor from driving beyond a rate takes as much of its impulse as that needs, and no more than it gives:
+    /// a wheel of response w that would be u too fast loses min(u / w, given); one that is too slow loses nothing.
+    #[test]
+    fn a_one_sided_joint_holds_one_way_only() {
+        for (free, given, impulse) in [(0.5, 1.0, -0.2), (0.5, 0.1, -0.1), (-0.5, 1.0, 0.0)] {
+            let limit = Law::Joint {
+                least_n_m_s: -given,
+                most_n_m_s: 0.0,
+            };
+            let mut limit = problem(&[limit], &[free], &[2.5]);
+            assert!(limit.solve() <= TOLERANCE);
+            assert!((limit.impulses[0] - impulse).abs() < 1e-8);
         }
     }
 
@@ -685,11 +796,7 @@ mod tests {
         for _ in 0..500 {
             let mu = draw.next().abs();
             let mut laws = vec![contact(mu); 4];
-            laws.extend(
-                [Law::Bearing {
-                    most_n_m_s: 0.3 * draw.next().abs(),
-                }; 3],
-            );
+            laws.extend([bearing(0.3 * draw.next().abs()); 3]);
             let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
             let response = draw.response(15, 10, 1e-3);
             let mut random = problem(&laws, &free, &response);

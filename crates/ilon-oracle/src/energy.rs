@@ -1,0 +1,43 @@
+//! Where the energy went.
+
+/// Work and heat since the start, and the energy that is stored, in J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy of all bodies.
+    pub kinetic_j: f64,
+    /// Potential energy in the gravity field, against the world's origin.
+    pub gravity_j: f64,
+    /// Stored in contact springs and bristles.
+    pub elastic_j: f64,
+    /// Work of the wheels' drives.
+    pub drives_j: f64,
+    /// Work of the push.
+    pub push_j: f64,
+    /// Heat of sliding contacts.
+    pub slip_j: f64,
+    /// Heat of the bristles' damping, and what bristles held when they left the floor.
+    pub bristles_j: f64,
+    /// Heat of the damping along contact normals.
+    pub normals_j: f64,
+    /// Heat of wheel bearings.
+    pub wheel_bearings_j: f64,
+    /// Heat of roller bearings.
+    pub roller_bearings_j: f64,
+    /// Heat of joints at the moment that they lock.
+    pub locking_j: f64,
+}
+
+impl Energy {
+    /// What all contacts took: sliding and damping.
+    pub fn contacts_j(&self) -> f64 {
+        self.slip_j + self.bristles_j + self.normals_j
+    }
+
+    /// Stored energy and heat less work: constant, but for the error of the steps.
+    pub fn balance_j(&self) -> f64 {
+        let stored = self.kinetic_j + self.gravity_j + self.elastic_j;
+        let heat =
+            self.contacts_j() + self.wheel_bearings_j + self.roller_bearings_j + self.locking_j;
+        stored + heat - self.drives_j - self.push_j
+    }
+}

@@ -1,0 +1,51 @@
+//! What the engine refuses.
+
+use thiserror::Error;
+
+/// Why a robot or a setting cannot be simulated.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum OracleError {
+    /// A roller has the collision shapes of its file.
+    #[error(
+        "roller `{roller}` has the shapes of its file: the oracle knows exact barrels only; load the robot with exact rollers"
+    )]
+    NoBarrel {
+        /// The roller's joint.
+        roller: String,
+    },
+    /// A part has no inertia about an axis that it can turn about.
+    #[error("`{part}` has no inertia about its own axis: give it one")]
+    NoInertia {
+        /// The part's joint.
+        part: String,
+    },
+    /// A setting is not a number in its range.
+    #[error("{setting} = {value} is out of range: it must be finite and {range}")]
+    Setting {
+        /// The setting's name.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// The step cannot follow a contact spring or a bearing.
+    #[error(
+        "a step of {step_s:e} s is too long for the {of}: take at most {longest_s:e} s, or soften it"
+    )]
+    StepTooLong {
+        /// The step, in seconds.
+        step_s: f64,
+        /// What moves faster than the step can follow.
+        of: &'static str,
+        /// The longest step, in seconds.
+        longest_s: f64,
+    },
+    /// The motion is no longer finite.
+    #[error("the motion diverged at {time_s} s")]
+    Diverged {
+        /// When, in seconds.
+        time_s: f64,
+    },
+}

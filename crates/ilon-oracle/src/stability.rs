@@ -1,0 +1,95 @@
+//! Whether a step can follow the contact springs and the bearings.
+//!
+//! A mass 1/W on a spring k with damping c, stepped by h with the damper seeing the old speed, is stable where
+//! k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W h^2 + 2 c W h <= 1.
+//!
+//! W, what a contact's speed gains from a unit impulse there, is bounded from above: by the chassis, the wheels and the
+//! rollers as one rigid body pushed at the wheel's bottom, the wheel free about its axis (solved with the engine's own matrix)
+//! and, along the floor, r^2 / I more for the roller's turning about its own axis. As all wheels may swing together, the
+//! parts of the wheels are summed.
+
+use ilon_robot::Robot;
+use nalgebra::Vector3;
+
+use crate::dynamics::{ArrowSystem, Generalised, Posture, Prescribed};
+use crate::tree::Tree;
+use crate::{OracleError, Settings};
+
+pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(), OracleError> {
+    let law = &settings.contact;
+    let rigid: Vector3<f64> = (0..tree.wheels.len())
+        .map(|w| response(tree, w, robot.wheels[w].radius_m))
+        .sum();
+    let turning = robot
+        .wheels
+        .iter()
+        .flat_map(|w| &w.rollers)
+        .map(|r| r.radius_m * r.radius_m / r.axial_inertia_kg_m2)
+        .fold(0.0, f64::max);
+    let across = rigid.x.max(rigid.y) + turning;
+    let limits = [
+        (
+            "contacts' normal springs",
+            law.normal_stiffness_n_m,
+            law.normal_damping_n_s_m,
+            rigid.z,
+        ),
+        (
+            "contacts' bristles",
+            law.bristle_stiffness_n_m,
+            law.bristle_damping_n_s_m,
+            across,
+        ),
+    ];
+    let bearings = tree.rollers.iter().map(|r| (r.bearing, r.axial_inertia));
+    let hubs = tree
+        .wheels
+        .iter()
+        .map(|w| (w.bearing, w.hub.about_center[(2, 2)]));
+    let damped = bearings
+        .chain(hubs)
+        .map(|(joint, inertia)| joint.damping_n_m_s / inertia)
+        .fold(0.0, f64::max);
+    let springs =
+        limits.map(|(of, k, c, w)| (of, ((c * c * w * w + k * w).sqrt() - c * w) / (k * w)));
+    let step_s = settings.step_s;
+    let (of, longest_s) =
+        springs.into_iter().fold(
+            ("bearings", 0.5 / damped),
+            |a, b| if b.1 < a.1 { b } else { a },
+        );
+    if step_s > longest_s {
+        return Err(OracleError::StepTooLong {
+            step_s,
+            of,
+            longest_s,
+        });
+    }
+    Ok(())
+}
+
+/// What the lowest point of a wheel gains along x, y and z from a unit impulse along each, rollers not turning.
+fn response(tree: &Tree, w: usize, radius: f64) -> Vector3<f64> {
+    let wheel = &tree.wheels[w];
+    let (o, e) = (&wheel.origin_in_body, &wheel.axis_in_body);
+    let point = o - Vector3::z() * radius;
+    let rest = Generalised::zero(tree);
+    let held = Prescribed {
+        wheels: vec![None; tree.wheels.len()],
+        rollers: vec![Some(0.0); tree.rollers.len()],
+    };
+    let mut gain = Vector3::zeros();
+    for i in 0..3 {
+        let mut unit = Vector3::zeros();
+        unit[i] = 1.0;
+        let (mut force, mut u, mut unused) = (rest.clone(), rest.clone(), rest.clone());
+        force.act_on_wheel(w, o, e, &point, &unit);
+        let mut system = ArrowSystem::new(tree);
+        system.assemble(tree, &Posture::new(tree), &rest, &force);
+        if system.solve(tree, &held, &mut u, &mut unused) {
+            let speed = u.linear + u.angular.cross(&point) + e.cross(&(point - o)) * u.wheels[w];
+            gain[i] = speed[i];
+        }
+    }
+    gain
+}

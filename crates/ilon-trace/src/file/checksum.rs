@@ -1,0 +1,241 @@
+//! A checksum over the bytes of a trace file, by which damage is noticed before anything is read from them: Parquet's own
+//! writer puts none into its pages, and its reader does not expect that they are not what was written.
+//!
+//! It stands right behind the four bytes with which every Parquet file begins, in a place that no reader of Parquet looks
+//! at: what a file holds is found from its end. There it counts as zeros.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+
+/// How every Parquet file begins and ends.
+const MAGIC: &[u8; 4] = b"PAR1";
+/// Where it stands, in bytes from the start of the file.
+const AT: usize = MAGIC.len();
+/// What stands before its digits.
+const LABEL: &[u8; 16] = b"ilon checksum 1:";
+/// How many hexadecimal digits it has.
+const DIGITS: usize = 32;
+
+/// What stands in its place while the file is written.
+pub(super) fn empty() -> Vec<u8> {
+    let mut place = LABEL.to_vec();
+    place.resize(LABEL.len() + DIGITS, b'0');
+    place
+}
+
+/// A file whose bytes are summed up as they are written, one after another.
+#[derive(Debug)]
+pub(super) struct Summed {
+    file: File,
+    sum: Sum,
+}
+
+impl Summed {
+    pub fn new(file: File) -> Self {
+        let sum = Sum::new();
+        Self { file, sum }
+    }
+
+    /// Writes the checksum into its place, once everything else is written.
+    pub fn finish(mut self) -> io::Result<File> {
+        let place = AT + LABEL.len();
+        self.file.seek(SeekFrom::Start(place as u64))?;
+        write!(self.file, "{}", self.sum.digits())?;
+        Ok(self.file)
+    }
+}
+
+impl Write for Summed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.sum.add(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// What a file's checksum says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Found {
+    /// The bytes are those that were written.
+    Whole,
+    /// They are not.
+    Damaged,
+    /// The file has none, but begins and ends as Parquet does.
+    Parquet,
+    /// It is another kind of file.
+    Other,
+}
+
+/// Whether a file begins as a trace does.
+pub(super) fn is_labelled(file: &mut File) -> io::Result<bool> {
+    let mut head = Vec::new();
+    file.take((AT + LABEL.len()) as u64)
+        .read_to_end(&mut head)?;
+    Ok(head.get(AT..) == Some(LABEL.as_slice()))
+}
+
+/// Reads a file from its start to its end, to hold it against its checksum.
+pub(super) fn check(file: &mut File) -> io::Result<Found> {
+    file.seek(SeekFrom::Start(0))?;
+    let mut head = Vec::new();
+    let head_length = AT + LABEL.len() + DIGITS;
+    file.take(head_length as u64).read_to_end(&mut head)?;
+    if head.len() < head_length || head[AT..AT + LABEL.len()] != LABEL[..] {
+        let mut end = [0; MAGIC.len()];
+        file.seek(SeekFrom::End(0))?;
+        let length = file.stream_position()?;
+        file.seek(SeekFrom::Start(length.saturating_sub(end.len() as u64)))?;
+        let is_parquet =
+            head.starts_with(MAGIC) && file.read_exact(&mut end).is_ok() && end == *MAGIC;
+        return Ok(if is_parquet {
+            Found::Parquet
+        } else {
+            Found::Other
+        });
+    }
+    let digits = head.split_off(AT + LABEL.len());
+    let mut sum = Sum::new();
+    sum.add(&head);
+    sum.add(&[b'0'; DIGITS]);
+    let mut bytes = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut bytes) {
+            Ok(0) => break,
+            Ok(count) => sum.add(&bytes[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(if sum.digits().as_bytes() == digits {
+        Found::Whole
+    } else {
+        Found::Damaged
+    })
+}
+
+/// FNV-1a of 128 bits, taken over words of 64 bits, the last one filled with zeros, and over the number of bytes.
+///
+/// Each step is a bijection of the sum so far and of the word, so that no single changed word goes unnoticed; of several,
+/// one in 2^128.
+#[derive(Clone, Debug)]
+struct Sum {
+    sum: u128,
+    length: u64,
+    /// Bytes that do not fill a word yet.
+    rest: Vec<u8>,
+}
+
+/// The offset basis of the 128-bit FNV-1a hash.
+const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+/// The prime of the 128-bit FNV-1a hash.
+const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+
+impl Sum {
+    fn new() -> Self {
+        Self {
+            sum: OFFSET,
+            length: 0,
+            rest: Vec::with_capacity(8),
+        }
+    }
+
+    fn add(&mut self, mut bytes: &[u8]) {
+        self.length += bytes.len() as u64;
+        if !self.rest.is_empty() {
+            let missing = (8 - self.rest.len()).min(bytes.len());
+            self.rest.extend(&bytes[..missing]);
+            bytes = &bytes[missing..];
+            if self.rest.len() < 8 {
+                return;
+            }
+            self.sum = with_word(self.sum, &self.rest);
+            self.rest.clear();
+        }
+        let mut words = bytes.chunks_exact(8);
+        for word in &mut words {
+            self.sum = with_word(self.sum, word);
+        }
+        self.rest.extend(words.remainder());
+    }
+
+    fn digits(&self) -> String {
+        let sum = with_word(self.sum, &self.rest);
+        let sum = with_word(sum, &self.length.to_le_bytes());
+        format!("{sum:032x}")
+    }
+}
+
+/// A sum with one word more, of at most 8 bytes.
+fn with_word(sum: u128, bytes: &[u8]) -> u128 {
+    let mut word = [0; 8];
+    word[..bytes.len()].copy_from_slice(bytes);
+    (sum ^ u128::from(u64::from_le_bytes(word))).wrapping_mul(PRIME)
+}
+
+/// Puts the checksum into bytes that fits them, as one who means harm can.
+#[cfg(test)]
+pub(super) fn seal(bytes: &mut [u8]) {
+    let place = AT + LABEL.len()..AT + LABEL.len() + DIGITS;
+    bytes[AT..AT + LABEL.len()].copy_from_slice(LABEL);
+    bytes[place.clone()].fill(b'0');
+    let mut sum = Sum::new();
+    sum.add(bytes);
+    bytes[place].copy_from_slice(sum.digits().as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_does_not_depend_on_how_the_bytes_come_and_does_on_each_of_them() {
+        let bytes: Vec<u8> = (0..100u8).collect();
+        let of = |pieces: &[&[u8]]| {
+            let mut sum = Sum::new();
+            pieces.iter().for_each(|piece| sum.add(piece));
+            sum.digits()
+        };
+        let whole = of(&[&bytes]);
+        for cut in 0..bytes.len() {
+            assert_eq!(whole, of(&[&bytes[..cut], &[], &bytes[cut..]]));
+            assert_ne!(whole, of(&[&bytes[..cut]]));
+            let mut changed = bytes.clone();
+            changed[cut] ^= 1;
+            assert_ne!(whole, of(&[&changed]));
+        }
+        let ones: Vec<&[u8]> = bytes.chunks(1).collect();
+        assert_eq!(whole, of(&ones));
+        assert_ne!(of(&[&bytes, &[0]]), whole);
+    }
+
+    #[test]
+    fn a_file_that_was_finished_is_whole_and_damaged_after_any_change() {
+        let mut file = Summed::new(tempfile::tempfile().unwrap());
+        file.write_all(b"PAR1").unwrap();
+        file.write_all(&empty()).unwrap();
+        file.write_all(b"what it holds").unwrap();
+        let mut file = file.finish().unwrap();
+        assert_eq!(check(&mut file).unwrap(), Found::Whole);
+        let length = file.metadata().unwrap().len();
+        for at in 0..length {
+            let mut flip = || {
+                let mut byte = [0];
+                file.seek(SeekFrom::Start(at)).unwrap();
+                file.read_exact(&mut byte).unwrap();
+                file.seek(SeekFrom::Start(at)).unwrap();
+                file.write_all(&[byte[0] ^ 4]).unwrap();
+                check(&mut file).unwrap()
+            };
+            assert_ne!(flip(), Found::Whole, "{at}");
+            assert_eq!(flip(), Found::Whole, "{at}");
+        }
+        file.set_len(length - 1).unwrap();
+        assert_eq!(check(&mut file).unwrap(), Found::Damaged);
+        file.set_len(10).unwrap();
+        assert_eq!(check(&mut file).unwrap(), Found::Other);
+    }
+}

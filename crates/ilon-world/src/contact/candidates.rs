@@ -1,0 +1,384 @@
+//! Where the robot is near the ground: the places that may touch in the step.
+
+use nalgebra::Vector3;
+use rapier3d::prelude::*;
+
+use crate::RollerBodies;
+use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
+use crate::contact::reaction::Part;
+use crate::contact::solve::Scene;
+use crate::engine::convert;
+use crate::robot::state::State;
+use crate::robot::wheel::RollerState;
+
+/// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
+///
+/// Upright, the outline of barrels that hand over is a circle, and only the lowest one touches. Leaning, the next one comes
+/// down with a slope that grows with the lean: within this angle by less than 3 um in a step of 0.02 rad of the wheel.
+const UPRIGHT: f64 = 0.01;
+
+/// A place where a part of the robot is near the ground.
+///
+/// Everything is in the floor's frame; the poses are those in the middle of the step where nothing else is said.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub part: Part,
+    /// On the ground, in metres.
+    pub place_m: Vector3<f64>,
+    /// Unit vector out of the ground.
+    pub normal: Vector3<f64>,
+    /// Along the roller's axis, or any direction.
+    pub along: Vector3<f64>,
+    /// Distance in metres, negative in penetration.
+    pub gap_m: f64,
+    /// How the velocity of the robot's surface where it touches turns with the robot.
+    pub turning: Turning,
+    /// Whether it is on a roller that the ground did not press on in the last step.
+    pub came_down: bool,
+    /// Whether it is on an exact barrel.
+    on_barrel: bool,
+}
+
+/// How the velocity of the robot's surface at a contact changes because the robot turns on, with the rates as they were when
+/// the step began: along normal and tangents, which turn with the roller.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turning {
+    /// Where the tangents' rows are taken: on a roller that came down, its place when the step began, in metres.
+    pub came_down_at_m: Option<Vector3<f64>>,
+    /// From the beginning of the step to where the rows are taken, in m/s.
+    pub until_m_s: Vector3<f64>,
+    /// From there to its end, in m/s.
+    pub from_m_s: Vector3<f64>,
+}
+
+impl Turning {
+    /// None that is counted.
+    const NONE: Self = Self {
+        came_down_at_m: None,
+        until_m_s: Vector3::new(0.0, 0.0, 0.0),
+        from_m_s: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Of a contact in the middle of the step, that changes by this in each half of it.
+    fn in_each_half(half_m_s: Vector3<f64>) -> Self {
+        Self {
+            came_down_at_m: None,
+            until_m_s: half_m_s,
+            from_m_s: half_m_s,
+        }
+    }
+}
+
+/// How a roller stands on the ground in some pose.
+struct Touch {
+    place_m: Vector3<f64>,
+    /// Whether that is on one of its end spheres.
+    on_its_end: bool,
+    /// The ground's normal and two tangents.
+    axes: [Vector3<f64>; 3],
+}
+
+/// Room for what is looked through on the way.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Workspace {
+    pieces: Vec<Piece>,
+    nearest: Vec<(usize, Nearest)>,
+}
+
+impl Scene<'_> {
+    /// Fills `found` with the places of the chassis that are near the ground.
+    pub fn find_chassis(&self, found: &mut Vec<Candidate>) {
+        found.clear();
+        let body = &self.rapier.bodies[self.assembly.chassis];
+        for collider in body.colliders() {
+            self.find_in_rapier(*collider, |place_m, normal, gap_m| {
+                let lever_m = place_m - self.middle.center_m();
+                let axes = frame(normal, Vector3::x());
+                let velocity = |state: &State| {
+                    let turned = state.floor_from_chassis().rotation
+                        * self.middle.floor_from_chassis().rotation.inverse();
+                    along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
+                };
+                found.push(Candidate {
+                    part: Part::Chassis,
+                    place_m,
+                    normal,
+                    along: Vector3::x(),
+                    gap_m,
+                    turning: Turning::in_each_half(
+                        0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    ),
+                    came_down: false,
+                    on_barrel: false,
+                });
+            });
+        }
+    }
+
+    /// Fills `found` with the places of a wheel's rollers that are near the ground.
+    pub fn find_wheel(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        found.clear();
+        self.find_barrels(wheel, room, found);
+        self.find_modelled(wheel, found);
+    }
+
+    /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
+    fn prediction_m(&self, wheel: usize) -> f64 {
+        let hub_m = self.before.hubs()[wheel].center_m;
+        let speed_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
+            + self.before.hub_rate(wheel).norm() * self.assembly.wheels[wheel].reach_m;
+        self.settings.prediction_m + self.dt_s * speed_m_s
+    }
+
+    fn find_barrels(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        let body = &self.assembly.wheels[wheel];
+        let hub = &self.middle.hubs()[wheel];
+        let prediction_m = self.prediction_m(wheel);
+        let reach_m = body.reach_m + prediction_m;
+        self.ground
+            .pieces_near(&hub.center_m, reach_m, &mut room.pieces);
+        let on_plane = matches!(room.pieces[..], [Piece::Plane]);
+        let upright = on_plane && hub.axis().z.abs() < UPRIGHT;
+        // On a plane an upright wheel touches where it is lowest, and nowhere else.
+        let mut lowest_m = f64::INFINITY;
+        for (index, roller) in body.rollers.iter().enumerate() {
+            let Some(barrel) = &roller.barrel else {
+                continue;
+            };
+            let center_m = roller.center_m(hub);
+            let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
+            let out_of_reach = |piece: &Piece| piece.foot(&center_m).distance_m > within_m;
+            if self.settings.roller_bodies == RollerBodies::Near
+                && room.pieces.iter().all(out_of_reach)
+            {
+                continue;
+            }
+            let placed = PlacedBarrel {
+                barrel,
+                center_m,
+                axis: hub.rotation * roller.axis_in_hub,
+            };
+            room.nearest.clear();
+            for (number, piece) in room.pieces.iter().enumerate() {
+                let nearest = placed.nearest_to(piece);
+                if nearest.gap_m < prediction_m {
+                    room.nearest.push((number, nearest));
+                }
+            }
+            keep_nearest_of_surface(&mut room.nearest, &room.pieces);
+            for (_, nearest) in &room.nearest {
+                if upright && nearest.gap_m >= lowest_m {
+                    continue;
+                }
+                if upright {
+                    lowest_m = nearest.gap_m;
+                    found.clear();
+                }
+                let part = Part::Roller(wheel, index);
+                found.push(self.on_barrel((part, roller), &placed, nearest));
+            }
+        }
+        if !upright && found.len() > 1 {
+            let axis = hub.axis();
+            leave_out_handed_over(found, &axis);
+        }
+    }
+
+    /// The place of a roller where it is nearest to the ground, with what it was when the step began.
+    fn on_barrel(
+        &self,
+        (part, roller): (Part, &RollerState),
+        placed: &PlacedBarrel<'_>,
+        nearest: &Nearest,
+    ) -> Candidate {
+        let Part::Roller(wheel, _) = part else {
+            unreachable!("a barrel is a roller's");
+        };
+        let touches = |state: &State| {
+            let hub = &state.hubs()[wheel];
+            let then = PlacedBarrel {
+                barrel: placed.barrel,
+                center_m: roller.center_m(hub),
+                axis: hub.rotation * roller.axis_in_hub,
+            };
+            Touch {
+                place_m: then.support_m(&nearest.normal),
+                on_its_end: then.stands_on_its_end(&nearest.normal),
+                axes: frame(nearest.normal, then.axis),
+            }
+        };
+        let velocity = |state: &State, touch: &Touch, more_spin_rad_s: f64| {
+            let (carried, per_spin) = self.roller_velocity((wheel, roller), state, &touch.place_m);
+            let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel)) + more_spin_rad_s;
+            along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
+        };
+        let (before, ahead) = (touches(self.before), touches(self.ahead));
+        let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized;
+        let turning = if !self.sees_rollers_pass {
+            Turning::NONE
+        } else if came_down {
+            // It takes over when the step begins, as near as can be said, and from then on it rolls.
+            let (_, per_spin) = self.roller_velocity((wheel, roller), self.before, &before.place_m);
+            let radius_m = along_frame(&before.axes, &per_spin).z;
+            let missing_rad_s = -velocity(self.before, &before, 0.0).z / radius_m;
+            let from_m_s = velocity(self.ahead, &ahead, missing_rad_s)
+                - velocity(self.before, &before, missing_rad_s);
+            Turning {
+                came_down_at_m: Some(before.place_m),
+                until_m_s: Vector3::zeros(),
+                from_m_s,
+            }
+        } else if ahead.on_its_end {
+            // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
+            let middle = touches(self.middle);
+            let half_m_s =
+                velocity(self.middle, &middle, 0.0) - velocity(self.before, &before, 0.0);
+            Turning::in_each_half(half_m_s)
+        } else {
+            let half_m_s =
+                0.5 * (velocity(self.ahead, &ahead, 0.0) - velocity(self.before, &before, 0.0));
+            Turning::in_each_half(half_m_s)
+        };
+        Candidate {
+            part,
+            place_m: nearest.place_m,
+            normal: nearest.normal,
+            along: placed.axis,
+            gap_m: nearest.gap_m,
+            turning,
+            came_down,
+            on_barrel: true,
+        }
+    }
+
+    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a state, and with the rates as
+    /// they were when the step began: what the hub carries it with, in m/s, and what it gets for each rad/s of the roller's
+    /// spin, in m.
+    fn roller_velocity(
+        &self,
+        (wheel, roller): (usize, &RollerState),
+        state: &State,
+        place_m: &Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let hub = &state.hubs()[wheel];
+        let axis = hub.rotation * roller.axis_in_hub;
+        let carried = state.hub_velocity_m_s(wheel, place_m);
+        (carried, axis.cross(&(place_m - roller.center_m(hub))))
+    }
+
+    /// The places of rollers with the shapes of their file, as rapier finds them.
+    fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
+        let body = &self.assembly.wheels[wheel];
+        let hub = &self.middle.hubs()[wheel];
+        for part in &body.colliders {
+            let roller = &body.rollers[part.roller];
+            let along = hub.rotation * roller.axis_in_hub;
+            self.find_in_rapier(part.collider, |place_m, normal, gap_m| {
+                let in_hub_m = hub.rotation.tr_mul(&(place_m - hub.center_m));
+                let velocity = |state: &State| {
+                    let hub = &state.hubs()[wheel];
+                    let place_m = hub.place_m(&in_hub_m);
+                    let (carried, per_spin) =
+                        self.roller_velocity((wheel, roller), state, &place_m);
+                    let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel));
+                    let axes = frame(normal, hub.rotation * roller.axis_in_hub);
+                    along_frame(&axes, &(carried + spin_rad_s * per_spin))
+                };
+                found.push(Candidate {
+                    part: Part::Roller(wheel, part.roller),
+                    place_m,
+                    normal,
+                    along,
+                    gap_m,
+                    turning: Turning::in_each_half(
+                        0.5 * (velocity(self.ahead) - velocity(self.before)),
+                    ),
+                    came_down: !roller.pressed && !roller.seized,
+                    on_barrel: false,
+                });
+            });
+        }
+    }
+
+    /// Shows where rapier found a collider near the ground: place on the ground, normal out of it, and distance.
+    fn find_in_rapier(
+        &self,
+        collider: ColliderHandle,
+        mut show: impl FnMut(Vector3<f64>, Vector3<f64>, f64),
+    ) {
+        for pair in self.rapier.narrow_phase.contact_pairs_with(collider) {
+            let is_first = pair.collider1 == collider;
+            let ground = if is_first {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
+            let rapier_from_ground = self.rapier.colliders[ground].position();
+            for manifold in pair.manifolds() {
+                // A manifold's normal points from its first shape to its second.
+                let towards_second = convert::to_f64(manifold.data.normal);
+                let normal = if is_first {
+                    -towards_second
+                } else {
+                    towards_second
+                };
+                for point in &manifold.points {
+                    let on_ground = if is_first {
+                        point.local_p2
+                    } else {
+                        point.local_p1
+                    };
+                    let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
+                    let place_m = self.ground.rapier_origin_m() + in_rapier_m;
+                    show(place_m, normal, f64::from(point.dist));
+                }
+            }
+        }
+    }
+}
+
+/// Leaves out the rollers of a wheel that have handed it over to another, which stands on the same plane and is nearer
+/// to it.
+///
+/// Barrels that follow each other without a gap make an upright wheel round, and rigid: beyond its end a roller is higher
+/// than the next one and carries nothing. But in the step of the hand-over both are within a micrometre of the ground, and
+/// two that stick in one step rub against each other's way. A wheel that leans on the plane has several to stand on.
+fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
+    /// Far above the rounding of a plane's places, and far below any step in a ground.
+    const ONE_PLANE_M: f64 = 1e-5;
+    let handed_over = |a: &Candidate, b: &Candidate| {
+        let nearer = b.gap_m < a.gap_m || b.gap_m == a.gap_m && b.part < a.part;
+        a.part != b.part
+            && a.on_barrel
+            && b.on_barrel
+            && nearer
+            && a.normal.dot(hub_axis).abs() < UPRIGHT
+            && a.normal.dot(&b.normal) > 1.0 - 1e-6
+            && a.normal.dot(&(b.place_m - a.place_m)).abs() < ONE_PLANE_M
+    };
+    // The nearest of a plane always stays, and leaving one out makes nobody else nearer.
+    let mut index = 0;
+    while index < found.len() {
+        let gone = found.iter().any(|other| handed_over(&found[index], other));
+        if gone {
+            found.swap_remove(index);
+        } else {
+            index += 1;
+        }
+    }
+}
+
+/// A normal and two tangents, of which the first lies along a direction as far as it can.
+pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
+    let tangent = |v: Vector3<f64>| (v - normal * normal.dot(&v)).try_normalize(1e-3);
+    let first = tangent(along)
+        .or_else(|| tangent(Vector3::x()))
+        .or_else(|| tangent(Vector3::y()))
+        .unwrap_or_else(Vector3::z);
+    [normal, first, normal.cross(&first)]
+}
+
+/// A vector along the axes of a frame.
+fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::from(frame.map(|axis| axis.dot(vector)))
+}

@@ -1,0 +1,309 @@
+//! The jump of a hand-over, told apart from the rest of a step.
+//!
+//! A roller that comes down does not roll yet, and on a mecanum wheel it lies in another direction than the one that it
+//! follows: the robot's rates jump. Friction brings that about within a part s of the step in which it is at its limit;
+//! over the rest the contact is held and its regular force does no work. If the work of the whole impulse went with the mean
+//! of the velocities before and after, the regular force would be taken to slide over the whole step, and a hand-over would
+//! lose in proportion to the step's length.
+//!
+//! So the impulses p of a step are told apart. p_j takes the rollers to rolling, W p_j = -u_0 where they come down and
+//! W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest. Motors and bearings do not react within the
+//! jump: W is here the response without what they lose per rate gained, which the step otherwise holds implicitly. With
+//! u_0+ = u_0 + W p_j, and the jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
+//!
+//! work of p_j = p_j . ((u_0 + u_0+) / 2 + s (u_1 - u_0+) / 2),
+//! work of p_r = p_r . (u_s + u_1) / 2, u_s = u_0+ - s (u_0+ - u_0),
+//!
+//! and with u_s goes whatever else acts over the step, and the robot's motion.
+
+use nalgebra::Vector3;
+
+use crate::contact::problem::{ImpulseProblem, solve_in_place};
+use crate::contact::reaction::Reaction;
+
+/// A contact that comes in faster, in m/s, hits: what happens then takes the whole step.
+const HITS_M_S: f64 = 1e-2;
+
+/// The jump of a step; nothing where no roller came down.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Jump {
+    /// p_j, row by row.
+    impulses: Vec<f64>,
+    /// W p_j, row by row.
+    velocities: Vec<f64>,
+    /// By how much it changes the rates of the bodies, by degree of freedom.
+    change: Vec<f64>,
+    /// s, the part of the step that it takes.
+    share: f64,
+    held: Vec<usize>,
+    matrix: Vec<f64>,
+    solution: Vec<f64>,
+    /// What frees the wheels from their motors, a square as wide as there are wheels.
+    freeing: Vec<f64>,
+}
+
+/// How the bodies answer to impulses, as they are held in the step: rates by degree of freedom, one impulse after the
+/// other.
+pub(crate) struct Responses<'a> {
+    /// To the impulse of each row.
+    pub of_rows: &'a [f32],
+    /// To a unit impulse on each wheel.
+    pub of_wheels: &'a [f32],
+    /// Each wheel's degree of freedom.
+    pub wheel_dofs: &'a [usize],
+    /// What a wheel's motor and bearing lose of their impulse per rate that it gains, in N m s per rad/s.
+    pub held_n_m_s2: &'a [f64],
+    /// For each row that turns a roller about its axis, which roller and by how much a unit impulse does.
+    pub axles: &'a [Option<(usize, f64)>],
+    /// By how much each roller would answer more to an impulse about its axis if its bearing did not hold it, in rad/s per
+    /// N m s.
+    pub freed_axles: &'a [f64],
+}
+
+impl Responses<'_> {
+    fn dofs(&self) -> usize {
+        self.of_wheels.len() / self.wheel_dofs.len()
+    }
+
+    fn row(&self, row: usize) -> &[f32] {
+        let dofs = self.dofs();
+        &self.of_rows[row * dofs..][..dofs]
+    }
+
+    /// What a unit impulse of a row does to a wheel's rate.
+    fn at_wheel(&self, row: usize, wheel: usize) -> f64 {
+        f64::from(self.row(row)[self.wheel_dofs[wheel]])
+    }
+
+    /// What the freed bearing of a roller adds to W of two rows.
+    fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
+        match (self.axles[row], self.axles[column]) {
+            (Some((i, a)), Some((j, b))) if i == j => a * b * self.freed_axles[i],
+            _ => 0.0,
+        }
+    }
+
+    /// What a unit impulse on a wheel does to a degree of freedom.
+    fn of_wheel(&self, wheel: usize, dof: usize) -> f64 {
+        f64::from(self.of_wheels[wheel * self.dofs() + dof])
+    }
+}
+
+impl Jump {
+    /// Whether rollers came down in a step, and gently.
+    pub fn happens(reactions: &[Reaction]) -> bool {
+        let pressing = |r: &&Reaction| r.rows() == 3 && r.impulse.x > 0.0;
+        let gently = |r: &Reaction| r.velocity_before.x > -HITS_M_S;
+        reactions.iter().filter(pressing).all(gently) && reactions.iter().any(takes_up)
+    }
+
+    /// No jump.
+    pub fn clear(&mut self, rows: usize, dofs: usize) {
+        for (room, length) in [
+            (&mut self.impulses, rows),
+            (&mut self.velocities, rows),
+            (&mut self.change, dofs),
+        ] {
+            room.clear();
+            room.resize(length, 0.0);
+        }
+        self.share = 0.0;
+    }
+
+    /// Finds the jump of a step that has been solved.
+    pub fn find(
+        &mut self,
+        reactions: &[Reaction],
+        problem: &ImpulseProblem,
+        responses: &Responses<'_>,
+    ) {
+        self.free_wheels(responses);
+        self.find_impulses(reactions, problem, responses);
+        self.find_effect(problem, responses);
+        self.share = share(reactions, &self.impulses);
+    }
+
+    /// By how much the rates of the bodies are further, where the mean over the step starts from, than they were when it
+    /// began.
+    pub fn start_change(&self) -> impl Iterator<Item = f64> {
+        let over = 1.0 - self.share;
+        self.change.iter().map(move |change| over * change)
+    }
+
+    /// p_j of a row.
+    pub fn impulse(&self, row: usize) -> f64 {
+        self.impulses[row]
+    }
+
+    /// s, the part of the step that it takes.
+    pub fn share(&self) -> f64 {
+        self.share
+    }
+
+    /// Energy that the impulse of a row took, in J, and its velocities before and after the step.
+    pub fn taken_j(&self, row: usize, impulse: f64, (before, after): (f64, f64)) -> f64 {
+        let (of_jump, jumped) = (self.impulses[row], before + self.velocities[row]);
+        let in_jump = 0.5 * (before + jumped) + 0.5 * self.share * (after - jumped);
+        let start = jumped - self.share * self.velocities[row];
+        -(of_jump * in_jump + (impulse - of_jump) * 0.5 * (start + after))
+    }
+
+    /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
+    /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
+    fn free_wheels(&mut self, responses: &Responses<'_>) {
+        let wheels = responses.wheel_dofs.len();
+        self.freeing.clear();
+        self.freeing.resize(wheels * wheels, 0.0);
+        for column in 0..wheels {
+            self.matrix.clear();
+            for (row, lost) in responses.held_n_m_s2.iter().enumerate() {
+                self.matrix.extend((0..wheels).map(|k| {
+                    let one = if row == k { 1.0 } else { 0.0 };
+                    one - lost * responses.of_wheel(row, responses.wheel_dofs[k])
+                }));
+            }
+            self.solution.clear();
+            self.solution.resize(wheels, 0.0);
+            self.solution[column] = responses.held_n_m_s2[column];
+            if !solve_in_place(&mut self.matrix, &mut self.solution) {
+                continue;
+            }
+            for (row, x) in self.solution.iter().enumerate() {
+                self.freeing[row * wheels + column] = *x;
+            }
+        }
+    }
+
+    /// W of two rows with the wheels free.
+    fn response(
+        &self,
+        problem: &ImpulseProblem,
+        responses: &Responses<'_>,
+        (row, column): (usize, usize),
+    ) -> f64 {
+        let wheels = responses.wheel_dofs.len();
+        let mut sum = problem.w(row, column) + responses.of_freed_axle(row, column);
+        for a in 0..wheels {
+            let at = responses.at_wheel(row, a);
+            let freed =
+                (0..wheels).map(|b| self.freeing[a * wheels + b] * responses.at_wheel(column, b));
+            sum += at * freed.sum::<f64>();
+        }
+        sum
+    }
+
+    /// Solves W p_j = -u_0 where rollers come down and 0 where else a contact or a bearing is held.
+    fn find_impulses(
+        &mut self,
+        reactions: &[Reaction],
+        problem: &ImpulseProblem,
+        responses: &Responses<'_>,
+    ) {
+        /// Redundant contacts can share a jump in many ways: the least softness picks one.
+        const RIDGE: f64 = 1e-6;
+        self.held.clear();
+        self.solution.clear();
+        let mut row = 0;
+        for (law, reaction) in reactions.iter().enumerate() {
+            let holds = problem.holds(law);
+            for k in 0..reaction.rows() {
+                let normal = k == 0 && reaction.rows() == 3 && reaction.impulse.x > 0.0;
+                if normal || holds {
+                    self.held.push(row);
+                    let stops = takes_up(reaction) && k > 0;
+                    self.solution.push(if stops {
+                        -reaction.velocity_before[k]
+                    } else {
+                        0.0
+                    });
+                }
+                row += 1;
+            }
+        }
+        let held = std::mem::take(&mut self.held);
+        self.matrix.clear();
+        for &row in &held {
+            for &column in &held {
+                let w = self.response(problem, responses, (row, column));
+                let ridge = if row == column { RIDGE * w } else { 0.0 };
+                self.matrix.push(w + ridge);
+            }
+        }
+        if solve_in_place(&mut self.matrix, &mut self.solution) {
+            for (&row, impulse) in held.iter().zip(&self.solution) {
+                self.impulses[row] = *impulse;
+            }
+        }
+        self.held = held;
+    }
+
+    /// What the impulses do to the rows and to the bodies.
+    fn find_effect(&mut self, problem: &ImpulseProblem, responses: &Responses<'_>) {
+        let wheels = responses.wheel_dofs.len();
+        self.solution.clear();
+        for a in 0..wheels {
+            let freed = |b: usize| {
+                let at = self
+                    .held
+                    .iter()
+                    .map(|&row| self.impulses[row] * responses.at_wheel(row, b));
+                self.freeing[a * wheels + b] * at.sum::<f64>()
+            };
+            let sum = (0..wheels).map(freed).sum();
+            self.solution.push(sum);
+        }
+        for row in 0..self.velocities.len() {
+            let of_rows = self.held.iter().map(|&by| {
+                (problem.w(row, by) + responses.of_freed_axle(row, by)) * self.impulses[by]
+            });
+            let of_wheels = self.solution.iter().enumerate();
+            self.velocities[row] = of_rows.sum::<f64>()
+                + of_wheels
+                    .map(|(a, y)| y * responses.at_wheel(row, a))
+                    .sum::<f64>();
+        }
+        for (dof, change) in self.change.iter_mut().enumerate() {
+            let of_rows = self
+                .held
+                .iter()
+                .map(|&row| self.impulses[row] * f64::from(responses.row(row)[dof]));
+            let of_wheels = self.solution.iter().enumerate();
+            *change = of_rows.sum::<f64>()
+                + of_wheels
+                    .map(|(a, y)| y * responses.of_wheel(a, dof))
+                    .sum::<f64>();
+        }
+    }
+}
+
+/// Whether a roller came down and took up some of the load.
+fn takes_up(reaction: &Reaction) -> bool {
+    reaction.came_down && reaction.impulse.x > 0.0
+}
+
+/// How long friction takes at its limit, as a part of the step: the mean over the rollers that came down, weighted by what
+/// each of them loses.
+fn share(reactions: &[Reaction], jump: &[f64]) -> f64 {
+    let (mut shares, mut weights) = (0.0, 0.0);
+    let mut row = 0;
+    for reaction in reactions {
+        let slides = reaction.velocity_before.yz();
+        if takes_up(reaction) && slides.norm() > 0.0 {
+            let of_jump = Vector3::from_column_slice(&jump[row..row + 3]);
+            let along = slides.normalize();
+            let needed = -of_jump.yz().dot(&along);
+            let regular = reaction.impulse - of_jump;
+            let stops = reaction.friction * reaction.impulse.x + regular.yz().dot(&along);
+            let weight = (needed * slides.norm()).max(0.0);
+            let share = if stops > 0.0 {
+                (needed / stops).clamp(0.0, 1.0)
+            } else {
+                1.0
+            };
+            shares += weight * share;
+            weights += weight;
+        }
+        row += reaction.rows();
+    }
+    if weights > 0.0 { shares / weights } else { 0.0 }
+}

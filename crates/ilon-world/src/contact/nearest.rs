@@ -1,0 +1,298 @@
+//! Where the exact barrel of a roller is nearest to a piece of ground, in f64.
+//!
+//! The barrel is a family of spheres, so its distance to a convex piece is the least over the family:
+//! dist = min over t of f(t), f(t) = distance(c + t d) - s(t), with c the roller's middle, d its axis and s the profile of
+//! [`ilon_robot::Barrel`]. Both parts of f are convex in t, so there is one minimum, where
+//! f'(t) = d . n(t) + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign (n from the piece to the sphere's centre), or an end.
+//!
+//! A surface is made of many pieces. A place on one of them is a place of contact only if it is the nearest of the whole
+//! surface around it: see [`keep_nearest_of_surface`].
+
+use ilon_robot::Barrel;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// A convex piece of ground, in the floor's frame.
+#[derive(Clone, Debug)]
+pub(crate) enum Piece {
+    /// All below z = 0.
+    Plane,
+    /// A solid box.
+    Box(SolidBox),
+    /// A triangle of a surface.
+    Triangle(Triangle),
+}
+
+/// A solid box.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SolidBox {
+    /// Pose of its middle.
+    pub floor_from_box: Isometry3<f64>,
+    /// Half of its sides along its own axes, in metres.
+    pub half_sides_m: Vector3<f64>,
+}
+
+/// A triangle of a surface whose ground lies beneath it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    corners_m: [Vector3<f64>; 3],
+    /// Unit normal out of the ground.
+    up: Vector3<f64>,
+}
+
+/// The place of a piece that is nearest to a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foot {
+    /// On the piece, in metres.
+    pub place_m: Vector3<f64>,
+    /// Unit vector out of the ground, towards a point outside.
+    pub normal: Vector3<f64>,
+    /// Distance of the point, in metres, negative inside.
+    pub distance_m: f64,
+}
+
+/// A roller where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedBarrel<'a> {
+    /// Its shape.
+    pub barrel: &'a Barrel,
+    /// Its middle, in the floor's frame, in metres.
+    pub center_m: Vector3<f64>,
+    /// Its axis, in the floor's frame.
+    pub axis: Vector3<f64>,
+}
+
+/// Where a roller is nearest to a piece of ground.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    /// Unit vector out of the ground towards the roller.
+    pub normal: Vector3<f64>,
+    /// The place on the ground, in metres.
+    pub place_m: Vector3<f64>,
+    /// Distance of the surfaces, in metres, negative in penetration.
+    pub gap_m: f64,
+    /// Middle of the nearest sphere of the barrel, in metres.
+    pub sphere_m: Vector3<f64>,
+}
+
+impl Triangle {
+    /// A triangle whose ground lies on the side away from `up`; `None` where it has no area.
+    pub fn new(corners_m: [Vector3<f64>; 3], up: &Vector3<f64>) -> Option<Self> {
+        let [a, b, c] = corners_m;
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+        Some(Self {
+            corners_m,
+            up: normal * normal.dot(up).signum(),
+        })
+    }
+
+    /// The nearest place of the triangle to a point (Ericson, Real-Time Collision Detection 2005, section 5.1.5).
+    fn nearest_m(&self, point_m: &Vector3<f64>) -> Vector3<f64> {
+        let [a, b, c] = self.corners_m;
+        let (ab, ac) = (b - a, c - a);
+        let from = |corner: &Vector3<f64>| {
+            let off = point_m - corner;
+            (ab.dot(&off), ac.dot(&off))
+        };
+        let (d1, d2) = from(&a);
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return a;
+        }
+        let (d3, d4) = from(&b);
+        if d3 >= 0.0 && d4 <= d3 {
+            return b;
+        }
+        let of_c = d1 * d4 - d3 * d2;
+        if of_c <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            return a + ab * (d1 / (d1 - d3));
+        }
+        let (d5, d6) = from(&c);
+        if d6 >= 0.0 && d5 <= d6 {
+            return c;
+        }
+        let of_b = d5 * d2 - d1 * d6;
+        if of_b <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            return a + ac * (d2 / (d2 - d6));
+        }
+        let of_a = d3 * d6 - d5 * d4;
+        if of_a <= 0.0 && d4 >= d3 && d5 >= d6 {
+            return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+        }
+        let sum = of_a + of_b + of_c;
+        a + ab * (of_b / sum) + ac * (of_c / sum)
+    }
+}
+
+impl Piece {
+    /// The nearest place of the piece to a point.
+    pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
+        match self {
+            Self::Plane => Foot {
+                place_m: Vector3::new(point_m.x, point_m.y, 0.0),
+                normal: Vector3::z(),
+                distance_m: point_m.z,
+            },
+            Self::Box(solid) => solid.foot(point_m),
+            Self::Triangle(triangle) => {
+                let place_m = triangle.nearest_m(point_m);
+                let off = point_m - place_m;
+                if off.dot(&triangle.up) < 0.0 {
+                    // Beneath the surface: in the ground.
+                    return Foot {
+                        place_m,
+                        normal: triangle.up,
+                        distance_m: off.dot(&triangle.up),
+                    };
+                }
+                outside(place_m, off, triangle.up)
+            }
+        }
+    }
+
+    /// Whether a place lies on the piece or in it, to what f64 makes of it.
+    fn holds(&self, place_m: &Vector3<f64>) -> bool {
+        /// Far above the rounding of a few metres, far below what a contact is known to.
+        const SAME_PLACE_M: f64 = 1e-10;
+        match self {
+            Self::Triangle(triangle) => {
+                (triangle.nearest_m(place_m) - place_m).norm_squared() < SAME_PLACE_M.powi(2)
+            }
+            _ => self.foot(place_m).distance_m < SAME_PLACE_M,
+        }
+    }
+}
+
+impl SolidBox {
+    fn foot(&self, point_m: &Vector3<f64>) -> Foot {
+        let local = self
+            .floor_from_box
+            .inverse_transform_point(&Point3::from(*point_m))
+            .coords;
+        let h = &self.half_sides_m;
+        let held = local.zip_map(h, |x, h| x.clamp(-h, h));
+        if held != local {
+            let place_m = (self.floor_from_box * Point3::from(held)).coords;
+            return outside(place_m, point_m - place_m, Vector3::z());
+        }
+        // Inside: out through the nearest face.
+        let depths = h - local.abs();
+        let face = depths.imin();
+        let mut normal = Vector3::zeros();
+        normal[face] = 1.0f64.copysign(local[face]);
+        let mut on_face = local;
+        on_face[face] = h[face].copysign(local[face]);
+        Foot {
+            place_m: (self.floor_from_box * Point3::from(on_face)).coords,
+            normal: self.floor_from_box.rotation * normal,
+            distance_m: -depths[face],
+        }
+    }
+}
+
+/// The foot of a point that is off by `off_m` from the nearest place; `otherwise` is the normal where it is on it.
+fn outside(place_m: Vector3<f64>, off_m: Vector3<f64>, otherwise: Vector3<f64>) -> Foot {
+    let distance_m = off_m.norm();
+    let normal = if distance_m > 0.0 {
+        off_m / distance_m
+    } else {
+        otherwise
+    };
+    Foot {
+        place_m,
+        normal,
+        distance_m,
+    }
+}
+
+impl PlacedBarrel<'_> {
+    /// Radius of a ball around the roller's middle that holds it whole, in metres.
+    pub fn bounding_radius_m(barrel: &Barrel) -> f64 {
+        let h = barrel.half_length_m;
+        (h + barrel.sphere_radius_m(h)).max(barrel.sphere_radius_m(0.0))
+    }
+
+    /// The place of the roller that reaches furthest against a direction, in metres.
+    pub fn support_m(&self, normal: &Vector3<f64>) -> Vector3<f64> {
+        let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
+        self.center_m + t_m * self.axis - self.barrel.sphere_radius_m(t_m) * normal
+    }
+
+    /// Whether the place that reaches furthest against a direction is on one of the roller's end spheres.
+    pub fn stands_on_its_end(&self, normal: &Vector3<f64>) -> bool {
+        let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
+        t_m.abs() >= self.barrel.half_length_m
+    }
+
+    /// Where the roller is nearest to a piece.
+    pub fn nearest_to(&self, piece: &Piece) -> Nearest {
+        let half_m = self.barrel.half_length_m;
+        let (mut low_m, mut high_m) = (-half_m, half_m);
+        let mut t_m = 0.0;
+        // On a flat face the normal stays, the closed form for the plane is the answer, and the second look confirms it.
+        // Over edges and corners it nears the answer, and the bracket keeps it from straying.
+        for round in 0..64 {
+            let (sphere_m, foot) = self.look(t_m, piece);
+            let along = self.axis.dot(&foot.normal);
+            let kt_m = self.barrel.sin_delta * t_m;
+            let slope =
+                along + self.barrel.sin_delta * kt_m / libm::hypot(self.barrel.ring_radius_m, kt_m);
+            if slope > 0.0 {
+                high_m = t_m;
+            } else {
+                low_m = t_m;
+            }
+            let on_a_face_m = self.barrel.support_place_m(-along);
+            let settled = (on_a_face_m - t_m).abs() <= 1e-13;
+            if settled || high_m - low_m < 1e-12 {
+                return self.nearest_at(sphere_m, foot, t_m);
+            }
+            let within = (low_m..=high_m).contains(&on_a_face_m);
+            t_m = if within && (round < 4 || round % 2 == 0) {
+                on_a_face_m
+            } else {
+                0.5 * (low_m + high_m)
+            };
+        }
+        let (sphere_m, foot) = self.look(t_m, piece);
+        self.nearest_at(sphere_m, foot, t_m)
+    }
+
+    fn look(&self, t_m: f64, piece: &Piece) -> (Vector3<f64>, Foot) {
+        let sphere_m = self.center_m + t_m * self.axis;
+        (sphere_m, piece.foot(&sphere_m))
+    }
+
+    fn nearest_at(&self, sphere_m: Vector3<f64>, foot: Foot, t_m: f64) -> Nearest {
+        Nearest {
+            normal: foot.normal,
+            place_m: foot.place_m,
+            gap_m: foot.distance_m - self.barrel.sphere_radius_m(t_m),
+            sphere_m,
+        }
+    }
+}
+
+/// Of the places where one roller is nearest to each of several pieces, keeps those that are nearest of the whole surface
+/// around them.
+///
+/// A place on the seam of two pieces is nearest on the one, but where the other turns towards the roller there is a place
+/// nearer still right beside it: then nothing can touch at the seam, and a contact there would push along a normal that
+/// the surface does not have. So a place goes where another piece holds it too and is nearer to the sphere; of equals one
+/// stays. `places` has the index of each place's piece.
+pub(crate) fn keep_nearest_of_surface(places: &mut Vec<(usize, Nearest)>, pieces: &[Piece]) {
+    if places.len() < 2 {
+        return;
+    }
+    /// Two pieces are equally near to what f64 makes of it.
+    const SAME_DISTANCE_M: f64 = 1e-12;
+    let nearer = |&(own, nearest): &(usize, Nearest), other: usize| {
+        if other == own || !pieces[other].holds(&nearest.place_m) {
+            return false;
+        }
+        let own_m = pieces[own].foot(&nearest.sphere_m).distance_m;
+        let other_m = pieces[other].foot(&nearest.sphere_m).distance_m;
+        other_m < own_m - SAME_DISTANCE_M || other < own && other_m < own_m + SAME_DISTANCE_M
+    };
+    // Whoever is nearer is itself among the places: it touches where this one would, or deeper.
+    let others: Vec<usize> = places.iter().map(|(piece, _)| *piece).collect();
+    places.retain(|place| !others.iter().any(|&other| nearer(place, other)));
+}

@@ -1,0 +1,136 @@
+//! What the rollers of a wheel do to the ground.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::reaction::{Part, Reaction};
+use crate::robot::state::State;
+use crate::robot::wheel::WheelBody;
+
+/// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
+///
+/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct WheelContact {
+    /// Whether any roller pressed on the ground.
+    pub touching: bool,
+    /// The roller that pressed hardest, as an index into the wheel's rollers; where none touches, 0.
+    pub roller: usize,
+    /// Where on the ground, in the body frame, in metres: the mean over the touching rollers weighted by their normal force.
+    pub place_in_body_m: Vector3<f64>,
+    /// Normal force of the ground on the wheel, in N.
+    pub normal_force_n: f64,
+    /// Tangential force of the ground on the wheel, in the body frame's x and y, in N.
+    pub force_in_body_n: Vector2<f64>,
+    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s: the mean over
+    /// the touching rollers weighted by their normal force.
+    pub sliding_in_body_m_s: Vector2<f64>,
+    /// Coulomb friction coefficient under the roller that pressed hardest.
+    pub friction: f64,
+    /// Power that sliding turns into heat, in W: the mean over the step, never negative, without
+    /// [`WheelContact::spin_up_power_w`].
+    pub slip_power_w: f64,
+    /// Power that it takes to bring rollers that have just come down up to their spin, in W: the sliding of an entering
+    /// roller across its axis, which ends when it rolls.
+    pub spin_up_power_w: f64,
+    /// Power that the normal forces take, in W: hits that do not bounce, less what the contacts' springs and pushing rollers
+    /// out of the ground gives back.
+    pub impact_power_w: f64,
+    /// The share of the normal force that the roller which pressed hardest carries: below 1 while several share the load.
+    pub load_share: f64,
+    /// Spin of that roller about its axis against the hub, in rad/s.
+    pub roller_spin_rad_s: f64,
+    /// The spin at which that roller would roll without sliding across its axis, in rad/s.
+    pub roller_spin_ideal_rad_s: f64,
+}
+
+/// Energy that a contact took in a step, in J, by what it went into.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Taken {
+    pub slip_j: f64,
+    pub spin_up_j: f64,
+    pub impact_j: f64,
+}
+
+impl Taken {
+    /// Adds what another took.
+    pub fn add(&mut self, other: &Self) {
+        self.slip_j += other.slip_j;
+        self.spin_up_j += other.spin_up_j;
+        self.impact_j += other.impact_j;
+    }
+
+    /// Splits what a contact took. Of a roller that came down while it did not roll, `spin_up_left_j` is what it takes to
+    /// bring it up to its spin, and is used up.
+    ///
+    /// Friction works against sliding. Where a hit and its friction happen in one step, the mean of the velocities before
+    /// and after may say otherwise of the friction alone; only the sum is certain then, and goes to the hit.
+    pub fn of(reaction: &Reaction, spin_up_left_j: &mut f64) -> Self {
+        let [normal_j, along_j, across_j] = reaction.taken_j.into();
+        let rubbed_j = (along_j + across_j).max(0.0);
+        let spin_up_j = across_j.clamp(0.0, rubbed_j).min(*spin_up_left_j);
+        *spin_up_left_j -= spin_up_j;
+        Self {
+            slip_j: rubbed_j - spin_up_j,
+            spin_up_j,
+            impact_j: normal_j + along_j + across_j - rubbed_j,
+        }
+    }
+}
+
+impl WheelContact {
+    /// Sums up what the reactions of a step did to a wheel, but for the powers. `middle` has the poses at which they acted,
+    /// `after` is the state at the end of the step.
+    pub(crate) fn read(
+        reactions: &[Reaction],
+        (index, body): (usize, &WheelBody),
+        (middle, after): (&State, &State),
+        dt_s: f64,
+    ) -> Self {
+        let hub_rate_in_hub = after.hub_rate_in_hub(index);
+        let body_from_floor = middle.floor_from_chassis().inverse();
+        let mut contact = Self::default();
+        let mut hardest_n = 0.0;
+        let mut force = Vector3::zeros();
+        let mut sliding = Vector3::zeros();
+        let mut place = Vector3::zeros();
+        for reaction in reactions {
+            let roller = match reaction.part {
+                Part::Roller(wheel, roller) if wheel == index => roller,
+                _ => continue,
+            };
+            let normal_n = reaction.impulse.x / dt_s;
+            if normal_n <= 0.0 {
+                continue;
+            }
+            contact.touching = true;
+            contact.normal_force_n += normal_n;
+            force += reaction.friction_impulse_n_s() / dt_s;
+            sliding += normal_n * reaction.sliding_m_s();
+            place += normal_n * reaction.at_m;
+            if normal_n > hardest_n {
+                hardest_n = normal_n;
+                contact.roller = roller;
+                contact.friction = reaction.friction;
+                let spin_rad_s = body.rollers[roller].spin_rad_s(&hub_rate_in_hub);
+                contact.roller_spin_rad_s = spin_rad_s;
+                // Across the axis the surface slides by the radius for every rad/s too much.
+                let radius_m = reaction.rolling_radius_m;
+                contact.roller_spin_ideal_rad_s = if radius_m == 0.0 {
+                    spin_rad_s
+                } else {
+                    spin_rad_s - reaction.velocity_after.z / radius_m
+                };
+            }
+        }
+        if contact.touching {
+            let total_n = contact.normal_force_n;
+            contact.place_in_body_m =
+                (body_from_floor * nalgebra::Point3::from(place / total_n)).coords;
+            contact.force_in_body_n = (body_from_floor.rotation * force).xy();
+            contact.load_share = hardest_n / total_n;
+            contact.sliding_in_body_m_s = (body_from_floor.rotation * sliding / total_n).xy();
+        }
+        contact
+    }
+}

@@ -1,0 +1,357 @@
+//! One wheel in the world: its hub as a body, and its rollers as flywheels on it.
+//!
+//! A roller is round, and its middle and axis are fixed to the hub. So its motion is the hub's but for one number: its rate
+//! about its own axis. Its mass and its inertia across the axis move with the hub and belong to the hub's body; what is left
+//! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
+//! roller one number instead of a body, a joint and a row of the mass matrix.
+
+use ilon_robot::{Barrel, Roller, RollerForm, Wheel};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use rapier3d::prelude::*;
+
+use crate::contact::nearest::PlacedBarrel;
+use crate::engine::convert;
+use crate::engine::shapes::shape_of_roller;
+use crate::robot::state::HubPose;
+
+/// The hub of a wheel and its rollers.
+#[derive(Clone, Debug)]
+pub(crate) struct WheelBody {
+    /// The hub's body.
+    pub hub: RigidBodyHandle,
+    /// The hub's link in the robot's multibody.
+    pub hub_link: usize,
+    /// The wheel's axis among the multibody's degrees of freedom.
+    pub hub_dof: usize,
+    /// The colliders of the rollers that have the shapes of their file; barrels have none.
+    pub colliders: Vec<RollerCollider>,
+    /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
+    pub reach_m: f64,
+    /// The rollers.
+    pub rollers: Vec<RollerState>,
+    /// What the bearings of the rollers put on the hub in the last step beyond what was foreseen, in its frame, in N m: it
+    /// gets that in the next.
+    pub owed_in_hub_n_m: Vector3<f64>,
+}
+
+/// What a bearing did in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Borne {
+    /// Energy that the bearing took, in J.
+    pub lost_j: f64,
+    /// By how much its torque on the hub about the roller's axis was more than what was foreseen, in N m.
+    pub owed_n_m: f64,
+}
+
+/// The collider of a roller that has the shapes of its file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RollerCollider {
+    pub collider: ColliderHandle,
+    pub roller: usize,
+}
+
+/// A roller's place on its wheel and its motion about its axis.
+#[derive(Clone, Debug)]
+pub(crate) struct RollerState {
+    /// Pose of the roller frame in the hub frame.
+    pub hub_from_roller: Isometry3<f64>,
+    /// The roller's axis in the hub frame.
+    pub axis_in_hub: Vector3<f64>,
+    /// The exact shape; `None` where the roller has the shapes of its file.
+    pub barrel: Option<Barrel>,
+    /// Radius of a ball around its middle that holds it whole, in metres.
+    pub bounding_radius_m: f64,
+    /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
+    /// stays while nothing but its bearing touches it, however the hub turns.
+    pub axial_rate_rad_s: f64,
+    /// The mean of that rate over the last step, if the ground touched it, in rad/s.
+    pub mean_rate_rad_s: f64,
+    /// The hub's own rate about that axis when the step began, in rad/s.
+    hub_carries_rad_s: f64,
+    /// What its bearing was foreseen to put on the hub in the step, in N m.
+    foreseen_n_m: f64,
+    /// Whether the ground touched it in the last step.
+    pub touched: bool,
+    /// Whether the ground pressed on it in the last step.
+    pub pressed: bool,
+    /// What it still takes to bring it up to its spin since it came down, in J.
+    pub spin_up_left_j: f64,
+    /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
+    pub angle_rad: f64,
+    /// Inertia about its axis, in kg m^2.
+    axial_inertia_kg_m2: f64,
+    /// Bearing damping, in N m s/rad.
+    damping_n_m_s: f64,
+    /// Bearing dry friction, in N m.
+    pub friction_n_m: f64,
+    /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
+    damping_leaves: (f64, f64),
+    /// Whether the roller has seized on its axle.
+    pub seized: bool,
+}
+
+/// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
+fn x_to_z() -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -std::f64::consts::FRAC_PI_2)
+}
+
+/// A joint about the z axis of the child's frame, which stands at `parent_from_child` while its angle is zero.
+pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint {
+    let child_from_joint = Isometry3::from_parts(Default::default(), x_to_z());
+    let mut joint = GenericJoint::new(JointAxesMask::LOCKED_REVOLUTE_AXES);
+    joint
+        .set_local_frame1(convert::pose(&(parent_from_child * child_from_joint)))
+        .set_local_frame2(convert::pose(&child_from_joint))
+        .set_contacts_enabled(false);
+    joint
+}
+
+impl RollerState {
+    /// A roller of a wheel at rest.
+    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
+        let barrel = match &roller.form {
+            RollerForm::AsModelled(_) => None,
+            _ => Some(wheel.barrel(roller)),
+        };
+        let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
+        Self {
+            hub_from_roller: roller.hub_from_roller(),
+            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
+            bounding_radius_m: barrel.as_ref().map_or(
+                0.5 * roller.length_m + roller.radius_m,
+                PlacedBarrel::bounding_radius_m,
+            ),
+            barrel,
+            axial_rate_rad_s: 0.0,
+            mean_rate_rad_s: 0.0,
+            hub_carries_rad_s: 0.0,
+            foreseen_n_m: 0.0,
+            touched: false,
+            pressed: false,
+            spin_up_left_j: 0.0,
+            angle_rad: 0.0,
+            axial_inertia_kg_m2: inertia,
+            damping_n_m_s: damping,
+            friction_n_m: roller.joint.friction_n_m,
+            damping_leaves: (1.0, 0.0),
+            seized: false,
+        }
+    }
+
+    /// The roller's middle on a hub, in the floor's frame, in metres.
+    pub fn center_m(&self, hub: &HubPose) -> Vector3<f64> {
+        hub.place_m(&self.hub_from_roller.translation.vector)
+    }
+
+    /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
+    pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
+        self.seized = seized;
+        self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
+    }
+
+    /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in rad/s.
+    fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
+        hub_rate_in_hub_rad_s.dot(&self.axis_in_hub)
+    }
+
+    /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
+    pub fn spin_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
+        if self.seized {
+            return 0.0;
+        }
+        self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
+    }
+
+    /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
+    /// missing.
+    pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
+        0.5 * self.axial_inertia_kg_m2 * missing_rad_s * missing_rad_s
+    }
+
+    /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s. That of a seized roller is its hub's.
+    pub fn momentum_in_hub(&self) -> Vector3<f64> {
+        if self.seized {
+            return Vector3::zeros();
+        }
+        self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub
+    }
+
+    /// Begins a step on a hub of this angular velocity in its own frame. Gives the torque that the bearing is about to put on
+    /// the hub about the roller's axis, in N m: what it does if the roller keeps its spin where the ground turns it, and
+    /// what slows it otherwise.
+    pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+        self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
+        self.foreseen_n_m = if self.seized {
+            0.0
+        } else if self.touched {
+            self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s)
+        } else {
+            self.coasting_torque_n_m(dt_s)
+        };
+        self.foreseen_n_m
+    }
+
+    /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
+    /// [`RollerState::response`].
+    pub fn free_rate_rad_s(&self, dt_s: f64) -> f64 {
+        let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
+        (momentum + self.damping_n_m_s * dt_s * self.hub_carries_rad_s) * self.response(dt_s)
+    }
+
+    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's damping
+    /// acts with the rate after the step.
+    pub fn response(&self, dt_s: f64) -> f64 {
+        1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
+    }
+
+    /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
+    /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
+    /// reactions.
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+        if self.seized {
+            return Borne::default();
+        }
+        let (torque_n_m, mean_rad_s) = if self.touched {
+            let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
+            (torque_n_m, self.mean_rate_rad_s)
+        } else {
+            let torque_n_m = self.coasting_torque_n_m(dt_s);
+            let before_rad_s = self.axial_rate_rad_s;
+            self.axial_rate_rad_s -= torque_n_m * dt_s / self.axial_inertia_kg_m2;
+            (torque_n_m, 0.5 * (before_rad_s + self.axial_rate_rad_s))
+        };
+        let spin_rad_s = mean_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s);
+        self.angle_rad += spin_rad_s * dt_s;
+        Borne {
+            lost_j: torque_n_m * spin_rad_s * dt_s,
+            owed_n_m: torque_n_m - self.foreseen_n_m,
+        }
+    }
+
+    /// The mean torque that slows a roller in the air over a step: I d(spin)/dt = -damping spin - friction sign(spin), solved
+    /// exactly for the damping; dry friction never reverses the spin.
+    fn coasting_torque_n_m(&mut self, dt_s: f64) -> f64 {
+        let inertia = self.axial_inertia_kg_m2;
+        let spin = self.axial_rate_rad_s - self.hub_carries_rad_s;
+        if self.damping_leaves.1 != dt_s {
+            self.damping_leaves = (libm::exp(-self.damping_n_m_s / inertia * dt_s), dt_s);
+        }
+        let damped = spin * self.damping_leaves.0;
+        let stopping = self.friction_n_m / inertia * dt_s;
+        let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
+        inertia * (spin - slowed) / dt_s
+    }
+}
+
+/// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia
+/// across its axis; of a seized one all.
+fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
+    let mut mass_kg = wheel.hub.mass_kg;
+    let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
+    for roller in &wheel.rollers {
+        mass_kg += roller.mass_kg;
+        first_moment += roller.mass_kg * roller.center_in_hub_m;
+    }
+    let center_m = first_moment / mass_kg;
+    let about_center = |mass_kg: f64, at: &Vector3<f64>| {
+        let r = at - center_m;
+        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
+    };
+    let mut inertia =
+        wheel.hub.inertia_kg_m2 + about_center(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
+    for (roller, state) in wheel.rollers.iter().zip(states) {
+        let d = roller.axis_in_hub.into_inner();
+        let along = d * d.transpose();
+        inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
+            + roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
+        if state.seized {
+            inertia += roller.axial_inertia_kg_m2 * along;
+        }
+    }
+    MassProperties::with_inertia_matrix(
+        convert::vector(&center_m),
+        mass_kg as Real,
+        convert::matrix(&inertia),
+    )
+}
+
+/// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller that has the
+/// shapes of its file.
+pub(crate) fn insert(
+    rapier: &mut PhysicsWorld,
+    wheel: &Wheel,
+    (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
+    rollers: &[RollerState],
+) -> WheelBody {
+    let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
+    let hub = rapier.bodies.insert(
+        RigidBodyBuilder::dynamic()
+            .pose(world_from_hub)
+            .can_sleep(false)
+            .additional_mass_properties(hub_mass_properties(wheel, rollers)),
+    );
+    rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
+    let mut colliders = Vec::new();
+    for (roller, state) in rollers.iter().enumerate() {
+        if state.barrel.is_some() {
+            continue;
+        }
+        let shape = shape_of_roller(wheel, &wheel.rollers[roller])
+            .expect("the shapes are checked before the robot is built");
+        let collider = ColliderBuilder::new(shape)
+            .position(convert::pose(&state.hub_from_roller))
+            .density(0.0)
+            .collision_groups(crate::engine::groups::ROLLER)
+            .solver_groups(InteractionGroups::none());
+        let collider = rapier.insert_collider(collider, Some(hub));
+        colliders.push(RollerCollider { collider, roller });
+    }
+    let reach_m = |roller: &RollerState| {
+        roller.hub_from_roller.translation.vector.norm() + roller.bounding_radius_m
+    };
+    WheelBody {
+        hub,
+        hub_link: 0,
+        hub_dof: 0,
+        colliders,
+        reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
+        rollers: rollers.to_vec(),
+        owed_in_hub_n_m: Vector3::zeros(),
+    }
+}
+
+impl WheelBody {
+    /// Begins a step of `dt_s` for the rollers. Gives what they put on the hub, in its frame, in N m: their bearings' torques,
+    /// and what it takes to turn the axes of flywheels along with it, -W x (I w d), which takes no work.
+    pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Vector3<f64> {
+        let mut bearings = self.owed_in_hub_n_m;
+        let mut momentum = Vector3::zeros();
+        for roller in &mut self.rollers {
+            momentum += roller.momentum_in_hub();
+            bearings += roller.begin_step(hub_rate_in_hub_rad_s, dt_s) * roller.axis_in_hub;
+        }
+        bearings - hub_rate_in_hub_rad_s.cross(&momentum)
+    }
+
+    /// Ends it, with the hub's mean rate. Gives the energy that the bearings took, in J.
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
+        self.owed_in_hub_n_m = Vector3::zeros();
+        let mut lost_j = 0.0;
+        for roller in &mut self.rollers {
+            let borne = roller.end_step(hub_mean_in_hub_rad_s, dt_s);
+            lost_j += borne.lost_j;
+            self.owed_in_hub_n_m += borne.owed_n_m * roller.axis_in_hub;
+        }
+        lost_j
+    }
+
+    /// Turns the colliders of rollers with the shapes of their file to where the rollers are.
+    pub fn turn_rollers(&self, rapier: &mut PhysicsWorld) {
+        for RollerCollider { collider, roller } in &self.colliders {
+            let roller = &self.rollers[*roller];
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
+            let pose = convert::pose(&(roller.hub_from_roller * turned));
+            rapier.colliders[*collider].set_position_wrt_parent(pose);
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Which scenarios are checked, and what each is called.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use crate::cli::escape::one_line;
+use crate::cli::output::holds_results;
+
+/// A scenario to check, or a path that was named and holds none.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// The file, by the way that was named.
+    pub path: PathBuf,
+    /// What it is called: its path below the folder that was named, without its ending; of a file that was named, its name
+    /// alone. Baselines and kept results stand under this name.
+    pub name: PathBuf,
+    /// What it is called in what is printed: its name where no other has it, else the whole path.
+    pub label: String,
+    /// Why it cannot be run.
+    pub refused: Option<Error>,
+}
+
+/// The scenarios named and those in the folders named and below them, in the order of their names, each file once. What
+/// holds none is among them, refused.
+///
+/// # Errors
+/// Where a path that is named cannot be read, and where nothing is left to check.
+pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>, Error> {
+    let mut search = Search::default();
+    for path in paths {
+        let is = fs::metadata(path).map_err(|source| Error::read_folder(path, source))?;
+        if !is.is_dir() {
+            search.add(path.clone(), path.file_stem().unwrap_or_default().into());
+            continue;
+        }
+        let before = search.found.len();
+        let root = path.canonicalize();
+        let root = root.map_err(|source| Error::read_folder(path, source))?;
+        search.walk(path, Path::new(""), &root)?;
+        if search.found.len() == before && !search.met {
+            let refused = Error::usage(
+                format!("`{}` holds no scenario", path.display()),
+                "name a folder with `.toml` files in it or below it",
+            );
+            search.refuse(path.clone(), path.clone(), refused);
+        }
+        search.met = false;
+    }
+    let mut found = search.found;
+    let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
+    found.retain(|one| one.refused.is_some() || meets(&one.name));
+    if found.is_empty() {
+        return Err(Error::usage(
+            "there is no scenario to check",
+            "name a scenario file, or a folder with `.toml` files, and a --filter that one of them meets",
+        ));
+    }
+    label(&mut found);
+    Ok(found)
+}
+
+/// Refuses scenarios of one name, where files are written or read under it.
+///
+/// # Errors
+/// With the files, and what to name instead.
+pub(super) fn refuse_equal_names(found: &[Found], option: &str) -> Result<(), Error> {
+    for (index, one) in found.iter().enumerate() {
+        if let Some(other) = found[..index].iter().find(|other| other.name == one.name) {
+            return Err(Error::usage(
+                format!(
+                    "`{}` and `{}` are both called `{}`, and would share their files below {option}",
+                    other.path.display(),
+                    one.path.display(),
+                    one.name.display()
+                ),
+                "name the folder that holds both, whose subfolders set them apart, or rename one",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn label(found: &mut [Found]) {
+    let labels: Vec<String> = found
+        .iter()
+        .enumerate()
+        .map(|(index, one)| {
+            let mut others = found.iter().enumerate();
+            let is_shared = others.any(|(other, it)| other != index && it.name == one.name);
+            let shown = if is_shared { &one.path } else { &one.name };
+            one_line(&shown.display().to_string()).into_owned()
+        })
+        .collect();
+    for (one, label) in found.iter_mut().zip(labels) {
+        one.label = label;
+    }
+}
+
+#[derive(Debug, Default)]
+struct Search {
+    found: Vec<Found>,
+    /// Files and folders that were looked at, without links.
+    seen: HashSet<PathBuf>,
+    /// Whether the folder that is looked through holds a scenario that was found before.
+    met: bool,
+}
+
+impl Search {
+    fn add(&mut self, path: PathBuf, name: PathBuf) {
+        let resolved = path.canonicalize().unwrap_or_else(|_| path.clone());
+        if !self.seen.insert(resolved) {
+            self.met = true;
+            return;
+        }
+        self.found.push(Found {
+            path,
+            name,
+            label: String::new(),
+            refused: None,
+        });
+    }
+
+    fn refuse(&mut self, path: PathBuf, name: PathBuf, refused: Error) {
+        self.found.push(Found {
+            path,
+            name,
+            label: String::new(),
+            refused: Some(refused),
+        });
+    }
+
+    /// Looks through a folder, `below` the one that was named, which is `root` without links.
+    fn walk(&mut self, folder: &Path, below: &Path, root: &Path) -> Result<(), Error> {
+        let read = |source| Error::read_folder(folder, source);
+        let mut entries = Vec::new();
+        for entry in fs::read_dir(folder).map_err(read)? {
+            entries.push(entry.map_err(read)?);
+        }
+        entries.sort_by_key(fs::DirEntry::file_name);
+        for entry in entries {
+            let (path, file_name) = (entry.path(), entry.file_name());
+            let is_hidden = file_name.as_encoded_bytes().starts_with(b".");
+            // What a link leads to, if it leads anywhere.
+            let is_folder = fs::metadata(&path).is_ok_and(|is| is.is_dir());
+            let ending = path.extension().unwrap_or_default();
+            let is_toml = ending.eq_ignore_ascii_case("toml");
+            // Results of runs hold the scenario that was run, which is no test of its own.
+            if is_hidden || !(is_toml || is_folder) || (is_folder && holds_results(&path)) {
+                continue;
+            }
+            let name = below.join(if is_folder {
+                file_name.as_os_str()
+            } else {
+                path.file_stem().unwrap_or_default()
+            });
+            let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
+            let resolved = path.canonicalize().unwrap_or_else(|_| path.clone());
+            if is_link && !resolved.starts_with(root) {
+                let refused = Error::usage(
+                    format!(
+                        "`{}` is a link that leads out of its folder",
+                        path.display()
+                    ),
+                    "name what it leads to by itself, if it is meant",
+                );
+                self.refuse(path, name, refused);
+            } else if !is_folder {
+                self.add(path, name);
+            } else if self.seen.insert(resolved) {
+                self.walk(&path, &name, root)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! What came of a scenario that was checked, as a person reads it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::update::Update;
+use crate::Error;
+use crate::cli::escape::one_line;
+use crate::cli::table::Table;
+use crate::judge::{Difference, Verdict};
+
+/// What came of one scenario.
+pub(super) struct Checked {
+    /// What it is called in what is printed.
+    pub label: String,
+    pub path: PathBuf,
+    pub took: Duration,
+    pub result: Ended,
+}
+
+/// How one scenario ended.
+pub(super) enum Ended {
+    /// It ran, and this is what was found.
+    Judged(Judged),
+    /// It could not run.
+    Refused(Error),
+    /// It was not begun, because another had failed.
+    Skipped,
+}
+
+/// What was found of a scenario that ran.
+pub(super) struct Judged {
+    pub verdicts: Vec<Verdict>,
+    /// Where it leaves its baseline; `None` where it was held against none.
+    pub differences: Option<Vec<Difference>>,
+    /// Where the differences are drawn, if there are any.
+    pub drawn: Option<PathBuf>,
+    /// What `--update` changes in the file, once it was shown.
+    pub update: Option<Update>,
+}
+
+/// What a scenario counts as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Count {
+    Held,
+    Failed,
+    /// It ran, and whatever came of it would have been well.
+    NothingExpected,
+    Refused,
+    Skipped,
+}
+
+/// What is said of a scenario that expects nothing.
+pub(super) const NOTHING_EXPECTED: &str = "nothing is expected of it: it can only fail to run";
+
+impl Judged {
+    /// What `--update` changes, a line each.
+    fn changes(&self) -> &str {
+        self.update.as_ref().map_or("", |update| &update.changes)
+    }
+
+    /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
+    pub fn failures(&self) -> Vec<String> {
+        const DIFFERENCES_SHOWN: usize = 3;
+        let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
+        let mut lines: Vec<String> = failed.map(|verdict| shown(&verdict.to_string())).collect();
+        let differences = self.differences.as_deref().unwrap_or_default();
+        let first = differences.iter().take(DIFFERENCES_SHOWN);
+        lines.extend(first.map(|difference| shown(&difference.to_string())));
+        if differences.len() > DIFFERENCES_SHOWN {
+            let more = differences.len() - DIFFERENCES_SHOWN;
+            lines.push(format!("{more} more signals leave their baseline"));
+        }
+        if let Some(drawn) = &self.drawn {
+            lines.push(shown(&format!("drawn in {}", drawn.display())));
+        }
+        lines
+    }
+}
+
+impl Checked {
+    pub fn count(&self) -> Count {
+        match &self.result {
+            Ended::Refused(_) => Count::Refused,
+            Ended::Skipped => Count::Skipped,
+            Ended::Judged(judged) if !judged.failures().is_empty() => Count::Failed,
+            Ended::Judged(judged) if judged.verdicts.is_empty() && judged.differences.is_none() => {
+                Count::NothingExpected
+            }
+            Ended::Judged(_) => Count::Held,
+        }
+    }
+
+    /// Whether no other scenario should begin after it, where one failure is enough.
+    pub fn has_failed(&self) -> bool {
+        matches!(self.count(), Count::Failed | Count::Refused)
+    }
+
+    /// Writes what `--update` changes, after it was shown.
+    pub fn write_update(&mut self) {
+        if let Ended::Judged(Judged {
+            update: Some(update),
+            ..
+        }) = &self.result
+            && let Err(error) = update.write()
+        {
+            self.result = Ended::Refused(error);
+        }
+    }
+
+    /// What came of it, with the `settings` under which it would be seen again.
+    pub fn lines(&self, settings: &str) -> String {
+        let took_s = self.took.as_secs_f64();
+        let label = &self.label;
+        let judged = match &self.result {
+            Ended::Skipped => return format!("skip   {label}\n"),
+            Ended::Refused(error) => {
+                return format!("ERROR  {label}: {}\n", shown(&error.to_string()));
+            }
+            Ended::Judged(judged) => judged,
+        };
+        match self.count() {
+            Count::NothingExpected => {
+                format!("EMPTY  {label} ({took_s:.1} s): {NOTHING_EXPECTED}\n")
+            }
+            Count::Failed => {
+                let mut text = format!("FAILED {label} ({took_s:.1} s)\n");
+                for failure in judged.failures() {
+                    text.push_str(&format!("         {failure}\n"));
+                }
+                let command = format!("ilon run {}{settings}", self.path.display());
+                text.push_str(&format!("         to see it: {}\n", shown(&command)));
+                text.push_str(judged.changes());
+                text
+            }
+            _ => {
+                let expected = match judged.verdicts.len() {
+                    0 => "its baseline".to_owned(),
+                    1 => "1 bound".to_owned(),
+                    count => format!("{count} bounds"),
+                };
+                let changes = judged.changes();
+                format!("held   {label} ({took_s:.1} s, {expected})\n{changes}")
+            }
+        }
+    }
+}
+
+/// How many scenarios came to what.
+pub(super) fn totals(checked: &[Checked]) -> Table {
+    let mut table = Table::new();
+    table.heading("all scenarios");
+    for (name, count) in [
+        ("held", Count::Held),
+        ("failed", Count::Failed),
+        ("nothing expected", Count::NothingExpected),
+        ("could not run", Count::Refused),
+        ("skipped", Count::Skipped),
+    ] {
+        let of_kind = checked.iter().filter(|one| one.count() == count).count();
+        table.row(name, Some(of_kind as f64), 0, "");
+    }
+    table
+}
+
+fn shown(text: &str) -> String {
+    one_line(text).into_owned()
+}

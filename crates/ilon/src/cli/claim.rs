@@ -1,0 +1,128 @@
+//! Outputs that a command has for itself, made sure of before it begins: no input of it stands there, nobody else writes
+//! there, and it can be written to.
+
+use std::path::{Path, PathBuf};
+
+use ilon_trace::TraceError;
+use ilon_trace::file::{OutputLock, is_stream};
+
+use super::say;
+use crate::Error;
+
+/// An output, for this command alone until this is dropped.
+#[derive(Debug)]
+pub(super) struct Claim {
+    _lock: Option<OutputLock>,
+}
+
+/// A file that shall be written, named by an option.
+pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Claim, Error> {
+    not_an_input(path, option, inputs)?;
+    if is_stream(path) {
+        return Ok(Claim { _lock: None });
+    }
+    if path.is_dir() {
+        return Err(Error::usage(
+            format!(
+                "`{}` is a folder, where a file shall be written",
+                path.display()
+            ),
+            format!("name a file with {option}"),
+        ));
+    }
+    locked(OutputLock::of_file(path), path, option)
+}
+
+/// A folder that shall be written into, named by an option; it is made where it is not there.
+pub(super) fn folder(path: &Path, option: &str) -> Result<Claim, Error> {
+    std::fs::create_dir_all(path).map_err(|source| cannot_write(path, &source, option))?;
+    locked(OutputLock::of_folder(path), path, option)
+}
+
+fn locked(lock: Result<OutputLock, TraceError>, path: &Path, option: &str) -> Result<Claim, Error> {
+    match lock {
+        Ok(lock) => {
+            if !lock.is_held() {
+                say::note(&format!(
+                    "note: the file system of `{}` has no locks; let no other run write there",
+                    path.display()
+                ));
+            }
+            Ok(Claim { _lock: Some(lock) })
+        }
+        Err(TraceError::Io { source, .. }) => Err(cannot_write(path, &source, option)),
+        Err(in_use @ TraceError::InUse { .. }) => Err(Error::usage(
+            in_use.to_string(),
+            format!("wait until it ends, or choose another place with {option}"),
+        )),
+        Err(other) => Err(other.into()),
+    }
+}
+
+fn cannot_write(path: &Path, source: &std::io::Error, option: &str) -> Error {
+    Error::usage(
+        format!(
+            "cannot write `{}`: {}",
+            path.display(),
+            crate::error::reason(source)
+        ),
+        format!("choose another place with {option}; nothing was left half-written"),
+    )
+}
+
+/// Refuses an output that is an input too, by whatever name or link: it would be replaced.
+pub(super) fn not_an_input(output: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Error> {
+    match inputs.iter().find(|input| is_same_file(output, input)) {
+        None => Ok(()),
+        Some(input) => Err(Error::usage(
+            format!(
+                "`{}` would be written over `{}`, which is read",
+                output.display(),
+                input.display()
+            ),
+            format!("choose another place with {option}"),
+        )),
+    }
+}
+
+/// Whether two paths lead to one file: by the same way, or by links.
+pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| path.canonicalize().ok();
+    if resolved(a).is_some_and(|a| resolved(b) == Some(a)) {
+        return true;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let file = |path: &Path| std::fs::metadata(path).ok().map(|is| (is.dev(), is.ino()));
+        file(a).is_some_and(|a| file(b) == Some(a))
+    }
+    #[cfg(not(unix))]
+    {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn one_file_is_known_by_all_its_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("sub")).unwrap();
+        std::fs::write(at("a"), "").unwrap();
+        std::fs::write(at("b"), "").unwrap();
+        std::os::unix::fs::symlink(at("a"), at("sub/link")).unwrap();
+        std::fs::hard_link(at("a"), at("hard")).unwrap();
+        for name in ["a", "sub/../a", "./a", "sub/link", "hard"] {
+            assert!(is_same_file(&at("a"), &at(name)), "{name}");
+        }
+        for name in ["b", "sub", "nowhere"] {
+            assert!(!is_same_file(&at("a"), &at(name)), "{name}");
+        }
+        assert!(!is_same_file(&at("nowhere"), &at("nowhere")));
+    }
+}

@@ -1,0 +1,146 @@
+//! Text of strangers on a terminal and in a log: names from files, and the names of files.
+//!
+//! A control character in a name can clear a terminal, forge a line, or command the machine that reads the log (GitHub takes
+//! `::error::` at the beginning of a line, and `##[error]` anywhere in it, for its own). All of them are shown, none acts.
+
+use std::borrow::Cow;
+
+/// How commands to machines that read logs begin, wherever in a line.
+const COMMANDS: [&str; 2] = ["##[", "##vso["];
+
+/// The most of a name or message that is shown, in characters.
+const LONGEST: usize = 2000;
+
+/// A name or a message for a place in a line: control characters, line breaks among them, are written out, and what is very
+/// long is cut.
+pub(super) fn one_line(text: &str) -> Cow<'_, str> {
+    let cut = match text.char_indices().nth(LONGEST) {
+        None => Cow::Borrowed(text),
+        Some((end, _)) => {
+            let more = text[end..].chars().count();
+            Cow::Owned(format!("{}... ({more} more characters)", &text[..end]))
+        }
+    };
+    if cut.chars().any(acts) || COMMANDS.iter().any(|command| cut.contains(command)) {
+        Cow::Owned(written_out(&cut))
+    } else {
+        cut
+    }
+}
+
+/// Whole lines for a person: line breaks stay, nothing else acts.
+pub(super) fn lines(text: &str) -> Cow<'_, str> {
+    let is_harmless = |line: &str| {
+        !line.chars().any(acts)
+            && !line.trim_start().starts_with("::")
+            && !COMMANDS.iter().any(|command| line.contains(command))
+    };
+    if text.split('\n').all(is_harmless) {
+        return Cow::Borrowed(text);
+    }
+    let harmless: Vec<String> = text.split('\n').map(harmless_line).collect();
+    Cow::Owned(harmless.join("\n"))
+}
+
+fn harmless_line(line: &str) -> String {
+    let line = written_out(line);
+    // A backslash is no part of a command, and shows that something was done.
+    if line.trim_start().starts_with("::") {
+        line.replacen("::", "\\::", 1)
+    } else {
+        line
+    }
+}
+
+/// Whether a character does something else than being seen.
+fn acts(c: char) -> bool {
+    c.is_control() || turns_text(c) || matches!(c, '\u{2028}' | '\u{2029}')
+}
+
+/// Whether a character changes the direction of those after it, so that they read as something else.
+fn turns_text(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text with what acts in it as it would be written in a program.
+fn written_out(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if acts(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    for command in COMMANDS {
+        shown = shown.replace(command, &command.replacen("##", "#\\#", 1));
+    }
+    shown
+}
+
+/// Text of the same length in bytes of which nothing acts, and every place is what it was. Lines and tabs stay.
+pub(super) fn standing_in(text: &str) -> String {
+    let mut after = text.chars().skip(1);
+    let stand_in = |c: char| {
+        let ends_line = c == '\n' || (c, after.next()) == ('\r', Some('\n'));
+        match (acts(c) && c != '\t' && !ends_line, c.len_utf8()) {
+            (false, _) => c,
+            (true, 1) => '?',
+            (true, 2) => '\u{bf}',
+            (true, _) => '\u{fffd}',
+        }
+    };
+    let mut instead: String = text.chars().map(stand_in).collect();
+    for command in COMMANDS {
+        instead = instead.replace(command, &command.replacen("##", "#?", 1));
+    }
+    instead
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_stays_in_its_line_and_does_nothing() {
+        assert_eq!(one_line("front left ä 轮"), "front left ä 轮");
+        assert_eq!(
+            one_line("\u{1b}[2J\n::add-mask::held\r\t\u{9b}\u{202e}\u{2028}"),
+            "\\u{1b}[2J\\n::add-mask::held\\r\\t\\u{9b}\\u{202e}\\u{2028}"
+        );
+        assert_eq!(one_line("##[error]x"), "#\\#[error]x");
+    }
+
+    #[test]
+    fn what_is_very_long_is_cut_where_a_character_ends() {
+        let text = "ä".repeat(LONGEST);
+        assert_eq!(one_line(&text), text);
+        let longer = format!("{text}bc");
+        assert_eq!(one_line(&longer), format!("{text}... (2 more characters)"));
+    }
+
+    #[test]
+    fn no_line_is_a_command_to_who_reads_the_log() {
+        assert_eq!(lines("held\n  x  1.0\n"), "held\n  x  1.0\n");
+        assert_eq!(
+            lines("::error::x\n  ::set-env::"),
+            "\\::error::x\n  \\::set-env::"
+        );
+        // In the middle of a line it is none, and a path of modules stays as it is.
+        assert_eq!(lines("a::b"), "a::b");
+        assert_eq!(lines("x ##[error]a ##vso[b]"), "x #\\#[error]a #\\#vso[b]");
+        assert_eq!(lines("a\u{1b}[31m\rb\n"), "a\\u{1b}[31m\\rb\n");
+    }
+
+    #[test]
+    fn what_stands_in_for_a_text_is_as_long_as_it_character_by_character() {
+        let all: String = (0..=0x2_ffff).filter_map(char::from_u32).collect();
+        let instead = standing_in(&all);
+        for (c, instead) in all.chars().zip(instead.chars()) {
+            assert_eq!(instead.len_utf8(), c.len_utf8());
+            assert!(!acts(instead) || matches!(instead, '\t' | '\n'));
+        }
+        assert_eq!(standing_in("a\r\nb\rc\r"), "a\r\nb?c?");
+        assert_eq!(standing_in("##[error]"), "#?[error]");
+    }
+}

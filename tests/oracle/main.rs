@@ -1,0 +1,10 @@
+//! ilon's slip against the oracle's: two engines that share the robot's description and nothing else (docs/oracle.md).
+
+mod case;
+mod cases;
+mod course;
+mod engines;
+mod figures;
+mod limit;
+mod table;
+mod transients;
