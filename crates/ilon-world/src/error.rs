@@ -13,6 +13,14 @@ pub enum WorldError {
         /// The range that is valid.
         range: &'static str,
     },
+    /// The robot cannot begin where it is put: boxes or bumps of the ground are in its way.
+    #[error(
+        "the robot cannot stand where it starts: put down there, {reason}; start it elsewhere, or move the boxes beneath it"
+    )]
+    NoPlaceToStand {
+        /// What would be wrong.
+        reason: String,
+    },
     /// A roller's barrel has no end: its profile reaches the axis before the roller does.
     #[error(
         "wheel `{wheel}`: its rollers are so long for their radius that their profile vanishes {missing_mm:.2} mm \

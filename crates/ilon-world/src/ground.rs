@@ -74,30 +74,32 @@ impl Floor {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.slope_rad)
     }
 
-    /// The highest point of the relief within a circle around a place in the floor's own plane, in metres; 0 on the
-    /// plane. A robot that is put down there clears it.
-    pub fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
-        let Some(relief) = &self.relief else {
-            return 0.0;
-        };
-        let half_m = 0.5 * relief.side_m();
-        let near = |row: usize, column: usize| {
-            let at = Vector2::new(column as f64, row as f64) * relief.cell_m
-                - Vector2::new(half_m, half_m);
-            (at - center_m).norm() <= radius_m + relief.cell_m
-        };
-        let heights = relief
-            .heights_m
+    /// The highest point of relief and boxes within a circle around a place in the floor's own plane, in metres; 0 where there
+    /// are none.
+    pub(crate) fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
+        let on_boxes = self.boxes.iter().filter_map(|solid| {
+            let floor_from_box = self.world_from_floor().inverse() * solid.world_from_box();
+            let middle_m = floor_from_box.translation.vector;
+            let within_m = radius_m + solid.half_sides_m.norm();
+            let turned = floor_from_box.rotation.to_rotation_matrix();
+            let up_m = turned.matrix().row(2).abs() * solid.half_sides_m;
+            ((middle_m.xy() - center_m).norm() <= within_m).then(|| middle_m.z + up_m.x)
+        });
+        let on_relief = self
+            .relief
             .iter()
-            .enumerate()
-            .flat_map(|(row, heights)| {
-                heights
-                    .iter()
-                    .enumerate()
-                    .filter(move |(column, _)| near(row, *column))
-            });
-        let highest = heights.map(|(_, h)| *h).fold(f64::NEG_INFINITY, f64::max);
-        if highest.is_finite() { highest } else { 0.0 }
+            .filter_map(|relief| relief.highest_m(center_m, radius_m));
+        let ground_m = if self.relief.is_some() {
+            f64::NEG_INFINITY
+        } else {
+            0.0
+        };
+        let highest_m = on_boxes.chain(on_relief).fold(ground_m, f64::max);
+        if highest_m.is_finite() {
+            highest_m
+        } else {
+            0.0
+        }
     }
 
     /// Refuses floors that make no sense.
@@ -215,6 +217,22 @@ impl Relief {
         self.cell_m * (self.heights_m.len() - 1) as f64
     }
 
+    /// The highest point within a circle around a place, in metres; `None` where the circle misses the relief.
+    fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> Option<f64> {
+        let half_m = 0.5 * self.side_m();
+        let is_near = |row: usize, column: usize| {
+            let at = Vector2::new(column as f64, row as f64) * self.cell_m
+                - Vector2::new(half_m, half_m);
+            (at - center_m).norm() <= radius_m + self.cell_m
+        };
+        let rows = self.heights_m.iter().enumerate();
+        let heights = rows.flat_map(|(row, heights)| {
+            let cells = heights.iter().enumerate();
+            cells.filter(move |(column, _)| is_near(row, *column))
+        });
+        heights.map(|(_, height_m)| *height_m).reduce(f64::max)
+    }
+
     fn shape(&self) -> SharedShape {
         let n = self.heights_m.len();
         // parry counts rows along its z, which is our -y.
@@ -292,6 +310,28 @@ impl Ground {
                 }
             });
         }
+    }
+
+    /// Whether there is more than a plane.
+    pub fn has_solids(&self) -> bool {
+        !self.solids.is_empty()
+    }
+
+    /// How far a shape of the robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
+    /// parry cannot tell.
+    pub fn distance_m(&self, floor_from_shape: &Isometry3<f64>, shape: &SharedShape) -> f64 {
+        let in_rapier = convert::pose(&(self.rapier_from_floor() * floor_from_shape));
+        let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
+        let plane = plane.iter().map(|plane| (Pose::IDENTITY, plane));
+        let solids = self.solids.iter().map(|solid| {
+            let pose = convert::pose(&(self.rapier_from_floor() * solid.floor_from_solid));
+            (pose, &solid.shape)
+        });
+        let distances = plane.chain(solids).map(|(pose, ground)| {
+            parry3d::query::distance(&pose, &**ground, &in_rapier, &**shape)
+                .map_or(f64::INFINITY, |found| f64::from(found.distance))
+        });
+        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Moves rapier's origin beneath a robot once that has gone too far away from it, and the solids along with it.

@@ -1,6 +1,7 @@
 //! The world: a robot on a floor, stepped by rapier.
 
 mod disturbance;
+mod standing;
 #[cfg(test)]
 mod tests;
 
@@ -121,8 +122,12 @@ pub struct BodyState {
 impl World {
     /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just touching.
     ///
-    /// On a slope `start` counts in the slope's own plane; on a rough floor the robot is put down onto the highest
-    /// point beneath it.
+    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered upright until the first of
+    /// its wheels touches; the others fall the rest of the way in the first steps.
+    ///
+    /// # Errors
+    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
+    /// or leave a wheel hanging by more than its radius where it starts.
     pub fn new(
         robot: &Robot,
         floor: &Floor,
@@ -137,8 +142,9 @@ impl World {
         };
         let mut ground = floor.insert(&mut rapier.colliders);
 
-        let state = State::at_rest(robot, &standing(robot, floor, start));
-        ground.follow(&state.center_m(), &mut rapier.colliders);
+        let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
+        ground.follow(&start_m, &mut rapier.colliders);
+        let state = State::at_rest(robot, &standing::standing(robot, floor, &ground, start)?);
         rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let rollers: Vec<Vec<RollerState>> = robot
             .wheels
@@ -320,6 +326,25 @@ impl World {
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
     pub fn hub_height_m(&self, wheel: usize) -> f64 {
         self.state.hubs()[wheel].center_m.z
+    }
+
+    /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
+    /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`], and a landing is caught within a
+    /// step; anything more would be an error of the simulation. Rollers with shapes of their file do not count.
+    pub fn penetration_m(&self) -> f64 {
+        let mut pieces = Vec::new();
+        let mut deepest_m = 0.0;
+        let hubs = self.state.hubs().iter();
+        for (body, hub) in self.assembly.wheels.iter().zip(hubs) {
+            self.ground
+                .pieces_near(&hub.center_m, body.reach_m, &mut pieces);
+            let barrels = body.rollers.iter().filter_map(|r| r.placed_barrel(hub));
+            for placed in barrels {
+                let gaps = pieces.iter().map(|piece| placed.nearest_to(piece).gap_m);
+                deepest_m = gaps.fold(deepest_m, |deepest: f64, gap_m| deepest.max(-gap_m));
+            }
+        }
+        deepest_m
     }
 
     /// What each wheel's rollers did to the ground during the last step.
@@ -627,19 +652,6 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
             + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
     };
     robot.wheels.iter().map(of).sum::<f64>() / count
-}
-
-/// The body's pose in the floor's frame when the robot stands at a planar pose.
-fn standing(robot: &Robot, floor: &Floor, start: PlanarPose) -> Isometry3<f64> {
-    let reach_m = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.position_m().xy().norm() + wheel.radius_m)
-        .fold(0.0, f64::max);
-    let ground_m = floor.highest_m(start.position_m(), reach_m);
-    let at = Vector3::new(start.x_m, start.y_m, ground_m + robot.ride_height_m());
-    let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), start.heading_rad);
-    Isometry3::from_parts(Translation3::from(at), yaw)
 }
 
 /// Refuses what cannot be simulated.

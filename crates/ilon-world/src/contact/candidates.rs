@@ -142,22 +142,16 @@ impl Scene<'_> {
         // On a plane an upright wheel touches where it is lowest, and nowhere else.
         let mut lowest_m = f64::INFINITY;
         for (index, roller) in body.rollers.iter().enumerate() {
-            let Some(barrel) = &roller.barrel else {
+            let Some(placed) = roller.placed_barrel(hub) else {
                 continue;
             };
-            let center_m = roller.center_m(hub);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
-            let out_of_reach = |piece: &Piece| piece.foot(&center_m).distance_m > within_m;
+            let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
             if self.settings.roller_bodies == RollerBodies::Near
                 && room.pieces.iter().all(out_of_reach)
             {
                 continue;
             }
-            let placed = PlacedBarrel {
-                barrel,
-                center_m,
-                axis: hub.rotation * roller.axis_in_hub,
-            };
             room.nearest.clear();
             for (number, piece) in room.pieces.iter().enumerate() {
                 let nearest = placed.nearest_to(piece);

@@ -143,6 +143,16 @@ impl RollerState {
         hub.place_m(&self.hub_from_roller.translation.vector)
     }
 
+    /// Its barrel as it is placed by a hub, in the floor's frame; `None` where it has the shapes of its file.
+    pub fn placed_barrel(&self, hub: &HubPose) -> Option<PlacedBarrel<'_>> {
+        let barrel = self.barrel.as_ref()?;
+        Some(PlacedBarrel {
+            barrel,
+            center_m: self.center_m(hub),
+            axis: hub.rotation * self.axis_in_hub,
+        })
+    }
+
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
     pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
         self.seized = seized;

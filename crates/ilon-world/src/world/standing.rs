@@ -1,0 +1,194 @@
+//! Where a robot stands when a world begins: upright on what is beneath it, its lowest wheel just touching.
+
+use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use rapier3d::prelude::SharedShape;
+
+use crate::contact::nearest::{Piece, PlacedBarrel};
+use crate::engine::convert;
+use crate::engine::shapes::{shape_of, shape_of_roller};
+use crate::ground::Ground;
+use crate::{Floor, WorldError};
+
+/// How near to touching a robot is put down, in metres.
+const PUT_DOWN_M: f64 = 1e-9;
+/// The least by which a robot is lowered at a time, in metres: beside a wall everything is near all the way down.
+const LEAST_LOWERED_M: f64 = 1e-5;
+
+/// Nearer than this the chassis lies on the ground, to what f32 makes of shapes, in metres.
+const LIES_M: f64 = 1e-6;
+
+/// A surface of the robot that may touch the ground.
+struct Surface {
+    /// The wheel that it belongs to; none of the chassis.
+    wheel: Option<usize>,
+    form: Form,
+}
+
+enum Form {
+    /// The exact barrel, with its middle and axis in the body frame.
+    Barrel {
+        barrel: Barrel,
+        center_m: Vector3<f64>,
+        axis: Vector3<f64>,
+    },
+    /// Any other shape, with its pose in the body frame.
+    Shape(Isometry3<f64>, SharedShape),
+}
+
+/// The body's pose in the floor's frame when the robot stands at a planar pose.
+///
+/// # Errors
+/// [`WorldError::NoPlaceToStand`] where its chassis would lie on something, or one of its wheels hang over the ground by more
+/// than its radius.
+pub(super) fn standing(
+    robot: &Robot,
+    floor: &Floor,
+    ground: &Ground,
+    start: PlanarPose,
+) -> Result<Isometry3<f64>, WorldError> {
+    let surfaces = surfaces(robot);
+    let reach_m = surfaces.iter().map(Surface::reach_m).fold(0.0, f64::max);
+    let upright_m = robot.ride_height_m();
+    let at = |height_m: f64| {
+        let place_m = Vector3::new(start.x_m, start.y_m, height_m);
+        let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), start.heading_rad);
+        Isometry3::from_parts(Translation3::from(place_m), yaw)
+    };
+    let on_plane = at(upright_m);
+    let top_m = floor.highest_m(start.position_m(), reach_m);
+    if !ground.has_solids() {
+        return Ok(on_plane);
+    }
+    let mut pieces = Vec::new();
+    let above_m = (top_m + upright_m).max(upright_m);
+    let middle_m = at(upright_m).translation.vector;
+    ground.pieces_near(&middle_m, 2.0 * reach_m + above_m, &mut pieces);
+    if matches!(pieces[..], [] | [Piece::Plane]) {
+        return Ok(on_plane);
+    }
+    let near = |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, ground);
+    let nearest_m = |height_m: f64| {
+        let gaps = surfaces.iter().map(|surface| near(surface, height_m));
+        gaps.fold(f64::INFINITY, f64::min)
+    };
+
+    // Down from where all of it is free, by no more than the way to whatever is nearest.
+    let (mut free_m, mut lower_m) = (above_m, f64::NEG_INFINITY);
+    while free_m - lower_m > PUT_DOWN_M {
+        let gap_m = nearest_m(free_m);
+        if gap_m < PUT_DOWN_M {
+            break;
+        }
+        let next_m = if lower_m.is_finite() {
+            0.5 * (free_m + lower_m)
+        } else {
+            free_m - gap_m.max(LEAST_LOWERED_M)
+        };
+        if nearest_m(next_m) <= 0.0 {
+            lower_m = next_m;
+        } else {
+            free_m = next_m;
+        }
+    }
+    refuse_what_hangs(robot, &surfaces, |surface| near(surface, free_m))?;
+    Ok(at(free_m))
+}
+
+/// Refuses a robot that does not stand on its wheels.
+fn refuse_what_hangs(
+    robot: &Robot,
+    surfaces: &[Surface],
+    gap_m: impl Fn(&Surface) -> f64,
+) -> Result<(), WorldError> {
+    let least_m = |wheel: Option<usize>| {
+        let of_part = surfaces.iter().filter(|surface| surface.wheel == wheel);
+        of_part.map(&gap_m).fold(f64::INFINITY, f64::min)
+    };
+    let refused = |reason: String| Err(WorldError::NoPlaceToStand { reason });
+    if least_m(None) < LIES_M {
+        return refused("it would lie on its chassis".to_owned());
+    }
+    for (index, wheel) in robot.wheels.iter().enumerate() {
+        let hangs_m = least_m(Some(index));
+        if hangs_m > wheel.radius_m {
+            return refused(format!(
+                "wheel `{}` would hang more than its radius over the ground",
+                wheel.name
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn surfaces(robot: &Robot) -> Vec<Surface> {
+    let mut surfaces: Vec<Surface> = robot
+        .chassis
+        .collisions
+        .iter()
+        .filter_map(shape_of)
+        .map(|(body_from_shape, shape)| Surface {
+            wheel: None,
+            form: Form::Shape(body_from_shape, shape),
+        })
+        .collect();
+    for (index, wheel) in robot.wheels.iter().enumerate() {
+        for roller in &wheel.rollers {
+            let center_m = wheel.body_from_hub * Point3::from(roller.center_in_hub_m);
+            let form = match roller.form {
+                RollerForm::Barrel => Form::Barrel {
+                    barrel: wheel.barrel(roller),
+                    center_m: center_m.coords,
+                    axis: wheel.body_from_hub * roller.axis_in_hub.into_inner(),
+                },
+                RollerForm::AsModelled(_) => {
+                    let Some(shape) = shape_of_roller(wheel, roller) else {
+                        continue;
+                    };
+                    Form::Shape(wheel.body_from_hub * roller.hub_from_roller(), shape)
+                }
+            };
+            let wheel = Some(index);
+            surfaces.push(Surface { wheel, form });
+        }
+    }
+    surfaces
+}
+
+impl Surface {
+    /// How far from the body's vertical axis the surface reaches at most, in metres.
+    fn reach_m(&self) -> f64 {
+        match &self.form {
+            Form::Barrel {
+                barrel, center_m, ..
+            } => center_m.norm() + PlacedBarrel::bounding_radius_m(barrel),
+            Form::Shape(body_from_shape, shape) => {
+                let ball = shape.compute_local_bounding_sphere();
+                let center_m = body_from_shape * Point3::from(convert::to_f64(ball.center));
+                center_m.coords.norm() + f64::from(ball.radius)
+            }
+        }
+    }
+
+    /// Its distance from the ground with the body at a pose in the floor's frame, in metres; not above 0 where it touches.
+    fn gap_m(&self, floor_from_body: &Isometry3<f64>, pieces: &[Piece], ground: &Ground) -> f64 {
+        match &self.form {
+            Form::Barrel {
+                barrel,
+                center_m,
+                axis,
+            } => {
+                let placed = PlacedBarrel {
+                    barrel,
+                    center_m: (floor_from_body * Point3::from(*center_m)).coords,
+                    axis: floor_from_body * axis,
+                };
+                let gaps = pieces.iter().map(|piece| placed.nearest_to(piece).gap_m);
+                gaps.fold(f64::INFINITY, f64::min)
+            }
+            Form::Shape(body_from_shape, shape) => {
+                ground.distance_m(&(floor_from_body * body_from_shape), shape)
+            }
+        }
+    }
+}
