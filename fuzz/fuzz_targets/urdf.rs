@@ -23,8 +23,13 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
 
 fuzz_target!(|text: &str| {
     let plain = LoadOptions::default();
-    let mended = options(|o| { o.repair = true; });
-    let given = options(|o| { o.repair = true; o.wheels = Some(WheelOptions::new(5, Handedness::AllDeg(45.0))); });
+    let mended = options(|o| {
+        o.repair = true;
+    });
+    let given = options(|o| {
+        o.repair = true;
+        o.wheels = Some(WheelOptions::new(5, Handedness::AllDeg(45.0)));
+    });
     for options in [plain, mended, given] {
         match Robot::from_urdf_str_with(text, "robot.urdf", &options) {
             Ok(loaded) => {

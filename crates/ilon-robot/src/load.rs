@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::error::RobotError;
+use crate::error::{Remedy, RobotError};
 use crate::model::Robot;
 use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{prepare, read_text};
@@ -101,50 +101,109 @@ impl Robot {
     }
 
     /// Looks for everything that is wrong with a file that cannot be read with some options, and for options with which it can.
-    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults.
+    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults. Of the options
+    /// that are proposed, none can be left out.
     pub fn diagnose(
         path: impl AsRef<Path>,
         options: &LoadOptions,
         works: impl Fn(&Robot) -> bool,
     ) -> Diagnosis {
-        let mut diagnosis = Diagnosis {
-            faults: Vec::new(),
-            proposal: None,
-            loaded: None,
+        let path = path.as_ref();
+        let first = course(path, options, RobotError::remedies);
+        let mut needed = first.applied.clone();
+        let works_with = |remedies: &[Remedy]| {
+            let loaded = Self::load_with(path, &with(options, remedies));
+            loaded.is_ok_and(|loaded| works(&loaded.robot))
         };
-        let mut tried = options.clone();
-        for _ in 0..MOST_TRIES {
-            let error = match Self::load_with(&path, &tried) {
-                Ok(loaded) => {
-                    if works(&loaded.robot) {
-                        diagnosis.proposal = (tried != *options).then_some(tried);
-                        diagnosis.loaded = Some(Box::new(loaded));
-                    }
-                    return diagnosis;
+        let mut course_of_needed = first;
+        if course_of_needed.reaches(&works) && needed.len() > 1 {
+            for remedy in course_of_needed.applied.clone() {
+                let rest: Vec<Remedy> = needed.iter().filter(|r| **r != remedy).cloned().collect();
+                if rest.len() < needed.len() && works_with(&rest) {
+                    needed = rest;
                 }
-                Err(error) => error,
-            };
-            let all = || std::iter::once(&error).chain(error.others());
-            let new: Vec<RobotError> = all()
-                .filter(|e| {
-                    !diagnosis
-                        .faults
-                        .iter()
-                        .any(|known| known.to_string() == e.to_string())
-                })
-                .cloned()
-                .collect();
-            diagnosis.faults.extend(new);
-            let next = all()
-                .flat_map(RobotError::remedies)
-                .find_map(|remedy| remedy.apply(&tried));
-            match next {
-                Some(next) => tried = next,
-                None => return diagnosis,
+            }
+            // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
+            let shorter = course(path, options, |_| needed.clone());
+            if shorter.reaches(&works) {
+                course_of_needed = shorter;
             }
         }
-        diagnosis
+        let works = course_of_needed.reaches(&works);
+        let Course {
+            faults,
+            applied,
+            loaded,
+        } = course_of_needed;
+        Diagnosis {
+            faults,
+            proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
+            loaded: loaded.filter(|_| works).map(Box::new),
+        }
     }
+}
+
+/// What was met on the way from some options to others with which a file can be read.
+struct Course {
+    faults: Vec<RobotError>,
+    applied: Vec<Remedy>,
+    loaded: Option<Loaded>,
+}
+
+impl Course {
+    fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
+        self.loaded
+            .as_ref()
+            .is_some_and(|loaded| works(&loaded.robot))
+    }
+}
+
+/// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.
+fn course(
+    path: &Path,
+    options: &LoadOptions,
+    remedies: impl Fn(&RobotError) -> Vec<Remedy>,
+) -> Course {
+    let mut course = Course {
+        faults: Vec::new(),
+        applied: Vec::new(),
+        loaded: None,
+    };
+    let mut tried = options.clone();
+    for _ in 0..MOST_TRIES {
+        let error = match Robot::load_with(path, &tried) {
+            Ok(loaded) => {
+                course.loaded = Some(loaded);
+                break;
+            }
+            Err(error) => error,
+        };
+        let all = || std::iter::once(&error).chain(error.others());
+        for new in all() {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !course.faults.iter().any(is_known) {
+                course.faults.push(new.clone());
+            }
+        }
+        let next = all()
+            .flat_map(&remedies)
+            .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
+        match next {
+            Some((next, remedy)) => {
+                tried = next;
+                course.applied.push(remedy);
+            }
+            None => break,
+        }
+    }
+    course
+}
+
+/// Options with remedies, one upon the other.
+fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
+    remedies.iter().fold(options.clone(), |options, remedy| {
+        remedy.apply(&options).unwrap_or(options)
+    })
 }
 
 fn loaded(read: Read, prepared: &Prepared) -> Loaded {

@@ -92,7 +92,9 @@ fn on_bumps_the_first_wheel_touches_and_none_is_inside() {
     let robot = mecanum4();
     let heights_m = (0..40)
         .map(|row| {
-            let at = |column: usize| 0.004 * f64::from(u32::from((row * 7 + column * 3).is_multiple_of(5)));
+            let at = |column: usize| {
+                0.004 * f64::from(u32::from((row * 7 + column * 3).is_multiple_of(5)))
+            };
             (0..40).map(at).collect()
         })
         .collect();

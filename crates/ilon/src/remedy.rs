@@ -118,6 +118,11 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
         }
         keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
     }
+    if let Some(radius_m) = options.wheel_radius_m
+        && options.wheel_radius_m != beyond.wheel_radius_m
+    {
+        keys.push(format!("wheel_radius_m = {radius_m}"));
+    }
     keys
 }
 
