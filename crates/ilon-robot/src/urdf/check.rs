@@ -6,11 +6,11 @@ use super::Loading;
 use super::body::RigidBody;
 use super::faults::Faults;
 use super::geometry::primitive;
-use super::infer;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::survey::{Survey, WheelLike};
 use super::tree::PlacedShape;
+use super::{form, infer};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -75,6 +75,9 @@ pub(super) fn check_wheel_count(
             };
             return Err(source.joint_error(&tree.joints[steered[0].joint].name, fault));
         }
+    }
+    if let Some(error) = form::of_old_xacro(source) {
+        return Err(error);
     }
     Err(source.robot_error(Fault::TooFewWheels {
         wheels: candidates

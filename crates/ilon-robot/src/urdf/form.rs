@@ -142,15 +142,19 @@ fn check_drives(source: &Source, faults: &mut Faults) {
     }
 }
 
+/// What is wrong with a xacro file of which elements stand without their prefix: nothing of them is read.
+pub(super) fn of_old_xacro(source: &Source) -> Option<RobotError> {
+    let mut children = source.robot().children();
+    let node =
+        children.find(|n| ["include", "property", "macro"].contains(&n.tag_name().name()))?;
+    let tag = node.tag_name().name().to_owned();
+    Some(source.error(node, Fault::OldXacro { tag }))
+}
+
 /// What is wrong with a file that has no link.
 fn of_no_link(source: &Source) -> RobotError {
-    let without_prefix = source
-        .robot()
-        .children()
-        .find(|n| ["include", "property", "macro"].contains(&n.tag_name().name()));
-    if let Some(node) = without_prefix {
-        let tag = node.tag_name().name().to_owned();
-        return source.error(node, Fault::OldXacro { tag });
+    if let Some(error) = of_old_xacro(source) {
+        return error;
     }
     let prepared = source.prepared;
     source.robot_error(if prepared.uncalled_macros.is_empty() {

@@ -2,6 +2,8 @@
 //!
 //! Each change answers an error that the text made, and replaces or inserts within a line, so that every line keeps its number.
 
+use std::collections::HashSet;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
 
@@ -184,7 +186,14 @@ fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, 
         let raw = &source.text()[n.range()];
         raw.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    if text(first) == text(node) {
+    // Links that look alike are still two where two joints hang them.
+    let hung: HashSet<String> = source
+        .all("joint")
+        .filter(|_| tag == "link")
+        .filter(|joint| child(*joint, "child").and_then(|n| n.attribute("link")) == Some(name))
+        .map(text)
+        .collect();
+    if text(first) == text(node) && hung.len() < 2 {
         let lines = lines_of(&source.text()[node.range()]);
         let said = format!(
             "left out, for it says the same as the first of its name, on line {}",
