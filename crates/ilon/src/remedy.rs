@@ -4,7 +4,9 @@
 
 use std::path::Path;
 
-use ilon_robot::{Handedness, LoadOptions, Remedy, Robot, RobotError, RollerForms, WheelOptions};
+use ilon_robot::{
+    Handedness, LoadOptions, Loaded, Remedy, Robot, RobotError, RollerForms, WheelOptions,
+};
 
 use crate::Error;
 use crate::control::Kinematics;
@@ -162,6 +164,56 @@ pub(crate) enum Words {
     Keys,
 }
 
+/// Why a robot's file cannot be used, and what would do.
+pub(crate) struct Refusal {
+    /// Everything that is wrong with it; at least one.
+    pub faults: Vec<RobotError>,
+    /// What would do about all of it, in words.
+    pub closing: Vec<String>,
+    /// What was read with the options that are proposed, where any are.
+    pub loaded: Option<Box<Loaded>>,
+}
+
+impl Refusal {
+    /// Of a file that could not be read, for `first`, with some options.
+    pub(crate) fn of(first: RobotError, path: &Path, options: &LoadOptions, words: &Words) -> Self {
+        let drives = |robot: &Robot| Kinematics::new(robot).is_ok();
+        let diagnosis = Robot::diagnose(path, options, drives);
+        let faults = if diagnosis.faults.is_empty() {
+            vec![first]
+        } else {
+            diagnosis.faults
+        };
+        let mut advice: Vec<String> = Vec::new();
+        for remedy in faults.iter().flat_map(RobotError::remedies) {
+            if let Some(asked) = asked(&remedy, words)
+                && !advice.contains(&asked)
+            {
+                advice.push(asked);
+            }
+        }
+        let proposal = diagnosis.proposal.map(|proposal| match words {
+            Words::Flags { command } => format!("`{command} {}`", flags(&proposal).join(" ")),
+            Words::Keys => format!("`{}`", keys(&proposal, options).join("`, `")),
+        });
+        let mut closing = Vec::new();
+        if !advice.is_empty() {
+            closing.push(format!("say {}", advice.join(", ")));
+        }
+        if let Some(proposal) = &proposal {
+            closing.push(match words {
+                Words::Flags { .. } => format!("this works: {proposal}"),
+                Words::Keys => format!("this works, in `[robot]`: {proposal}"),
+            });
+        }
+        Self {
+            faults,
+            closing,
+            loaded: diagnosis.loaded,
+        }
+    }
+}
+
 /// Everything that is wrong with a robot's file, with options that work, where there are any.
 pub(crate) fn diagnosed(
     first: RobotError,
@@ -169,37 +221,8 @@ pub(crate) fn diagnosed(
     options: &LoadOptions,
     words: &Words,
 ) -> Error {
-    let drives = |robot: &Robot| Kinematics::new(robot).is_ok();
-    let diagnosis = Robot::diagnose(path, options, drives);
-    let faults = if diagnosis.faults.is_empty() {
-        vec![first]
-    } else {
-        diagnosis.faults
-    };
-    let mut advice: Vec<String> = Vec::new();
-    for remedy in faults.iter().flat_map(RobotError::remedies) {
-        if let Some(asked) = asked(&remedy, words)
-            && !advice.contains(&asked)
-        {
-            advice.push(asked);
-        }
-    }
-    let mut closing = Vec::new();
-    if !advice.is_empty() {
-        closing.push(format!("say {}", advice.join(", ")));
-    }
-    if let Some(proposal) = &diagnosis.proposal {
-        closing.push(match words {
-            Words::Flags { command } => {
-                format!("this works: `{command} {}`", flags(proposal).join(" "))
-            }
-            Words::Keys => format!(
-                "this works, in `[robot]`: `{}`",
-                keys(proposal, options).join("`, `")
-            ),
-        });
-    }
-    Error::of_robot(faults, &closing)
+    let refusal = Refusal::of(first, path, options, words);
+    Error::of_robot(refusal.faults, &refusal.closing)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use ilon_robot::Robot;
 use super::escape::one_line;
 use super::robot::Reading;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, say};
+use super::{Outcome, Sandbox, claim, gallery, say};
 use crate::inspect::Inspection;
 use crate::remedy::{self, Words};
 use crate::{Error, drawing};
@@ -16,7 +16,7 @@ use crate::{Error, drawing};
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The robot's file: URDF, xacro, SDF, MJCF, or a description in TOML.
+    /// The robot's file: URDF, xacro, SDF, MJCF, or a description in TOML; with `--html`, a folder of them too.
     robot: PathBuf,
     #[command(flatten)]
     reading: Reading,
@@ -28,6 +28,10 @@ pub(super) struct Arguments {
     /// Write the URDF that was read: expanded, converted and repaired.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     urdf: Option<PathBuf>,
+    /// Show the robots of a folder and below side by side on one offline page: each from above, what it can do, and why a
+    /// file is refused.
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["svg", "urdf", "json"])]
+    html: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -44,6 +48,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let _svg = claimed(&arguments.svg, "--svg")?;
     let _urdf = claimed(&arguments.urdf, "--urdf")?;
+    let _html = claimed(&arguments.html, "--html")?;
+    if let Some(html) = &arguments.html {
+        return gallery::run(path, &options, &arguments.sandbox.words(), html);
+    }
+    if path.is_dir() {
+        return Err(Error::usage(
+            format!("`{}` is a folder", path.display()),
+            "name the file of a robot, or see all of the folder side by side with `--html FILE`",
+        ));
+    }
     let loaded = Robot::load_with(path, &options).map_err(|fault| {
         let robot = remedy::shell(&path.display().to_string());
         let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());

@@ -6,6 +6,7 @@ mod claim;
 mod compare;
 mod escape;
 mod fault;
+mod gallery;
 mod generate;
 mod inspect;
 mod output;
