@@ -52,6 +52,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod angles;
 mod convert;
 mod error;
 pub mod files;

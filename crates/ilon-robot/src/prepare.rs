@@ -62,7 +62,8 @@ pub(crate) fn prepare(
     {
         return converted;
     }
-    if is_xacro(&prepared.text) {
+    let is_called_xacro = Path::new(file).extension().is_some_and(|e| e == "xacro");
+    if is_called_xacro || is_xacro(&prepared.text) {
         return expanded(&prepared, options);
     }
     Ok(prepared)

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use roxmltree::Node;
 
+use crate::angles::roll_pitch_yaw;
 use crate::urdf::Origin;
 use crate::xml;
 
@@ -198,7 +199,7 @@ impl Writer {
             return;
         }
         let p = pose.translation.vector;
-        let (roll, pitch, yaw) = pose.rotation.euler_angles();
+        let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
         let _ = write!(
             self.out,
             "<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>",

@@ -235,10 +235,11 @@ fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> Rig
 fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result<(), RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let remarks = &mut loading.remarks;
+    let mut faults = Faults::default();
     if let Some(mass) = &body.mass {
         let link = &tree.links[body.link].name;
         let reach_m = body.reach_m(&mass.center_of_mass_m).max(wheel.radius_m);
-        check::check_gyration(source, link, mass, reach_m, remarks)?;
+        faults.keep(check::check_gyration(source, link, mass, reach_m, remarks));
     }
     for roller in &wheel.rollers {
         let joint = tree.joints.iter().find(|joint| joint.name == roller.name);
@@ -247,9 +248,10 @@ fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result
         };
         let link = &tree.links[joint.child].name;
         let reach_m = libm::hypot(roller.radius_m, 0.5 * roller.length_m);
-        check::check_gyration(source, link, &roller.mass_in_hub(), reach_m, remarks)?;
+        let mass = roller.mass_in_hub();
+        faults.keep(check::check_gyration(source, link, &mass, reach_m, remarks));
     }
-    Ok(())
+    faults.into_result()
 }
 
 /// The robot of its parts, with everything that is to be said of them.

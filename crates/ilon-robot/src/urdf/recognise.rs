@@ -10,6 +10,9 @@ use super::tree::{Motion, Tree};
 /// Fewest rollers that make a wheel.
 const LEAST_ROLLERS: usize = 3;
 
+/// How far the axis of a ring of rollers may rise: the sine of 30 degrees.
+const MOST_RISE: f64 = 0.5;
+
 /// A wheel joint and the roller joints below it.
 pub(super) struct Candidate {
     pub(super) hub: usize,
@@ -83,7 +86,10 @@ pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
         .filter_map(|hub| {
             let joint = &tree.joints[hub];
             let &(count, leaning) = on_link.get(&joint.child)?;
-            let carries = leaning && count >= LEAST_ROLLERS;
+            // Wheels at the corners of a chassis are on a ring too, but on one that lies flat.
+            let is_level = |axis: Vector3<f64>| axis.z.abs() < MOST_RISE;
+            let carries =
+                leaning && count >= LEAST_ROLLERS && ring_axis(tree, hub).is_some_and(is_level);
             (joint.motion != Motion::Turning && carries).then_some((hub, count))
         })
         .collect()

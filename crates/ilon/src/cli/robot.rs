@@ -7,6 +7,25 @@ use ilon_robot::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 /// Options of reading a robot's file.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct Reading {
+    #[command(flatten)]
+    sources: Sources,
+    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
+    /// between rollers are no fault then.
+    #[arg(long)]
+    as_modelled: bool,
+    /// The radius of wheels whose geometry does not show it, or cannot be read.
+    #[arg(long, value_name = "M")]
+    wheel_radius_m: Option<f64>,
+    /// Give wheels without rollers none but those that are asked for, whatever the file says of them.
+    #[arg(long)]
+    no_inferred_rollers: bool,
+    #[command(flatten)]
+    wheels: Wheels,
+}
+
+/// What a robot's file is read with, whatever becomes of the robot.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct Sources {
     /// The folder of a ROS package, for meshes at `package://NAME/...` and includes; may be given several times.
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
     packages: Vec<Package>,
@@ -22,18 +41,6 @@ pub(super) struct Reading {
     /// Density of a part of which the file says only the size or only the mass, for repairs [default: 1500].
     #[arg(long, value_name = "RHO")]
     density_kg_m3: Option<f64>,
-    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
-    /// between rollers are no fault then.
-    #[arg(long)]
-    as_modelled: bool,
-    /// The radius of wheels whose geometry does not show it, or cannot be read.
-    #[arg(long, value_name = "M")]
-    wheel_radius_m: Option<f64>,
-    /// Give wheels without rollers none but those that are asked for, whatever the file says of them.
-    #[arg(long)]
-    no_inferred_rollers: bool,
-    #[command(flatten)]
-    wheels: Wheels,
 }
 
 /// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command line.
@@ -74,7 +81,7 @@ struct Wheels {
     roller_mass_kg: Option<f64>,
 }
 
-impl Reading {
+impl Sources {
     /// The options that were asked for.
     pub(super) fn options(&self) -> LoadOptions {
         let mut options = LoadOptions::default();
@@ -83,6 +90,14 @@ impl Reading {
         options.leave_out_missing = self.leave_out_missing;
         options.repair = self.repair;
         options.density_kg_m3 = self.density_kg_m3;
+        options
+    }
+}
+
+impl Reading {
+    /// The options that were asked for.
+    pub(super) fn options(&self) -> LoadOptions {
+        let mut options = self.sources.options();
         if self.as_modelled {
             options.rollers = RollerForms::AsModelled;
         }
