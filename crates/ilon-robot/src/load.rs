@@ -45,7 +45,7 @@ impl Robot {
     ///
     /// # Errors
     /// A file that cannot be read, that is none of these, or whose robot is not an omnidirectional one that can be simulated:
-    /// every [`Fault`], with its place in the file.
+    /// every [`Fault`](crate::Fault), with its place in the file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
         Self::load_with(path, &LoadOptions::default()).map(|loaded| loaded.robot)
     }

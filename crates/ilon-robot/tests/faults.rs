@@ -487,3 +487,29 @@ fn a_description_out_of_range_is_refused(
         message
     );
 }
+
+#[test]
+fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
+    // A roller of 10 g and 24 mm across, with the inertia of a metre: the radius of gyration is 1 m.
+    let heavy = r#"<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>"#;
+    let mut text = String::new();
+    let mut of_roller = false;
+    for line in small().lines() {
+        of_roller = (of_roller || line.contains("<link name=\"wheel_2_roller_"))
+            && !line.contains("</link>");
+        let inertia = line.find("<inertia ").filter(|_| of_roller);
+        match inertia {
+            Some(at) => {
+                let end = at + line[at..].find("/>").expect("it ends") + 2;
+                text += &format!("{}{heavy}{}\n", &line[..at], &line[end..]);
+            }
+            None => text += &format!("{line}\n"),
+        }
+    }
+    let error = fault_of(&text);
+    let all = std::iter::once(&error).chain(error.others());
+    let too_large = all.filter(|e| matches!(e.fault(), Fault::InertiaTooLarge { .. }));
+    assert_eq!(too_large.count(), 8);
+    let options = common::options(|o| o.repair = true);
+    assert!(Robot::from_urdf_str_with(&text, "small.urdf", &options).is_ok());
+}

@@ -274,6 +274,14 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     ),
     Proposal("--package absent=FOLDER", "the wheel's radius is 49.0 mm")
 )]
+#[case::a_turret_beside_the_wheels_of_a_chassis_that_is_fixed(
+    base().replace("base_link", "chassis").replace("<robot name=\"base\">", &format!(
+        "<robot name=\"base\"><link name=\"base_link\"/><joint name=\"base_joint\" type=\"fixed\"><parent link=\"base_link\"/><child link=\"chassis\"/></joint>\
+         <link name=\"turret\"><inertial><mass value=\"1\"/>{INERTIA}</inertial></link>\
+         <joint name=\"yaw\" type=\"continuous\"><parent link=\"chassis\"/><child link=\"turret\"/><origin xyz=\"0 0 0.2\"/><axis xyz=\"0 0 1\"/></joint>"
+    )),
+    Proposal(BARE, "given 12 rollers")
+)]
 #[case::an_arm_of_six_joints(arm(), Refused("no wheels with passive rollers"))]
 #[case::no_wheels(
     format!("<robot name=\"base\">{CHASSIS}</robot>"),
@@ -378,4 +386,21 @@ fn proposed_keys(refusal: &str) -> Vec<&str> {
     };
     let keys = keys.lines().next().unwrap_or_default();
     keys.split('`').skip(1).step_by(2).collect()
+}
+
+#[test]
+fn a_file_that_is_called_xacro_is_expanded_whatever_stands_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "<visual><geometry><mesh filename=\"file://$(find absent)/wheel.stl\"/></geometry></visual>";
+    let text = replaced("<inertial>", &format!("{mesh}<inertial>"));
+    for (name, is_expanded) in [("robot.xacro", true), ("robot.urdf", false)] {
+        std::fs::write(folder.path().join(name), &text).unwrap();
+        let command = format!("ilon inspect {name} --rollers 12 --gamma-x-deg 45");
+        let output = shell(folder.path(), &command);
+        drives(&output, "given 12 rollers");
+        // Only xacro knows `$(find ...)`; in a URDF it is a part of a name.
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        let remark = "the folder of the package `absent` is not known";
+        assert_eq!(said.contains(remark), is_expanded, "{name}: {said}");
+    }
 }
