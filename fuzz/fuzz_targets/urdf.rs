@@ -23,24 +23,13 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
 
 fuzz_target!(|text: &str| {
     let plain = LoadOptions::default();
-    let mended = LoadOptions {
-        mend: true,
-        ..LoadOptions::default()
-    };
-    let given = LoadOptions {
-        mend: true,
-        wheels: Some(WheelOptions {
-            joints: Vec::new(),
-            gamma: Handedness::AllDeg(45.0),
-            rollers: 5,
-            radius_m: None,
-            roller_radius_m: None,
-            roller_mass_kg: None,
-            damping_n_m_s: 0.0,
-            friction_n_m: 0.0,
-        }),
-        ..LoadOptions::default()
-    };
+    let mended = options(|o| {
+        o.repair = true;
+    });
+    let given = options(|o| {
+        o.repair = true;
+        o.wheels = Some(WheelOptions::new(5, Handedness::AllDeg(45.0)));
+    });
     for options in [plain, mended, given] {
         match Robot::from_urdf_str_with(text, "robot.urdf", &options) {
             Ok(loaded) => {

@@ -312,22 +312,14 @@ fn rigid_part(robot: &Robot) -> RigidPart {
 /// Mass of a wheel in kg and its inertia about its centre along the hub frame's axes, in kg m^2, rollers and all, as
 /// if its centre of mass lay on the hub axis (balanced wheels).
 fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
+    let center = Vector3::zeros();
     let mut mass_kg = wheel.hub.mass_kg;
-    let mut tensor =
-        wheel.hub.inertia_kg_m2 + steiner(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
+    let mut tensor = wheel.hub.inertia_about(&center);
     for r in &wheel.rollers {
-        let a = r.axis_in_hub.into_inner();
-        let own = Matrix3::identity() * r.transverse_inertia_kg_m2
-            + a * a.transpose() * (r.axial_inertia_kg_m2 - r.transverse_inertia_kg_m2);
-        tensor += own + steiner(r.mass_kg, &r.center_in_hub_m);
+        tensor += r.mass_in_hub().inertia_about(&center);
         mass_kg += r.mass_kg;
     }
     (mass_kg, tensor)
-}
-
-/// Inertia of a point mass at `at_m` about the origin.
-fn steiner(mass_kg: f64, at_m: &Vector3<f64>) -> Matrix3<f64> {
-    mass_kg * (Matrix3::identity() * at_m.norm_squared() - at_m * at_m.transpose())
 }
 
 /// What a wheel and its touching roller add by turning.

@@ -107,6 +107,7 @@ impl WheelSpec {
             rollers,
             motor: MotorLimits::default(),
             joint: Joint::default(),
+            drive: ilon_robot::DriveTrain::default(),
         }
     }
 }

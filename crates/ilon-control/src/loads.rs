@@ -23,18 +23,8 @@ pub struct WheelLoads {
 impl WheelLoads {
     /// The loads of a robot under gravity in m/s^2.
     pub fn new(robot: &Robot, gravity_m_s2: f64) -> Self {
-        let chassis = &robot.chassis.mass;
-        let mut moment = chassis.mass_kg * chassis.center_of_mass_m;
-        for w in &robot.wheels {
-            let hub = w.body_from_hub * nalgebra::Point3::from(w.hub.center_of_mass_m);
-            moment += w.hub.mass_kg * hub.coords;
-            for r in &w.rollers {
-                let center = w.body_from_hub * nalgebra::Point3::from(r.center_in_hub_m);
-                moment += r.mass_kg * center.coords;
-            }
-        }
         let mass_kg = robot.mass_kg();
-        let center = moment / mass_kg;
+        let center = robot.center_of_mass_m();
         let positions_m: Vec<_> = robot.wheels.iter().map(|w| w.position_m().xy()).collect();
         let sum: Matrix3<f64> = positions_m
             .iter()

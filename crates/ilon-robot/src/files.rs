@@ -6,7 +6,7 @@
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Which files may be read: any, or those below some folders alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct FileAccess {
 #[non_exhaustive]
 pub enum ReadError {
     /// The operating system refused.
-    #[error("{0}")]
+    #[error("{}", refused(.0))]
     Io(#[from] io::Error),
     /// It is something else than a file: reading it may block, or never end.
     #[error("it is {0}, not a file")]
@@ -84,12 +84,17 @@ impl FileAccess {
         Ok(bytes)
     }
 
-    /// The text of a file of at most `most_bytes`.
+    /// The text of a file of at most `most_bytes`, without a byte order mark.
     ///
     /// # Errors
     /// [`ReadError`].
     pub fn read_text(&self, path: &Path, most_bytes: u64) -> Result<String, ReadError> {
-        String::from_utf8(self.read(path, most_bytes)?).map_err(|_| ReadError::NotText)
+        let text =
+            String::from_utf8(self.read(path, most_bytes)?).map_err(|_| ReadError::NotText)?;
+        Ok(match text.strip_prefix('\u{feff}') {
+            Some(rest) => rest.to_owned(),
+            None => text,
+        })
     }
 
     /// Opens a file, for what reads it piece by piece.
@@ -97,22 +102,81 @@ impl FileAccess {
     /// # Errors
     /// [`ReadError`].
     pub fn open(&self, path: &Path) -> Result<File, ReadError> {
-        let path = match &self.roots {
-            None => path.to_owned(),
-            Some(roots) => {
-                let resolved = path.canonicalize()?;
-                if !roots.iter().any(|root| resolved.starts_with(root)) {
-                    return Err(ReadError::Outside(roots.clone()));
-                }
-                resolved
-            }
-        };
+        let path = self.admitted(path)?;
         // Before it is opened: opening a pipe waits for whoever writes to it.
         let kind = fs::metadata(&path)?.file_type();
         if !kind.is_file() {
             return Err(ReadError::NotAFile(kind_in_words(kind)));
         }
         Ok(File::open(path)?)
+    }
+
+    /// Whether there is a file that may be read.
+    pub fn is_file(&self, path: &Path) -> bool {
+        self.admitted(path).is_ok_and(|path| path.is_file())
+    }
+
+    /// Whether there is a folder that may be read.
+    pub fn is_folder(&self, path: &Path) -> bool {
+        self.admitted(path).is_ok_and(|path| path.is_dir())
+    }
+
+    /// The names in a folder, sorted, at most so many; none of a folder that may not be read.
+    pub fn names_in(&self, folder: &Path, most: usize) -> Vec<String> {
+        let entries = self
+            .admitted(folder)
+            .ok()
+            .and_then(|path| fs::read_dir(path).ok());
+        let mut names: Vec<String> = entries
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter_map(|entry| entry.file_name().into_string().ok())
+            .take(most)
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// The path itself where any file may be read; its true place, links followed, where only some may.
+    fn admitted(&self, path: &Path) -> Result<PathBuf, ReadError> {
+        let Some(roots) = &self.roots else {
+            return Ok(path.to_owned());
+        };
+        let outside = || ReadError::Outside(roots.clone());
+        let below = |place: &Path| roots.iter().any(|root| place.starts_with(root));
+        match path.canonicalize() {
+            Ok(place) if below(&place) => Ok(place),
+            Ok(_) => Err(outside()),
+            // What there is outside is not for a file to find out.
+            Err(_) if !leads(path).is_some_and(|place| below(&place)) => Err(outside()),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+/// Where a path leads of which the end is not there: the folder that is, links followed, and the rest, which may not climb.
+fn leads(path: &Path) -> Option<PathBuf> {
+    let absolute = std::path::absolute(path).ok()?;
+    absolute.ancestors().skip(1).find_map(|above| {
+        let place = above.canonicalize().ok()?;
+        let rest = absolute.strip_prefix(above).ok()?;
+        let climbs = rest.components().any(|part| part == Component::ParentDir);
+        Some(if climbs {
+            PathBuf::new()
+        } else {
+            place.join(rest)
+        })
+    })
+}
+
+fn refused(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+            "there is no such file".to_owned()
+        }
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
     }
 }
 
@@ -228,5 +292,55 @@ mod tests {
             );
         }
         assert!(FileAccess::below([at("nowhere")]).is_err());
+        assert!(
+            access.is_file(&at("in/link").with_file_name("a")) && access.is_folder(&at("in/deep"))
+        );
+        assert!(!access.is_file(&at("in/link")) && !access.is_folder(&at("in/folder")));
+        assert_eq!(
+            access.names_in(&at("in"), 10),
+            ["a", "deep", "folder", "link"]
+        );
+        assert!(access.names_in(&at("out"), 10).is_empty());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn whether_there_is_a_file_outside_is_not_found_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("in")).unwrap();
+        fs::write(at("secret"), "").unwrap();
+        std::os::unix::fs::symlink(folder.path(), at("in/up")).unwrap();
+        let access = FileAccess::below([at("in")]).unwrap();
+        for name in [
+            "secret",
+            "none",
+            "in/../none",
+            "in/none/../../secret",
+            "in/up/secret",
+            "in/up/none",
+        ] {
+            let refused = access.read(&at(name), 10).unwrap_err();
+            assert!(
+                matches!(refused, ReadError::Outside(_)),
+                "{name}: {refused}"
+            );
+        }
+        let missing = access.read(&at("in/none"), 10).unwrap_err();
+        assert!(matches!(missing, ReadError::Io(e) if e.kind() == io::ErrorKind::NotFound));
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_text_and_bytes_that_are_no_text_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let access = FileAccess::anywhere();
+        fs::write(&path, "\u{feff}four").unwrap();
+        assert_eq!(access.read_text(&path, 7).unwrap(), "four");
+        fs::write(&path, b"ab\xff").unwrap();
+        assert!(matches!(
+            access.read_text(&path, 7),
+            Err(ReadError::NotText)
+        ));
     }
 }

@@ -8,14 +8,15 @@
 //! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
 //! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::Barrel;
+use crate::angles::roll_pitch_yaw;
 use crate::error::{Fault, RobotError};
-use crate::spec::{ChassisShape, PlacedWheel, Spec};
+use crate::model::{Barrel, DriveTrain};
+use crate::spec::{ChassisShape, Described, Spec, check};
 
 /// Spheres that stand for one roller in collision and visual.
 const SPHERES_PER_ROLLER: usize = 7;
@@ -26,7 +27,7 @@ const SPHERES_PER_ROLLER: usize = 7;
 /// A value out of its range, and rollers too slender to reach their neighbours. The errors name the key, but no place
 /// in a file.
 pub fn generate(spec: &Spec) -> Result<String, RobotError> {
-    let wheels = spec.wheels.placed();
+    let wheels = spec.described();
     check(spec, &wheels)?;
     let mut out = String::new();
     write_robot(&mut out, spec, &wheels).map_err(|e| {
@@ -36,7 +37,7 @@ pub fn generate(spec: &Spec) -> Result<String, RobotError> {
     Ok(out)
 }
 
-fn write_robot(out: &mut String, spec: &Spec, wheels: &[PlacedWheel]) -> std::fmt::Result {
+fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt::Result {
     let (w, r) = (&spec.wheel, &spec.rollers);
     writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>")?;
     writeln!(
@@ -58,20 +59,32 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[PlacedWheel]) -> std::fm
         num(r.damping_n_m_s),
     )?;
     for wheel in wheels {
-        writeln!(
+        let placed = &wheel.placed;
+        write!(
             out,
             "     {}: b = ({}, {}) m, hub axis at {} deg, gamma = {} deg.",
-            comment_text(&wheel.name),
-            num(wheel.position_m[0]),
-            num(wheel.position_m[1]),
-            num(wheel.axis_deg),
-            num(wheel.gamma_deg)
+            comment_text(&placed.name),
+            num(placed.position_m[0]),
+            num(placed.position_m[1]),
+            num(placed.axis_deg),
+            num(placed.gamma_deg)
         )?;
+        if wheel.is_overridden {
+            write!(
+                out,
+                " Radius {} m; {} rollers of radius {} m, {} deg on.",
+                num(wheel.wheel.radius_m),
+                wheel.roller_count(),
+                num(wheel.rollers.radius_m),
+                num(wheel.phase_rad.to_degrees())
+            )?;
+        }
+        writeln!(out)?;
     }
     writeln!(out, "-->\n<robot name=\"{}\">", attribute(&spec.name))?;
     write_chassis(out, spec)?;
     for wheel in wheels {
-        write_wheel(out, spec, wheel)?;
+        write_wheel(out, wheel)?;
     }
     writeln!(out, "</robot>")
 }
@@ -95,21 +108,21 @@ fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
     writeln!(out, "  </link>")
 }
 
-fn write_wheel(out: &mut String, spec: &Spec, wheel: &PlacedWheel) -> std::fmt::Result {
-    let w = &spec.wheel;
-    let name = attribute(&wheel.name);
+fn write_wheel(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let (placed, w) = (&wheel.placed, &wheel.wheel);
+    let name = attribute(&placed.name);
     // The link's y axis is the hub axis, a quarter turn ahead of its x axis.
-    let yaw_rad = (wheel.axis_deg - 90.0).to_radians();
+    let yaw_rad = (placed.axis_deg - 90.0).to_radians();
     writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
     writeln!(
         out,
         "    <parent link=\"base_link\"/>\n    <child link=\"{name}_link\"/>"
     )?;
-    let [x_m, y_m] = wheel.position_m;
+    let [x_m, y_m] = placed.position_m;
     writeln!(
         out,
         "    <origin xyz=\"{}\" rpy=\"0 0 {}\"/>",
-        nums(&[x_m, y_m, w.radius_m]),
+        nums(&[x_m, y_m, wheel.axle_height_m]),
         num(yaw_rad)
     )?;
     writeln!(out, "    <axis xyz=\"0 1 0\"/>")?;
@@ -133,29 +146,46 @@ fn write_wheel(out: &mut String, spec: &Spec, wheel: &PlacedWheel) -> std::fmt::
         "0.75 0.75 0.78 1",
     )?;
     writeln!(out, "  </link>")?;
-    let barrel = barrel(spec, wheel.gamma_deg.to_radians());
-    let (axial, across) = barrel.solid_moments_kg_m2(spec.rollers.mass_kg);
+    write_drive(out, wheel)?;
+    let barrel = wheel.barrel();
+    let (axial, across) = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
     let moments = Vector3::new(across, across, axial);
-    for roller in 0..spec.rollers.per_row * spec.rollers.rows {
-        write_roller(out, spec, wheel, &barrel, &moments, roller)?;
+    for roller in 0..wheel.roller_count() {
+        write_roller(out, wheel, &barrel, &moments, roller)?;
     }
     Ok(())
 }
 
+/// URDF has no word for what lies between a motor and its wheel but a gear's ratio.
+fn write_drive(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let drive = wheel.wheel.drive();
+    if drive == DriveTrain::default() {
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "  <ilon_drive joint=\"{}\" gear_ratio=\"{}\" rotor_inertia=\"{}\" gear_efficiency=\"{}\" gear_friction=\"{}\"/>",
+        attribute(&wheel.placed.name),
+        num(drive.gear_ratio),
+        num(drive.rotor_inertia_kg_m2),
+        num(drive.gear_efficiency),
+        num(drive.gear_friction_n_m)
+    )
+}
+
 fn write_roller(
     out: &mut String,
-    spec: &Spec,
-    wheel: &PlacedWheel,
+    wheel: &Described,
     barrel: &Barrel,
     moments: &Vector3<f64>,
     index: usize,
 ) -> std::fmt::Result {
-    let r = &spec.rollers;
-    let gamma_rad = wheel.gamma_deg.to_radians();
-    let name = format!("{}_roller_{}", attribute(&wheel.name), index + 1);
+    let r = &wheel.rollers;
+    let gamma_rad = wheel.placed.gamma_deg.to_radians();
+    let name = format!("{}_roller_{}", attribute(&wheel.placed.name), index + 1);
 
     // Rollers of two rows take turns around the rim, half a pitch of one row apart.
-    let place_rad = TAU * index as f64 / (r.per_row * r.rows) as f64;
+    let place_rad = TAU * index as f64 / wheel.roller_count() as f64 + wheel.phase_rad;
     let row_offset_m = if r.rows == 2 {
         r.row_spacing_m * (if index.is_multiple_of(2) { -0.5 } else { 0.5 })
     } else {
@@ -179,7 +209,7 @@ fn write_roller(
     writeln!(
         out,
         "    <parent link=\"{}_link\"/>\n    <child link=\"{name}_link\"/>",
-        attribute(&wheel.name)
+        attribute(&wheel.placed.name)
     )?;
     writeln!(
         out,
@@ -211,33 +241,6 @@ fn write_roller(
         )?;
     }
     writeln!(out, "  </link>")
-}
-
-/// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
-/// pitch of 90 degrees, where the roller that points down stands; here yaw is taken first and undone, which loses none.
-fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
-    let m = rotation.matrix();
-    // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
-    let upright = libm::hypot(m[(0, 0)], m[(1, 0)]) < 1e-9;
-    let yaw = if upright {
-        0.0
-    } else {
-        libm::atan2(m[(1, 0)], m[(0, 0)])
-    };
-    let (s, c) = libm::sincos(yaw);
-    let pitch = libm::atan2(-m[(2, 0)], c * m[(0, 0)] + s * m[(1, 0)]);
-    let roll = libm::atan2(s * m[(0, 2)] - c * m[(1, 2)], c * m[(1, 1)] - s * m[(0, 1)]);
-    [roll, pitch, yaw]
-}
-
-/// The barrel of a described wheel: rollers of both rows take turns, so that all of them share the turn evenly.
-fn barrel(spec: &Spec, gamma_rad: f64) -> Barrel {
-    Barrel::handing_over(
-        spec.wheel.radius_m,
-        spec.rollers.radius_m,
-        gamma_rad,
-        spec.rollers.per_row * spec.rollers.rows,
-    )
 }
 
 /// Principal moments of a solid cylinder along z about its centre, in kg m^2.
@@ -326,87 +329,4 @@ fn attribute(text: &str) -> String {
 /// A text inside an XML comment, which must not hold two hyphens in a row.
 fn comment_text(text: &str) -> String {
     text.replace("--", "- -")
-}
-
-fn check(spec: &Spec, wheels: &[PlacedWheel]) -> Result<(), RobotError> {
-    const POSITIVE: &str = "a finite number above 0";
-    const NOT_NEGATIVE: &str = "a finite number, 0 or above";
-    const FINITE: &str = "a finite number";
-    let fault = |fault| Err(RobotError::new(&spec.name, fault));
-    let out_of_range = |key: &str, value: String, range| {
-        let key = key.to_owned();
-        fault(Fault::OutOfRange { key, value, range })
-    };
-    let (c, w, r) = (&spec.chassis, &spec.wheel, &spec.rollers);
-    let (shape_key, sides): (&str, &[f64]) = match &c.shape {
-        ChassisShape::Box { size_m } => ("chassis.shape.box.size_m", size_m),
-        ChassisShape::Cylinder { radius_m, height_m } => {
-            ("chassis.shape.cylinder", &[*radius_m, *height_m])
-        }
-    };
-    let positive = sides.iter().map(|&side| (shape_key, side)).chain([
-        ("chassis.mass_kg", c.mass_kg),
-        ("wheel.radius_m", w.radius_m),
-        ("wheel.hub_mass_kg", w.hub_mass_kg),
-        ("wheel.hub_radius_m", w.hub_radius_m),
-        ("wheel.hub_width_m", w.hub_width_m),
-        ("wheel.motor_effort_n_m", w.motor_effort_n_m),
-        ("wheel.motor_velocity_rad_s", w.motor_velocity_rad_s),
-        ("rollers.radius_m", r.radius_m),
-        ("rollers.mass_kg", r.mass_kg),
-    ]);
-    for (key, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return out_of_range(key, num(value), POSITIVE);
-        }
-    }
-    for (key, value) in [
-        ("wheel.damping_n_m_s", w.damping_n_m_s),
-        ("wheel.friction_n_m", w.friction_n_m),
-        ("rollers.damping_n_m_s", r.damping_n_m_s),
-        ("rollers.friction_n_m", r.friction_n_m),
-        ("rollers.row_spacing_m", r.row_spacing_m),
-    ] {
-        if !(value.is_finite() && value >= 0.0) {
-            return out_of_range(key, num(value), NOT_NEGATIVE);
-        }
-    }
-    if let Some(&value) = c.center_m.iter().find(|v| !v.is_finite()) {
-        return out_of_range("chassis.center_m", num(value), FINITE);
-    }
-    if !(1..=2).contains(&r.rows) {
-        return out_of_range("rollers.rows", r.rows.to_string(), "1 or 2");
-    }
-    if !(3..=1000).contains(&r.per_row) {
-        return out_of_range("rollers.per_row", r.per_row.to_string(), "from 3 to 1000");
-    }
-    if !(3..=1000).contains(&wheels.len()) {
-        return out_of_range("wheels", wheels.len().to_string(), "from 3 to 1000 wheels");
-    }
-    for wheel in wheels {
-        for value in [wheel.position_m[0], wheel.position_m[1], wheel.axis_deg] {
-            if !value.is_finite() {
-                return out_of_range("wheels: position and axis", num(value), FINITE);
-            }
-        }
-        // At 90 deg the rollers turn about the hub axis and the wheel cannot drive.
-        if wheel.gamma_deg.is_nan() || wheel.gamma_deg.abs() > 85.0 {
-            let range = "from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive";
-            return out_of_range("wheels: gamma_deg", num(wheel.gamma_deg), range);
-        }
-    }
-    if r.radius_m >= w.radius_m {
-        let range = "below `wheel.radius_m`";
-        return out_of_range("rollers.radius_m", num(r.radius_m), range);
-    }
-    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
-    let half_pitch_rad = PI / (r.per_row * r.rows) as f64;
-    let least_radius_m = w.radius_m * (1.0 - libm::cos(half_pitch_rad));
-    if r.radius_m <= least_radius_m {
-        return fault(Fault::RollersTooSlender {
-            roller_radius_mm: 1e3 * r.radius_m,
-            least_radius_mm: 1e3 * least_radius_m,
-        });
-    }
-    Ok(())
 }

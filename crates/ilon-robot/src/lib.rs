@@ -10,8 +10,9 @@
 //!
 //! A positive wheel rate drives the hub along **u** = **n** x **k** (Indiveri 2009, section II).
 //!
-//! A robot is read from URDF by [`Robot::load`], which goes by structure and geometry and never by names, or with
-//! [`LoadOptions`] by [`Robot::load_with`]. A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
+//! A robot is read by [`Robot::load`] from URDF, xacro, SDF or MJCF, by structure and geometry and not by names (which count only
+//! where a file models no rollers, and says of its wheels by their names that they have some), or with [`LoadOptions`] by
+//! [`Robot::load_with`]. A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
 //! and written by [`generate`]:
 //!
 //! ```
@@ -51,25 +52,35 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
-pub mod barrel;
+mod angles;
+mod convert;
 mod error;
 pub mod files;
 mod generate;
 mod load;
 mod model;
-mod planar;
-pub mod profile;
+mod options;
+mod packages;
+mod prepare;
 mod spec;
+mod urdf;
+mod xacro;
+mod xml;
 
-pub use barrel::Barrel;
-pub use error::{Fault, Place, RobotError};
+pub use error::{Fault, Looked, MissingFile, Place, Remedy, RobotError};
 pub use files::{FileAccess, ReadError};
 pub use generate::generate;
-pub use load::{Handedness, LoadOptions, Loaded, Package, RollerForms, WheelOptions, WheelOutline};
+pub use load::{Diagnosis, Loaded};
 pub use model::{
-    Chassis, Collision, CollisionShape, Joint, MassProperties, ModelledRoller, MotorLimits, Remark,
-    Robot, Roller, RollerForm, Wheel,
+    Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
+    MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, StandingPose,
+    Twist, Wheel, wrap_angle,
 };
-pub use planar::{Pose, Twist, wrap_angle};
-pub use profile::{Profile, ProfilePart};
-pub use spec::{Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelSpec};
+pub use model::{barrel, profile};
+pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
+pub use packages::Package;
+pub use prepare::urdf_text;
+pub use spec::{
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec,
+};
+pub use urdf::WheelOutline;

@@ -1,58 +1,56 @@
-//! Reads a robot from URDF.
-//!
-//! In this order: the text is held against the form of URDF ([`source`], [`form`]; [`mend`] where it is asked for), urdf-rs
-//! reads it, its links and joints become a tree placed in the body frame ([`tree`]), wheels and rollers are recognised and
-//! measured ([`wheels`], [`roller`] with [`profile`], [`mesh`] and [`dae`], [`handover`], [`modelled`]) or put in ([`given`]), and
-//! the whole is checked ([`whole`]). Faults are errors; what is ignored, assumed or doubted is remarked.
+//! Reads robots from files, whatever they are written in.
 
-mod dae;
-mod form;
-mod given;
-mod handover;
-mod mend;
-mod mesh;
-mod modelled;
-mod options;
-mod profile;
-mod roller;
-mod source;
-mod tree;
-mod wheels;
-mod whole;
-#[cfg(feature = "xacro")]
-mod xacro;
-
-use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::error::{Fault, RobotError};
-use crate::model::{Remark, Robot, Wheel};
-use mesh::Meshes;
-pub use modelled::WheelOutline;
-pub use options::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
-use source::Source;
-use tree::Tree;
+use crate::error::{Remedy, RobotError};
+use crate::model::Robot;
+use crate::options::{LoadOptions, WheelOptions};
+use crate::prepare::{prepare, read_text};
+use crate::urdf::{self, Prepared, Read, WheelOutline};
+
+/// Most rounds of repair: what one round leaves, the next may show.
+const MOST_ROUNDS: usize = 8;
+/// Most options that are tried, one upon the other, to find some that work.
+const MOST_TRIES: usize = 8;
 
 /// A robot as it was read, and how well its file models it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Loaded {
     /// The robot.
     pub robot: Robot,
     /// The outline of each wheel as the file models it; of wheels that were given rollers there is none.
     pub outlines: Vec<WheelOutline>,
+    /// The rollers that wheels without any were given because of what the file says of them.
+    pub inferred: Option<WheelOptions>,
+    /// The URDF that was read: the file's own text, or what it was expanded or converted to, with everything repaired.
+    pub urdf: Arc<str>,
+}
+
+/// Why a file cannot be read as it is, and what would do.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Diagnosis {
+    /// All faults that were found, those too that show only once others are out of the way.
+    pub faults: Vec<RobotError>,
+    /// Options with which the file was read, where any were found.
+    pub proposal: Option<LoadOptions>,
+    /// What was read with them.
+    pub loaded: Option<Box<Loaded>>,
 }
 
 impl Robot {
-    /// Reads a robot from a URDF file.
+    /// Reads a robot from a file: URDF, xacro, SDF, MJCF, or a description in TOML.
     ///
     /// # Errors
-    /// A file that cannot be read, that is not URDF, or whose robot is not an omnidirectional one that can be simulated:
-    /// every [`Fault`], with its place in the file.
+    /// A file that cannot be read, that is none of these, or whose robot is not an omnidirectional one that can be simulated:
+    /// every [`Fault`](crate::Fault), with its place in the file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
         Self::load_with(path, &LoadOptions::default()).map(|loaded| loaded.robot)
     }
 
-    /// Reads a robot from the text of a URDF file; `file` is what errors call it, and meshes are sought beside it.
+    /// Reads a robot from the text of a file; `file` is what errors call it, and meshes and includes are sought beside it.
     ///
     /// # Errors
     /// As [`Robot::load`], but for reading the file.
@@ -60,42 +58,18 @@ impl Robot {
         Self::from_urdf_str_with(text, file, &LoadOptions::default()).map(|loaded| loaded.robot)
     }
 
-    /// Reads a robot from a URDF file as the options say. A xacro file is expanded first, without ROS and with its
-    /// arguments at their defaults; an expansion that takes ten seconds is given up.
+    /// Reads a robot from a file as the options say.
     ///
     /// # Errors
     /// As [`Robot::load`], and options that do not fit the file.
     pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let bytes = source::read(path, &file, &options.files)?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let reason = format!("it is not text: {e}");
-            RobotError::new(&file, Fault::Xml { reason })
-        })?;
-        let loaded = Self::from_urdf_str_with(&text, &file, options);
-        #[cfg(feature = "xacro")]
-        if let Err(error) = &loaded
-            && let Fault::Unexpanded { what, .. } = error.fault()
-        {
-            // What xacro includes does not come through that door.
-            let expanded = if options.files.is_confined() {
-                Err("xacro files may not be expanded where only some files may be read".to_owned())
-            } else {
-                xacro::expand(path, &options.packages)
-            };
-            return match expanded {
-                Ok(urdf) => load_expanded(&urdf, &file, options),
-                Err(reason) => Err(error.clone().with_fault(Fault::Unexpanded {
-                    what: what.clone(),
-                    tried: Some(reason),
-                })),
-            };
-        }
-        loaded
+        let text = read_text(path, &file, options)?;
+        Self::from_urdf_str_with(&text, &file, options)
     }
 
-    /// Reads a robot from the text of a URDF file as the options say.
+    /// Reads a robot from the text of a file as the options say.
     ///
     /// # Errors
     /// As [`Robot::load_with`], but for reading the file.
@@ -104,143 +78,144 @@ impl Robot {
         file: &str,
         options: &LoadOptions,
     ) -> Result<Loaded, RobotError> {
-        // A byte order mark is no part of the text.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let source = Source::parse(text, file)?;
-        if !options.mend {
-            return read(&source, options, Vec::new());
+        let mut prepared = prepare(text, file, options)?;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let may_repair = options.repair && rounds <= MOST_ROUNDS;
+            let repaired = match urdf::read(&prepared, options) {
+                Ok(read) => {
+                    let level = may_repair.then(|| urdf::levelled(&prepared, &read.robot));
+                    match level.flatten() {
+                        Some(level) => level,
+                        None => return Ok(loaded(read, &prepared)),
+                    }
+                }
+                Err(error) => {
+                    let repaired = may_repair.then(|| urdf::repaired(&prepared, &error, options));
+                    repaired.flatten().ok_or(error)?
+                }
+            };
+            prepared = repaired;
         }
-        let (mended, remarks) = mend::mend(&source);
-        read(&Source::parse(&mended, file)?, options, remarks)
+    }
+
+    /// Looks for everything that is wrong with a file that cannot be read with some options, and for options with which it can.
+    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults. Of the options
+    /// that are proposed, none can be left out.
+    pub fn diagnose(
+        path: impl AsRef<Path>,
+        options: &LoadOptions,
+        works: impl Fn(&Robot) -> bool,
+    ) -> Diagnosis {
+        let path = path.as_ref();
+        let first = course(path, options, RobotError::remedies);
+        let mut needed = first.applied.clone();
+        let works_with = |remedies: &[Remedy]| {
+            let loaded = Self::load_with(path, &with(options, remedies));
+            loaded.is_ok_and(|loaded| works(&loaded.robot))
+        };
+        let mut course_of_needed = first;
+        if course_of_needed.reaches(&works) && needed.len() > 1 {
+            for remedy in course_of_needed.applied.clone() {
+                let rest: Vec<Remedy> = needed.iter().filter(|r| **r != remedy).cloned().collect();
+                if rest.len() < needed.len() && works_with(&rest) {
+                    needed = rest;
+                }
+            }
+            // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
+            let shorter = course(path, options, |_| needed.clone());
+            if shorter.reaches(&works) {
+                course_of_needed = shorter;
+            }
+        }
+        let works = course_of_needed.reaches(&works);
+        let Course {
+            faults,
+            applied,
+            loaded,
+        } = course_of_needed;
+        Diagnosis {
+            faults,
+            proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
+            loaded: loaded.filter(|_| works).map(Box::new),
+        }
     }
 }
 
-/// Reads what a xacro file expanded to. Faults are shown in the expanded text, which no file holds.
-#[cfg(feature = "xacro")]
-fn load_expanded(urdf: &str, file: &str, options: &LoadOptions) -> Result<Loaded, RobotError> {
-    let mut loaded = Robot::from_urdf_str_with(urdf, &format!("{file} (expanded)"), options)?;
-    let text = "expanded without ROS, its arguments at their defaults";
-    loaded.robot.remarks.insert(0, remark("xacro", text));
-    Ok(loaded)
+/// What was met on the way from some options to others with which a file can be read.
+struct Course {
+    faults: Vec<RobotError>,
+    applied: Vec<Remedy>,
+    loaded: Option<Loaded>,
 }
 
-/// What is needed in every stage, and what the stages gather.
-struct Loading<'a> {
-    source: &'a Source<'a>,
-    tree: &'a Tree,
-    options: &'a LoadOptions,
-    meshes: Meshes,
-    remarks: Vec<Remark>,
-    outlines: Vec<WheelOutline>,
-}
-
-impl Loading<'_> {
-    /// Whether the radius of wheels that are given rollers must come from their geometry.
-    fn needs_wheel_size(&self) -> bool {
-        self.options
-            .wheels
+impl Course {
+    fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
+        self.loaded
             .as_ref()
-            .is_some_and(|w| w.radius_m.is_none())
+            .is_some_and(|loaded| works(&loaded.robot))
     }
 }
 
-fn read(
-    source: &Source,
+/// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.
+fn course(
+    path: &Path,
     options: &LoadOptions,
-    mut remarks: Vec<Remark>,
-) -> Result<Loaded, RobotError> {
-    form::check(source)?;
-    let urdf = urdf_rs::read_from_string(source.text).map_err(|e| {
-        let reason = e.to_string();
-        RobotError::new(source.file, Fault::Urdf { reason })
-    })?;
-    let name = urdf.name.clone();
-    let tree = Tree::build(source, urdf, &mut remarks)?;
-    let mut loading = Loading {
-        source,
-        tree: &tree,
-        options,
-        meshes: Meshes::beside(source.file, &options.packages, &options.files),
-        remarks,
-        outlines: Vec::new(),
+    remedies: impl Fn(&RobotError) -> Vec<Remedy>,
+) -> Course {
+    let mut course = Course {
+        faults: Vec::new(),
+        applied: Vec::new(),
+        loaded: None,
     };
-
-    let candidates = wheels::find(&tree);
-    let given = match &options.wheels {
-        Some(wheels) => given::joints(&loading, wheels, &candidates)?,
-        None => Vec::new(),
-    };
-    whole::check_wheel_count(&loading, &candidates, given.len())?;
-
-    let moving: HashSet<usize> = candidates
-        .iter()
-        .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
-        .chain(given.iter().map(|g| g.joint))
-        .collect();
-    let rigid_body = |link| tree.rigid_body(link, |j| moving.contains(&j));
-    let chassis_body = rigid_body(tree.root);
-    whole::remark_held(&tree, &chassis_body, "the chassis", &mut loading.remarks);
-
-    let mut wheels: Vec<(usize, Wheel)> = Vec::with_capacity(moving.len());
-    let hub_of = |loading: &mut Loading, j: usize| {
-        let joint = &tree.joints[j];
-        let body = rigid_body(joint.child);
-        whole::remark_held(
-            &tree,
-            &body,
-            &format!("wheel `{}`", joint.name),
-            &mut loading.remarks,
-        );
-        body
-    };
-    for candidate in &candidates {
-        let hub = hub_of(&mut loading, candidate.hub);
-        wheels.push((
-            candidate.hub,
-            wheels::measure(&mut loading, candidate, &hub)?,
-        ));
-    }
-    if let Some(wheel_options) = &options.wheels {
-        for g in &given {
-            let hub = hub_of(&mut loading, g.joint);
-            wheels.push((g.joint, given::wheel(&mut loading, wheel_options, g, &hub)?));
+    let mut tried = options.clone();
+    for _ in 0..MOST_TRIES {
+        let error = match Robot::load_with(path, &tried) {
+            Ok(loaded) => {
+                course.loaded = Some(loaded);
+                break;
+            }
+            Err(error) => error,
+        };
+        let all = || std::iter::once(&error).chain(error.others());
+        for new in all() {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !course.faults.iter().any(is_known) {
+                course.faults.push(new.clone());
+            }
+        }
+        let next = all()
+            .flat_map(&remedies)
+            .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
+        match next {
+            Some((next, remedy)) => {
+                tried = next;
+                course.applied.push(remedy);
+            }
+            None => break,
         }
     }
-    wheels.sort_by_key(|(joint, _)| *joint);
-
-    let chassis = whole::chassis(&mut loading, chassis_body)?;
-    let hub_shapes: usize = candidates
-        .iter()
-        .map(|c| rigid_body(tree.joints[c.hub].child).shapes.len())
-        .sum();
-    if hub_shapes > 0 {
-        loading.remarks.push(remark(
-            "hubs",
-            format!("{hub_shapes} collision shapes are not read: of a wheel only the rollers touch the world"),
-        ));
-    }
-    let Loading {
-        mut remarks,
-        outlines,
-        ..
-    } = loading;
-    remarks.extend(source.ignored_elements());
-    source.place(&mut remarks);
-    let robot = Robot {
-        name,
-        chassis,
-        wheels: wheels.into_iter().map(|(_, wheel)| wheel).collect(),
-        remarks,
-    };
-    let robot = whole::check(source, robot)?;
-    Ok(Loaded { robot, outlines })
+    course
 }
 
-/// A remark about an element.
-fn remark(subject: impl Into<String>, text: impl Into<String>) -> Remark {
-    Remark {
-        subject: subject.into(),
-        line: None,
-        text: text.into(),
+/// Options with remedies, one upon the other.
+fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
+    remedies.iter().fold(options.clone(), |options, remedy| {
+        remedy.apply(&options).unwrap_or(options)
+    })
+}
+
+fn loaded(read: Read, prepared: &Prepared) -> Loaded {
+    let Read {
+        robot,
+        outlines,
+        inferred,
+    } = read;
+    Loaded {
+        robot,
+        outlines,
+        inferred,
+        urdf: Arc::clone(&prepared.text),
     }
 }

@@ -1,10 +1,13 @@
 //! What the loader makes of the robots that ship with the project, against figures derived by hand.
 
+mod common;
+
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use ilon_robot::Robot;
+use common::options;
+use ilon_robot::{Robot, RollerForms};
 use nalgebra::{Vector2, Vector3};
 
 fn load(name: &str) -> Robot {
@@ -116,4 +119,53 @@ fn mecanum6_has_six_wheels_on_one_floor() {
         assert_relative_eq!(wheel.gamma_rad.abs(), FRAC_PI_4, epsilon = TOLERANCE);
         assert_eq!(wheel.rollers.len(), 12);
     }
+}
+
+/// The models are the same to the last bit on every machine and after every change of the loader. Where one is meant to
+/// change, the test prints the new figures.
+#[test]
+fn every_shipped_robot_loads_to_the_same_bits() {
+    let expected: [(&str, u64, u64); 7] = [
+        ("mecanum4", 0x8c37_a7c8_5c74_daf3, 0x92c7_6eaf_a4b9_86c2),
+        (
+            "mecanum4_6_rollers",
+            0x83f6_6f85_6c65_180d,
+            0x353b_9ea2_08db_d1d2,
+        ),
+        (
+            "mecanum4_12_rollers",
+            0x2910_8df4_f71c_beac,
+            0x9521_b1ab_f3d8_8647,
+        ),
+        (
+            "mecanum4_payload",
+            0x1c96_5312_42a1_984a,
+            0xaa23_c925_30a1_751f,
+        ),
+        (
+            "mecanum4_hard_rollers",
+            0x506b_7a59_a6ec_8eef,
+            0x98d6_1a24_25ff_9486,
+        ),
+        ("volksbot", 0x86cd_7f76_c12a_f9cb, 0x647a_782b_59ed_9489),
+        ("mecanum6", 0x2fc0_daf1_a50b_d48b, 0x5ed4_2834_2018_4647),
+    ];
+    let found = expected.map(|(name, ..)| {
+        let with = |rollers| {
+            let options = options(|o| {
+                o.rollers = rollers;
+            });
+            let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../../assets/robots")
+                .join(format!("{name}.urdf"));
+            let loaded = Robot::load_with(path, &options).unwrap_or_else(|e| panic!("{e}"));
+            common::fingerprint(&loaded.robot)
+        };
+        (
+            name,
+            with(RollerForms::Barrel),
+            with(RollerForms::AsModelled),
+        )
+    });
+    assert_eq!(found, expected, "{found:#x?}");
 }

@@ -1,20 +1,23 @@
-//! Every URDF and xacro file of a folder named by `ILON_URDF_DIR`: each must load, or be refused in words that say where and how to
-//! mend it; the same with what can be mended mended, and with rollers put into wheels that have none.
-//! `ILON_URDF_DIR=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
+//! Every robot file of a folder named by `ILON_ROBOTS`: each must load, or be refused in words that say where and how to repair
+//! it; and what is proposed must work.
+//! `ILON_ROBOTS=~/urdf cargo test -p ilon-robot --test collection -- --nocapture` prints what was made of them.
+
+mod common;
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{Fault, Handedness, LoadOptions, Loaded, Robot, WheelOptions};
+use ilon_robot::{LoadOptions, Loaded, Robot};
 
 fn urdf_files(folder: &Path, found: &mut Vec<PathBuf>) {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     for path in entries.flatten().map(|entry| entry.path()) {
         if path.is_dir() {
             urdf_files(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|e| e == "urdf" || e == "xacro")
-        {
+        } else if path.extension().is_some_and(|e| {
+            ["urdf", "xacro", "sdf", "mjcf"]
+                .iter()
+                .any(|known| e == *known)
+        }) {
             found.push(path);
         }
     }
@@ -22,7 +25,7 @@ fn urdf_files(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn every_robot_of_the_folder_loads_or_is_refused_in_clear_words() {
-    let Some(folder) = std::env::var_os("ILON_URDF_DIR") else {
+    let Some(folder) = std::env::var_os("ILON_ROBOTS") else {
         return;
     };
     let mut files = Vec::new();
@@ -31,46 +34,45 @@ fn every_robot_of_the_folder_loads_or_is_refused_in_clear_words() {
     assert!(!files.is_empty(), "no .urdf below {}", folder.display());
     for file in files {
         println!("\n{}", file.display());
-        let mut options = LoadOptions::default();
-        let mut loaded = Robot::load_with(&file, &options);
+        let options = LoadOptions::default();
+        let loaded = Robot::load_with(&file, &options);
         report(&loaded);
-        if loaded.is_err() {
-            println!("  mended:");
-            options.mend = true;
-            loaded = Robot::load_with(&file, &options);
-            report(&loaded);
+        if loaded.is_ok() {
+            continue;
         }
-        let rollerless = |e: &Fault| matches!(e, Fault::NoRollers { .. } | Fault::Steered { .. });
-        if loaded.as_ref().is_err_and(|e| rollerless(e.fault())) {
-            println!("  given rollers:");
-            options.wheels = Some(WheelOptions {
-                joints: match loaded.as_ref().err().map(|e| e.fault()) {
-                    Some(Fault::Steered { wheels } | Fault::NoRollers { wheels }) => wheels.clone(),
-                    _ => Vec::new(),
-                },
-                gamma: Handedness::XDeg(45.0),
-                rollers: 12,
-                radius_m: None,
-                roller_radius_m: None,
-                roller_mass_kg: None,
-                damping_n_m_s: 0.0,
-                friction_n_m: 0.0,
-            });
-            report(&Robot::load_with(&file, &options));
+        let diagnosis = Robot::diagnose(&file, &options, |_| true);
+        for fault in &diagnosis.faults[1..] {
+            println!("  and {fault}\n    help: {}", fault.help());
+        }
+        assert_eq!(
+            diagnosis.proposal.is_some(),
+            diagnosis.loaded.is_some(),
+            "what is proposed works"
+        );
+        if let (Some(proposal), Some(loaded)) = (&diagnosis.proposal, diagnosis.loaded) {
+            println!("  with {proposal:?}:");
+            report(&Ok(*loaded));
         }
     }
 }
 
 fn report(loaded: &Result<Loaded, ilon_robot::RobotError>) {
-    let Loaded { robot, outlines } = match loaded {
-        Ok(loaded) => loaded,
+    let (robot, outlines) = match loaded {
+        Ok(Loaded {
+            robot, outlines, ..
+        }) => (robot, outlines),
         Err(error) => {
             println!("  {error}\n    help: {}", error.help());
             assert!(!error.help().is_empty());
             return;
         }
     };
-    println!("  {:.2} kg, {} wheels", robot.mass_kg(), robot.wheels.len());
+    println!(
+        "  {:.2} kg, {} wheels, fingerprint {:016x}",
+        robot.mass_kg(),
+        robot.wheels.len(),
+        common::fingerprint(robot)
+    );
     for w in &robot.wheels {
         let r = &w.rollers[0];
         println!(

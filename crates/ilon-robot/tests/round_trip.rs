@@ -1,5 +1,6 @@
 //! What is generated is read back as it was described, however the file chooses its frames.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use ilon_robot::{
@@ -41,6 +42,7 @@ prop_compose! {
         masses_kg in (0.5..50.0, 0.05..2.0, 0.001..0.2),
         motor in (0.1..20.0, 1.0..200.0),
         losses in (0.0..0.1, 0.0..0.1, 0.0..1e-4, 0.0..1e-3),
+        drive in (0.1..300.0, 0.0..1e-4, 0.01..1.0, 0.0..0.5),
     ) -> Spec {
         // Between the least radius at which neighbours meet and 0.45 of the wheel.
         let least_m = radius_m * (1.0 - (PI / (per_row * rows) as f64).cos());
@@ -61,6 +63,10 @@ prop_compose! {
                 motor_velocity_rad_s: motor.1,
                 damping_n_m_s: losses.0,
                 friction_n_m: losses.1,
+                gear_ratio: drive.0,
+                rotor_inertia_kg_m2: drive.1,
+                gear_efficiency: drive.2,
+                gear_friction_n_m: drive.3,
             },
             rollers: RollerSpec {
                 per_row,
@@ -72,6 +78,7 @@ prop_compose! {
                 friction_n_m: losses.3,
             },
             wheels: Arrangement::List(wheels),
+            overrides: BTreeMap::new(),
         }
     }
 }
@@ -111,6 +118,12 @@ proptest! {
             prop_assert!(close(wheel.motor.velocity_rad_s, spec.wheel.motor_velocity_rad_s));
             prop_assert!(close(wheel.joint.damping_n_m_s, spec.wheel.damping_n_m_s));
             prop_assert!(close(wheel.joint.friction_n_m, spec.wheel.friction_n_m));
+            prop_assert!(close(wheel.drive.gear_ratio, spec.wheel.gear_ratio));
+            // A rotor's inertia is far below 1, so that it is held in shares of itself.
+            let rotor = spec.wheel.rotor_inertia_kg_m2;
+            prop_assert!((wheel.drive.rotor_inertia_kg_m2 - rotor).abs() <= TOLERANCE * rotor);
+            prop_assert!(close(wheel.drive.gear_efficiency, spec.wheel.gear_efficiency));
+            prop_assert!(close(wheel.drive.gear_friction_n_m, spec.wheel.gear_friction_n_m));
             prop_assert_eq!(wheel.rollers.len(), count);
             let ring_m = spec.wheel.radius_m - spec.rollers.radius_m;
             let length_m = 2.0 * ring_m * (PI / count as f64).tan() / placed.gamma_deg.to_radians().cos();

@@ -9,10 +9,9 @@ use common::{line_of, small};
 use ilon_robot::{Fault, FileAccess, LoadOptions, Robot, Spec};
 
 fn confined(folder: &Path) -> LoadOptions {
-    LoadOptions {
-        files: FileAccess::below([folder]).expect("it is there"),
-        ..LoadOptions::default()
-    }
+    let mut options = LoadOptions::default();
+    options.files = FileAccess::below([folder]).expect("it is there");
+    options
 }
 
 #[test]
@@ -68,13 +67,11 @@ fn the_meshes_of_a_confined_robot_are_confined_too() {
     let outside = "it lies outside of what may be read here";
     let absolute = format!("file://{}", at("secret.stl").display());
     let package = "package://p/../secret.stl";
-    let options = LoadOptions {
-        packages: vec![ilon_robot::Package {
-            name: "p".to_owned(),
-            folder: at("in"),
-        }],
-        ..confined(&at("in"))
-    };
+    let mut options = confined(&at("in"));
+    options.packages = vec![ilon_robot::Package {
+        name: "p".to_owned(),
+        folder: at("in"),
+    }];
     for mesh in ["../secret.stl", absolute.as_str(), package] {
         let told = told(mesh, &options);
         assert!(told.contains(outside), "{mesh}: {told}");
@@ -87,16 +84,107 @@ fn the_meshes_of_a_confined_robot_are_confined_too() {
     }
 }
 
-#[cfg(feature = "xacro")]
+/// A xacro file: the small robot with something more inside.
+fn xacro(more: &str) -> String {
+    let text = small().replacen(
+        "<robot ",
+        "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" ",
+        1,
+    );
+    text.replace("</robot>", &format!("{more}</robot>"))
+}
+
 #[test]
-fn a_confined_xacro_file_is_not_expanded_for_what_it_includes_is_not_looked_at() {
+fn what_a_confined_xacro_file_includes_is_confined_too() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("robot.urdf.xacro");
-    let text = "<robot name=\"x\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:include filename=\"/etc/passwd\"/></robot>";
-    fs::write(&path, text).unwrap();
-    let refused = Robot::load_with(&path, &confined(folder.path())).unwrap_err();
-    let told = refused.to_string();
-    assert!(told.contains("xacro files may not be expanded"), "{told}");
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("in/p")).unwrap();
+    fs::create_dir_all(at("q")).unwrap();
+    let part = "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"more\"/></robot>";
+    for name in [
+        "in/part.xacro",
+        "in/p/part.xacro",
+        "q/part.xacro",
+        "part.xacro",
+    ] {
+        fs::write(at(name), part).unwrap();
+    }
+    for name in ["in/some.yaml", "some.yaml"] {
+        fs::write(at(name), "a: 1").unwrap();
+    }
+    let path = at("in/robot.xacro");
+    let read = |more: &str, options: &LoadOptions| {
+        fs::write(&path, xacro(more)).unwrap();
+        Robot::load_with(&path, options).map_err(|error| error.to_string())
+    };
+    let include = |name: &str| format!("<xacro:include filename=\"{name}\"/>");
+    let yaml = |name: &str| {
+        format!("<xacro:property name=\"x\" value=\"${{xacro.load_yaml('{name}')}}\"/>${{x}}")
+    };
+    let absolute = at("part.xacro").display().to_string();
+    let options = confined(&at("in"));
+    for outside in [
+        include("../part.xacro"),
+        include(&absolute),
+        include("$(find p)/../../part.xacro"),
+        yaml("../some.yaml"),
+    ] {
+        let refused = read(&outside, &options).expect_err(&outside);
+        assert!(
+            refused.contains("lies outside of what may be read"),
+            "{outside}: {refused}"
+        );
+        // Where all may be read, it is no fault.
+        let anywhere = read(&outside, &LoadOptions::default());
+        assert!(
+            !anywhere.is_err_and(|e| e.contains("lies outside")),
+            "{outside}"
+        );
+    }
+    // A package outside is not found, nor do patterns find what lies there.
+    let refused = read(&include("$(find q)/part.xacro"), &options).unwrap_err();
+    assert!(refused.contains("`q`"), "{refused}");
+    let pattern = read(&include("../*.xacro"), &options).unwrap();
+    let said = |words: &str| pattern.robot.remarks.iter().any(|r| r.text.contains(words));
+    assert!(said("no file matches"));
+    for inside in [
+        include("part.xacro"),
+        include("$(find p)/part.xacro"),
+        yaml("some.yaml"),
+    ] {
+        let refused = read(&inside, &options).err();
+        assert!(
+            !refused
+                .as_ref()
+                .is_some_and(|e| e.contains("outside") || e.contains("not known")),
+            "{inside}: {refused:?}"
+        );
+    }
+}
+
+#[test]
+fn a_confined_xacro_file_sees_nothing_of_the_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.xacro");
+    for secret in [
+        "$(env PATH)",
+        "$(optenv PATH none)",
+        "$(optenv NOT_THERE none)",
+        "$(cwd)",
+    ] {
+        fs::write(&path, xacro(&format!("<material name=\"{secret}\"/>"))).unwrap();
+        assert!(
+            Robot::load_with(&path, &LoadOptions::default()).is_ok(),
+            "{secret}"
+        );
+        let refused = Robot::load_with(&path, &confined(folder.path())).unwrap_err();
+        assert!(
+            refused
+                .to_string()
+                .contains("where only some files may be read"),
+            "{refused}"
+        );
+    }
 }
 
 #[test]

@@ -136,26 +136,60 @@ pub struct RobotFault {
     source_code: Option<NamedSource<String>>,
     #[label("here")]
     span: Option<SourceSpan>,
+    /// What else is wrong with the file.
+    #[related]
+    pub others: Vec<RobotFault>,
 }
 
-impl From<RobotError> for Error {
-    fn from(fault: RobotError) -> Self {
+impl RobotFault {
+    fn new(fault: RobotError) -> Self {
         // Of a file that is no robot nothing is shown: a scenario of a stranger may name any.
         let is_robot = |text: &&str| match fault.fault() {
             Fault::Toml { .. } => text.contains("wheel"),
-            _ => text.contains("<robot"),
+            _ => ["<robot", "<sdf", "<mujoco"]
+                .iter()
+                .any(|tag| text.contains(tag)),
         };
         let text = fault.text().filter(is_robot).map(str::to_owned);
-        Self::Robot(Box::new(RobotFault {
+        Self {
             help: fault.help(),
             source_code: text.map(|text| NamedSource::new(fault.file(), text)),
             span: fault.place().map(|place| place.bytes.clone().into()),
             fault,
-        }))
+            others: Vec::new(),
+        }
+    }
+}
+
+impl From<RobotError> for Error {
+    fn from(fault: RobotError) -> Self {
+        let others = fault.others().to_vec();
+        Self::of_robot(std::iter::once(fault).chain(others), &[])
     }
 }
 
 impl Error {
+    /// Faults of a robot's file, and what would do about all of them.
+    pub(crate) fn of_robot(
+        faults: impl IntoIterator<Item = RobotError>,
+        closing: &[String],
+    ) -> Self {
+        let mut faults = faults.into_iter().map(RobotFault::new);
+        let Some(mut first) = faults.next() else {
+            return Self::invalid("the robot's file cannot be used", "");
+        };
+        first.others = faults.collect();
+        // What would do about all of them is said last.
+        let last = first
+            .others
+            .last_mut()
+            .map_or(&mut first.help, |last| &mut last.help);
+        for line in closing {
+            *last = format!("{last}; {line}");
+        }
+        Self::Robot(Box::new(first))
+    }
+
     pub(crate) fn read(path: &Path, fault: &ReadError) -> Self {
         let from = std::env::current_dir().unwrap_or_default();
         let (reason, help) = match fault {

@@ -33,7 +33,7 @@ pub struct Inspection {
     /// The outline of each wheel as its file models it, beside the wheel that was fitted to it; empty where rollers were
     /// put in.
     pub outlines: Vec<WheelOutline>,
-    /// What of the file was ignored, mended, assumed or doubted.
+    /// What of the file was ignored, repaired, assumed or doubted.
     pub remarks: Vec<String>,
 }
 

@@ -32,6 +32,7 @@ pub mod drawing;
 mod error;
 pub mod inspect;
 pub mod judge;
+mod remedy;
 pub mod report;
 pub mod scenario;
 pub mod simulate;

@@ -123,7 +123,7 @@ fn a_missing_robot() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robbot.urdf: cannot be read: No such file or directory (os error 2)",
+            "robbot.urdf: cannot be read: there is no such file",
             None,
             "give the path of a file that exists and may be read",
         )
@@ -245,7 +245,7 @@ fn a_missing_inertia() {
         told(
             "robot.urdf:26: link `wheel_1_link`, `<inertial>`: the element `<inertia>` is missing",
             "robot.urdf:26:5",
-            "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12. Or let it be mended: `--mend`, or `mend = true` in a scenario's `[robot]`, takes that of a ball",
+            "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; for a solid box of mass m, ixx = m (y^2 + z^2) / 12; this works, in `[robot]`: `repair = true`",
         )
     );
 }
@@ -263,7 +263,7 @@ fn fewer_than_three_wheels() {
         told(
             "robot.urdf:443: joint `wheel_3`: carries 8 passive rollers, but does not turn; without it the robot has 2 wheel(s), but moving freely in the plane takes three",
             "robot.urdf:443:3",
-            "make the joint `continuous`, with the hub's axis",
+            "make the joint `continuous`, with the hub's axis; this works, in `[robot]`: `repair = true`",
         )
     );
 }
@@ -327,7 +327,7 @@ fn a_wheel_whose_rollers_have_gaps() {
         told(
             "robot.urdf:230: joint `wheel_2`: the rollers leave gaps of up to 45.00 deg, 12.5 % of the turn, over which the wheel falls between them",
             "robot.urdf:230:3",
-            "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma). Or let it be mended: `--mend`, or `mend = true` in a scenario's `[robot]`, makes them so long; or take the gaps as they are: `--as-modelled`, or `rollers = \"as_modelled\"` there",
+            "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma); this works, in `[robot]`: `rollers = \"as_modelled\"`",
         )
     );
 }

@@ -216,7 +216,7 @@ fn the_scenario_schema_refuses_what_rollers_cannot_be() {
             "robot.wheels.gamma.y_deg=45",
             "unknown key `robot.wheels.gamma.y_deg`",
         ),
-        ("robot.mend=perhaps", "`robot.mend` is a text"),
+        ("robot.repair=perhaps", "`robot.repair` is a text"),
         ("robot.rollers=round", "`robot.rollers` cannot be \"round\""),
     ] {
         bench.write("scenarios/sideways.toml", SIDEWAYS);
@@ -227,7 +227,7 @@ fn the_scenario_schema_refuses_what_rollers_cannot_be() {
 }
 
 #[test]
-fn what_was_mended_for_a_scenario_is_told() {
+fn what_was_repaired_for_a_scenario_is_said() {
     let bench = Bench::new();
     let impossible = base(CYLINDER).replace("izz=\"0.15\"", "izz=\"15\"");
     bench.write("robots/base.urdf", &impossible);
@@ -238,7 +238,7 @@ fn what_was_mended_for_a_scenario_is_told() {
         bench.ilon(&arguments)
     };
     assert_eq!(run(&[]).status.code(), Some(2));
-    let mended = run(&["--set", "robot.mend=true"]);
-    assert!(mended.status.success(), "{}", err(&mended));
-    assert!(err(&mended).contains("mended"), "{}", err(&mended));
+    let repaired = run(&["--set", "robot.repair=true"]);
+    assert!(repaired.status.success(), "{}", err(&repaired));
+    assert!(err(&repaired).contains("repaired"), "{}", err(&repaired));
 }

@@ -6,6 +6,7 @@ use ilon_robot::Robot;
 use ilon_trace::file::write_text;
 
 use super::escape::one_line;
+use super::robot::Sources;
 use super::table::Table;
 use super::{Outcome, claim, say};
 use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
@@ -39,9 +40,11 @@ together over wall clock, the best stretch. Here other work on the machine count
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_MEASURED, after_help = "`--help` tells what is measured, and how.")]
 pub(super) struct Arguments {
-    /// A robot: `mecanum4`, `volksbot`, or a file (URDF or xacro); may be given several times [default: both].
+    /// A robot: `mecanum4`, `volksbot`, or a file (URDF, xacro, SDF, MJCF, or a description in TOML); may be given several times [default: both].
     #[arg(long = "robot", value_name = "NAME|FILE")]
     robots: Vec<String>,
+    #[command(flatten)]
+    sources: Sources,
     /// Which rollers have their shapes in the world: `all`, or those `near` the ground [default: both].
     #[arg(long, value_name = "all|near", value_parser = roller_bodies)]
     rollers: Option<RollerBodies>,
@@ -118,7 +121,7 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
         options.robots = arguments
             .robots
             .iter()
-            .map(|name| robot(name))
+            .map(|name| robot(name, &arguments.sources))
             .collect::<Result<_, Error>>()?;
     }
     for (index, (name, _)) in options.robots.iter().enumerate() {
@@ -166,7 +169,7 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
 }
 
 /// A built-in robot, or one from a file.
-fn robot(name: &str) -> Result<(String, Robot), Error> {
+fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Error> {
     if ROBOTS.iter().any(|(known, _)| *known == name) {
         return Ok((name.to_owned(), Options::built_in(name)?));
     }
@@ -180,7 +183,7 @@ fn robot(name: &str) -> Result<(String, Robot), Error> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     // `base.urdf.xacro` is called `base`.
     let stem = stem.split('.').next().unwrap_or_default().to_owned();
-    Ok((stem, Robot::load(path)?))
+    Ok((stem, Robot::load_with(path, &sources.options())?.robot))
 }
 
 fn roller_bodies(text: &str) -> Result<RollerBodies, String> {

@@ -17,6 +17,9 @@ const AT_FAULT: usize = 120;
 /// Lines shown before and after the one at fault.
 const CONTEXT_LINES: usize = 1;
 
+/// Most faults that are shown of one file.
+const MOST_RELATED: usize = 20;
+
 /// Shows a fault to whoever watches.
 pub(super) fn show(error: Error) {
     install_printer();
@@ -50,6 +53,8 @@ struct Shown {
     message: String,
     help: Option<String>,
     excerpt: Option<Excerpt>,
+    /// What else is wrong.
+    related: Vec<Shown>,
 }
 
 impl Shown {
@@ -62,7 +67,26 @@ impl Shown {
             excerpt: label
                 .zip(error.source_code())
                 .and_then(|(label, source)| Excerpt::of(source, &label)),
+            related: Self::related_to(error),
         }
+    }
+
+    /// What else is wrong: the first faults and the last, whose help says what would do about all of them.
+    fn related_to(error: &dyn Diagnostic) -> Vec<Self> {
+        let all: Vec<&dyn Diagnostic> = error.related().into_iter().flatten().collect();
+        let left_out = all.len().saturating_sub(MOST_RELATED);
+        if left_out == 0 {
+            return all.into_iter().map(Self::of).collect();
+        }
+        let first = all[..MOST_RELATED - 1].iter().copied().map(Self::of);
+        let between = Self {
+            message: format!("{left_out} more faults are not shown"),
+            help: None,
+            excerpt: None,
+            related: Vec::new(),
+        };
+        let last = all.last().copied().map(Self::of);
+        first.chain([between]).chain(last).collect()
     }
 }
 
@@ -81,6 +105,11 @@ impl Diagnostic for Shown {
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as _)
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        let related = self.related.iter();
+        Some(Box::new(related.map(|shown| shown as &dyn Diagnostic)))
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Writes the URDF.
+/// Writes the URDF, if it is one that can be read.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let spec = Spec::load(&arguments.spec)?;
     let urdf = ilon_robot::generate(&spec)?;

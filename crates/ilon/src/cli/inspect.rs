@@ -3,122 +3,72 @@
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
-use ilon_robot::{Handedness, LoadOptions, Package, Robot, RollerForms, WheelOptions};
+use ilon_robot::Robot;
 
 use super::escape::one_line;
+use super::robot::Reading;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, say};
+use super::{Outcome, Sandbox, claim, gallery, say};
 use crate::inspect::Inspection;
+use crate::remedy::{self, Words};
 use crate::{Error, drawing};
 
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The robot's URDF.
+    /// The robot's file: URDF, xacro, SDF, MJCF, or a description in TOML; with `--html`, a folder of them too.
     robot: PathBuf,
-    /// The folder of a ROS package, for meshes at `package://NAME/...`; may be given several times.
-    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
-    packages: Vec<Package>,
-    /// Mend what is safe to mend in the file, and say what.
-    #[arg(long)]
-    mend: bool,
-    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
-    /// between rollers are no fault then.
-    #[arg(long)]
-    as_modelled: bool,
     #[command(flatten)]
-    wheels: Wheels,
+    reading: Reading,
     #[command(flatten)]
     sandbox: Sandbox,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
+    /// Write the URDF that was read: expanded, converted and repaired.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    urdf: Option<PathBuf>,
+    /// Show the robots of a folder and below side by side on one offline page: each from above, what it can do, and why a
+    /// file is refused.
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["svg", "urdf", "json"])]
+    html: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
-/// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command line.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Rollers for wheels that have none in the file")]
-struct Wheels {
-    /// Put this many rollers on each wheel.
-    #[arg(long, value_name = "N", requires = "gamma")]
-    rollers: Option<usize>,
-    /// Their angle gamma in the usual X of mecanum wheels, such as 45; the sign of each follows from its wheel's place.
-    #[arg(long, value_name = "DEG", group = "gamma", requires = "rollers")]
-    gamma_x_deg: Option<f64>,
-    /// Their angle gamma: one number for all wheels, such as 0 for omni wheels, or one for each, with its sign.
-    #[arg(
-        long,
-        value_name = "DEG,..",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        group = "gamma",
-        requires = "rollers"
-    )]
-    gamma_deg: Vec<f64>,
-    /// The wheels' joints; without it every turning joint on a level axis with nothing turning above or below it.
-    #[arg(
-        long,
-        value_name = "JOINT,..",
-        value_delimiter = ',',
-        requires = "rollers"
-    )]
-    wheels: Vec<String>,
-    /// The wheels' radius; without it, that of their collision geometry.
-    #[arg(long, value_name = "M", requires = "rollers")]
-    wheel_radius_m: Option<f64>,
-    /// The rollers' largest radius; without it, a fifth of the wheel's, or as much more as it takes to reach the
-    /// neighbours.
-    #[arg(long, value_name = "M", requires = "rollers")]
-    roller_radius_m: Option<f64>,
-    /// Mass of one roller, taken from the wheel's; without it, that of solid rubber.
-    #[arg(long, value_name = "KG", requires = "rollers")]
-    roller_mass_kg: Option<f64>,
-}
-
-impl Wheels {
-    /// The rollers asked for, if any are.
-    fn options(&self) -> Option<WheelOptions> {
-        let rollers = self.rollers?;
-        let gamma = match (self.gamma_x_deg, self.gamma_deg.as_slice()) {
-            (Some(gamma_deg), _) => Handedness::XDeg(gamma_deg),
-            (None, [gamma_deg]) => Handedness::AllDeg(*gamma_deg),
-            (None, gammas_deg) => Handedness::EachDeg(gammas_deg.to_vec()),
-        };
-        Some(WheelOptions {
-            joints: self.wheels.clone(),
-            gamma,
-            rollers,
-            radius_m: self.wheel_radius_m,
-            roller_radius_m: self.roller_radius_m,
-            roller_mass_kg: self.roller_mass_kg,
-            damping_n_m_s: 0.0,
-            friction_n_m: 0.0,
-        })
-    }
-}
-
-/// Prints the robot; one that cannot be controlled is printed too, and then told of as bad input.
+/// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let options = LoadOptions {
-        packages: arguments.packages.clone(),
-        mend: arguments.mend,
-        rollers: if arguments.as_modelled {
-            RollerForms::AsModelled
-        } else {
-            RollerForms::Barrel
-        },
-        wheels: arguments.wheels.options(),
-        files: arguments.sandbox.files()?,
+    let path = &arguments.robot;
+    let mut options = arguments.reading.options();
+    options.files = arguments.sandbox.files()?;
+    let claimed = |out: &Option<PathBuf>, flag| {
+        let claim = |out: &PathBuf| claim::file(out, flag, std::slice::from_ref(path));
+        out.as_ref().map(claim).transpose()
     };
-    let claim_svg = |path| claim::file(path, "--svg", std::slice::from_ref(&arguments.robot));
-    let _claim = arguments.svg.as_deref().map(claim_svg).transpose()?;
-    let loaded = Robot::load_with(&arguments.robot, &options)?;
+    let _svg = claimed(&arguments.svg, "--svg")?;
+    let _urdf = claimed(&arguments.urdf, "--urdf")?;
+    let _html = claimed(&arguments.html, "--html")?;
+    if let Some(html) = &arguments.html {
+        return gallery::run(path, &options, &arguments.sandbox.words(), html);
+    }
+    if path.is_dir() {
+        return Err(Error::usage(
+            format!("`{}` is a folder", path.display()),
+            "name the file of a robot, or see all of the folder side by side with `--html FILE`",
+        ));
+    }
+    let loaded = Robot::load_with(path, &options).map_err(|fault| {
+        let robot = remedy::shell(&path.display().to_string());
+        let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());
+        remedy::diagnosed(fault, path, &options, &Words::Flags { command })
+    })?;
     let inspection = Inspection::of_loaded(&loaded)?;
-    if let Some(path) = &arguments.svg {
-        ilon_trace::file::write_text(path, &drawing::svg(&loaded.robot))?;
+    if let Some(svg) = &arguments.svg {
+        ilon_trace::file::write_text(svg, &drawing::svg(&loaded.robot))?;
+    }
+    if let Some(urdf) = &arguments.urdf {
+        ilon_trace::file::write_text(urdf, &loaded.urdf)?;
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
@@ -135,27 +85,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-fn package(text: &str) -> Result<Package, String> {
-    match text.split_once('=') {
-        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => Ok(Package {
-            name: name.to_owned(),
-            folder: PathBuf::from(folder),
-        }),
-        _ => Err("write NAME=DIR, such as my_robot=../my_robot".to_owned()),
-    }
-}
-
 /// The wheels as the file's own collision geometry would roll.
 fn as_modelled(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
-        "wheels as modelled: radii fitted, mean, of rolling and at the peak, error of the outline, ripple, all in mm; gaps \
-         and overlaps in % of a turn; depth of overlaps in mm",
+        "wheels as modelled: radii fitted, mean, of rolling and at the peak, error of the outline, ripple; share of \
+         a turn on bridges between rollers, and how deep it is below them; overlap of rollers in % of a turn, and how deep it is. \
+         Lengths in mm, shares in %",
     );
     columns(
         &mut table,
         &[
-            "fitted", "mean", "rolling", "peak", "error", "ripple", "gaps", "overlaps", "depth",
+            "fitted", "mean", "rolling", "peak", "error", "ripple", "bridged", "hollow", "overlap",
+            "depth",
         ],
     );
     for outline in &robot.outlines {
@@ -171,6 +113,7 @@ fn as_modelled(robot: &Inspection) -> Table {
                 mm(outline.outline_error_m, 3),
                 mm(outline.ripple_m, 3),
                 percent(outline.gap_share),
+                mm(outline.gap_depth_m, 2),
                 percent(outline.overlap_share),
                 mm(outline.overlap_depth_m, 2),
             ],

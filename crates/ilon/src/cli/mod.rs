@@ -6,10 +6,12 @@ mod claim;
 mod compare;
 mod escape;
 mod fault;
+mod gallery;
 mod generate;
 mod inspect;
 mod output;
 mod progress;
+mod robot;
 mod run;
 mod say;
 mod schema;
@@ -75,12 +77,19 @@ struct Settings {
 #[derive(Clone, Debug, clap::Args)]
 struct Sandbox {
     /// Read no scenario, robot, mesh or file of waypoints outside of this folder, whatever the files name; may be given
-    /// several times. Links are followed first. xacro files are not expanded.
+    /// several times. Links are followed first. xacro files see nothing of the environment.
     #[arg(long = "sandbox", value_name = "DIR")]
     folders: Vec<PathBuf>,
 }
 
 impl Sandbox {
+    /// The flags of it, each after a space.
+    fn words(&self) -> String {
+        let word = |folder: &PathBuf| crate::remedy::shell(&folder.display().to_string());
+        let flag = |folder| format!(" --sandbox {}", word(folder));
+        self.folders.iter().map(flag).collect()
+    }
+
     /// Which files may be read.
     fn files(&self) -> Result<FileAccess, Error> {
         if self.folders.is_empty() {

@@ -9,6 +9,7 @@ pub mod design;
 pub mod difference;
 mod figure;
 mod figures;
+pub mod gallery;
 mod gathered;
 mod page;
 #[cfg(test)]

@@ -97,7 +97,9 @@ pub(super) fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&
         html.push_str("</section>\n");
     }
     let _ = write!(html, "</main>\n<footer>{footer}</footer>\n");
-    html.push_str(&plotly_script());
+    if html.contains("data-figure=") {
+        html.push_str(&plotly_script());
+    }
     for script in [SCRIPT].iter().chain(scripts) {
         let _ = write!(html, "\n<script>\n{script}</script>");
     }

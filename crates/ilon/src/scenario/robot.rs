@@ -30,14 +30,34 @@ pub struct Robot {
     /// What the rollers touch the ground with.
     #[serde(default)]
     pub rollers: Rollers,
-    /// Whether what can be mended safely in the robot's file is mended, each change being told of: missing and impossible
-    /// inertias, elements that stand twice, gaps between rollers.
+    /// Whether what can be repaired safely in the robot's file is repaired, and each change reported: missing and impossible
+    /// masses and inertias, names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do
+    /// not turn.
     #[serde(default)]
-    pub mend: bool,
+    pub repair: bool,
+    /// Density of a part of which the file says only the size or only the mass, for repairs, in kg/m^3 [default: 1500].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub density_kg_m3: Option<f64>,
+    /// Whether what the robot's file names and is not there is left out, and reported: files that a xacro file includes, with
+    /// the macros that they would define, and links that then hang by nothing.
+    #[serde(default)]
+    pub leave_out_missing: bool,
+    /// Values of the arguments of a xacro file, `NAME = VALUE`; those left out have their defaults.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub args: BTreeMap<String, Argument>,
+    /// Whether wheels without rollers are given some where the robot's file says which they are: by directions of friction, a
+    /// drive plug-in, axes on which plain wheels could not roll, or what it calls them.
+    #[serde(default = "yes")]
+    pub infer_rollers: bool,
     /// Folders of the ROS packages in which meshes lie: `NAME = "DIR"` for `package://NAME/mesh.stl`, relative to the
     /// scenario file. A package that is not given is looked for in the folders above the robot's file, by its name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, PathBuf>,
+    /// The radius of wheels whose geometry does not show it, or cannot be read, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_radius_m: Option<f64>,
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
@@ -50,15 +70,51 @@ impl Robot {
             name: name.clone(),
             folder: folder.join(dir),
         };
-        LoadOptions {
-            packages: self.packages.iter().map(package).collect(),
-            mend: self.mend,
-            rollers: match self.rollers {
-                Rollers::Barrel => RollerForms::Barrel,
-                Rollers::AsModelled => RollerForms::AsModelled,
-            },
-            wheels: self.wheels.as_ref().map(Wheels::options),
-            files: files.clone(),
+        let mut options = LoadOptions::default();
+        options.files = files.clone();
+        options.packages = self.packages.iter().map(package).collect();
+        let argument = |(name, value): (&String, &Argument)| (name.clone(), value.to_string());
+        options.arguments = self.args.iter().map(argument).collect();
+        options.leave_out_missing = self.leave_out_missing;
+        options.repair = self.repair;
+        options.density_kg_m3 = self.density_kg_m3;
+        options.rollers = match self.rollers {
+            Rollers::Barrel => RollerForms::Barrel,
+            Rollers::AsModelled => RollerForms::AsModelled,
+        };
+        options.wheel_radius_m = self.wheel_radius_m;
+        options.infer_rollers = self.infer_rollers;
+        options.wheels = self.wheels.as_ref().map(Wheels::options);
+        options
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The value of a xacro file's argument.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Argument {
+    /// `true` or `false`.
+    Truth(bool),
+    /// A whole number.
+    Whole(i64),
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(String),
+}
+
+impl std::fmt::Display for Argument {
+    /// As xacro takes it on its command line.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Truth(truth) => truth.fmt(f),
+            Self::Whole(number) => number.fmt(f),
+            Self::Number(number) => number.fmt(f),
+            Self::Text(text) => text.fmt(f),
         }
     }
 }
@@ -68,16 +124,13 @@ impl Robot {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotWheelsSection")]
 pub struct Wheels {
-    /// The wheels' joints. Left out: every turning joint on a level axis with nothing turning above or below it.
+    /// The wheels' joints, of whatever type. Left out: every turning joint on a level axis that stands on the common floor, with
+    /// nothing turning above or below it.
     #[serde(default)]
     pub joints: Vec<String>,
     /// How many rollers each wheel carries.
     #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
-    /// The wheels' radius, in metres; left out, it is taken from their collision geometry.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub radius_m: Option<f64>,
     /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
     /// the neighbours.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -104,8 +157,8 @@ pub struct Wheels {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Gamma {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X; the sign of each follows from its place. All hub axes must lie
-    /// along y.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X; the sign of each follows from its place. All hub axes must be
+    /// parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),
@@ -118,27 +171,23 @@ impl Wheels {
         let Self {
             joints,
             rollers,
-            radius_m,
             roller_radius_m,
             roller_mass_kg,
             damping_n_m_s,
             friction_n_m,
             gamma,
         } = self.clone();
-        WheelOptions {
-            joints,
-            gamma: match gamma {
-                Gamma::XDeg(gamma_deg) => Handedness::XDeg(gamma_deg),
-                Gamma::AllDeg(gamma_deg) => Handedness::AllDeg(gamma_deg),
-                Gamma::EachDeg(gammas_deg) => Handedness::EachDeg(gammas_deg),
-            },
-            rollers,
-            radius_m,
-            roller_radius_m,
-            roller_mass_kg,
-            damping_n_m_s,
-            friction_n_m,
-        }
+        let gamma = match gamma {
+            Gamma::XDeg(gamma_deg) => Handedness::XDeg(gamma_deg),
+            Gamma::AllDeg(gamma_deg) => Handedness::AllDeg(gamma_deg),
+            Gamma::EachDeg(gammas_deg) => Handedness::EachDeg(gammas_deg),
+        };
+        let mut options = WheelOptions::new(rollers, gamma).on(joints);
+        options.roller_radius_m = roller_radius_m;
+        options.roller_mass_kg = roller_mass_kg;
+        options.damping_n_m_s = damping_n_m_s;
+        options.friction_n_m = friction_n_m;
+        options
     }
 }
 

@@ -1,5 +1,6 @@
 //! `[wheel_loop]` and `[motors]`: from wheel rates asked for to torques.
 
+use ilon_robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -94,6 +95,37 @@ pub struct Motors {
     /// The torque-speed curve of a direct-current motor with its gear; without it, only the URDF's limits hold.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc: Option<DcMotor>,
+    /// Turns of a motor's rotor per turn of its wheel; left out, what the robot's file says, or else 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub gear_ratio: Option<f64>,
+    /// Inertia of a motor's rotor about its own axis, before the gear, in kg m^2: the wheel feels gear_ratio^2 times it. Left out,
+    /// what the robot's file says, or else none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub rotor_inertia_kg_m2: Option<f64>,
+    /// Share of a motor's power that leaves its gear; left out, what the robot's file says, or else all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub gear_efficiency: Option<f64>,
+    /// Dry friction of a gear at the wheel, in N m, beside that of the wheel's bearing; left out, what the robot's file says, or
+    /// else none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub gear_friction_n_m: Option<f64>,
+}
+
+impl Motors {
+    /// Puts what is said here of the drives in the place of what the robot's file says of them.
+    pub fn apply(&self, robot: &mut Robot) {
+        for drive in robot.wheels.iter_mut().map(|wheel| &mut wheel.drive) {
+            let set = |value: &mut f64, said: Option<f64>| *value = said.unwrap_or(*value);
+            set(&mut drive.gear_ratio, self.gear_ratio);
+            set(&mut drive.rotor_inertia_kg_m2, self.rotor_inertia_kg_m2);
+            set(&mut drive.gear_efficiency, self.gear_efficiency);
+            set(&mut drive.gear_friction_n_m, self.gear_friction_n_m);
+        }
+    }
 }
 
 /// A direct-current motor at the wheel: its torque falls linearly with its rate.
@@ -107,4 +139,26 @@ pub struct DcMotor {
     /// Rate without load, at the wheel, in rad/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub no_load_rate_rad_s: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOT: &str = "../../assets/robots/volksbot.toml";
+
+    #[test]
+    fn what_a_scenario_says_of_the_drives_stands_before_what_the_file_says() {
+        let mut robot = Robot::load(ROBOT).unwrap();
+        robot.wheels[0].drive.gear_ratio = 12.0;
+        robot.wheels[0].drive.gear_efficiency = 0.7;
+        let motors: Motors =
+            toml::from_str("rotor_inertia_kg_m2 = 1e-6\ngear_efficiency = 0.9").unwrap();
+        motors.apply(&mut robot);
+        let (first, second) = (robot.wheels[0].drive, robot.wheels[1].drive);
+        assert_eq!((first.gear_ratio, second.gear_ratio), (12.0, 1.0));
+        assert_eq!((first.gear_efficiency, second.gear_efficiency), (0.9, 0.9));
+        // 144 times 1e-6 kg m^2.
+        assert!((first.reflected_inertia_kg_m2() - 1.44e-4).abs() < 1e-18);
+    }
 }

@@ -26,6 +26,7 @@ pub use sensors::Seen;
 
 pub(crate) use clock::CpuTime;
 
+use crate::remedy;
 use crate::scenario::{Motion, RollerBodies, Scenario, Step};
 use crate::{Error, judge};
 use clock::Clock;
@@ -368,8 +369,19 @@ fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
-    let loaded = Robot::load_with(scenario.resolve(&scenario.robot.file), &options)?;
-    Ok(loaded.robot)
+    let path = scenario.resolve(&scenario.robot.file);
+    match Robot::load_with(&path, &options) {
+        Ok(mut loaded) => {
+            scenario.motors.apply(&mut loaded.robot);
+            Ok(loaded.robot)
+        }
+        Err(fault) => Err(remedy::diagnosed(
+            fault,
+            &path,
+            &options,
+            &remedy::Words::Keys,
+        )),
+    }
 }
 
 /// The solver of a scenario, with its defaults written into the scenario.

@@ -90,7 +90,7 @@ pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use ilon_trace::WheelSlip;
+    use ilon_trace::slip::WheelSlip;
 
     use super::*;
 

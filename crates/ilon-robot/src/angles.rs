@@ -1,0 +1,20 @@
+//! Rotations as the angles in which URDF writes them.
+
+use nalgebra::Rotation3;
+
+/// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
+/// pitch of 90 degrees, where the roller that points down stands; here yaw is taken first and undone, which loses none.
+pub(crate) fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
+    let m = rotation.matrix();
+    // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
+    let upright = libm::hypot(m[(0, 0)], m[(1, 0)]) < 1e-9;
+    let yaw = if upright {
+        0.0
+    } else {
+        libm::atan2(m[(1, 0)], m[(0, 0)])
+    };
+    let (s, c) = libm::sincos(yaw);
+    let pitch = libm::atan2(-m[(2, 0)], c * m[(0, 0)] + s * m[(1, 0)]);
+    let roll = libm::atan2(s * m[(0, 2)] - c * m[(1, 2)], c * m[(1, 1)] - s * m[(0, 1)]);
+    [roll, pitch, yaw]
+}

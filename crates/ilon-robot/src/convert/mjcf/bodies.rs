@@ -1,0 +1,272 @@
+//! Bodies and their joints, written as links and joints.
+
+use std::f64::consts::TAU;
+
+use mjcf_rs::compiler::InertiaFromGeom;
+use mjcf_rs::{body as mj, extras};
+use nalgebra::{Isometry3, Translation3, Vector3};
+
+use super::geoms::{Weight, shapes_of, tensor, weight_of};
+use super::{Robot, pose};
+use crate::convert::writer::{JointOf, Writer};
+use crate::error::{Fault, RobotError};
+use crate::model::{DriveTrain, Remark};
+use crate::urdf::Prepared;
+
+/// The URDF of a robot that stands in a text.
+pub(super) fn written(robot: &Robot, text: &str) -> Result<Prepared, RobotError> {
+    let name = robot.model.name.as_deref().unwrap_or("mujoco");
+    let mut bodies = Bodies {
+        robot,
+        writer: Writer::new(robot.file, text, name, robot.root_node),
+        prepared: Prepared::as_it_is(robot.file, ""),
+    };
+    let mut waiting = vec![(robot.root, None)];
+    while let Some((id, above)) = waiting.pop() {
+        let link_from_body = bodies.body(id, above)?;
+        let children = robot.below[id].iter().rev();
+        waiting.extend(children.map(|child| (*child, Some((id, link_from_body)))));
+    }
+    let (urdf, origins) = bodies.writer.finish();
+    Ok(Prepared {
+        text: urdf.into(),
+        origins,
+        ..bodies.prepared
+    })
+}
+
+/// What is written of a robot's bodies.
+struct Bodies<'r, 'a, 'i> {
+    robot: &'r Robot<'a, 'i>,
+    writer: Writer,
+    prepared: Prepared,
+}
+
+/// Where a joint stands.
+struct Between<'n> {
+    name: String,
+    parent: &'n str,
+    child: &'n str,
+    parent_from_joint: Isometry3<f64>,
+}
+
+impl<'a, 'i> Bodies<'_, 'a, 'i> {
+    /// Writes a body with its joints; returns the body's frame in that of its link.
+    ///
+    /// `above` is the body that holds it, with that one's frame in the frame of its link.
+    fn body(
+        &mut self,
+        id: usize,
+        above: Option<(usize, Isometry3<f64>)>,
+    ) -> Result<Isometry3<f64>, RobotError> {
+        let body = &self.robot.model.bodies[id].body;
+        let link_from_body = match above {
+            Some((parent, link_from_parent)) => {
+                let parent_from_body = link_from_parent * pose(&body.pose);
+                self.joints(id, self.robot.name(parent), parent_from_body)?
+            }
+            None => {
+                if !body.joints.is_empty() {
+                    self.remark(id, "its joints to the world are not read");
+                }
+                Isometry3::identity()
+            }
+        };
+        let name = self.robot.name(id);
+        self.writer.begin_link(&name, self.robot.node(id));
+        self.mass(id, &link_from_body)?;
+        self.shapes(id, &link_from_body);
+        self.writer.end_link();
+        Ok(link_from_body)
+    }
+
+    /// Writes the chain of joints that holds a body; returns the body's frame in that of the last, which is its link's.
+    fn joints(
+        &mut self,
+        id: usize,
+        mut parent: String,
+        mut parent_from_body: Isometry3<f64>,
+    ) -> Result<Isometry3<f64>, RobotError> {
+        let body = &self.robot.model.bodies[id].body;
+        let (name, node) = (self.robot.name(id), self.robot.node(id));
+        let mut link_from_body = Isometry3::identity();
+        for (i, joint) in body.joints.iter().enumerate() {
+            let body_from_joint = Isometry3::from(Translation3::from(joint.pos));
+            let child = if i + 1 == body.joints.len() {
+                name.clone()
+            } else {
+                // Between two joints of one body there is nothing.
+                let between = format!("{name}_{}", i + 1);
+                self.writer.begin_link(&between, node);
+                self.writer.end_link();
+                between
+            };
+            let otherwise = match i {
+                0 => format!("{name}_joint"),
+                _ => format!("{name}_joint_{}", i + 1),
+            };
+            self.joint(
+                id,
+                joint,
+                Between {
+                    name: joint.name.clone().unwrap_or(otherwise),
+                    parent: &parent,
+                    child: &child,
+                    parent_from_joint: parent_from_body * body_from_joint,
+                },
+            )?;
+            link_from_body = body_from_joint.inverse();
+            parent_from_body = link_from_body;
+            parent = child;
+        }
+        if body.joints.is_empty() {
+            self.writer
+                .joint(node, &fixed(&name, &parent, parent_from_body));
+        }
+        Ok(link_from_body)
+    }
+
+    fn joint(&mut self, id: usize, joint: &mj::Joint, between: Between) -> Result<(), RobotError> {
+        let limited = joint
+            .limited
+            .resolve(self.robot.model.compiler.autolimits, joint.range.is_some());
+        let range = joint.range.filter(|_| limited);
+        let turns = range.is_none_or(|[lower, upper]| upper - lower >= TAU);
+        let kind = match joint.type_ {
+            mj::JointType::Hinge if turns => "continuous",
+            mj::JointType::Hinge => "revolute",
+            mj::JointType::Slide => "prismatic",
+            mj::JointType::Ball => "spherical",
+            mj::JointType::Free => {
+                let name = self.robot.name(id);
+                return Err(self.fault(format!("the body `{name}` is free within the robot")));
+            }
+        };
+        if joint.armature > 0.0 {
+            // MuJoCo adds the armature at the joint: a rotor without a gear.
+            let drive = DriveTrain {
+                rotor_inertia_kg_m2: joint.armature,
+                ..DriveTrain::default()
+            };
+            self.prepared.drives.insert(between.name.clone(), drive);
+        }
+        let (effort, velocity) = self.limits(joint.name.as_deref());
+        let written = JointOf {
+            name: &between.name,
+            kind,
+            parent: between.parent,
+            child: between.child,
+            parent_from_joint: between.parent_from_joint,
+            axis: Vector3::from(joint.axis),
+            range: range.filter(|_| kind != "continuous"),
+            effort,
+            velocity,
+            damping: joint.damping.max(0.0),
+            friction: joint.frictionloss.max(0.0),
+        };
+        self.writer.joint(self.robot.node(id), &written);
+        Ok(())
+    }
+
+    /// The largest torque and rate that the actuators of a joint give it.
+    fn limits(&self, joint: Option<&str>) -> (Option<f64>, Option<f64>) {
+        let of_joint =
+            |actuator: &&extras::Actuator| joint.is_some() && actuator.joint.as_deref() == joint;
+        let Some(actuator) = self.robot.model.actuators.iter().find(of_joint) else {
+            return (None, None);
+        };
+        let gear = actuator.gear[0].abs();
+        let largest = |range: Option<[f64; 2]>| {
+            let [lower, upper] = range?;
+            Some(lower.abs().max(upper.abs())).filter(|x| x.is_finite() && *x > 0.0)
+        };
+        let force = largest(actuator.force_range).map(|force| force * gear);
+        let control = largest(actuator.ctrl_range);
+        let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
+        match actuator.kind {
+            extras::ActuatorKind::Motor => (positive(force.or(control.map(|c| c * gear))), None),
+            extras::ActuatorKind::Velocity => {
+                (positive(force), positive(control.map(|c| c / gear)))
+            }
+            _ => (positive(force), None),
+        }
+    }
+
+    /// Writes what a body weighs: what its file says, or else what its geoms weigh.
+    fn mass(&mut self, id: usize, link_from_body: &Isometry3<f64>) -> Result<(), RobotError> {
+        let (body, node) = (&self.robot.model.bodies[id].body, self.robot.node(id));
+        let of_geoms = self.robot.model.compiler.inertia_from_geom;
+        let said = body
+            .inertial
+            .as_ref()
+            .filter(|_| of_geoms != InertiaFromGeom::True);
+        if let Some(inertial) = said {
+            let place = link_from_body * pose(&inertial.pose);
+            let inertia = tensor(&inertial.inertia);
+            self.writer
+                .inertial(node, &place, inertial.mass, Some(&inertia));
+        } else if of_geoms != InertiaFromGeom::False {
+            match weight_of(&body.geoms) {
+                Weight::Nothing => {}
+                Weight::Known(mass) => {
+                    let center = Isometry3::from(Translation3::from(mass.center_of_mass_m));
+                    let (place, inertia) = (link_from_body * center, mass.inertia_kg_m2);
+                    self.writer
+                        .inertial(node, &place, mass.mass_kg, Some(&inertia));
+                }
+                Weight::OfMesh => {
+                    let name = self.robot.name(id);
+                    return Err(self.fault(format!(
+                        "the body `{name}` weighs what its meshes weigh, which is not worked out: write its `<inertial>`"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn shapes(&mut self, id: usize, link_from_body: &Isometry3<f64>) {
+        for geom in &self.robot.model.bodies[id].body.geoms {
+            let tag = if geom.contype == 0 && geom.conaffinity == 0 {
+                "visual"
+            } else {
+                "collision"
+            };
+            let place = link_from_body * pose(&geom.pose);
+            match shapes_of(geom, self.robot.model) {
+                Ok(shapes) => {
+                    for (offset, shape) in shapes {
+                        let node = self.robot.node(id);
+                        self.writer.shape(tag, node, &(place * offset), &shape);
+                    }
+                }
+                Err(words) => self.remark(id, words),
+            }
+        }
+    }
+
+    fn remark(&mut self, id: usize, words: &str) {
+        let subject = format!("link `{}`", self.robot.name(id));
+        self.prepared.remarks.push(Remark::new(subject, words));
+    }
+
+    fn fault(&self, reason: String) -> RobotError {
+        RobotError::new(self.robot.file, Fault::Format { reason })
+    }
+}
+
+fn fixed<'n>(child: &'n str, parent: &'n str, parent_from_joint: Isometry3<f64>) -> JointOf<'n> {
+    JointOf {
+        name: child,
+        kind: "fixed",
+        parent,
+        child,
+        parent_from_joint,
+        axis: Vector3::x(),
+        range: None,
+        effort: None,
+        velocity: None,
+        damping: 0.0,
+        friction: 0.0,
+    }
+}

@@ -1,0 +1,169 @@
+//! Geoms: their shapes and masses.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use mjcf_rs::body as mj;
+use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
+
+use super::pose;
+use crate::convert::writer::ShapeOf;
+use crate::model::MassProperties;
+
+/// Balls that stand for an ellipsoid, of which they are the envelope.
+const BALLS: usize = 15;
+/// Density of a geom that says none, in kg/m^3: MuJoCo's own.
+const DENSITY_KG_M3: f64 = 1000.0;
+
+/// Shapes, placed in a frame.
+type Placed = Vec<(Isometry3<f64>, ShapeOf)>;
+
+/// The shapes that stand for a geom, placed in its frame; in words, why it is not read.
+pub(super) fn shapes_of(geom: &mj::Geom, model: &mjcf_rs::Model) -> Result<Placed, &'static str> {
+    let [x, y, z] = geom.size;
+    let here = |shape| Ok(vec![(Isometry3::identity(), shape)]);
+    let positive = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
+    match geom.type_ {
+        mj::GeomType::Sphere if positive(&[x]) => here(ShapeOf::Sphere(x)),
+        mj::GeomType::Box if positive(&[x, y, z]) => {
+            here(ShapeOf::Box(Vector3::new(x, y, z) * 2.0))
+        }
+        mj::GeomType::Cylinder if positive(&[x, y]) => here(ShapeOf::Cylinder {
+            radius: x,
+            length: 2.0 * y,
+        }),
+        mj::GeomType::Capsule if positive(&[x, y]) => here(ShapeOf::Capsule {
+            radius: x,
+            length: 2.0 * y,
+        }),
+        mj::GeomType::Ellipsoid if positive(&[x, y, z]) => ellipsoid([x, y, z])
+            .ok_or("an ellipsoid is not read that is not round across its longest axis"),
+        mj::GeomType::Mesh => match mesh(geom, model) {
+            Some(shape) => here(shape),
+            None => Err("a mesh without a file is not read"),
+        },
+        _ => Err(
+            "a geom is not read: it is neither sphere, box, cylinder, capsule, ellipsoid nor mesh, or has no size",
+        ),
+    }
+}
+
+fn mesh(geom: &mj::Geom, model: &mjcf_rs::Model) -> Option<ShapeOf> {
+    let name = geom.mesh.as_deref()?;
+    let called = |mesh: &&mjcf_rs::assets::Mesh| {
+        let stem = mesh
+            .file
+            .as_deref()
+            .and_then(|f| Path::new(f).file_stem()?.to_str());
+        mesh.name.as_deref().or(stem) == Some(name)
+    };
+    let mesh = model.assets.meshes.iter().find(called)?;
+    let compiler = &model.compiler;
+    let folder = compiler.mesh_dir.as_ref().or(compiler.asset_dir.as_ref());
+    let file = mesh.file.as_deref()?;
+    let file = folder.map_or(file.into(), |folder| Path::new(folder).join(file));
+    Some(ShapeOf::Mesh {
+        file: file.display().to_string(),
+        scale: Vector3::from(mesh.scale),
+    })
+}
+
+/// Balls whose envelope an ellipsoid of revolution is, if it is one that is longer than it is thick.
+///
+/// Of an ellipsoid with the half axes a across and c > a along, the ball at t along the axis that touches it from inside has the
+/// radius a sqrt(1 - t^2 / (c^2 - a^2)), as long as it touches at all: |t| <= c - a^2 / c.
+fn ellipsoid(halves: [f64; 3]) -> Option<Placed> {
+    let along = (0..3).find(|&i| {
+        let (p, q) = (halves[(i + 1) % 3], halves[(i + 2) % 3]);
+        (p - q).abs() < 1e-6 * p.max(q) && halves[i] >= p * (1.0 - 1e-6)
+    })?;
+    let (a, c) = (halves[(along + 1) % 3], halves[along]);
+    if c <= a * (1.0 + 1e-6) {
+        return Some(vec![(Isometry3::identity(), ShapeOf::Sphere(a))]);
+    }
+    let farthest = c - a * a / c;
+    let balls = (0..BALLS).map(|i| {
+        let t = farthest * (2.0 * i as f64 / (BALLS - 1) as f64 - 1.0);
+        let radius = a * (1.0 - t * t / (c * c - a * a)).sqrt();
+        let place = Translation3::from(Vector3::ith(along, t));
+        (Isometry3::from(place), ShapeOf::Sphere(radius))
+    });
+    Some(balls.collect())
+}
+
+/// What geoms weigh together.
+pub(super) enum Weight {
+    Nothing,
+    Known(MassProperties),
+    /// A mesh weighs something, whose volume is not known here.
+    OfMesh,
+}
+
+/// What a body's geoms weigh together, as MuJoCo has it.
+pub(super) fn weight_of(geoms: &[mj::Geom]) -> Weight {
+    let density = |geom: &mj::Geom| geom.density.unwrap_or(DENSITY_KG_M3);
+    let is_heavy_mesh = |geom: &mj::Geom| {
+        matches!(geom.type_, mj::GeomType::Mesh) && geom.mass.unwrap_or(density(geom)) > 0.0
+    };
+    if geoms.iter().any(is_heavy_mesh) {
+        return Weight::OfMesh;
+    }
+    let parts: Vec<MassProperties> = geoms
+        .iter()
+        .filter_map(|geom| {
+            let (volume_m3, unit) = solid(geom)?;
+            let mass_kg = geom.mass.unwrap_or(density(geom) * volume_m3);
+            let own = MassProperties {
+                mass_kg,
+                center_of_mass_m: Vector3::zeros(),
+                inertia_kg_m2: Matrix3::from_diagonal(&(unit * mass_kg)),
+            };
+            (mass_kg > 0.0).then(|| own.moved(&pose(&geom.pose)))
+        })
+        .collect();
+    MassProperties::merged(&parts).map_or(Weight::Nothing, Weight::Known)
+}
+
+/// Volume of a geom, and its moments of inertia for a mass of 1 kg.
+fn solid(geom: &mj::Geom) -> Option<(f64, Vector3<f64>)> {
+    let [x, y, z] = geom.size;
+    let ball = 4.0 / 3.0 * PI;
+    Some(match geom.type_ {
+        mj::GeomType::Sphere => (ball * x.powi(3), Vector3::repeat(0.4 * x * x)),
+        mj::GeomType::Box => (
+            8.0 * x * y * z,
+            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) / 3.0,
+        ),
+        mj::GeomType::Ellipsoid => (
+            ball * x * y * z,
+            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) / 5.0,
+        ),
+        mj::GeomType::Cylinder => {
+            let across = x * x / 4.0 + y * y / 3.0;
+            (
+                2.0 * PI * x * x * y,
+                Vector3::new(across, across, x * x / 2.0),
+            )
+        }
+        mj::GeomType::Capsule => {
+            // A cylinder and the two halves of a ball, whose centres of mass are 3/8 of the radius beyond its ends.
+            let (rod, caps) = (2.0 * PI * x * x * y, ball * x.powi(3));
+            let whole = rod + caps;
+            let across =
+                rod * (x * x / 4.0 + y * y / 3.0) + caps * (0.4 * x * x + y * y + 0.75 * x * y);
+            let axial = rod * x * x / 2.0 + caps * 0.4 * x * x;
+            (whole, Vector3::new(across, across, axial) / whole)
+        }
+        _ => return None,
+    })
+}
+
+/// The matrix of a tensor in words of MuJoCo.
+pub(super) fn tensor(inertia: &mj::InertiaSpec) -> Matrix3<f64> {
+    match inertia {
+        mj::InertiaSpec::Diagonal(moments) => Matrix3::from_diagonal(&Vector3::from(*moments)),
+        mj::InertiaSpec::Full([xx, yy, zz, xy, xz, yz]) => {
+            Matrix3::new(*xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz)
+        }
+    }
+}

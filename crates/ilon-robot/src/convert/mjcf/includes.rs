@@ -1,0 +1,97 @@
+//! What a file includes, and what is refused of it.
+
+use std::path::Path;
+
+use roxmltree::{Document, Node};
+
+use super::of_xml;
+use crate::error::{Fault, RobotError};
+use crate::options::LoadOptions;
+use crate::xml;
+
+/// Most files that one may include, and those include.
+const MOST_INCLUDES: usize = 50;
+/// Longest file that is included, in bytes.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// A file's text with what it includes in the place of each include.
+pub(super) fn put_in(
+    file: &str,
+    text: &str,
+    folder: &Path,
+    options: &LoadOptions,
+) -> Result<String, RobotError> {
+    with_includes(file, text, folder, options, &mut MOST_INCLUDES.clone())
+}
+
+/// The text with what it includes in the place of each include.
+fn with_includes(
+    file: &str,
+    text: &str,
+    folder: &Path,
+    options: &LoadOptions,
+    left: &mut usize,
+) -> Result<String, RobotError> {
+    let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
+    let mut whole = String::new();
+    let mut done = 0;
+    for node in document.descendants().filter(|n| n.has_tag_name("include")) {
+        let fault = |reason: String| {
+            let bytes = xml::opening_tag(text, node);
+            Err(RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes))
+        };
+        let Some(name) = node.attribute("file") else {
+            return fault("an `<include>` names no file".to_owned());
+        };
+        if *left == 0 {
+            return fault(format!("more than {MOST_INCLUDES} files are included"));
+        }
+        *left -= 1;
+        let path = folder.join(name);
+        let included = match options.files.read_text(&path, MAX_BYTES) {
+            Ok(included) => included,
+            Err(reason) => return fault(format!("`{name}` cannot be included: {reason}")),
+        };
+        // Files that are included start from the folder of the first, as in MuJoCo.
+        let name = path.display().to_string();
+        let included = with_includes(&name, &included, folder, options, left)?;
+        let inner = xml::parse(&included).map_err(|fault| of_xml(&name, &included, fault))?;
+        whole.push_str(&text[done..node.range().start]);
+        whole.push_str(inside(&included, inner.root_element()));
+        done = node.range().end;
+    }
+    whole.push_str(&text[done..]);
+    Ok(whole)
+}
+
+/// What stands between an element's tags.
+fn inside<'t>(text: &'t str, node: Node) -> &'t str {
+    let children = || node.children();
+    match (children().next(), children().next_back()) {
+        (Some(first), Some(last)) => &text[first.range().start..last.range().end],
+        _ => "",
+    }
+}
+
+/// Refuses elements that would make bodies which nothing here knows of.
+pub(super) fn refuse_what_is_not_read(
+    file: &str,
+    text: &str,
+    document: &Document,
+) -> Result<(), RobotError> {
+    let tags = ["replicate", "composite", "flexcomp", "attach", "model"];
+    let unread = document
+        .descendants()
+        .find(|n| tags.contains(&n.tag_name().name()) && n.is_element());
+    match unread {
+        None => Ok(()),
+        Some(node) => {
+            let reason = format!(
+                "`<{}>` is not read: save the model from MuJoCo (`mj_saveLastXML`), which writes it out",
+                node.tag_name().name()
+            );
+            let bytes = xml::opening_tag(text, node);
+            Err(RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes))
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Robots of other formats, written as the URDF that they come to: SDF and MJCF.
+//!
+//! Only the robot is read of them: links, joints, masses and shapes. What is written keeps the place that it came from, so that
+//! errors are shown there, and goes the way of any URDF from there on.
+
+mod mjcf;
+mod sdf;
+mod writer;
+
+use crate::error::RobotError;
+use crate::options::LoadOptions;
+use crate::urdf::Prepared;
+
+/// The URDF of a text whose root element is that of another format; `None` where it is not.
+pub(crate) fn converted(
+    root_tag: &str,
+    file: &str,
+    text: &str,
+    options: &LoadOptions,
+) -> Option<Result<Prepared, RobotError>> {
+    match root_tag {
+        "sdf" => Some(sdf::converted(file, text)),
+        "mujoco" | "mujocoinclude" => Some(mjcf::converted(file, text, options)),
+        _ => None,
+    }
+}

@@ -1,0 +1,478 @@
+//! SDF, the format of Gazebo: the model of a file with the most joints.
+//!
+//! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names, and every joint one of its
+//! child link. A URDF hangs links by their joints: here a link's frame is that of the joint above it.
+
+use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use roxmltree::Node;
+
+use super::writer::{JointOf, ShapeOf, Writer, escaped};
+use crate::error::{Fault, RobotError};
+use crate::model::Remark;
+use crate::urdf::Prepared;
+use crate::xml;
+
+/// Deepest chain of frames that are each relative to another.
+const MOST_FRAMES: usize = 100;
+/// Limits beyond this are none.
+const NO_LIMIT: f64 = 1e12;
+
+/// The URDF of the robot in an SDF text.
+pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> {
+    let document = match xml::parse(text) {
+        Ok(document) => document,
+        Err(xml::Fault::Malformed(reason, bytes)) => {
+            return Err(RobotError::new(file, Fault::Xml { reason }).at(&text.into(), bytes));
+        }
+        Err(xml::Fault::TooMuch(what, most, _)) => {
+            return Err(RobotError::new(file, Fault::TooLarge { what, most }));
+        }
+    };
+    let root = document.root_element();
+    let models: Vec<Node> = root
+        .descendants()
+        .filter(|n| n.has_tag_name("model") && child(*n, "link").is_some())
+        .collect();
+    let joints_of = |model: &Node| model.children().filter(|n| n.has_tag_name("joint")).count();
+    // Of several with as many joints, the first.
+    let best = models.iter().rev().max_by_key(|model| joints_of(model));
+    let fault = |node: Node, reason: String| {
+        let bytes = xml::opening_tag(text, node);
+        RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes)
+    };
+    let Some(model) = best else {
+        let reason = "it holds no `<model>` with links of its own".to_owned();
+        return Err(fault(root, reason));
+    };
+    let version = root.attribute("version").unwrap_or_default();
+    let reader = Model {
+        model: *model,
+        old_axes: version_before(version, (1, 5)),
+        fault: &fault,
+    };
+    let mut prepared = Prepared::as_it_is(file, "");
+    let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
+    prepared.text = urdf.into();
+    prepared.origins = origins;
+    if models.len() > 1 {
+        let name = model.attribute("name").unwrap_or_default();
+        let words = format!(
+            "the robot of {} models in the file: the one with the most joints",
+            models.len()
+        );
+        let subject = format!("model `{name}`");
+        prepared.remarks.push(Remark::new(subject, words));
+    }
+    Ok(prepared)
+}
+
+fn version_before(version: &str, limit: (u32, u32)) -> bool {
+    let numbers = version.split_once('.').and_then(|(major, minor)| {
+        Some((
+            major.trim().parse::<u32>().ok()?,
+            minor.trim().parse::<u32>().ok()?,
+        ))
+    });
+    numbers.is_some_and(|numbers| numbers < limit)
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.has_tag_name(tag))
+}
+
+/// The text of a child element.
+fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Option<&'a str> {
+    Some(child(node, tag)?.text()?.trim()).filter(|text| !text.is_empty())
+}
+
+fn number_of(node: Node, tag: &str) -> Option<f64> {
+    text_of(node, tag)?
+        .parse()
+        .ok()
+        .filter(|x: &f64| x.is_finite())
+}
+
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split_whitespace()
+        .map(|word| word.parse::<f64>().ok().filter(|x| x.is_finite()))
+        .collect()
+}
+
+struct Model<'a, 'i, 'f> {
+    model: Node<'a, 'i>,
+    /// Whether axes are given in the model's frame, as they were before SDF 1.5.
+    old_axes: bool,
+    fault: &'f dyn Fn(Node, String) -> RobotError,
+}
+
+/// A joint with its two links.
+struct Hinge<'a, 'i> {
+    node: Node<'a, 'i>,
+    parent: String,
+    child: String,
+}
+
+/// A URDF, with where its elements came from.
+type Written = (String, Vec<(usize, crate::urdf::Origin)>);
+
+impl<'a, 'i> Model<'a, 'i, '_> {
+    fn write(
+        &self,
+        file: &str,
+        text: &str,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Written, RobotError> {
+        let name = self.model.attribute("name").unwrap_or("model");
+        let mut writer = Writer::new(file, text, name, self.model);
+        for nested in ["include", "model"] {
+            if let Some(node) = child(self.model, nested) {
+                let reason = format!("a model within the model, `<{nested}>`, is not read");
+                return Err((self.fault)(node, reason));
+            }
+        }
+        let links: Vec<Node> = self.all("link").collect();
+        let hinges = self.hinges(remarks)?;
+        let above: HashMap<&str, &Hinge> = hinges.iter().map(|h| (h.child.as_str(), h)).collect();
+        // The frame of each link in the model: that of the joint above it, or its own.
+        let mut frames: HashMap<&str, Isometry3<f64>> = HashMap::new();
+        for link in &links {
+            let name = link.attribute("name").unwrap_or_default();
+            let frame = match above.get(name) {
+                Some(hinge) => self.pose_of(hinge.node, &hinge.child, 0)?,
+                None => self.pose_of(*link, "__model__", 0)?,
+            };
+            frames.insert(name, frame);
+        }
+        for link in &links {
+            let name = link.attribute("name").unwrap_or_default();
+            self.write_link(&mut writer, *link, &frames[name])?;
+        }
+        for hinge in &hinges {
+            self.write_joint(&mut writer, hinge, &frames)?;
+        }
+        self.write_settings(&mut writer, &links);
+        Ok(writer.finish())
+    }
+
+    fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+        self.model.children().filter(move |n| n.has_tag_name(tag))
+    }
+
+    /// The joints between links; what hangs by the world is a root.
+    fn hinges(&self, remarks: &mut Vec<Remark>) -> Result<Vec<Hinge<'a, 'i>>, RobotError> {
+        let links: HashSet<&str> = self
+            .all("link")
+            .filter_map(|n| n.attribute("name"))
+            .collect();
+        let mut hinges = Vec::new();
+        for node in self.all("joint") {
+            let end = |tag: &str| text_of(node, tag).unwrap_or_default().to_owned();
+            let (parent, child) = (end("parent"), end("child"));
+            if parent == "world" || child == "world" {
+                let name = node.attribute("name").unwrap_or_default();
+                remarks.push(Remark::new(
+                    format!("joint `{name}`"),
+                    "it ties the robot to the world, and is not read",
+                ));
+                continue;
+            }
+            for link in [&parent, &child] {
+                if !links.contains(link.as_str()) {
+                    return Err((self.fault)(
+                        node,
+                        format!("the joint names `{link}`, which is no link"),
+                    ));
+                }
+            }
+            hinges.push(Hinge {
+                node,
+                parent,
+                child,
+            });
+        }
+        Ok(hinges)
+    }
+
+    /// The pose of an element in the model's frame; `default` is the frame that it is in where it names none.
+    fn pose_of(
+        &self,
+        node: Node,
+        default: &str,
+        depth: usize,
+    ) -> Result<Isometry3<f64>, RobotError> {
+        let (own, named) = self.own_pose(node)?;
+        let frame = named.unwrap_or_else(|| default.to_owned());
+        if frame.is_empty() || frame == "__model__" || node == self.model {
+            return Ok(own);
+        }
+        if depth > MOST_FRAMES {
+            return Err((self.fault)(
+                node,
+                "its frames are relative to one another".to_owned(),
+            ));
+        }
+        let of = ["link", "joint", "frame"]
+            .iter()
+            .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(&frame)));
+        let Some(of) = of else {
+            return Err((self.fault)(node, format!("there is no frame `{frame}`")));
+        };
+        let default = match of.tag_name().name() {
+            "joint" => text_of(of, "child").unwrap_or_default().to_owned(),
+            "frame" => of
+                .attribute("attached_to")
+                .unwrap_or("__model__")
+                .to_owned(),
+            _ => "__model__".to_owned(),
+        };
+        Ok(self.pose_of(of, &default, depth + 1)? * own)
+    }
+
+    /// The pose that an element says, and the frame that it names.
+    fn own_pose(&self, node: Node) -> Result<(Isometry3<f64>, Option<String>), RobotError> {
+        let Some(pose) = child(node, "pose") else {
+            return Ok((Isometry3::identity(), None));
+        };
+        let wrong = || {
+            (self.fault)(
+                pose,
+                "a pose is six numbers, or seven with a quaternion".to_owned(),
+            )
+        };
+        let text = pose.text().unwrap_or_default();
+        let values = if text.trim().is_empty() {
+            vec![0.0; 6]
+        } else {
+            numbers(text).ok_or_else(wrong)?
+        };
+        let degrees = pose.attribute("degrees") == Some("true");
+        let angle = |x: f64| if degrees { x.to_radians() } else { x };
+        let (p, rotation) = match values[..] {
+            [x, y, z, roll, pitch, yaw] => (
+                [x, y, z],
+                UnitQuaternion::from_euler_angles(angle(roll), angle(pitch), angle(yaw)),
+            ),
+            [x, y, z, qx, qy, qz, qw] => (
+                [x, y, z],
+                UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(qw, qx, qy, qz)),
+            ),
+            _ => return Err(wrong()),
+        };
+        let named = pose
+            .attribute("relative_to")
+            .or_else(|| pose.attribute("frame"));
+        let named = named.filter(|frame| !frame.is_empty()).map(str::to_owned);
+        Ok((
+            Isometry3::from_parts(Translation3::from(p), rotation),
+            named,
+        ))
+    }
+
+    fn write_link(
+        &self,
+        writer: &mut Writer,
+        link: Node,
+        model_from_frame: &Isometry3<f64>,
+    ) -> Result<(), RobotError> {
+        let name = link.attribute("name").unwrap_or_default();
+        let frame_from_link = model_from_frame.inverse() * self.pose_of(link, "__model__", 0)?;
+        writer.begin_link(name, link);
+        if let Some(inertial) = child(link, "inertial") {
+            let place = frame_from_link * self.own_pose(inertial)?.0;
+            let mass_kg = number_of(inertial, "mass").unwrap_or(1.0);
+            let inertia = child(inertial, "inertia").map(|node| {
+                let i = |tag: &str, default: f64| number_of(node, tag).unwrap_or(default);
+                let (ixy, ixz, iyz) = (i("ixy", 0.0), i("ixz", 0.0), i("iyz", 0.0));
+                Matrix3::new(
+                    i("ixx", 1.0),
+                    ixy,
+                    ixz,
+                    ixy,
+                    i("iyy", 1.0),
+                    iyz,
+                    ixz,
+                    iyz,
+                    i("izz", 1.0),
+                )
+            });
+            writer.inertial(inertial, &place, mass_kg, inertia.as_ref());
+        }
+        for tag in ["collision", "visual"] {
+            for node in link.children().filter(|n| n.has_tag_name(tag)) {
+                if let Some(shape) = child(node, "geometry").and_then(shape) {
+                    let place = frame_from_link * self.own_pose(node)?.0;
+                    writer.shape(tag, node, &place, &shape);
+                }
+            }
+        }
+        writer.end_link();
+        Ok(())
+    }
+
+    fn write_joint(
+        &self,
+        writer: &mut Writer,
+        hinge: &Hinge,
+        frames: &HashMap<&str, Isometry3<f64>>,
+    ) -> Result<(), RobotError> {
+        let node = hinge.node;
+        let model_from_joint = frames[hinge.child.as_str()];
+        let sdf_type = node.attribute("type").unwrap_or_default();
+        let axis = child(node, "axis");
+        let limit = axis.and_then(|axis| child(axis, "limit"));
+        let within = |tag: &str| {
+            let value = limit.and_then(|limit| number_of(limit, tag));
+            value.filter(|x| x.abs() < NO_LIMIT)
+        };
+        let range = [within("lower"), within("upper")];
+        let range = match range {
+            [Some(lower), Some(upper)] => Some([lower, upper]),
+            _ => None,
+        };
+        let turns = range.is_none_or(|[lower, upper]| upper - lower >= TAU);
+        let kind = match sdf_type {
+            "revolute" if turns => "continuous",
+            "revolute" => "revolute",
+            "continuous" => "continuous",
+            "fixed" => "fixed",
+            "prismatic" => "prismatic",
+            "ball" => "spherical",
+            other => {
+                return Err((self.fault)(
+                    node,
+                    format!("a joint of the type `{other}` has no counterpart in URDF"),
+                ));
+            }
+        };
+        let dynamics = axis.and_then(|axis| child(axis, "dynamics"));
+        let loss = |tag: &str| {
+            let value = dynamics.and_then(|dynamics| number_of(dynamics, tag));
+            value.filter(|x| *x >= 0.0).unwrap_or(0.0)
+        };
+        let positive = |tag: &str| within(tag).filter(|x| *x > 0.0);
+        writer.joint(
+            node,
+            &JointOf {
+                name: node.attribute("name").unwrap_or_default(),
+                kind,
+                parent: &hinge.parent,
+                child: &hinge.child,
+                parent_from_joint: frames[hinge.parent.as_str()].inverse() * model_from_joint,
+                axis: self.axis(axis, &model_from_joint)?,
+                range: range.filter(|_| kind != "continuous"),
+                effort: positive("effort"),
+                velocity: positive("velocity"),
+                damping: loss("damping"),
+                friction: loss("friction"),
+            },
+        );
+        Ok(())
+    }
+
+    /// The axis in the joint's frame.
+    fn axis(
+        &self,
+        axis: Option<Node>,
+        model_from_joint: &Isometry3<f64>,
+    ) -> Result<Vector3<f64>, RobotError> {
+        let Some(axis) = axis else {
+            return Ok(Vector3::z());
+        };
+        let Some(xyz) = child(axis, "xyz") else {
+            return Ok(Vector3::z());
+        };
+        let values = numbers(xyz.text().unwrap_or_default());
+        let Some([x, y, z]) = values.and_then(|v| <[f64; 3]>::try_from(v).ok()) else {
+            return Err((self.fault)(xyz, "an axis is three numbers".to_owned()));
+        };
+        let given = Vector3::new(x, y, z);
+        let in_model = text_of(axis, "use_parent_model_frame")
+            .map_or(self.old_axes, |value| value == "1" || value == "true");
+        let rotation = match xyz.attribute("expressed_in").filter(|f| !f.is_empty()) {
+            Some("__model__") => UnitQuaternion::identity(),
+            Some(frame) => {
+                let of = ["link", "joint", "frame"]
+                    .iter()
+                    .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(frame)));
+                let Some(of) = of else {
+                    return Err((self.fault)(xyz, format!("there is no frame `{frame}`")));
+                };
+                self.pose_of(of, "__model__", 0)?.rotation
+            }
+            None if in_model => UnitQuaternion::identity(),
+            None => return Ok(given),
+        };
+        Ok(model_from_joint.rotation.inverse() * (rotation * given))
+    }
+
+    /// What speaks of the wheels' rollers: directions of friction, and the plug-ins' names.
+    fn write_settings(&self, writer: &mut Writer, links: &[Node]) {
+        for link in links {
+            let name = escaped(link.attribute("name").unwrap_or_default());
+            let ode = link
+                .descendants()
+                .find(|n| n.has_tag_name("ode") && child(*n, "fdir1").is_some());
+            let Some((ode, fdir1)) = ode.and_then(|ode| Some((ode, child(ode, "fdir1")?))) else {
+                continue;
+            };
+            let frame = fdir1.attributes().find(|a| a.name() == "expressed_in");
+            let (Some(frame), Some(mu2)) = (frame, number_of(ode, "mu2")) else {
+                continue;
+            };
+            let mu = number_of(ode, "mu").unwrap_or(1.0);
+            writer.raw(
+                fdir1,
+                "gazebo",
+                &format!(
+                    " reference=\"{name}\"><mu>{mu}</mu><mu2>{mu2}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
+                    escaped(frame.value()),
+                    escaped(fdir1.text().unwrap_or_default())
+                ),
+            );
+        }
+        for plugin in self.all("plugin") {
+            let attribute = |name| escaped(plugin.attribute(name).unwrap_or_default());
+            let (file, name) = (attribute("filename"), attribute("name"));
+            writer.raw(
+                plugin,
+                "gazebo",
+                &format!("><plugin filename=\"{file}\" name=\"{name}\"/></gazebo>"),
+            );
+        }
+    }
+}
+
+fn shape(geometry: Node) -> Option<ShapeOf> {
+    let kind = geometry.children().find(Node::is_element)?;
+    let number = |tag: &str| number_of(kind, tag).filter(|x| *x > 0.0);
+    let three = |tag: &str| -> Option<Vector3<f64>> {
+        let values = numbers(text_of(kind, tag)?)?;
+        Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
+    };
+    Some(match kind.tag_name().name() {
+        "box" => ShapeOf::Box(three("size")?),
+        "cylinder" => ShapeOf::Cylinder {
+            radius: number("radius")?,
+            length: number("length")?,
+        },
+        "capsule" => ShapeOf::Capsule {
+            radius: number("radius")?,
+            length: number("length")?,
+        },
+        "sphere" => ShapeOf::Sphere(number("radius")?),
+        "mesh" => ShapeOf::Mesh {
+            file: text_of(kind, "uri")?.to_owned(),
+            scale: three("scale").unwrap_or(Vector3::repeat(1.0)),
+        },
+        // A ball that is pressed flat stands for its smallest sphere that holds it only where it is none.
+        "ellipsoid" => {
+            let radii = three("radii")?;
+            let round = (radii.max() - radii.min()).abs() < 1e-6 * radii.max();
+            return round.then(|| ShapeOf::Sphere(radii.max()));
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,196 @@
+//! How each fault is repaired: in words, and by the options of reading.
+
+use super::fault::Fault;
+use super::remedy::Remedy;
+
+/// A solid box, for whoever has no CAD program.
+const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
+
+impl Fault {
+    /// How to repair it in the file; what the options of reading can do is in [`Self::remedies`].
+    pub(super) fn help(&self) -> String {
+        let fixed = match self {
+            Self::OutOfRange { key, range, .. } => return format!("make `{key}` {range}"),
+            Self::RollersTooSlender {
+                least_radius_mm, ..
+            } => {
+                return format!(
+                    "make the rollers thicker than {least_radius_mm:.2} mm, or use more of them"
+                );
+            }
+            Self::MissingAttribute { attribute } => {
+                return format!("add `{attribute}=\"...\"` to the element");
+            }
+            Self::MissingElement { child: "inertia" } => {
+                return format!(
+                    "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; {BOX}"
+                );
+            }
+            Self::MissingElement { child } => return format!("add `<{child}>` to the element"),
+            Self::NotNumbers { count: 1, .. } => "write a number",
+            Self::NotNumbers { count, .. } => {
+                return format!("write {count} numbers, separated by spaces");
+            }
+            Self::Unreadable { .. } => "give the path of a file that exists and may be read",
+            Self::Toml { .. } => {
+                "compare with the robots in assets/robots, or see the documentation of `Spec`"
+            }
+            Self::Xml { .. } => "close every element and quote every attribute",
+            Self::NotUrdf { .. } => {
+                "give a URDF, xacro, SDF or MJCF file, or a description in TOML"
+            }
+            Self::Xacro { .. } => {
+                "repair the place that is named; the xacro of ROS, or of `pip install xacro`, says what it makes of it"
+            }
+            Self::MissingFiles { files } => {
+                return if files.iter().any(|file| file.package.is_some()) {
+                    "say where the packages lie, or go without them".to_owned()
+                } else {
+                    "put the files there, or go without them".to_owned()
+                };
+            }
+            Self::MissingArgument { name } => {
+                return format!("give `{name}` a value, or a default where it is declared");
+            }
+            Self::MacrosOnly { callers, .. } => {
+                return match callers.first() {
+                    Some(caller) => format!("give the file that calls them, such as {caller}"),
+                    None => "give the file that calls them".to_owned(),
+                };
+            }
+            Self::OldXacro { .. } => {
+                "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
+            }
+            Self::Format { .. } => "change the file, or convert it to URDF",
+            Self::TooLarge { .. } => "give a smaller file",
+            Self::Urdf { .. } => {
+                "compare with the URDF specification, http://wiki.ros.org/urdf/XML"
+            }
+            Self::DuplicateName { .. } => "give each link and each joint a name of its own",
+            Self::NotFinite { .. } => {
+                "write a finite number; a limit that does not exist is left out"
+            }
+            Self::InertiaNotPositive { .. }
+            | Self::InertiaImpossible { .. }
+            | Self::InertiaTooLarge { .. } => {
+                return format!("take the inertia from a CAD program, or {BOX}");
+            }
+            Self::UnknownGeometry => "give the collision one of these geometries",
+            Self::UnknownJointType { .. } => {
+                "use `continuous` for wheels and rollers and `fixed` for what does not move"
+            }
+            Self::UnknownLink { .. } => "add the link, or correct its name here",
+            Self::ZeroAxis => "give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`",
+            Self::TwoParents { .. } => "remove one of the joints: a URDF is a tree",
+            Self::Loop => "remove one joint of the loop: a URDF is a tree with one root",
+            Self::SeveralRoots { .. } => {
+                "join them by fixed joints, so that one root is left, or remove what does not belong"
+            }
+            Self::NoMass => "add an `<inertial>` with mass and inertia",
+            Self::TooFewWheels { .. } => {
+                "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
+                 ring; or name the joints of wheels that are modelled without rollers"
+            }
+            Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
+            Self::Steered { .. } => {
+                "steered wheels need another tool; if these stand for Swedish wheels, name them: their upright joints are \
+                 held, and rollers are put in"
+            }
+            Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
+            Self::ChassisBelowFloor { .. } => {
+                "raise the collision geometry, or lower the wheels: the wheels must reach the floor first"
+            }
+            Self::GammaRightAngle => {
+                "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
+            }
+            Self::HubNotLevel { .. } => {
+                "make the axis horizontal in the frame of the root link, whose z must point up"
+            }
+            Self::RollerWithoutShape => {
+                "give the roller a `<collision>`: a stack of spheres, a cylinder or a capsule along its axis"
+            }
+            Self::RollerNotRound => {
+                "use spheres on the axis, or a cylinder, capsule or square box along it"
+            }
+            Self::MeshUnreadable { .. } => {
+                "give the mesh as STL, OBJ or COLLADA at its place, or a shape instead of it"
+            }
+            Self::PackageUnknown { .. } => "say where the package lies",
+            Self::NoSuchJoint { likely, .. } if likely.is_empty() => {
+                "name joints whose wheels turn on level axes and stand on the floor"
+            }
+            Self::NoSuchJoint { .. } | Self::UnknownJoint { .. } => "name joints of the file",
+            Self::NoSuchWheel { .. } => "name a wheel that the description has",
+            Self::NotAWheel { .. } => "name another joint, or give this one a level axis",
+            Self::HasRollers => "leave this joint out of the wheels that are given rollers",
+            Self::WheelSizeUnknown { guess, .. } => {
+                return match guess {
+                    Some((radius_m, why)) => {
+                        format!("say the wheels' radius; {why} speaks for {radius_m:.4} m")
+                    }
+                    None => "say the wheels' radius".to_owned(),
+                };
+            }
+            Self::NotInX { .. } => "give gamma for all wheels, or for each wheel, instead",
+            Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
+            Self::RollersHaveGaps { .. } => {
+                "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
+            }
+            Self::UnevenWheels { .. } => {
+                "let all wheels reach the same height in the frame of the root link"
+            }
+            Self::LooksLikeMillimetres { .. } => {
+                "URDF is in metres: scale the file by 0.001 if it is in millimetres"
+            }
+        };
+        fixed.to_owned()
+    }
+
+    /// The options of reading that would do, the best first.
+    pub(super) fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::MissingElement {
+                child: "inertia" | "mass",
+            }
+            | Self::MissingAttribute { .. }
+            | Self::DuplicateName { .. }
+            | Self::InertiaNotPositive { .. }
+            | Self::InertiaImpossible { .. }
+            | Self::InertiaTooLarge { .. }
+            | Self::NoMass
+            | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
+            Self::OutOfRange { key, value, .. } if key == "value" && value == "0" => {
+                vec![Remedy::Repair]
+            }
+            Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
+            Self::MissingFiles { files } => {
+                let mut remedies: Vec<Remedy> = Vec::new();
+                for name in files.iter().filter_map(|file| file.package.clone()) {
+                    let remedy = Remedy::Package { name };
+                    if !remedies.contains(&remedy) {
+                        remedies.push(remedy);
+                    }
+                }
+                remedies.push(Remedy::LeaveOutMissing);
+                remedies
+            }
+            Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
+            Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
+            Self::MissingArgument { name } => vec![Remedy::Argument { name: name.clone() }],
+            Self::NoRollers { rollers, .. } | Self::Steered { rollers, .. } => {
+                vec![Remedy::Rollers(rollers.clone())]
+            }
+            Self::PackageUnknown { package, .. } => vec![Remedy::Package {
+                name: package.clone(),
+            }],
+            Self::WheelSizeUnknown { guess, package, .. } => {
+                let package = package.clone().map(|name| Remedy::Package { name });
+                let radius = Remedy::WheelRadius {
+                    guess_m: guess.as_ref().map(|guess| guess.0),
+                };
+                package.into_iter().chain([radius]).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Options of reading that repair a fault.
+
+use crate::options::{LoadOptions, RollerForms, WheelOptions};
+
+/// An option of reading that would repair a fault. Front ends word it their own way.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// [`LoadOptions::repair`]: let it be repaired.
+    Repair,
+    /// [`LoadOptions::leave_out_missing`]: go without what is missing.
+    LeaveOutMissing,
+    /// [`LoadOptions::packages`]: say where a package lies.
+    Package {
+        /// Its name.
+        name: String,
+    },
+    /// [`LoadOptions::arguments`]: give a xacro argument a value.
+    Argument {
+        /// Its name.
+        name: String,
+    },
+    /// [`LoadOptions::rollers`]: take the rollers with the shapes of their file.
+    AsModelled,
+    /// [`LoadOptions::wheels`]: put rollers into bare wheels.
+    Rollers(Box<WheelOptions>),
+    /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
+    WheelRadius {
+        /// A radius that something in the file speaks for, in metres.
+        guess_m: Option<f64>,
+    },
+}
+
+impl Remedy {
+    /// The options with the remedy in them; `None` where only a person knows what to say, or where it changes nothing.
+    pub fn apply(&self, options: &LoadOptions) -> Option<LoadOptions> {
+        let mut remedied = options.clone();
+        match self {
+            Self::Repair => remedied.repair = true,
+            Self::LeaveOutMissing => remedied.leave_out_missing = true,
+            Self::AsModelled => remedied.rollers = RollerForms::AsModelled,
+            Self::Rollers(rollers) => {
+                let known = options.wheels.as_ref();
+                let mut rollers = (**rollers).clone();
+                // What a person said stays.
+                if let Some(known) = known {
+                    rollers.roller_radius_m = known.roller_radius_m;
+                    rollers.roller_mass_kg = known.roller_mass_kg;
+                    rollers.rollers = known.rollers;
+                }
+                remedied.wheels = Some(rollers);
+            }
+            Self::WheelRadius { guess_m } => {
+                if options.wheel_radius_m.is_some() {
+                    return None;
+                }
+                remedied.wheel_radius_m = Some((*guess_m)?);
+            }
+            Self::Package { .. } | Self::Argument { .. } => return None,
+        }
+        (remedied != *options).then_some(remedied)
+    }
+}

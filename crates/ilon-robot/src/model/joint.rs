@@ -1,0 +1,63 @@
+//! Joints and motors.
+
+/// Damping and dry friction of a joint (URDF `dynamics`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Joint {
+    /// Viscous damping in N m s/rad.
+    pub damping_n_m_s: f64,
+    /// Dry (Coulomb) friction in N m.
+    pub friction_n_m: f64,
+}
+
+/// Limits of a wheel's drive, at the wheel (URDF `limit`); infinite where the file sets none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorLimits {
+    /// Largest torque in N m, > 0.
+    pub effort_n_m: f64,
+    /// Largest rate in rad/s, > 0: the paper's q'_max of this wheel.
+    pub velocity_rad_s: f64,
+}
+
+/// What lies between a motor and its wheel: a gear, and the rotor that turns before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DriveTrain {
+    /// Turns of the rotor per turn of the wheel, > 0; 1 for a motor without a gear.
+    pub gear_ratio: f64,
+    /// Inertia of the rotor about its own axis, before the gear, in kg m^2, >= 0.
+    pub rotor_inertia_kg_m2: f64,
+    /// Share of the motor's power that leaves the gear, in (0, 1].
+    pub gear_efficiency: f64,
+    /// Dry friction of the gear, at the wheel, in N m, >= 0. It adds to that of the wheel's own bearing
+    /// ([`Joint::friction_n_m`]).
+    pub gear_friction_n_m: f64,
+}
+
+impl Default for DriveTrain {
+    /// A motor without gear and rotor: nothing but its torque.
+    fn default() -> Self {
+        Self {
+            gear_ratio: 1.0,
+            rotor_inertia_kg_m2: 0.0,
+            gear_efficiency: 1.0,
+            gear_friction_n_m: 0.0,
+        }
+    }
+}
+
+impl DriveTrain {
+    /// The rotor's inertia as the wheel feels it, in kg m^2: gear_ratio^2 times its own, for it turns gear_ratio times as
+    /// fast, and its torque arrives gear_ratio times as large. MuJoCo calls it `armature`.
+    pub fn reflected_inertia_kg_m2(&self) -> f64 {
+        self.gear_ratio * self.gear_ratio * self.rotor_inertia_kg_m2
+    }
+}
+
+impl Default for MotorLimits {
+    fn default() -> Self {
+        Self {
+            effort_n_m: f64::INFINITY,
+            velocity_rad_s: f64::INFINITY,
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The robot as the rest of the project sees it, whatever file it came from.
+
+pub mod barrel;
+mod collision;
+mod joint;
+pub(crate) mod mass;
+mod planar;
+pub mod profile;
+mod remark;
+mod robot;
+mod roller;
+mod standing;
+mod wheel;
+
+pub use barrel::Barrel;
+pub use collision::{Collision, CollisionShape};
+pub use joint::{DriveTrain, Joint, MotorLimits};
+pub use mass::MassProperties;
+pub use planar::{Pose, Twist, wrap_angle};
+pub use profile::{Profile, ProfilePart};
+pub use remark::Remark;
+pub use robot::{Chassis, Robot};
+pub use roller::{ModelledRoller, Roller, RollerForm};
+pub use standing::StandingPose;
+pub use wheel::Wheel;

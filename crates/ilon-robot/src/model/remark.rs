@@ -1,0 +1,45 @@
+//! What a person should know beside the model.
+
+use std::fmt;
+
+/// Something a person should know about how their file was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Remark {
+    /// The element it is about, such as ``joint `arm` ``.
+    pub subject: String,
+    /// The file in which that element stands, where it is another than the one that was named: an included one.
+    pub file: Option<String>,
+    /// The line in the file where that element stands, from 1, where it is one.
+    pub line: Option<usize>,
+    /// What was ignored, assumed, repaired or doubted.
+    pub text: String,
+}
+
+impl Remark {
+    /// A remark about an element, without its place.
+    pub(crate) fn new(subject: impl Into<String>, text: impl Into<String>) -> Self {
+        Self {
+            subject: subject.into(),
+            file: None,
+            line: None,
+            text: text.into(),
+        }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            subject,
+            file,
+            line,
+            text,
+        } = self;
+        match (file, line) {
+            (Some(file), Some(line)) => write!(f, "{subject} ({file}:{line}): {text}"),
+            (_, Some(line)) => write!(f, "{subject} (line {line}): {text}"),
+            (_, None) => write!(f, "{subject}: {text}"),
+        }
+    }
+}

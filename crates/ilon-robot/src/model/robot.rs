@@ -1,0 +1,65 @@
+//! The robot whole.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Collision, MassProperties, Remark, Wheel};
+
+/// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// The robot's name in its file.
+    pub name: String,
+    /// Everything that neither turns with a wheel nor rolls.
+    pub chassis: Chassis,
+    /// The driven wheels, in the order in which their joints stand in the file.
+    pub wheels: Vec<Wheel>,
+    /// What the loader ignored or doubts.
+    pub remarks: Vec<Remark>,
+}
+
+/// The rigid body that carries the wheels. Links on fixed joints are merged into it.
+#[derive(Clone, Debug)]
+pub struct Chassis {
+    /// The name of its link, which is the body frame.
+    pub name: String,
+    /// Mass properties in the body frame.
+    pub mass: MassProperties,
+    /// What of it can touch the world.
+    pub collisions: Vec<Collision>,
+}
+
+impl Robot {
+    /// Mass of the whole robot, in kg.
+    pub fn mass_kg(&self) -> f64 {
+        let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
+        self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>()
+    }
+
+    /// Centre of mass of the whole robot in the body frame, in metres.
+    pub fn center_of_mass_m(&self) -> Vector3<f64> {
+        let chassis = &self.chassis.mass;
+        let mut first_moment = chassis.mass_kg * chassis.center_of_mass_m;
+        for wheel in &self.wheels {
+            let in_body = |at_m: Vector3<f64>| (wheel.body_from_hub * Point3::from(at_m)).coords;
+            first_moment += wheel.hub.mass_kg * in_body(wheel.hub.center_of_mass_m);
+            for roller in &wheel.rollers {
+                first_moment += roller.mass_kg * in_body(roller.center_in_hub_m);
+            }
+        }
+        first_moment / self.mass_kg()
+    }
+
+    /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles zero, in metres.
+    pub fn ride_height_m(&self) -> f64 {
+        let lowest = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
+        -self.wheels.iter().map(lowest).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The paper's q'_max = min_j q'_max_j (before eq. (29)), in rad/s; infinite where no wheel has a limit.
+    pub fn wheel_rate_limit_rad_s(&self) -> f64 {
+        self.wheels
+            .iter()
+            .map(|w| w.motor.velocity_rad_s)
+            .fold(f64::INFINITY, f64::min)
+    }
+}

@@ -1,0 +1,89 @@
+//! Passive rollers.
+
+use nalgebra::{Isometry3, Matrix3, Unit, UnitQuaternion, Vector3};
+
+use super::{Collision, Joint, MassProperties, Profile, wrap_angle};
+
+/// A passive roller on the rim of a wheel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roller {
+    /// The name of the roller's joint.
+    pub name: String,
+    /// The roller's centre in the hub frame, in metres.
+    pub center_in_hub_m: Vector3<f64>,
+    /// The roller's axis in the hub frame; its sense is that of the joint.
+    pub axis_in_hub: Unit<Vector3<f64>>,
+    /// The largest radius, at the roller's middle, in metres.
+    pub radius_m: f64,
+    /// Length along its axis, between the centres of the outermost spheres of the barrel
+    /// (see [`crate::barrel`]), in metres.
+    pub length_m: f64,
+    /// Mass in kg.
+    pub mass_kg: f64,
+    /// Inertia about its axis, in kg m^2.
+    pub axial_inertia_kg_m2: f64,
+    /// Inertia about any axis through its centre across its own, in kg m^2.
+    pub transverse_inertia_kg_m2: f64,
+    /// Damping and friction of its bearing.
+    pub joint: Joint,
+    /// What it touches the world with.
+    pub form: RollerForm,
+}
+
+/// What a roller touches the world with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum RollerForm {
+    /// The exact barrel of its figures (see [`crate::barrel`]).
+    #[default]
+    Barrel,
+    /// The collision shapes of its file.
+    AsModelled(ModelledRoller),
+}
+
+/// A roller as its file models it, in the roller frame (see [`Roller::hub_from_roller`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelledRoller {
+    /// Its collision shapes, at least one.
+    pub shapes: Vec<Collision>,
+    /// Their outline about the roller's axis.
+    pub profile: Profile,
+}
+
+impl Roller {
+    /// The roller's place on the rim: the angle of its centre about the hub axis, from the hub frame's x axis (down
+    /// at wheel angle zero), in [-pi, pi). At wheel angle q it stands `place_rad() + q` from straight down.
+    pub fn place_rad(&self) -> f64 {
+        wrap_angle(libm::atan2(self.center_in_hub_m.y, self.center_in_hub_m.x))
+    }
+
+    /// Distance of the roller's centre from the hub axis, in metres.
+    pub fn ring_radius_m(&self) -> f64 {
+        self.center_in_hub_m.xy().norm()
+    }
+
+    /// Pose of the roller frame in the hub frame: origin at the roller's centre, z along its axis.
+    pub fn hub_from_roller(&self) -> Isometry3<f64> {
+        let z = Vector3::z();
+        let rotation =
+            UnitQuaternion::rotation_between(&z, &self.axis_in_hub).unwrap_or_else(|| {
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+            });
+        Isometry3::from_parts(self.center_in_hub_m.into(), rotation)
+    }
+
+    /// The roller's mass properties in the hub frame.
+    pub fn mass_in_hub(&self) -> MassProperties {
+        let a = self.axis_in_hub.into_inner();
+        MassProperties {
+            mass_kg: self.mass_kg,
+            center_of_mass_m: self.center_in_hub_m,
+            inertia_kg_m2: Matrix3::identity() * self.transverse_inertia_kg_m2
+                + a * a.transpose() * (self.axial_inertia_kg_m2 - self.transverse_inertia_kg_m2),
+        }
+    }
+
+    /// Where the roller sits along the hub axis, from the wheel's centre, in metres: non-zero in wheels of two rows.
+    pub fn row_offset_m(&self) -> f64 {
+        self.center_in_hub_m.z
+    }
+}

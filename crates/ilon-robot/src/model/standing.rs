@@ -1,0 +1,195 @@
+//! How a robot stands on a plane, on wheels of whatever radius and height.
+//!
+//! The plane carries the robot by the lowest points of three of its wheels: those under whose triangle the centre of mass lies,
+//! with no wheel below their plane. Of all planes below the wheels it is the one that lies highest under the centre of mass, for
+//! gravity leaves the robot as low as it can be.
+//!
+//! A wheel's lowest point moves as the robot leans, so that the plane is found in turns: from the lowest points follows a plane,
+//! and from that the lowest points again. Each turn is a step of Newton's rule, for a plane touches a wheel at its lowest point.
+
+use nalgebra::{Matrix2, Unit, UnitQuaternion, Vector2, Vector3};
+
+use super::{Robot, RollerForm, Wheel};
+
+/// How a robot stands on a level plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StandingPose {
+    /// Height of the body frame's origin above the plane, in metres.
+    pub height_m: f64,
+    /// How far the body is rolled, about its x axis, in radians; positive where its left side is raised.
+    pub roll_rad: f64,
+    /// How far the body is pitched, about the y axis and after the roll, in radians; positive where its front is lowered.
+    pub pitch_rad: f64,
+    /// The wheels that it stands on, by their places in [`Robot::wheels`].
+    pub supporting: [usize; 3],
+}
+
+/// Most steps of Newton's rule; five reach the last bit.
+const MOST_STEPS: usize = 30;
+/// A plane that turns by less than this is found, in radians.
+const FOUND_RAD: f64 = 1e-14;
+/// Wheels that reach equally low within this stand level: files hold rounded numbers. In metres.
+const LEVEL_M: f64 = 1e-9;
+/// Triangles of less area than this carry nothing, in square metres.
+const LEAST_AREA_M2: f64 = 1e-12;
+
+impl StandingPose {
+    /// The body's turn against the plane: `rotation() * v` is a vector of the body frame along the axes of a frame whose z is the
+    /// plane's normal and whose x lies ahead.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_euler_angles(self.roll_rad, self.pitch_rad, 0.0)
+    }
+
+    /// How far the robot leans: the angle between the plane's normal and the body's z axis, in radians.
+    pub fn tilt_rad(&self) -> f64 {
+        let up = self.up_in_body();
+        libm::atan2(up.xy().norm(), up.z)
+    }
+
+    /// How high a wheel of the robot hangs above the plane, in metres; 0 for those that it stands on.
+    pub fn gap_m(&self, wheel: &Wheel) -> f64 {
+        let up = self.up_in_body();
+        self.height_m + wheel.lowest_point_m(&up).dot(&up)
+    }
+
+    /// The plane's normal in the body frame.
+    pub fn up_in_body(&self) -> Unit<Vector3<f64>> {
+        // The last row of Ry(pitch) Rx(roll).
+        let (sin_roll, cos_roll) = libm::sincos(self.roll_rad);
+        let (sin_pitch, cos_pitch) = libm::sincos(self.pitch_rad);
+        Unit::new_normalize(Vector3::new(
+            -sin_pitch,
+            cos_pitch * sin_roll,
+            cos_pitch * cos_roll,
+        ))
+    }
+}
+
+impl Robot {
+    /// How the robot stands on a level plane, its wheel angles zero. `None` where it cannot stand: its centre of mass lies
+    /// outside the area of its wheels, or they stand in one line.
+    ///
+    /// A robot whose supporting wheels reach equally low stands level, exactly, at its [`Self::ride_height_m`].
+    pub fn standing_pose(&self) -> Option<StandingPose> {
+        let center = self.center_of_mass_m();
+        let mut up = Vector3::z_axis();
+        let mut supporting = [0; 3];
+        for step in 0..MOST_STEPS {
+            let lowest: Vec<Vector3<f64>> =
+                self.wheels.iter().map(|w| w.lowest_point_m(&up)).collect();
+            supporting = triangle_under(&lowest, &center, &up)?;
+            let three = supporting.map(|i| lowest[i]);
+            if step == 0 && spread_m(three) < LEVEL_M {
+                return Some(StandingPose {
+                    height_m: self.ride_height_m(),
+                    roll_rad: 0.0,
+                    pitch_rad: 0.0,
+                    supporting,
+                });
+            }
+            let next = Unit::try_new((three[1] - three[0]).cross(&(three[2] - three[0])), 1e-15)?;
+            let next = if next.dot(&up) < 0.0 { -next } else { next };
+            let turned_rad = next.cross(&up).norm();
+            up = next;
+            if turned_rad < FOUND_RAD {
+                break;
+            }
+        }
+        let reaches = self.wheels.iter().map(|w| w.lowest_point_m(&up).dot(&up));
+        Some(StandingPose {
+            height_m: -reaches.fold(f64::INFINITY, f64::min),
+            roll_rad: libm::atan2(up.y, up.z),
+            pitch_rad: libm::atan2(-up.x, libm::hypot(up.y, up.z)),
+            supporting,
+        })
+    }
+}
+
+impl Wheel {
+    /// The wheel's lowest point where `up` points up, in the body frame, in metres, at wheel angle zero. A wheel with barrels is
+    /// taken as the ring that its rollers make in a turn: a circle through their middles, as thick as they are there.
+    pub fn lowest_point_m(&self, up: &Unit<Vector3<f64>>) -> Vector3<f64> {
+        let as_modelled = |r: &super::Roller| matches!(r.form, RollerForm::AsModelled(_));
+        if self.rollers.iter().any(as_modelled) {
+            return self.position_m() - up.into_inner() * self.reach_in_body_m(&-*up);
+        }
+        let thick_m = self.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+        let n = self.body_from_hub.rotation * Vector3::z();
+        let across = up.into_inner() - n * n.dot(up);
+        let outward = across.try_normalize(1e-9).unwrap_or_default();
+        self.position_m() - outward * (self.radius_m - thick_m) - up.into_inner() * thick_m
+    }
+}
+
+fn spread_m(points: [Vector3<f64>; 3]) -> f64 {
+    let [p, q, r] = points.map(|point| point.z);
+    p.max(q).max(r) - p.min(q).min(r)
+}
+
+/// The three points whose triangle lies under the centre of mass, with none of the others below their plane; heights are counted
+/// along `up`.
+///
+/// The dual simplex method: from any triangle under the centre, the point that lies deepest below its plane comes in, for the
+/// one without which the centre stays over the triangle. Each exchange lowers the plane under the centre, so that it ends.
+fn triangle_under(
+    points: &[Vector3<f64>],
+    center: &Vector3<f64>,
+    up: &Unit<Vector3<f64>>,
+) -> Option<[usize; 3]> {
+    let level_from_body = UnitQuaternion::rotation_between(up, &Vector3::z())?;
+    let points: Vec<Vector3<f64>> = points.iter().map(|p| level_from_body * p).collect();
+    let center = (level_from_body * center).xy();
+    let mut three = any_triangle(&points, &center)?;
+    // Far more than any number of wheels takes.
+    for _ in 0..100 + 10 * points.len() {
+        let corners = three.map(|i| points[i]);
+        let height_m = |p: &Vector3<f64>| {
+            let shares = shares(&corners, &p.xy())?;
+            Some(p.z - (0..3).map(|i| shares[i] * corners[i].z).sum::<f64>())
+        };
+        let deepest = (0..points.len())
+            .filter_map(|i| Some((i, height_m(&points[i])?)))
+            .min_by(|p, q| p.1.total_cmp(&q.1));
+        let Some((entering, _)) = deepest.filter(|(_, height_m)| *height_m < -LEVEL_M * 1e-3)
+        else {
+            break;
+        };
+        let of_center = shares(&corners, &center)?;
+        let of_entering = shares(&corners, &points[entering].xy())?;
+        let leaving = (0..3)
+            .filter(|&i| of_entering[i] > 1e-12)
+            .min_by(|&i, &j| {
+                let ratio = |i: usize| of_center[i] / of_entering[i];
+                ratio(i).total_cmp(&ratio(j))
+            })?;
+        three[leaving] = entering;
+    }
+    Some(three)
+}
+
+/// A triangle of the points with the centre in it. Those of the first point with any two others cover all that lies between
+/// the points.
+fn any_triangle(points: &[Vector3<f64>], center: &Vector2<f64>) -> Option<[usize; 3]> {
+    for j in 1..points.len() {
+        for k in j + 1..points.len() {
+            let corners = [points[0], points[j], points[k]];
+            let inside = shares(&corners, center).is_some_and(|s| s.iter().all(|x| *x >= -1e-9));
+            if inside {
+                return Some([0, j, k]);
+            }
+        }
+    }
+    None
+}
+
+/// The weights of a triangle's corners whose mean a point of the plane is; `None` of a triangle without area.
+fn shares(corners: &[Vector3<f64>; 3], point: &Vector2<f64>) -> Option<[f64; 3]> {
+    let [p, q, r] = corners.map(|corner| corner.xy());
+    let sides = Matrix2::from_columns(&[q - p, r - p]);
+    if sides.determinant().abs() < LEAST_AREA_M2 {
+        return None;
+    }
+    let weights = sides.try_inverse()? * (point - p);
+    Some([1.0 - weights.x - weights.y, weights.x, weights.y])
+}

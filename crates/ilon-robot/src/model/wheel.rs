@@ -1,0 +1,94 @@
+//! Driven wheels.
+
+use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+
+use super::{Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm};
+
+/// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
+#[derive(Clone, Debug)]
+pub struct Wheel {
+    /// The name of the wheel's joint.
+    pub name: String,
+    /// Pose of the hub frame in the body frame at wheel angle zero: origin at the wheel's centre, z along the hub
+    /// axis, x straight down.
+    pub body_from_hub: Isometry3<f64>,
+    /// Mass properties of the hub without its rollers, in the hub frame.
+    pub hub: MassProperties,
+    /// The paper's rho: distance from the hub axis to the ground, in metres.
+    pub radius_m: f64,
+    /// The paper's gamma, signed: the angle from the hub axis to the rolling direction of the roller that points
+    /// down, counter-clockwise seen from above, in (-pi/2, pi/2]. The sign is the wheel's handedness.
+    pub gamma_rad: f64,
+    /// The rollers, ordered by their angle about the hub axis.
+    pub rollers: Vec<Roller>,
+    /// What the motor can do, at the wheel.
+    pub motor: MotorLimits,
+    /// Damping and friction of the wheel's own bearing and gear.
+    pub joint: Joint,
+    /// The gear and the rotor behind it.
+    pub drive: DriveTrain,
+}
+
+impl Wheel {
+    /// The wheel's centre in the body frame: the paper's **b**, with its height, in metres.
+    pub fn position_m(&self) -> Vector3<f64> {
+        self.body_from_hub.translation.vector
+    }
+
+    /// The hub axis **n** in the ground plane of the body frame.
+    pub fn axis(&self) -> Vector2<f64> {
+        let n = self.body_from_hub.rotation * Vector3::z();
+        n.xy().normalize()
+    }
+
+    /// The roller's rolling direction **u**_gamma in the body frame, of the roller that points straight down: the
+    /// hub axis turned by gamma.
+    pub fn roller_rolling_direction(&self) -> Vector2<f64> {
+        let (s, c) = libm::sincos(self.gamma_rad);
+        let n = self.axis();
+        Vector2::new(c * n.x - s * n.y, s * n.x + c * n.y)
+    }
+
+    /// The roller's axis **n**_gamma = **k** x **u**_gamma in the body frame, of the roller that points straight down.
+    pub fn roller_axis(&self) -> Vector2<f64> {
+        let u_gamma = self.roller_rolling_direction();
+        Vector2::new(-u_gamma.y, u_gamma.x)
+    }
+
+    /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius, but for rollers that have
+    /// the shapes of their file.
+    pub fn reach_at_rest_m(&self) -> f64 {
+        self.reach_in_body_m(&-Vector3::z_axis())
+    }
+
+    /// How far the wheel reaches from its centre at wheel angle zero in a direction of the body frame across its axis, in
+    /// metres: its radius, but for rollers that have the shapes of their file.
+    pub(super) fn reach_in_body_m(&self, direction: &Unit<Vector3<f64>>) -> f64 {
+        let in_hub = self.body_from_hub.rotation.inverse() * direction.into_inner();
+        let reach_m = |roller: &Roller| match &roller.form {
+            RollerForm::Barrel => self.radius_m,
+            RollerForm::AsModelled(modelled) => {
+                let hub_from_roller = roller.hub_from_roller();
+                let in_roller = hub_from_roller.rotation.inverse() * in_hub;
+                let reaches = modelled
+                    .shapes
+                    .iter()
+                    .map(|shape| shape.reach_m(&in_roller));
+                hub_from_roller.translation.vector.dot(&in_hub)
+                    + reaches.fold(f64::NEG_INFINITY, f64::max)
+            }
+        };
+        let reaches = self.rollers.iter().map(reach_m);
+        reaches.reduce(f64::max).unwrap_or(self.radius_m)
+    }
+
+    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]).
+    pub fn barrel(&self, roller: &Roller) -> Barrel {
+        Barrel {
+            wheel_radius_m: self.radius_m,
+            ring_radius_m: roller.ring_radius_m(),
+            sin_delta: libm::cos(self.gamma_rad),
+            half_length_m: 0.5 * roller.length_m,
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What a person may say beside the file.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::files::FileAccess;
+use crate::packages::Package;
+
+/// How to read a robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct LoadOptions {
+    /// Where ROS packages lie: `package://NAME/mesh.stl` is read from the folder given for NAME. A package that is not
+    /// given is looked for around the file, by its name.
+    pub packages: Vec<Package>,
+    /// The values of a xacro file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
+    pub arguments: BTreeMap<String, String>,
+    /// Whether what is not there is left out, and each part that is left out remarked: a xacro file's includes that cannot
+    /// be found, with the macros that they would define, and links that then hang by nothing.
+    pub leave_out_missing: bool,
+    /// Which files may be read: the robot's own, those that it includes, and the meshes that it names. Where only some may be, a
+    /// xacro file sees nothing of the environment.
+    #[serde(skip)]
+    pub files: FileAccess,
+    /// Repairs what can be repaired safely, and remarks each change with its line: missing and impossible inertias, elements
+    /// and names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do not turn.
+    #[serde(alias = "mend")]
+    pub repair: bool,
+    /// Density of a part of which no mass is known, in kg/m^3, for repairs; left out, [`Self::DENSITY_KG_M3`].
+    pub density_kg_m3: Option<f64>,
+    /// What rollers touch the ground with.
+    pub rollers: RollerForms,
+    /// Puts rollers into wheels that have none in the file.
+    pub wheels: Option<WheelOptions>,
+    /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
+    /// without geometry reach it at their middles, and their neighbours at their ends.
+    pub wheel_radius_m: Option<f64>,
+    /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
+    /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
+    /// remarked.
+    pub infer_rollers: bool,
+}
+
+impl LoadOptions {
+    /// Density of a part of which only the size, or only the mass, is known, in kg/m^3: between plastic and aluminium.
+    pub const DENSITY_KG_M3: f64 = 1500.0;
+
+    /// The density that repairs take.
+    pub(crate) fn density(&self) -> f64 {
+        self.density_kg_m3.unwrap_or(Self::DENSITY_KG_M3)
+    }
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            packages: Vec::new(),
+            arguments: BTreeMap::new(),
+            leave_out_missing: false,
+            files: FileAccess::default(),
+            repair: false,
+            density_kg_m3: None,
+            rollers: RollerForms::default(),
+            wheels: None,
+            wheel_radius_m: None,
+            infer_rollers: true,
+        }
+    }
+}
+
+/// What the rollers of a robot touch the ground with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RollerForms {
+    /// The exact barrel that is fitted to what the file models.
+    #[default]
+    Barrel,
+    /// The file's own collision shapes, gaps and ripple included; rollers that are put in are barrels all the same.
+    AsModelled,
+}
+
+/// Rollers for wheels that have none in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct WheelOptions {
+    /// The wheels' joints, of whatever type; none for every turning joint on a level axis that stands on the common floor,
+    /// with nothing turning above or below it.
+    #[serde(default)]
+    pub joints: Vec<String>,
+    /// The angle of the rollers, and each wheel's handedness.
+    pub gamma: Handedness,
+    /// Rollers on each wheel.
+    pub rollers: usize,
+    /// The rollers' largest radius, in metres; left out, a fifth of the wheel's, or as much more as it takes to reach
+    /// the neighbours.
+    #[serde(default)]
+    pub roller_radius_m: Option<f64>,
+    /// Mass of one roller, in kg, which is taken from the wheel's; left out, that of solid rubber (1100 kg/m^3), and at
+    /// most half of the wheel's mass for all of them.
+    #[serde(default)]
+    pub roller_mass_kg: Option<f64>,
+    /// Viscous damping of a roller's bearing, in N m s/rad.
+    #[serde(default)]
+    pub damping_n_m_s: f64,
+    /// Dry friction of a roller's bearing, in N m.
+    #[serde(default)]
+    pub friction_n_m: f64,
+}
+
+impl WheelOptions {
+    /// So many rollers of an angle on each wheel, everything else left to the file.
+    pub fn new(rollers: usize, gamma: Handedness) -> Self {
+        Self {
+            joints: Vec::new(),
+            gamma,
+            rollers,
+            roller_radius_m: None,
+            roller_mass_kg: None,
+            damping_n_m_s: 0.0,
+            friction_n_m: 0.0,
+        }
+    }
+
+    /// The same for the joints of these names.
+    pub fn on(mut self, joints: Vec<String>) -> Self {
+        self.joints = joints;
+        self
+    }
+}
+
+/// The paper's gamma of each wheel, in degrees, with its sign (see [`crate::Wheel::gamma_rad`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Handedness {
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, in which each turns the robot with the sum of its two arms. The
+    /// sign of each follows from its place about the middle of the wheels; all hub axes must be parallel.
+    XDeg(f64),
+    /// `gamma.all_deg = 0`: the same for all wheels.
+    AllDeg(f64),
+    /// `gamma.each_deg = [...]`: one for each joint, in the order of `joints`.
+    EachDeg(Vec<f64>),
+}

@@ -1,0 +1,169 @@
+//! The ranges in which a description's values must lie.
+
+use std::f64::consts::PI;
+
+use super::{ChassisShape, Described, Spec};
+use crate::error::{Fault, RobotError};
+
+const POSITIVE: &str = "a finite number above 0";
+const NOT_NEGATIVE: &str = "a finite number, 0 or above";
+const FINITE: &str = "a finite number";
+
+/// Refuses the first value that is out of its range, by its key.
+pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
+    let error = |fault| RobotError::new(&spec.name, fault);
+    check_common(spec, wheels).map_err(error)?;
+    wheels.iter().try_for_each(|wheel| {
+        check_wheel(wheel).map_err(|fault| match wheel.is_overridden {
+            true => error(fault).about(format!("wheel `{}`", wheel.placed.name)),
+            false => error(fault),
+        })
+    })
+}
+
+fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
+    Fault::OutOfRange {
+        key: key.to_owned(),
+        value: value.to_string(),
+        range,
+    }
+}
+
+fn positive(key: &str, value: f64) -> Result<(), Fault> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(out_of_range(key, value, POSITIVE))
+}
+
+fn not_negative(key: &str, value: f64) -> Result<(), Fault> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(out_of_range(key, value, NOT_NEGATIVE))
+}
+
+fn finite(key: &str, value: f64) -> Result<(), Fault> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(out_of_range(key, value, FINITE))
+}
+
+/// What all wheels have in common, and the chassis.
+fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+    let (c, w, r) = (&spec.chassis, &spec.wheel, &spec.rollers);
+    let (shape_key, sides): (&str, &[f64]) = match &c.shape {
+        ChassisShape::Box { size_m } => ("chassis.shape.box.size_m", size_m),
+        ChassisShape::Cylinder { radius_m, height_m } => {
+            ("chassis.shape.cylinder", &[*radius_m, *height_m])
+        }
+    };
+    sides
+        .iter()
+        .try_for_each(|side| positive(shape_key, *side))?;
+    for (key, value) in [
+        ("chassis.mass_kg", c.mass_kg),
+        ("wheel.radius_m", w.radius_m),
+        ("wheel.hub_mass_kg", w.hub_mass_kg),
+        ("wheel.hub_radius_m", w.hub_radius_m),
+        ("wheel.hub_width_m", w.hub_width_m),
+        ("wheel.motor_effort_n_m", w.motor_effort_n_m),
+        ("wheel.motor_velocity_rad_s", w.motor_velocity_rad_s),
+        ("wheel.gear_ratio", w.gear_ratio),
+        ("wheel.gear_efficiency", w.gear_efficiency),
+        ("rollers.radius_m", r.radius_m),
+        ("rollers.mass_kg", r.mass_kg),
+    ] {
+        positive(key, value)?;
+    }
+    for (key, value) in [
+        ("wheel.damping_n_m_s", w.damping_n_m_s),
+        ("wheel.friction_n_m", w.friction_n_m),
+        ("wheel.rotor_inertia_kg_m2", w.rotor_inertia_kg_m2),
+        ("wheel.gear_friction_n_m", w.gear_friction_n_m),
+        ("rollers.damping_n_m_s", r.damping_n_m_s),
+        ("rollers.friction_n_m", r.friction_n_m),
+        ("rollers.row_spacing_m", r.row_spacing_m),
+    ] {
+        not_negative(key, value)?;
+    }
+    if w.gear_efficiency > 1.0 {
+        let range = "above 0 and at most 1";
+        return Err(out_of_range(
+            "wheel.gear_efficiency",
+            w.gear_efficiency,
+            range,
+        ));
+    }
+    c.center_m
+        .iter()
+        .try_for_each(|value| finite("chassis.center_m", *value))?;
+    if !(1..=2).contains(&r.rows) {
+        return Err(out_of_range("rollers.rows", r.rows, "1 or 2"));
+    }
+    if !(3..=1000).contains(&wheels.len()) {
+        return Err(out_of_range(
+            "wheels",
+            wheels.len(),
+            "from 3 to 1000 wheels",
+        ));
+    }
+    let known = |name: &&String| wheels.iter().any(|wheel| wheel.placed.name == **name);
+    match spec.overrides.keys().find(|name| !known(name)) {
+        None => Ok(()),
+        Some(name) => Err(Fault::NoSuchWheel {
+            wheel: name.clone(),
+            wheels: wheels
+                .iter()
+                .map(|wheel| wheel.placed.name.clone())
+                .collect(),
+        }),
+    }
+}
+
+/// One wheel, with what is overridden of it.
+fn check_wheel(wheel: &Described) -> Result<(), Fault> {
+    let (placed, w, r) = (&wheel.placed, &wheel.wheel, &wheel.rollers);
+    let of = |common: &str, overridden: &str| {
+        if wheel.is_overridden {
+            format!("overrides.{}.{overridden}", placed.name)
+        } else {
+            common.to_owned()
+        }
+    };
+    positive(&of("wheel.radius_m", "radius_m"), w.radius_m)?;
+    positive(&of("wheel.hub_mass_kg", "hub_mass_kg"), w.hub_mass_kg)?;
+    positive(&of("rollers.radius_m", "roller_radius_m"), r.radius_m)?;
+    positive(&of("rollers.mass_kg", "roller_mass_kg"), r.mass_kg)?;
+    finite(&of("", "phase_deg"), wheel.phase_rad)?;
+    let place = [placed.position_m[0], placed.position_m[1], placed.axis_deg];
+    place
+        .iter()
+        .try_for_each(|value| finite("wheels: position and axis", *value))?;
+    if !(3..=1000).contains(&r.per_row) {
+        let key = of("rollers.per_row", "per_row");
+        return Err(out_of_range(&key, r.per_row, "from 3 to 1000"));
+    }
+    // At 90 deg the rollers turn about the hub axis and the wheel cannot drive.
+    if placed.gamma_deg.is_nan() || placed.gamma_deg.abs() > 85.0 {
+        let range =
+            "from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive";
+        let key = of("wheels: gamma_deg", "gamma_deg");
+        return Err(out_of_range(&key, placed.gamma_deg, range));
+    }
+    if r.radius_m >= w.radius_m {
+        let key = of("rollers.radius_m", "roller_radius_m");
+        return Err(out_of_range(&key, r.radius_m, "below `wheel.radius_m`"));
+    }
+    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
+    let half_pitch_rad = PI / wheel.roller_count() as f64;
+    let least_radius_m = w.radius_m * (1.0 - libm::cos(half_pitch_rad));
+    if r.radius_m <= least_radius_m {
+        return Err(Fault::RollersTooSlender {
+            roller_radius_mm: 1e3 * r.radius_m,
+            least_radius_mm: 1e3 * least_radius_m,
+        });
+    }
+    Ok(())
+}

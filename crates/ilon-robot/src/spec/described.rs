@@ -1,0 +1,69 @@
+//! The wheels of a description one by one, with what is overridden of each.
+
+use super::{PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec};
+use crate::model::Barrel;
+
+/// One wheel, with all that is said of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Described {
+    pub(crate) placed: PlacedWheel,
+    pub(crate) wheel: WheelSpec,
+    pub(crate) rollers: RollerSpec,
+    /// How far the rollers stand on about the hub axis, in radians.
+    pub(crate) phase_rad: f64,
+    /// Height of the axle above the floor on which the other wheels stand, in metres.
+    pub(crate) axle_height_m: f64,
+    /// Whether anything is otherwise about it.
+    pub(crate) is_overridden: bool,
+}
+
+impl Spec {
+    /// The wheels in the order in which they are written.
+    pub(crate) fn described(&self) -> Vec<Described> {
+        let one = |placed: PlacedWheel| {
+            let over = self.overrides.get(&placed.name);
+            self.with(placed, over)
+        };
+        self.wheels.placed().into_iter().map(one).collect()
+    }
+
+    fn with(&self, mut placed: PlacedWheel, over: Option<&WheelOverride>) -> Described {
+        let (mut wheel, mut rollers) = (self.wheel.clone(), self.rollers.clone());
+        let mut phase_rad = 0.0;
+        if let Some(over) = over {
+            let set = |value: &mut f64, said: Option<f64>| *value = said.unwrap_or(*value);
+            set(&mut wheel.radius_m, over.radius_m);
+            set(&mut wheel.hub_mass_kg, over.hub_mass_kg);
+            set(&mut rollers.radius_m, over.roller_radius_m);
+            set(&mut rollers.mass_kg, over.roller_mass_kg);
+            set(&mut placed.gamma_deg, over.gamma_deg);
+            rollers.per_row = over.per_row.unwrap_or(rollers.per_row);
+            phase_rad = over.phase_deg.unwrap_or_default().to_radians();
+        }
+        Described {
+            placed,
+            wheel,
+            rollers,
+            phase_rad,
+            axle_height_m: self.wheel.radius_m,
+            is_overridden: over.is_some(),
+        }
+    }
+}
+
+impl Described {
+    /// The barrel of its rollers: those of both rows take turns, so that all of them share the turn evenly.
+    pub(crate) fn barrel(&self) -> Barrel {
+        Barrel::handing_over(
+            self.wheel.radius_m,
+            self.rollers.radius_m,
+            self.placed.gamma_deg.to_radians(),
+            self.roller_count(),
+        )
+    }
+
+    /// Number of its rollers, in all rows.
+    pub(crate) fn roller_count(&self) -> usize {
+        self.rollers.per_row * self.rollers.rows
+    }
+}

@@ -1,0 +1,331 @@
+//! The short description of a robot from which [`crate::generate`] writes URDF.
+//!
+//! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so that a robot spawned
+//! at z = 0 stands on the floor.
+
+mod check;
+mod described;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Fault, RobotError};
+use crate::files::FileAccess;
+use crate::model::DriveTrain;
+
+pub(crate) use check::check;
+pub(crate) use described::Described;
+
+/// Longest description that is read, in bytes: one with a wheel list of thousands stays below.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spec {
+    /// The robot's name.
+    pub name: String,
+    /// The body that carries the wheels.
+    pub chassis: ChassisSpec,
+    /// What all wheels have in common.
+    pub wheel: WheelSpec,
+    /// What all rollers have in common.
+    pub rollers: RollerSpec,
+    /// Where the wheels sit and which way they roll.
+    pub wheels: Arrangement,
+    /// `[overrides.NAME]`: what is otherwise about the wheel of that name: worn, or mounted otherwise.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub overrides: BTreeMap<String, WheelOverride>,
+}
+
+/// The chassis: a solid of even density.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChassisSpec {
+    /// Its shape.
+    pub shape: ChassisShape,
+    /// Mass in kg.
+    pub mass_kg: f64,
+    /// Its centre in the body frame, whose origin is on the ground, in metres.
+    pub center_m: [f64; 3],
+}
+
+/// The shape of a chassis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ChassisShape {
+    /// `shape.box = { size_m = [x, y, z] }`: a box along the body's axes.
+    Box {
+        /// Its sides along x, y and z, in metres.
+        size_m: [f64; 3],
+    },
+    /// `shape.cylinder = { radius_m = ..., height_m = ... }`: an upright cylinder.
+    Cylinder {
+        /// Radius in metres.
+        radius_m: f64,
+        /// Height in metres.
+        height_m: f64,
+    },
+}
+
+/// What all wheels have in common. The hub is a solid cylinder about the hub axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelSpec {
+    /// The paper's rho: from the hub axis to the ground, in metres.
+    pub radius_m: f64,
+    /// Mass of the hub without its rollers, in kg.
+    pub hub_mass_kg: f64,
+    /// Radius of the hub, in metres.
+    pub hub_radius_m: f64,
+    /// Width of the hub along its axis, in metres.
+    pub hub_width_m: f64,
+    /// Largest torque of the motor at the wheel, behind its gear, in N m.
+    pub motor_effort_n_m: f64,
+    /// Largest rate of the motor at the wheel, behind its gear, in rad/s.
+    pub motor_velocity_rad_s: f64,
+    /// Viscous damping of the wheel's bearing and gear, in N m s/rad.
+    #[serde(default)]
+    pub damping_n_m_s: f64,
+    /// Dry friction of the wheel's bearing and gear, in N m.
+    #[serde(default)]
+    pub friction_n_m: f64,
+    /// Turns of the motor's rotor per turn of the wheel.
+    #[serde(default = "unity")]
+    pub gear_ratio: f64,
+    /// Inertia of the rotor about its own axis, before the gear, in kg m^2. The wheel feels gear_ratio^2 times it.
+    #[serde(default)]
+    pub rotor_inertia_kg_m2: f64,
+    /// Share of the motor's power that leaves the gear, in (0, 1].
+    #[serde(default = "unity")]
+    pub gear_efficiency: f64,
+    /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
+    #[serde(default)]
+    pub gear_friction_n_m: f64,
+}
+
+impl WheelSpec {
+    /// The gear and the rotor behind it.
+    pub fn drive(&self) -> DriveTrain {
+        DriveTrain {
+            gear_ratio: self.gear_ratio,
+            rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+            gear_efficiency: self.gear_efficiency,
+            gear_friction_n_m: self.gear_friction_n_m,
+        }
+    }
+}
+
+/// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
+/// neither gap nor overlap (see [`crate::barrel`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RollerSpec {
+    /// Number of rollers in one row.
+    pub per_row: usize,
+    /// Number of rows: 1, or 2 for a wheel whose second row stands half a pitch further.
+    #[serde(default = "one")]
+    pub rows: usize,
+    /// Distance between the two rows along the hub axis, in metres; 0 with one row.
+    #[serde(default)]
+    pub row_spacing_m: f64,
+    /// Largest radius of a roller, at its middle, in metres.
+    pub radius_m: f64,
+    /// Mass of one roller, in kg.
+    pub mass_kg: f64,
+    /// Viscous damping of the roller's bearing, in N m s/rad.
+    #[serde(default)]
+    pub damping_n_m_s: f64,
+    /// Dry friction of the roller's bearing, in N m.
+    #[serde(default)]
+    pub friction_n_m: f64,
+}
+
+fn one() -> usize {
+    1
+}
+
+fn unity() -> f64 {
+    1.0
+}
+
+/// What is otherwise about one wheel. Its axle stays as high as `wheel.radius_m` says, so that a smaller wheel hangs, or the robot
+/// leans on it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct WheelOverride {
+    /// The paper's rho of this wheel, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<f64>,
+    /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<f64>,
+    /// How far its rollers stand on about the hub axis at wheel angle zero, in degrees; at 0 the first points straight down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_deg: Option<f64>,
+    /// Number of its rollers in one row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_row: Option<usize>,
+    /// Largest radius of its rollers, at their middles, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roller_radius_m: Option<f64>,
+    /// Mass of one of its rollers, in kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roller_mass_kg: Option<f64>,
+    /// Mass of its hub without rollers, in kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hub_mass_kg: Option<f64>,
+}
+
+/// Where the wheels sit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Arrangement {
+    /// `[wheels.mecanum]`: pairs of wheels on axles, all hub axes to the left, handed in the usual X: seen from above,
+    /// the axes of the rollers on top form an X, those on the ground a rhombus, and each wheel turns the robot with the
+    /// sum of its two arms.
+    Mecanum {
+        /// x of each axle in the body frame, front first, in metres.
+        axles_m: Vec<f64>,
+        /// From the middle of the robot to the middle of a wheel, in metres.
+        half_width_m: f64,
+        /// The paper's |gamma|, in degrees, in (0, 90).
+        gamma_deg: f64,
+    },
+    /// `[wheels.ring]`: wheels at even angles around the body's origin, their hub axes pointing outward.
+    Ring {
+        /// Number of wheels.
+        count: usize,
+        /// The paper's |b|: from the body's origin to the middle of a wheel, in metres.
+        distance_m: f64,
+        /// Angle of the first wheel from the body's x axis, counter-clockwise, in degrees.
+        #[serde(default)]
+        first_deg: f64,
+        /// The paper's gamma of every wheel, with its sign, in degrees, in (-90, 90).
+        gamma_deg: f64,
+    },
+    /// `[[wheels.list]]`: wheels one by one.
+    List(Vec<PlacedWheel>),
+}
+
+/// One wheel: its place, axis and handedness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlacedWheel {
+    /// The name of its joint.
+    pub name: String,
+    /// The paper's **b**: the wheel's middle in the body frame, x and y, in metres.
+    pub position_m: [f64; 2],
+    /// The hub axis **n** as an angle from the body's x axis, counter-clockwise, in degrees. Positive wheel rates turn
+    /// about it.
+    pub axis_deg: f64,
+    /// The paper's gamma, with its sign: from the hub axis to the rolling direction of the roller on the ground,
+    /// counter-clockwise seen from above, in degrees, in (-90, 90).
+    pub gamma_deg: f64,
+}
+
+impl Spec {
+    /// Reads a description from a TOML file.
+    ///
+    /// # Errors
+    /// A file that cannot be read; TOML that is malformed, of another form, or has unknown keys.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
+        Self::load_through(path, &FileAccess::anywhere())
+    }
+
+    /// Reads a description from a TOML file that may be read.
+    ///
+    /// # Errors
+    /// As [`Self::load`], and a file that may not be read.
+    pub fn load_through(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, RobotError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = files.read_text(path, MAX_BYTES).map_err(|e| {
+            let reason = e.to_string();
+            RobotError::new(&file, Fault::Unreadable { reason })
+        })?;
+        Self::from_toml_str(&text, &file)
+    }
+
+    /// Reads a description from TOML; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// TOML that is malformed, of another form, or has unknown keys.
+    pub fn from_toml_str(text: &str, file: &str) -> Result<Self, RobotError> {
+        toml::from_str(text).map_err(|e| {
+            let reason = e.message().to_owned();
+            let error = RobotError::new(file, Fault::Toml { reason });
+            match e.span() {
+                Some(bytes) => error.at(&text.into(), bytes),
+                None => error,
+            }
+        })
+    }
+}
+
+impl Arrangement {
+    /// The wheels one by one, in the order in which they are written.
+    pub fn placed(&self) -> Vec<PlacedWheel> {
+        match self {
+            Self::List(wheels) => wheels.clone(),
+            Self::Ring {
+                count,
+                distance_m,
+                first_deg,
+                gamma_deg,
+            } => (0..*count)
+                .map(|i| {
+                    let axis_deg = first_deg + 360.0 * i as f64 / *count as f64;
+                    let (s, c) = libm::sincos(axis_deg.to_radians());
+                    PlacedWheel {
+                        name: format!("wheel_{}", i + 1),
+                        position_m: [distance_m * c, distance_m * s],
+                        axis_deg,
+                        gamma_deg: *gamma_deg,
+                    }
+                })
+                .collect(),
+            Self::Mecanum {
+                axles_m,
+                half_width_m,
+                gamma_deg,
+            } => {
+                let middle_m = axles_m.iter().sum::<f64>() / axles_m.len().max(1) as f64;
+                let pair = |(i, &x_m): (usize, &f64)| {
+                    // The left wheel ahead of the middle turns its rolling direction forward of the hub axis (gamma
+                    // < 0), so that its roller axis on the ground points along (-1, 1) and it turns the robot with arm
+                    // x + y; behind, and on the right, mirrored. An axle in the middle is handed like one ahead.
+                    let left_deg = if x_m >= middle_m {
+                        -gamma_deg
+                    } else {
+                        *gamma_deg
+                    };
+                    let axle = axle_name(i, axles_m.len());
+                    [
+                        (format!("{axle}_left"), *half_width_m, left_deg),
+                        (format!("{axle}_right"), -half_width_m, -left_deg),
+                    ]
+                    .map(|(name, y_m, gamma_deg)| PlacedWheel {
+                        name,
+                        position_m: [x_m, y_m],
+                        axis_deg: 90.0,
+                        gamma_deg,
+                    })
+                };
+                axles_m.iter().enumerate().flat_map(pair).collect()
+            }
+        }
+    }
+}
+
+fn axle_name(i: usize, count: usize) -> String {
+    match (i, count) {
+        (0, 1..) => "front".to_owned(),
+        (_, 2..) if i + 1 == count => "rear".to_owned(),
+        (1, 3) => "middle".to_owned(),
+        _ => format!("axle_{}", i + 1),
+    }
+}

@@ -1,0 +1,101 @@
+//! The rigid bodies that held joints make of links.
+
+use nalgebra::{Point3, Vector3};
+
+use super::geometry::extent_m;
+use super::tree::{Motion, PlacedShape, Tree, TreeLink};
+use crate::model::{MassProperties, Remark};
+
+/// Links that move as one.
+pub(super) struct RigidBody {
+    /// The link it hangs by.
+    pub(super) link: usize,
+    /// All of its links.
+    pub(super) links: Vec<usize>,
+    /// Mass properties in the body frame; `None` where no link of it has mass.
+    pub(super) mass: Option<MassProperties>,
+    /// Collision geometry in the body frame.
+    pub(super) shapes: Vec<PlacedShape>,
+    /// What is shown of it, in the body frame.
+    pub(super) visuals: Vec<PlacedShape>,
+    /// Movable joints inside it that are held at zero.
+    pub(super) held: Vec<usize>,
+}
+
+impl Tree {
+    /// Everything that moves as one with `link` and hangs below it, when the joints that `splits` picks move and all
+    /// others are held at zero.
+    pub(super) fn rigid_body(&self, link: usize, splits: impl Fn(usize) -> bool) -> RigidBody {
+        let mut body = RigidBody {
+            link,
+            links: Vec::new(),
+            mass: None,
+            shapes: Vec::new(),
+            visuals: Vec::new(),
+            held: Vec::new(),
+        };
+        let mut parts = Vec::new();
+        let mut waiting = vec![link];
+        while let Some(link) = waiting.pop() {
+            let TreeLink {
+                mass,
+                shapes,
+                visuals,
+                joints_below,
+                ..
+            } = &self.links[link];
+            parts.extend(mass.clone());
+            body.links.push(link);
+            body.shapes.extend(shapes.iter().cloned());
+            body.visuals.extend(visuals.iter().cloned());
+            // Reversed, so that what stands first in the file is merged first.
+            for &j in joints_below.iter().rev().filter(|&&j| !splits(j)) {
+                if self.joints[j].motion != Motion::Fixed {
+                    body.held.push(j);
+                }
+                waiting.push(self.joints[j].child);
+            }
+        }
+        body.mass = MassProperties::merged(&parts);
+        body
+    }
+
+    /// A link without what hangs below it.
+    pub(super) fn lone_body(&self, link: usize) -> RigidBody {
+        let TreeLink {
+            mass,
+            shapes,
+            visuals,
+            ..
+        } = &self.links[link];
+        RigidBody {
+            link,
+            links: vec![link],
+            mass: mass.clone(),
+            shapes: shapes.clone(),
+            visuals: visuals.clone(),
+            held: Vec::new(),
+        }
+    }
+}
+
+impl RigidBody {
+    /// Says which movable joints of it are held at zero.
+    pub(super) fn remark_held(&self, tree: &Tree, of: &str, remarks: &mut Vec<Remark>) {
+        for &j in &self.held {
+            remarks.push(Remark::new(
+                format!("joint `{}`", tree.joints[j].name),
+                format!("neither wheel nor roller: it is held at zero and moves with {of}"),
+            ));
+        }
+    }
+
+    /// How far its geometry without meshes reaches from a point of the body frame, in metres; 0 without any.
+    pub(super) fn reach_m(&self, from: &Vector3<f64>) -> f64 {
+        self.shapes
+            .iter()
+            .chain(&self.visuals)
+            .filter_map(|shape| extent_m(shape, &Point3::from(*from)))
+            .fold(0.0, f64::max)
+    }
+}

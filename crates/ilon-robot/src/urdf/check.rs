@@ -1,0 +1,347 @@
+//! The robot as a whole: its chassis, and what must hold between its wheels.
+
+use nalgebra::{Unit, Vector2, Vector3};
+
+use super::Loading;
+use super::body::RigidBody;
+use super::faults::Faults;
+use super::geometry::primitive;
+use super::recognise::{Candidate, fixed_hubs};
+use super::source::Source;
+use super::survey::{Survey, WheelLike};
+use super::tree::PlacedShape;
+use super::{form, infer};
+use crate::error::{Fault, Looked, RobotError};
+use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
+
+/// Fewest wheels that hold all three freedoms of the plane.
+pub(super) const LEAST_WHEELS: usize = 3;
+/// A wheel larger than this is taken for millimetres.
+const LARGEST_WHEEL_M: f64 = 5.0;
+/// The largest lean of a robot on its wheels that is taken, in degrees.
+const MOST_TILT_DEG: f64 = 5.0;
+/// A lean below this is not worth a word, in degrees.
+const REMARKED_TILT_DEG: f64 = 0.05;
+/// A radius of gyration this many times as long as the body's reach is impossible, and one of half as many is doubted.
+const MOST_GYRATION: f64 = 5.0;
+/// Density of steel, in kg/m^3, beyond which a wheel is doubted.
+const STEEL_KG_M3: f64 = 8000.0;
+
+/// Refuses fewer than three wheels, saying what was found instead.
+pub(super) fn check_wheel_count(
+    loading: &Loading,
+    candidates: &[Candidate],
+    given: usize,
+    survey: &Survey,
+) -> Result<(), RobotError> {
+    if candidates.len() + given >= LEAST_WHEELS {
+        return Ok(());
+    }
+    let (source, tree) = (loading.source, loading.tree);
+    let names = |likes: &[&WheelLike]| -> Vec<String> {
+        let names = likes
+            .iter()
+            .map(|like| tree.joints[like.joint].name.clone());
+        names.collect()
+    };
+    let hubs = fixed_hubs(tree);
+    if !hubs.is_empty() {
+        let mut faults = Faults::default();
+        for (hub, rollers) in hubs {
+            let wheels = candidates.len() + given;
+            let fault = Fault::HubDoesNotTurn { rollers, wheels };
+            faults.push(source.joint_error(&tree.joints[hub].name, fault));
+        }
+        faults.into_result()?;
+    }
+    if candidates.is_empty() && given == 0 {
+        let turning: Vec<&WheelLike> = survey.turning.iter().collect();
+        let likely = survey.likely();
+        let steered: Vec<&WheelLike> = survey.steered.iter().collect();
+        let bare = [turning, likely]
+            .into_iter()
+            .find(|likes| likes.len() >= LEAST_WHEELS);
+        if let Some(bare) = bare {
+            let fault = Fault::NoRollers {
+                wheels: names(&bare),
+                rollers: Box::new(infer::fitting(tree, &bare)),
+            };
+            return Err(source.joint_error(&tree.joints[bare[0].joint].name, fault));
+        }
+        if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
+            let fault = Fault::Steered {
+                wheels: names(&steered),
+                rollers: Box::new(infer::fitting(tree, &steered)),
+            };
+            return Err(source.joint_error(&tree.joints[steered[0].joint].name, fault));
+        }
+    }
+    if let Some(error) = form::of_old_xacro(source) {
+        return Err(error);
+    }
+    Err(source.robot_error(Fault::TooFewWheels {
+        wheels: candidates
+            .iter()
+            .map(|c| tree.joints[c.hub].name.clone())
+            .collect(),
+        looked: looked(loading, survey),
+    }))
+}
+
+/// Why each joint is no wheel, those that could be one included.
+fn looked(loading: &Loading, survey: &Survey) -> Vec<Looked> {
+    let of = |like: &WheelLike, reason: &str| Looked {
+        joint: loading.tree.joints[like.joint].name.clone(),
+        reason: reason.to_owned(),
+    };
+    let likely = survey.likely();
+    let likely = likely
+        .iter()
+        .map(|like| of(like, "could be a wheel, but carries no rollers"));
+    let steered = survey
+        .steered
+        .iter()
+        .map(|like| of(like, "hangs by an upright joint that steers it"));
+    likely
+        .chain(steered)
+        .chain(survey.looked.iter().cloned())
+        .collect()
+}
+
+/// The chassis from the body that hangs by the root link.
+pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let name = tree.links[body.link].name.clone();
+    let mass = body
+        .mass
+        .ok_or_else(|| source.link_error(&name, Fault::NoMass))?;
+    let mut meshes = 0;
+    let mut collisions = Vec::with_capacity(body.shapes.len());
+    for PlacedShape {
+        body_from_shape,
+        geometry,
+    } in body.shapes
+    {
+        let Some(shape) = primitive(&geometry) else {
+            meshes += 1;
+            continue;
+        };
+        collisions.push(Collision {
+            body_from_shape,
+            shape,
+        });
+    }
+    if meshes > 0 {
+        loading.remarks.push(Remark::new(
+            format!("link `{name}`"),
+            format!(
+                "{meshes} collision meshes of the chassis are not read: it touches nothing there"
+            ),
+        ));
+    }
+    Ok(Chassis {
+        name,
+        mass,
+        collisions,
+    })
+}
+
+/// Refuses an inertia that no body of that mass and reach has, and doubts one that hardly any has.
+pub(super) fn check_gyration(
+    source: &Source,
+    link: &str,
+    mass: &MassProperties,
+    reach_m: f64,
+    remarks: &mut Vec<Remark>,
+) -> Result<(), RobotError> {
+    let [_, _, most] = mass.principal_moments_kg_m2();
+    let gyration_m = (most / mass.mass_kg).sqrt();
+    if reach_m <= 0.0 || gyration_m <= 0.5 * MOST_GYRATION * reach_m {
+        return Ok(());
+    }
+    let fault = Fault::InertiaTooLarge {
+        mass_kg: mass.mass_kg,
+        gyration_m,
+        reach_m,
+    };
+    if gyration_m > MOST_GYRATION * reach_m {
+        return Err(source.inertial_error(link, fault));
+    }
+    remarks.push(Remark::new(
+        format!("link `{link}`"),
+        format!("its inertia is doubtful: {fault}"),
+    ));
+    Ok(())
+}
+
+/// Checks what must hold between the wheels, and hands the robot on.
+pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotError> {
+    let mut faults = Faults::default();
+    for wheel in robot.wheels.iter().filter(|w| w.radius_m > LARGEST_WHEEL_M) {
+        let fault = Fault::LooksLikeMillimetres {
+            radius_m: wheel.radius_m,
+        };
+        faults.push(source.joint_error(&wheel.name, fault));
+    }
+    faults.into_result()?;
+    let mut remarks = Vec::new();
+    let pose = robot.standing_pose();
+    match &pose {
+        Some(pose) => check_standing(source, &robot, pose, &mut remarks)?,
+        None => remarks.push(Remark::new(
+            format!("link `{}`", robot.chassis.name),
+            "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
+        )),
+    }
+    check_chassis_above_floor(source, &robot, pose.as_ref())?;
+    remark_root(&robot, &mut remarks);
+    remark_masses(&robot, &mut remarks);
+    robot.remarks.extend(remarks);
+    Ok(robot)
+}
+
+/// All wheels must reach the floor, or nearly, and the robot must not lean much on them.
+fn check_standing(
+    source: &Source,
+    robot: &Robot,
+    pose: &StandingPose,
+    remarks: &mut Vec<Remark>,
+) -> Result<(), RobotError> {
+    let tilt_deg = pose.tilt_rad().to_degrees();
+    let wheels = &robot.wheels;
+    let places = || wheels.iter().map(|w| w.position_m().xy());
+    let span_m = places()
+        .flat_map(|p| places().map(move |q| (p - q).norm()))
+        .fold(0.0, f64::max);
+    // A wheel hangs as high as the robot would lean onto it.
+    let most_m = span_m * MOST_TILT_DEG.to_radians();
+    let gaps: Vec<(f64, &Wheel)> = wheels.iter().map(|w| (pose.gap_m(w), w)).collect();
+    let Some((highest_m, highest)) = gaps.iter().max_by(|p, q| p.0.total_cmp(&q.0)) else {
+        return Ok(());
+    };
+    if tilt_deg > MOST_TILT_DEG || *highest_m > most_m {
+        let bottom_m = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
+        let by_height = |p: &&Wheel, q: &&Wheel| bottom_m(p).total_cmp(&bottom_m(q));
+        let hangs = *highest_m > most_m;
+        // Of a robot that leans, the wheel that ends highest in its file is at fault.
+        let at_fault = if hangs {
+            highest
+        } else {
+            wheels.iter().max_by(by_height).unwrap_or(highest)
+        };
+        let lowest_m = wheels.iter().map(bottom_m).fold(f64::INFINITY, f64::min);
+        let fault = Fault::UnevenWheels {
+            apart_mm: 1e3 * (bottom_m(at_fault) - lowest_m),
+            tilt_deg,
+            gap_mm: if hangs { 1e3 * highest_m } else { 0.0 },
+            most_deg: MOST_TILT_DEG,
+        };
+        return Err(source.joint_error(&at_fault.name, fault));
+    }
+    if tilt_deg > REMARKED_TILT_DEG {
+        remarks.push(Remark::new(
+            "the robot",
+            format!(
+                "its wheels do not reach equally low: it stands rolled by {:.2} deg and pitched by {:.2} deg",
+                pose.roll_rad.to_degrees(),
+                pose.pitch_rad.to_degrees()
+            ),
+        ));
+    }
+    for (gap_m, wheel) in gaps {
+        if gap_m > 1e-3 * wheel.radius_m {
+            remarks.push(Remark::new(
+                format!("wheel `{}`", wheel.name),
+                format!(
+                    "hangs {:.2} mm above the floor that the others stand on",
+                    1e3 * gap_m
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The chassis must not reach below the floor.
+fn check_chassis_above_floor(
+    source: &Source,
+    robot: &Robot,
+    pose: Option<&StandingPose>,
+) -> Result<(), RobotError> {
+    let up: Unit<Vector3<f64>> = pose.map_or_else(Vector3::z_axis, StandingPose::up_in_body);
+    let floor_m = -pose.map_or_else(|| robot.ride_height_m(), |pose| pose.height_m);
+    let down = -up.into_inner();
+    let lowest_m = robot
+        .chassis
+        .collisions
+        .iter()
+        .map(|collision| -collision.reach_m(&down))
+        .fold(f64::INFINITY, f64::min);
+    let radius_m = robot
+        .wheels
+        .iter()
+        .map(|w| w.radius_m)
+        .fold(f64::INFINITY, f64::min);
+    if lowest_m < floor_m - 0.01 * radius_m {
+        let fault = Fault::ChassisBelowFloor {
+            deep_mm: 1e3 * (floor_m - lowest_m),
+        };
+        return Err(source.link_error(&robot.chassis.name, fault));
+    }
+    Ok(())
+}
+
+/// Says that the body frame, about which the robot is turned, lies outside its wheels.
+fn remark_root(robot: &Robot, remarks: &mut Vec<Remark>) {
+    let places: Vec<Vector2<f64>> = robot.wheels.iter().map(|w| w.position_m().xy()).collect();
+    let count = places.len() as f64;
+    let middle = places.iter().sum::<Vector2<f64>>() / count;
+    let farthest_m = places
+        .iter()
+        .map(|p| (p - middle).norm())
+        .fold(0.0, f64::max);
+    if middle.norm() > 1.05 * farthest_m {
+        remarks.push(Remark::new(
+            format!("link `{}`", robot.chassis.name),
+            format!(
+                "the robot's frame lies {:.0} mm from the middle of its wheels and outside them: what turns it on the spot turns \
+                 it about there",
+                1e3 * middle.norm()
+            ),
+        ));
+    }
+}
+
+/// Says which masses are out of proportion.
+fn remark_masses(robot: &Robot, remarks: &mut Vec<Remark>) {
+    let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
+    let wheels_kg: f64 = robot.wheels.iter().map(wheel_kg).sum();
+    let chassis_kg = robot.chassis.mass.mass_kg;
+    if chassis_kg < 0.1 * wheels_kg {
+        remarks.push(Remark::new(
+            format!("link `{}`", robot.chassis.name),
+            format!(
+                "the chassis weighs {chassis_kg:.4} kg beside {wheels_kg:.4} kg of wheels: its mass may be missing"
+            ),
+        ));
+    }
+    for wheel in &robot.wheels {
+        let kg = wheel_kg(wheel);
+        // At the least as wide as its rollers are thick.
+        let width_m = wheel
+            .rollers
+            .iter()
+            .map(|r| 2.0 * r.radius_m)
+            .fold(0.0, f64::max);
+        let disc_m3 = std::f64::consts::PI * wheel.radius_m * wheel.radius_m * width_m;
+        let density = kg / disc_m3.max(1e-12);
+        let words = if kg > chassis_kg && chassis_kg >= 0.1 * wheels_kg {
+            format!("it weighs {kg:.2} kg, more than the chassis with its {chassis_kg:.2} kg")
+        } else if density > 2.0 * STEEL_KG_M3 {
+            format!("it weighs {kg:.2} kg, twice as much as a disc of steel of its size")
+        } else {
+            continue;
+        };
+        remarks.push(Remark::new(format!("wheel `{}`", wheel.name), words));
+    }
+}

@@ -1,0 +1,266 @@
+//! A link's geometry as that of a wheel: round about an axis, with a radius and a middle.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
+use urdf_rs::Geometry;
+
+use super::body::RigidBody;
+use super::geometry::mesh_points;
+use super::mesh::Meshes;
+use super::tree::PlacedShape;
+use crate::error::Fault;
+
+/// Directions across the axis in which a mesh's reach is looked at.
+const DIRECTIONS: usize = 16;
+/// A mesh is round where its reaches differ by less than this share of the largest.
+const ROUND: f64 = 0.08;
+/// A round shape stands about the axis where its middle is off it by less than this share of its radius.
+const CENTRED: f64 = 0.1;
+
+/// A wheel by its geometry.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Disc {
+    /// Its radius, in metres.
+    pub(super) radius_m: f64,
+    /// Its middle along the axis, from the origin that was asked about, in metres.
+    pub(super) middle_m: f64,
+    /// Whether only what is shown says so, for there is nothing to touch with.
+    pub(super) of_visuals: bool,
+}
+
+/// Why a body's geometry shows no wheel.
+#[derive(Clone, Debug)]
+pub(super) enum NoDisc {
+    /// It has none.
+    Bare,
+    /// A mesh of it cannot be read.
+    Unreadable(Fault),
+    /// Nothing of it is round about the axis, in words.
+    NotRound(String),
+}
+
+impl NoDisc {
+    /// In words, as of a joint: "...".
+    pub(super) fn words(&self) -> String {
+        match self {
+            Self::Bare => "it has no geometry".to_owned(),
+            Self::Unreadable(fault) => fault.to_string(),
+            Self::NotRound(why) => why.clone(),
+        }
+    }
+}
+
+/// The wheel that a body shows about an axis, which is z of the frame. Of what can touch, or else of what is shown, the largest
+/// that is round about it.
+pub(super) fn about(
+    body: &RigidBody,
+    body_from_frame: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Result<Disc, NoDisc> {
+    let (shapes, of_visuals) = if body.shapes.is_empty() {
+        (&body.visuals, true)
+    } else {
+        (&body.shapes, false)
+    };
+    let mut largest: Option<(f64, f64)> = None;
+    let mut why_not = NoDisc::Bare;
+    for shape in shapes {
+        match of_shape(shape, body_from_frame, meshes) {
+            Ok(found) if largest.is_none_or(|l| found.0 > l.0) => largest = Some(found),
+            Ok(_) => {}
+            // Whatever else there is, it may be a motor's mount: what cannot be read may be the wheel.
+            Err(NoDisc::Unreadable(fault)) => return Err(NoDisc::Unreadable(fault)),
+            Err(other) => why_not = other,
+        }
+    }
+    match largest {
+        Some((radius_m, middle_m)) => Ok(Disc {
+            radius_m,
+            middle_m,
+            of_visuals,
+        }),
+        None => Err(why_not),
+    }
+}
+
+/// Radius and middle of one shape.
+fn of_shape(
+    shape: &PlacedShape,
+    body_from_frame: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Result<(f64, f64), NoDisc> {
+    let from_shape = body_from_frame.inverse() * shape.body_from_shape;
+    let center = from_shape.translation.vector;
+    let aligned = (from_shape * Vector3::z()).z.abs() > 0.99;
+    let off_m = center.xy().norm();
+    let centred = |radius: f64| {
+        if off_m <= CENTRED * radius {
+            Ok((off_m + radius, center.z))
+        } else {
+            Err(NoDisc::NotRound(format!(
+                "its geometry of radius {:.1} mm stands {:.1} mm off the axis",
+                1e3 * radius,
+                1e3 * off_m
+            )))
+        }
+    };
+    match &shape.geometry {
+        Geometry::Sphere { radius } => centred(*radius),
+        Geometry::Cylinder { radius, .. } | Geometry::Capsule { radius, .. } if aligned => {
+            centred(*radius)
+        }
+        Geometry::Cylinder { .. } | Geometry::Capsule { .. } => Err(NoDisc::NotRound(
+            "its cylinder does not lie along the axis".to_owned(),
+        )),
+        // A square box stands for the wheel inside it.
+        Geometry::Box { size } => match square_about(size, &from_shape) {
+            Some(radius) => centred(radius),
+            None => Err(NoDisc::NotRound(
+                "its box is not square about the axis".to_owned(),
+            )),
+        },
+        Geometry::Mesh { filename, scale } => {
+            let points =
+                mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
+            of_points(&points)
+        }
+    }
+}
+
+/// Half of the side of a box that is square about z; `None` of another.
+fn square_about(size: &[f64; 3], from_shape: &Isometry3<f64>) -> Option<f64> {
+    let along = (0..3).find(|&i| (from_shape.rotation * Vector3::ith(i, 1.0)).z.abs() > 0.99)?;
+    let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
+    ((p - q).abs() <= 0.05 * p.max(q)).then_some(0.25 * (p + q))
+}
+
+/// Radius and middle of points that are round about z.
+fn of_points(points: &[Point3<f64>]) -> Result<(f64, f64), NoDisc> {
+    let (mut radius, mut low, mut high) = (0.0f64, f64::INFINITY, f64::NEG_INFINITY);
+    for v in points {
+        radius = radius.max(v.xy().coords.norm());
+        (low, high) = (low.min(v.z), high.max(v.z));
+    }
+    let least = least_reach(points);
+    if least < (1.0 - ROUND) * radius {
+        return Err(NoDisc::NotRound(format!(
+            "its mesh reaches {:.1} mm from the axis one way and {:.1} mm another",
+            1e3 * radius,
+            1e3 * least
+        )));
+    }
+    Ok((radius, 0.5 * (low + high)))
+}
+
+/// The least of the reaches across z in some directions.
+fn least_reach(points: &[Point3<f64>]) -> f64 {
+    (0..DIRECTIONS)
+        .map(|k| {
+            let (s, c) = libm::sincos(2.0 * PI * k as f64 / DIRECTIONS as f64);
+            let reach = |v: &Point3<f64>| c * v.x + s * v.y;
+            points.iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The level axis about which a body's geometry is round, with the point of it in the middle: of a joint that does not say.
+pub(super) fn level_axis(
+    body: &RigidBody,
+    meshes: &Meshes,
+) -> Result<(Point3<f64>, Unit<Vector3<f64>>), NoDisc> {
+    let shapes = if body.shapes.is_empty() {
+        &body.visuals
+    } else {
+        &body.shapes
+    };
+    let mut best: Option<(f64, Point3<f64>, Unit<Vector3<f64>>)> = None;
+    let mut why_not = NoDisc::Bare;
+    for shape in shapes {
+        let candidates = match axes_of(shape, meshes) {
+            Ok(candidates) => candidates,
+            Err(NoDisc::Unreadable(fault)) => return Err(NoDisc::Unreadable(fault)),
+            Err(other) => {
+                why_not = other;
+                continue;
+            }
+        };
+        for (radius_m, middle, axis) in candidates {
+            if axis.z.abs() > 0.1 {
+                why_not =
+                    NoDisc::NotRound("it is round about an axis that is not level".to_owned());
+            } else if best.as_ref().is_none_or(|b| radius_m > b.0) {
+                best = Some((radius_m, middle, to_the_left(axis)));
+            }
+        }
+    }
+    best.map(|(_, middle, axis)| (middle, axis)).ok_or(why_not)
+}
+
+/// The sense of an axis in which wheels drive forward: to the left, or forward where it points along x.
+fn to_the_left(axis: Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+    let leftward = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
+    if leftward < 0.0 { -axis } else { axis }
+}
+
+/// The axes about which a shape is round, with radius and middle.
+type Axes = Vec<(f64, Point3<f64>, Unit<Vector3<f64>>)>;
+
+fn axes_of(shape: &PlacedShape, meshes: &Meshes) -> Result<Axes, NoDisc> {
+    let place = &shape.body_from_shape;
+    let middle = Point3::from(place.translation.vector);
+    match &shape.geometry {
+        Geometry::Cylinder { radius, .. } | Geometry::Capsule { radius, .. } => Ok(vec![(
+            *radius,
+            middle,
+            Unit::new_normalize(place.rotation * Vector3::z()),
+        )]),
+        Geometry::Sphere { .. } => Err(NoDisc::NotRound(
+            "a sphere is round about every axis".to_owned(),
+        )),
+        Geometry::Box { .. } => Err(NoDisc::NotRound("a box is not round".to_owned())),
+        Geometry::Mesh { filename, scale } => {
+            let points = mesh_points(meshes, filename, *scale, &Isometry3::identity())
+                .map_err(NoDisc::Unreadable)?;
+            let found: Axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()]
+                .into_iter()
+                .filter_map(|axis| {
+                    let turn = UnitQuaternion::rotation_between(&axis, &Vector3::z())
+                        .unwrap_or_else(UnitQuaternion::identity);
+                    let turned: Vec<Point3<f64>> = points.iter().map(|p| turn * p).collect();
+                    let center = box_middle(&turned);
+                    let about: Vec<Point3<f64>> =
+                        turned.iter().map(|p| Point3::from(p - center)).collect();
+                    let (radius_m, _) = of_points(&about).ok()?;
+                    let middle = place * (turn.inverse() * center);
+                    Some((
+                        radius_m,
+                        middle,
+                        Unit::new_normalize(place.rotation * *axis),
+                    ))
+                })
+                .collect();
+            match found.len() {
+                1 => Ok(found),
+                0 => Err(NoDisc::NotRound(
+                    "its mesh is round about none of its axes".to_owned(),
+                )),
+                _ => Err(NoDisc::NotRound(
+                    "its mesh is round about several axes".to_owned(),
+                )),
+            }
+        }
+    }
+}
+
+fn box_middle(points: &[Point3<f64>]) -> Point3<f64> {
+    let (mut low, mut high) = (
+        Vector3::repeat(f64::INFINITY),
+        Vector3::repeat(f64::NEG_INFINITY),
+    );
+    for p in points {
+        low = low.inf(&p.coords);
+        high = high.sup(&p.coords);
+    }
+    Point3::from((low + high) * 0.5)
+}

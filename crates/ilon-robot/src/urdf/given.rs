@@ -1,0 +1,369 @@
+//! Rollers for wheels that have none in the file, as a person asks for them.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+
+use super::Loading;
+use super::body::RigidBody;
+use super::disc::{self, Disc};
+use super::hub::{check_level, hub_frame, remark_motor};
+use super::recognise::Candidate;
+use super::size;
+use super::survey::{self, Survey, WheelLike};
+use super::tree::Motion;
+use crate::error::{Fault, RobotError};
+use crate::model::mass::principal_moments;
+use crate::model::{Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, Wheel};
+use crate::options::{Handedness, WheelOptions};
+
+/// Density of rubber, for rollers of which no mass is said, in kg/m^3.
+const RUBBER_KG_M3: f64 = 1100.0;
+/// A wheel this near to the middle line of the X is in the middle, in metres.
+const IN_THE_MIDDLE_M: f64 = 1e-3;
+
+/// A wheel that is given rollers, and its gamma.
+pub(super) struct Given {
+    pub(super) like: WheelLike,
+    gamma_rad: f64,
+}
+
+/// The wheels that the options name, or else those that turn and stand on the floor, with gamma of each.
+pub(super) fn wheels(
+    loading: &Loading,
+    options: &WheelOptions,
+    candidates: &[Candidate],
+    survey: &Survey,
+) -> Result<Vec<Given>, RobotError> {
+    check(loading, options)?;
+    let likes = if options.joints.is_empty() {
+        survey.turning.clone()
+    } else {
+        let found = options
+            .joints
+            .iter()
+            .map(|name| named(loading, name, candidates, survey));
+        found.collect::<Result<_, _>>()?
+    };
+    for like in &likes {
+        check_level(
+            loading.source,
+            &loading.tree.joints[like.joint].name,
+            &like.axis,
+        )?;
+    }
+    let gammas_deg = match &options.gamma {
+        Handedness::AllDeg(gamma_deg) => vec![*gamma_deg; likes.len()],
+        Handedness::EachDeg(gammas_deg) => gammas_deg.clone(),
+        Handedness::XDeg(gamma_deg) => in_x(loading, &likes, *gamma_deg)?,
+    };
+    if gammas_deg.len() != likes.len() {
+        return Err(loading.source.robot_error(Fault::OutOfRange {
+            key: "gamma.each_deg".to_owned(),
+            value: format!("{} numbers", gammas_deg.len()),
+            range: "as long as the list of wheels",
+        }));
+    }
+    let given = |(like, gamma_deg): (WheelLike, f64)| Given {
+        like,
+        gamma_rad: gamma_deg.to_radians(),
+    };
+    Ok(likes.into_iter().zip(gammas_deg).map(given).collect())
+}
+
+/// The joint of a name as a wheel.
+fn named(
+    loading: &Loading,
+    name: &str,
+    candidates: &[Candidate],
+    survey: &Survey,
+) -> Result<WheelLike, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let Some(j) = tree.joints.iter().position(|joint| joint.name == name) else {
+        let likely = survey.likely();
+        let names = likely
+            .iter()
+            .map(|like| tree.joints[like.joint].name.clone());
+        return Err(source.robot_error(Fault::NoSuchJoint {
+            joint: name.to_owned(),
+            likely: names.collect(),
+            looked: survey.looked.clone(),
+        }));
+    };
+    if candidates.iter().any(|c| c.hub == j) {
+        return Err(source.joint_error(name, Fault::HasRollers));
+    }
+    survey::named(tree, j, &loading.meshes)
+        .map_err(|reason| source.joint_error(name, Fault::NotAWheel { reason }))
+}
+
+fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
+    let out_of_range = |key: &str, value: String, range| {
+        let key = key.to_owned();
+        Err(loading
+            .source
+            .robot_error(Fault::OutOfRange { key, value, range }))
+    };
+    if !(3..=1000).contains(&options.rollers) {
+        return out_of_range("rollers", options.rollers.to_string(), "from 3 to 1000");
+    }
+    let gammas_deg = match &options.gamma {
+        Handedness::AllDeg(gamma_deg) | Handedness::XDeg(gamma_deg) => {
+            std::slice::from_ref(gamma_deg)
+        }
+        Handedness::EachDeg(gammas_deg) => gammas_deg,
+    };
+    if let Some(gamma_deg) = gammas_deg.iter().find(|g| g.is_nan() || g.abs() > 85.0) {
+        return out_of_range("gamma", gamma_deg.to_string(), "from -85 to 85 degrees");
+    }
+    for (key, value) in [
+        ("roller_radius_m", options.roller_radius_m),
+        ("roller_mass_kg", options.roller_mass_kg),
+    ] {
+        if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            return out_of_range(key, value.to_string(), "a finite number above 0");
+        }
+    }
+    for (key, value) in [
+        ("damping_n_m_s", options.damping_n_m_s),
+        ("friction_n_m", options.friction_n_m),
+    ] {
+        if !(value.is_finite() && value >= 0.0) {
+            return out_of_range(key, value.to_string(), "a finite number, 0 or above");
+        }
+    }
+    Ok(())
+}
+
+/// gamma of each wheel in the usual X: negative where its places ahead of the middle and to the left of it, in the frame that has
+/// the hub axes to the left, have one sign. With the hub axis along y the roller's axis on the ground is then
+/// (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1). An axle in the middle is handed like one ahead.
+fn in_x(loading: &Loading, likes: &[WheelLike], gamma_deg: f64) -> Result<Vec<f64>, RobotError> {
+    let Some(first) = likes.first() else {
+        return Ok(Vec::new());
+    };
+    let count = likes.len() as f64;
+    let middle = likes.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / count;
+    // The left of the frame: along the axes, towards y where they lie nearer to it, and towards x otherwise.
+    let axis = first.axis.into_inner();
+    let leading = if axis.y.abs() >= axis.x.abs() {
+        axis.y
+    } else {
+        axis.x
+    };
+    let left = axis * 1f64.copysign(leading);
+    let ahead = left.cross(&Vector3::z());
+    likes
+        .iter()
+        .map(|like| {
+            let name = &loading.tree.joints[like.joint].name;
+            let not_in_x = |what| Err(loading.source.joint_error(name, Fault::NotInX { what }));
+            if like.axis.dot(&left).abs() < 0.99 {
+                return not_in_x("the hub axis does not lie along that of the others");
+            }
+            let from_middle = like.origin.coords - middle;
+            let (x, y) = (from_middle.dot(&ahead), from_middle.dot(&left));
+            if y.abs() < IN_THE_MIDDLE_M {
+                return not_in_x("the wheel stands on the middle line that runs ahead");
+            }
+            let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
+            Ok(-gamma_deg.abs().copysign(x * y))
+        })
+        .collect()
+}
+
+/// A wheel with its rollers put in.
+pub(super) fn wheel(
+    loading: &mut Loading,
+    options: &WheelOptions,
+    given: &Given,
+    body: &RigidBody,
+) -> Result<Wheel, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let joint = &tree.joints[given.like.joint];
+    let link = &tree.links[body.link].name;
+    let whole = body
+        .mass
+        .as_ref()
+        .ok_or_else(|| source.inertial_error(link, Fault::NoMass))?;
+    let (radius_m, middle_m) =
+        size(loading, given, body).map_err(|fault| source.link_error(link, fault))?;
+    let axis = &given.like.axis;
+    let frame = hub_frame(&given.like.origin, axis);
+    let body_from_hub = hub_frame(&(frame * Point3::new(0.0, 0.0, middle_m)), axis);
+    let whole = whole.moved(&body_from_hub.inverse());
+    let rollers = rollers(
+        options,
+        given.gamma_rad,
+        &joint.name,
+        radius_m,
+        whole.mass_kg,
+    )
+    .map_err(|fault| source.joint_error(&joint.name, fault))?;
+    remark_given(loading, given, &rollers, radius_m);
+    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
+    Ok(Wheel {
+        name: joint.name.clone(),
+        body_from_hub,
+        hub: without(&whole, &rollers),
+        radius_m,
+        gamma_rad: given.gamma_rad,
+        rollers,
+        motor: joint.limits,
+        joint: joint.losses,
+        drive: DriveTrain::default(),
+    })
+}
+
+/// The wheel's radius, and where its middle is along the hub axis.
+fn size(loading: &mut Loading, given: &Given, body: &RigidBody) -> Result<(f64, f64), Fault> {
+    let like = &given.like;
+    let shown = disc::about(body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
+    match (loading.options.wheel_radius_m, shown) {
+        (Some(radius_m), shown) => Ok((radius_m, shown.map_or(0.0, |disc| disc.middle_m))),
+        (None, Ok(disc)) => {
+            remark_visual(loading, given, &disc);
+            Ok((disc.radius_m, disc.middle_m))
+        }
+        (None, Err(why)) => Err(size::unknown(
+            loading.tree,
+            &like.origin,
+            &like.axis,
+            body,
+            &why,
+        )),
+    }
+}
+
+fn remark_visual(loading: &mut Loading, given: &Given, disc: &Disc) {
+    if disc.of_visuals {
+        let name = &loading.tree.joints[given.like.joint].name;
+        loading.remarks.push(Remark::new(
+            format!("wheel `{name}`"),
+            "it has no collision geometry: its size is taken from what is shown of it",
+        ));
+    }
+}
+
+/// The rollers of a wheel, in its hub frame, ordered by place.
+fn rollers(
+    options: &WheelOptions,
+    gamma_rad: f64,
+    wheel: &str,
+    radius_m: f64,
+    wheel_kg: f64,
+) -> Result<Vec<Roller>, Fault> {
+    let count = options.rollers;
+    // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 - cos(pi/n)).
+    let least_radius_m = radius_m * (1.0 - libm::cos(PI / count as f64));
+    let roller_radius_m = options
+        .roller_radius_m
+        .unwrap_or(f64::max(0.2 * radius_m, 1.3 * least_radius_m));
+    if roller_radius_m <= least_radius_m || roller_radius_m >= radius_m {
+        return Err(Fault::RollersTooSlender {
+            roller_radius_mm: 1e3 * roller_radius_m,
+            least_radius_mm: 1e3 * least_radius_m,
+        });
+    }
+    let barrel = Barrel::handing_over(radius_m, roller_radius_m, gamma_rad, count);
+    let most_kg = 0.5 * wheel_kg / count as f64;
+    let mass_kg = match options.roller_mass_kg {
+        Some(mass_kg) if mass_kg * count as f64 >= wheel_kg => {
+            return Err(Fault::OutOfRange {
+                key: "roller_mass_kg".to_owned(),
+                value: mass_kg.to_string(),
+                range: "so light that all rollers weigh less than the wheel",
+            });
+        }
+        Some(mass_kg) => mass_kg,
+        None => f64::min(RUBBER_KG_M3 * barrel.volume_m3(), most_kg),
+    };
+    let (axial, across) = barrel.solid_moments_kg_m2(mass_kg);
+    // The roller that points down: cos gamma y - sin gamma z in the hub frame (see the module on fitting).
+    let down_axis = Vector3::new(0.0, libm::cos(gamma_rad), -libm::sin(gamma_rad));
+    let mut rollers: Vec<Roller> = (0..count)
+        .map(|i| {
+            let around =
+                Rotation3::from_axis_angle(&Vector3::z_axis(), TAU * i as f64 / count as f64);
+            Roller {
+                name: format!("{wheel}_roller_{}", i + 1),
+                center_in_hub_m: around * Vector3::new(barrel.ring_radius_m, 0.0, 0.0),
+                axis_in_hub: Unit::new_normalize(around * down_axis),
+                radius_m: roller_radius_m,
+                length_m: 2.0 * barrel.half_length_m,
+                mass_kg,
+                axial_inertia_kg_m2: axial,
+                transverse_inertia_kg_m2: across,
+                joint: Joint {
+                    damping_n_m_s: options.damping_n_m_s,
+                    friction_n_m: options.friction_n_m,
+                },
+                form: RollerForm::Barrel,
+            }
+        })
+        .collect();
+    rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
+    Ok(rollers)
+}
+
+/// Says what a wheel was given, and what its joint is in the file.
+fn remark_given(loading: &mut Loading, given: &Given, rollers: &[Roller], radius_m: f64) {
+    let joint = &loading.tree.joints[given.like.joint];
+    let subject = format!("wheel `{}`", joint.name);
+    let (count, first) = (rollers.len(), &rollers[0]);
+    loading.remarks.push(Remark::new(
+        subject.clone(),
+        format!(
+            "given {count} rollers of radius {:.1} mm and {:.1} g at gamma = {:.1} deg; the wheel's radius is {:.1} mm",
+            1e3 * first.radius_m,
+            1e3 * first.mass_kg,
+            given.gamma_rad.to_degrees(),
+            1e3 * radius_m
+        ),
+    ));
+    let in_the_file = match (joint.motion, joint.mimics) {
+        (Motion::Turning, false) => return,
+        (Motion::Turning, true) => "follows another joint in the file, which is not read",
+        (Motion::Swinging, _) => "turns within limits in the file, which are not read",
+        _ => "does not turn in the file",
+    };
+    loading.remarks.push(Remark::new(
+        subject,
+        format!("its joint {in_the_file}: it is taken to turn freely about its level axis"),
+    ));
+}
+
+/// The hub that is left of a whole wheel when its rollers are taken out. Where the file's inertia is too small to hold
+/// them, the hub keeps its share by mass.
+fn without(whole: &MassProperties, rollers: &[Roller]) -> MassProperties {
+    let rollers_kg: f64 = rollers.iter().map(|r| r.mass_kg).sum();
+    let mass_kg = whole.mass_kg - rollers_kg;
+    // The rollers stand evenly around the wheel's middle, where their common centre of mass is; the moment of what is
+    // left keeps the whole's centre of mass.
+    let center_of_mass_m = whole.center_of_mass_m * (whole.mass_kg / mass_kg);
+    let origin = Vector3::zeros();
+    let of_roller = |r: &Roller| {
+        let d = r.axis_in_hub.into_inner();
+        let along = d * d.transpose();
+        let roller = MassProperties {
+            mass_kg: r.mass_kg,
+            center_of_mass_m: r.center_in_hub_m,
+            inertia_kg_m2: along * r.axial_inertia_kg_m2
+                + (Matrix3::identity() - along) * r.transverse_inertia_kg_m2,
+        };
+        roller.inertia_about(&origin)
+    };
+    let about_origin =
+        whole.inertia_about(&origin) - rollers.iter().map(of_roller).sum::<Matrix3<f64>>();
+    let mut hub = MassProperties {
+        mass_kg,
+        center_of_mass_m,
+        inertia_kg_m2: whole.inertia_kg_m2 * (mass_kg / whole.mass_kg),
+    };
+    let inertia_kg_m2 = about_origin - hub.inertia_of_place(&origin);
+    let [least, middle, most] = principal_moments(inertia_kg_m2);
+    if least > 0.0 && least + middle >= most {
+        hub.inertia_kg_m2 = inertia_kg_m2;
+    }
+    hub
+}

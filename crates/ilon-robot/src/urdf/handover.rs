@@ -1,0 +1,112 @@
+//! Where the rollers of a wheel hand over: gaps and overlaps around the rim.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::error::Fault;
+use crate::model::{Remark, Roller, wrap_angle};
+
+/// Gaps up to one degree are loaded as they are: over a gap of angle g the wheel rests on the ends of its rollers and dips
+/// by about rho g^2 / 8, which at one degree is 4e-5 of its radius.
+pub(super) const WIDEST_GAP_RAD: f64 = PI / 180.0;
+/// Gaps below a hundredth of a degree are rounding in the file.
+const GAP_SLACK_RAD: f64 = 1e-2 * PI / 180.0;
+
+/// Gaps and overlaps around a wheel.
+pub(super) struct Handover {
+    /// The widest gap between two neighbours, in radians of the wheel's turn; zero or below where there is none.
+    pub(super) widest_gap_rad: f64,
+    /// All gaps of a turn together, in radians.
+    pub(super) gaps_rad: f64,
+    /// All overlaps of a turn together, in radians.
+    pub(super) overlaps_rad: f64,
+}
+
+/// A roller touches the ground while its place is within phi of straight down, tan(phi) = (L/2) cos(gamma) / a.
+fn reach_rad(roller: &Roller, gamma_rad: f64) -> f64 {
+    libm::atan(0.5 * roller.length_m * libm::cos(gamma_rad) / roller.ring_radius_m())
+}
+
+/// The angle from one place on the rim on to the next, in [0, 2 pi).
+fn apart_rad(from: &Roller, to: &Roller) -> f64 {
+    wrap_angle(to.place_rad() - from.place_rad() - PI) + PI
+}
+
+impl Handover {
+    /// Between rollers ordered by place.
+    pub(super) fn between(rollers: &[Roller], gamma_rad: f64) -> Self {
+        let mut sum = Self {
+            widest_gap_rad: f64::NEG_INFINITY,
+            gaps_rad: 0.0,
+            overlaps_rad: 0.0,
+        };
+        for (i, roller) in rollers.iter().enumerate() {
+            let next = &rollers[(i + 1) % rollers.len()];
+            let gap_rad =
+                apart_rad(roller, next) - reach_rad(roller, gamma_rad) - reach_rad(next, gamma_rad);
+            sum.widest_gap_rad = sum.widest_gap_rad.max(gap_rad);
+            sum.gaps_rad += gap_rad.max(0.0);
+            sum.overlaps_rad += (-gap_rad).max(0.0);
+        }
+        sum
+    }
+
+    /// The gaps as a fault.
+    pub(super) fn fault(&self) -> Fault {
+        Fault::RollersHaveGaps {
+            widest_gap_deg: self.widest_gap_rad.to_degrees(),
+            share_percent: 100.0 * self.gaps_rad / TAU,
+        }
+    }
+
+    /// Says where no roller touches the ground with its barrel, and where two do.
+    pub(super) fn remark(&self, wheel: &str, radius_m: f64, remarks: &mut Vec<Remark>) {
+        if self.widest_gap_rad > GAP_SLACK_RAD {
+            remarks.push(Remark::new(
+                format!("wheel `{wheel}`"),
+                format!(
+                    "the rollers leave gaps of up to {:.2} deg, over which the wheel rests on their ends and dips {:.1} um",
+                    self.widest_gap_rad.to_degrees(),
+                    1e6 * radius_m * self.widest_gap_rad.powi(2) / 8.0
+                ),
+            ));
+        }
+        let share = self.overlaps_rad / TAU;
+        if share > 0.01 {
+            remarks.push(Remark::new(
+                format!("wheel `{wheel}`"),
+                format!(
+                    "over {:.1} deg of each turn ({:.1} %) two rollers touch the ground at once, and rub where their \
+                     directions differ",
+                    self.overlaps_rad.to_degrees(),
+                    100.0 * share
+                ),
+            ));
+        }
+    }
+}
+
+/// Lengthens rollers, ordered by place, until each reaches half of the way to its farther neighbour.
+pub(super) fn close_gaps(rollers: &mut [Roller], wheel_radius_m: f64, gamma_rad: f64) {
+    let count = rollers.len();
+    let lengths_m: Vec<f64> = (0..count)
+        .map(|i| {
+            let roller = &rollers[i];
+            let next_rad = apart_rad(roller, &rollers[(i + 1) % count]);
+            let previous_rad = apart_rad(&rollers[(i + count - 1) % count], roller);
+            let half_rad = 0.5 * next_rad.max(previous_rad);
+            let a = roller.ring_radius_m();
+            let length_m = 2.0 * barrel_half_length_m(a, wheel_radius_m, gamma_rad, half_rad);
+            length_m.max(roller.length_m)
+        })
+        .collect();
+    for (roller, length_m) in rollers.iter_mut().zip(lengths_m) {
+        roller.length_m = length_m;
+    }
+}
+
+/// Half of L for a barrel that touches the ground over `half_rad` to each side: a tan(phi) / cos(gamma), but no longer
+/// than where the barrel tapers to nothing, a / cos(phi) = rho.
+pub(super) fn barrel_half_length_m(a: f64, rho: f64, gamma_rad: f64, half_rad: f64) -> f64 {
+    let taper_rad = libm::acos((a / rho).clamp(-1.0, 1.0));
+    a * libm::tan(half_rad.min(0.999 * taper_rad)) / libm::cos(gamma_rad)
+}

@@ -1,0 +1,55 @@
+//! What wheels with rollers and wheels that are given some have in common: the hub's frame, axis and motor.
+
+use nalgebra::{
+    Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
+};
+
+use super::source::Source;
+use crate::error::{Fault, RobotError};
+use crate::model::{MotorLimits, Remark};
+
+/// Hub axes may lean this far out of the ground plane: beyond it the model of the wheel does not hold.
+const MOST_LEAN_RAD: f64 = 0.02;
+/// Says which limits of a motor are missing.
+pub(super) fn remark_motor(wheel: &str, limits: &MotorLimits, remarks: &mut Vec<Remark>) {
+    let missing = match (
+        limits.effort_n_m.is_finite(),
+        limits.velocity_rad_s.is_finite(),
+    ) {
+        (true, true) => return,
+        (false, true) => "effort",
+        (true, false) => "velocity",
+        (false, false) => "effort and velocity",
+    };
+    remarks.push(Remark::new(
+        format!("wheel `{wheel}`"),
+        format!("its joint sets no limit of {missing}: the motor is taken as unlimited there"),
+    ));
+}
+
+/// Refuses a hub axis that leans out of the ground plane.
+pub(super) fn check_level(
+    source: &Source,
+    joint: &str,
+    axis: &Unit<Vector3<f64>>,
+) -> Result<(), RobotError> {
+    let lean_rad = libm::asin(axis.z.abs().min(1.0));
+    if lean_rad > MOST_LEAN_RAD {
+        let lean_deg = lean_rad.to_degrees();
+        return Err(source.joint_error(joint, Fault::HubNotLevel { lean_deg }));
+    }
+    Ok(())
+}
+
+/// The hub frame at wheel angle zero: z along the axis, x as straight down as it can be.
+pub(super) fn hub_frame(origin: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Isometry3<f64> {
+    let z = axis.into_inner();
+    let down = -Vector3::z();
+    // The axis is nearly level, so that this is never zero.
+    let x = (down - z * down.dot(&z)).normalize();
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]));
+    Isometry3::from_parts(
+        Translation3::from(origin.coords),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}

@@ -1,0 +1,281 @@
+//! Which rollers wheels without rollers are meant to have, where the file says so.
+//!
+//! Most published bases model their wheels as plain discs and leave the rollers to a plug-in of a simulator. What such files say
+//! of them is taken, in this order: directions of friction, a plug-in that drives mecanum wheels, axes on which plain wheels
+//! could not roll at all, and what they call them. That a plug-in moves the base in all directions says nothing: steered wheels do
+//! so as well. How many rollers there are
+//! nobody says: that is a guess, and remarked.
+
+use nalgebra::{Unit, Vector3};
+
+use super::source::{Source, child};
+use super::survey::{Survey, WheelLike};
+use super::tree::Tree;
+use crate::options::{Handedness, WheelOptions};
+
+/// Rollers that are put on a wheel of which nobody says how many it has: mecanum wheels carry nine to fifteen.
+pub(super) const ROLLERS: usize = 12;
+/// The usual angle of mecanum wheels, in degrees.
+const MECANUM_DEG: f64 = 45.0;
+/// Fewest wheels that hold all three freedoms of the plane.
+const LEAST_WHEELS: usize = 3;
+
+/// Rollers, and what speaks for them.
+#[derive(Clone, Debug)]
+pub(super) struct Inferred {
+    pub(super) rollers: WheelOptions,
+    pub(super) why: String,
+}
+
+/// What a file says of its wheels' rollers.
+pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inferred> {
+    let wheels = wheels(survey)?;
+    // A wheel whose size is not known could only be given rollers by a guess at that too.
+    if wheels.iter().any(|wheel| wheel.disc.is_none()) {
+        return None;
+    }
+    let named = |gamma: Handedness, why: String| {
+        let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
+        Some(Inferred {
+            rollers: WheelOptions::new(ROLLERS, gamma).on(joints.collect()),
+            why,
+        })
+    };
+    if let Some(gammas_deg) = by_friction(source, tree, &wheels) {
+        return named(
+            Handedness::EachDeg(gammas_deg),
+            "the directions of friction that the file gives them".to_owned(),
+        );
+    }
+    if let Some(plugin) = plugin(source).filter(|_| stand_in_x(&wheels)) {
+        return named(
+            Handedness::XDeg(MECANUM_DEG),
+            format!("the plug-in `{plugin}` that drives them"),
+        );
+    }
+    if !are_parallel(&wheels) {
+        // Mecanum wheels stand parallel: where the file calls them so, it means something else than it says.
+        if called(source, tree, &wheels).is_some() {
+            return None;
+        }
+        return named(
+            Handedness::AllDeg(0.0),
+            "their axes, on which plain wheels could not roll".to_owned(),
+        );
+    }
+    if !stand_in_x(&wheels) {
+        return None;
+    }
+    let called = called(source, tree, &wheels)?;
+    named(
+        Handedness::XDeg(MECANUM_DEG),
+        format!("what the file calls them: `{called}`"),
+    )
+}
+
+/// Rollers that would fit how the wheels stand: for a person to confirm.
+pub(super) fn fitting(tree: &Tree, wheels: &[&WheelLike]) -> WheelOptions {
+    let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
+    let gamma = if are_parallel(&wheels) {
+        Handedness::XDeg(MECANUM_DEG)
+    } else {
+        Handedness::AllDeg(0.0)
+    };
+    let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
+    WheelOptions::new(ROLLERS, gamma).on(joints.collect())
+}
+
+/// The wheels in question: those that turn, or else all that could be.
+fn wheels(survey: &Survey) -> Option<Vec<WheelLike>> {
+    if survey.turning.len() >= LEAST_WHEELS {
+        return Some(survey.turning.clone());
+    }
+    let likely: Vec<WheelLike> = survey.likely().into_iter().cloned().collect();
+    (likely.len() >= LEAST_WHEELS).then_some(likely)
+}
+
+/// Whether all axes are parallel, within a few degrees.
+fn are_parallel(wheels: &[WheelLike]) -> bool {
+    wheels
+        .windows(2)
+        .all(|pair| are_aligned(&pair[0].axis, &pair[1].axis))
+}
+
+fn are_aligned(p: &Unit<Vector3<f64>>, q: &Unit<Vector3<f64>>) -> bool {
+    p.dot(q).abs() > 0.99
+}
+
+/// Whether parallel wheels stand on both sides of the middle, and ahead of it and behind.
+fn stand_in_x(wheels: &[WheelLike]) -> bool {
+    let Some(first) = wheels.first().filter(|_| are_parallel(wheels)) else {
+        return false;
+    };
+    let middle: Vector3<f64> =
+        wheels.iter().map(|w| w.origin.coords).sum::<Vector3<f64>>() / wheels.len() as f64;
+    let left = first.axis.into_inner();
+    let ahead = left.cross(&Vector3::z());
+    let both = |direction: &Vector3<f64>| {
+        let places = || {
+            wheels
+                .iter()
+                .map(|w| (w.origin.coords - middle).dot(direction))
+        };
+        places().any(|place| place > 1e-3) && places().any(|place| place < -1e-3)
+    };
+    wheels.len() >= 4 && both(&left) && both(&ahead)
+}
+
+/// gamma of each wheel in degrees, where the file gives each a direction in which it grips and one in which it does not: that
+/// direction is the axis of the roller on the ground.
+fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
+    wheels
+        .iter()
+        .map(|wheel| {
+            let body = tree.lone_body(tree.joints[wheel.joint].child);
+            let link = &tree.links[body.link].name;
+            let grip = friction_direction(source, tree, link)?;
+            gamma_deg(&wheel.axis, &grip)
+        })
+        .collect()
+}
+
+/// The direction in which a link grips, in the body frame.
+fn friction_direction(source: &Source, tree: &Tree, link: &str) -> Option<Vector3<f64>> {
+    let settings = source
+        .robot()
+        .children()
+        .filter(|n| n.has_tag_name("gazebo") && n.attribute("reference") == Some(link));
+    let ode = settings
+        .flat_map(|n| n.descendants())
+        .find(|n| child(*n, "fdir1").is_some())?;
+    let number = |tag: &str| child(ode, tag)?.text()?.trim().parse::<f64>().ok();
+    let along = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
+    let across = number("mu2")?;
+    if across > 0.1 * along {
+        return None;
+    }
+    let fdir1 = child(ode, "fdir1")?;
+    // In the wheel's own frame, which turns with it, the direction would mean nothing.
+    let frame = fdir1
+        .attributes()
+        .find(|a| a.name() == "expressed_in")?
+        .value();
+    let numbers: Vec<f64> = fdir1
+        .text()?
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [x, y, z] = numbers[..] else { return None };
+    let frame = tree.links.iter().find(|l| l.name == frame)?;
+    Some(frame.body_from_link.rotation * Vector3::new(x, y, z))
+}
+
+/// gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling direction is across it, and gamma the angle
+/// to it from the hub axis.
+fn gamma_deg(hub: &Unit<Vector3<f64>>, grip: &Vector3<f64>) -> Option<f64> {
+    let rolling = grip.xy();
+    let rolling = nalgebra::Vector2::new(rolling.y, -rolling.x).try_normalize(1e-6)?;
+    let n = hub.xy().try_normalize(1e-6)?;
+    let (sin, cos) = (n.perp(&rolling), n.dot(&rolling));
+    // A direction and its opposite are one.
+    let gamma_rad = if cos < 0.0 {
+        libm::atan2(-sin, -cos)
+    } else {
+        libm::atan2(sin, cos)
+    };
+    let gamma_deg = gamma_rad.to_degrees();
+    // Nearer to 90 degrees the roller would turn with the hub: that is a plain wheel's direction.
+    (gamma_deg.abs() < 80.0).then_some(gamma_deg)
+}
+
+/// A plug-in that drives mecanum wheels, by its name or file.
+fn plugin(source: &Source) -> Option<String> {
+    let gazebo = source
+        .robot()
+        .children()
+        .filter(|n| n.has_tag_name("gazebo"));
+    gazebo
+        .flat_map(|n| n.children())
+        .filter(|n| n.has_tag_name("plugin"))
+        .flat_map(|n| [n.attribute("filename"), n.attribute("name")])
+        .flatten()
+        .find(|name| is_mecanum(name))
+        .map(str::to_owned)
+}
+
+/// Whether a name speaks of mecanum wheels, spelt as people do.
+fn is_mecanum(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    ["mecanum", "mechanum", "mecanuum"]
+        .iter()
+        .any(|word| lower.contains(word))
+}
+
+/// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the robot's name or the file's own.
+fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    let of_wheel = |wheel: &WheelLike| {
+        let joint = &tree.joints[wheel.joint];
+        let link = &tree.links[joint.child];
+        let meshes =
+            link.shapes
+                .iter()
+                .chain(&link.visuals)
+                .filter_map(|shape| match &shape.geometry {
+                    urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
+                    _ => None,
+                });
+        [joint.name.clone(), link.name.clone()]
+            .into_iter()
+            .chain(meshes)
+            .find(|name| is_mecanum(name))
+    };
+    let robot = source.robot().attribute("name").map(str::to_owned);
+    let file = std::path::Path::new(&source.prepared.file)
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    wheels
+        .iter()
+        .find_map(of_wheel)
+        .or_else(|| robot.filter(|name| is_mecanum(name)))
+        .or_else(|| file.filter(|name| is_mecanum(name)))
+}
+
+/// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
+fn own_name(mesh: &str) -> String {
+    if mesh.starts_with("package://") || mesh.starts_with("model://") {
+        return mesh.to_owned();
+    }
+    mesh.rsplit(['/', '\\'])
+        .next()
+        .unwrap_or_default()
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_of_the_roller_on_the_ground_gives_gamma() {
+        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45 deg (see `given`).
+        let left = Vector3::y_axis();
+        for (grip, gamma) in [
+            ([1.0, -1.0], Some(-45.0)),
+            ([-1.0, 1.0], Some(-45.0)),
+            ([1.0, 1.0], Some(45.0)),
+            // A wheel that grips where it drives and slides sideways is an omni wheel.
+            ([1.0, 0.0], Some(0.0)),
+            // One that grips along its axis is none at all.
+            ([0.0, 1.0], None),
+        ] {
+            let found = gamma_deg(&left, &Vector3::new(grip[0], grip[1], 0.0));
+            match (found, gamma) {
+                (Some(found), Some(gamma)) => {
+                    let found: f64 = found;
+                    assert!((found - gamma).abs() < 1e-12, "{found}");
+                }
+                (found, gamma) => assert_eq!(found, gamma),
+            }
+        }
+    }
+}

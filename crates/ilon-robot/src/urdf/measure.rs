@@ -1,0 +1,204 @@
+//! What a wheel and its rollers measure.
+
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
+
+use super::Loading;
+use super::body::RigidBody;
+use super::handover::{Handover, WIDEST_GAP_RAD, close_gaps};
+use super::hub::{check_level, hub_frame, remark_motor};
+use super::outline;
+use super::recognise::Candidate;
+use super::seen::{self, Seen};
+use crate::error::{Fault, RobotError};
+use crate::model::{DriveTrain, Remark, Roller, RollerForm, Wheel};
+use crate::options::RollerForms;
+
+/// What all rollers of a wheel make together.
+struct Ring {
+    /// Its middle along the hub axis, from the joint's origin, in metres.
+    middle_z_m: f64,
+    body_from_hub: Isometry3<f64>,
+    gamma_rad: f64,
+    radius_m: f64,
+}
+
+impl Ring {
+    fn of(seen: &[Seen], body_from_joint: &Isometry3<f64>, axis: &Unit<Vector3<f64>>) -> Self {
+        let along_hub = |pick: fn(f64, f64) -> f64, from: f64| {
+            seen.iter().map(|s| s.skew.foot.z).fold(from, pick)
+        };
+        let middle_z_m =
+            0.5 * (along_hub(f64::min, f64::INFINITY) + along_hub(f64::max, f64::NEG_INFINITY));
+        let center = body_from_joint * Point3::new(0.0, 0.0, middle_z_m);
+        let count = seen.len() as f64;
+        Self {
+            middle_z_m,
+            body_from_hub: hub_frame(&center, axis),
+            gamma_rad: seen.iter().map(|s| s.skew.gamma_rad).sum::<f64>() / count,
+            radius_m: seen.iter().map(|s| s.outline.wheel_radius_m).sum::<f64>() / count,
+        }
+    }
+}
+
+/// Measures a wheel.
+pub(super) fn measure(
+    loading: &mut Loading,
+    candidate: &Candidate,
+    hub_body: &RigidBody,
+) -> Result<Wheel, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let joint = &tree.joints[candidate.hub];
+    check_level(source, &joint.name, &joint.axis)?;
+    // First about the joint's own origin; the wheel's middle is known once the rollers are.
+    let body_from_joint = hub_frame(&joint.origin, &joint.axis);
+    let mut seen = seen::rollers(loading, candidate, &body_from_joint, hub_body)?;
+    let ring = Ring::of(&seen, &body_from_joint, &joint.axis);
+    seen::check_alike(source, tree, &seen, ring.gamma_rad, ring.radius_m)?;
+    let lone_spheres = remark_fit(loading, &joint.name, &mut seen, &ring);
+    let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
+        let link = &tree.links[hub_body.link].name;
+        source.inertial_error(link, Fault::NoMass)
+    })?;
+    let mut rollers = rollers(loading, &seen, &ring)?;
+    let handover = hand_over(loading, &joint.name, &mut rollers, &ring)?;
+    remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
+    outline(loading, &joint.name, seen, &ring, &handover, lone_spheres);
+    remark_crowd(&joint.name, &rollers, &mut loading.remarks);
+    Ok(Wheel {
+        name: joint.name.clone(),
+        body_from_hub: ring.body_from_hub,
+        hub: hub_mass.moved(&ring.body_from_hub.inverse()),
+        radius_m: ring.radius_m,
+        gamma_rad: ring.gamma_rad,
+        rollers,
+        motor: joint.limits,
+        joint: joint.losses,
+        drive: DriveTrain::default(),
+    })
+}
+
+/// Gives lone spheres a length, and says how the rollers fit the wheel's circle. Returns how many lone spheres there are.
+fn remark_fit(loading: &mut Loading, wheel: &str, seen: &mut [Seen], ring: &Ring) -> usize {
+    // What barrels make of the geometry is of no interest where there are none.
+    let mut unsaid = Vec::new();
+    let bare = seen.iter().filter(|s| s.body.shapes.is_empty()).count();
+    if bare > 0 {
+        loading.remarks.push(Remark::new(
+            format!("wheel `{wheel}`"),
+            format!("{bare} rollers have no collision geometry: their sizes are taken from what is shown of them"),
+        ));
+    }
+    let remarks = match loading.options.rollers {
+        RollerForms::Barrel => &mut loading.remarks,
+        RollerForms::AsModelled => &mut unsaid,
+    };
+    let lone_spheres = seen::give_lone_spheres_a_length(wheel, seen, ring.radius_m, remarks);
+    seen::remark_outline(wheel, seen, ring.radius_m, remarks);
+    lone_spheres
+}
+
+/// The rollers of the model, ordered by place.
+fn rollers(loading: &mut Loading, seen: &[Seen], ring: &Ring) -> Result<Vec<Roller>, RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let mut rollers = Vec::with_capacity(seen.len());
+    for s in seen {
+        let mut roller = seen::roller(
+            source,
+            tree,
+            s,
+            ring.middle_z_m,
+            ring.radius_m,
+            &ring.body_from_hub,
+            &mut loading.remarks,
+        )?;
+        if loading.options.rollers == RollerForms::AsModelled {
+            let modelled = seen::as_modelled(&roller, s, ring.middle_z_m, &loading.meshes)
+                .map_err(|fault| source.link_error(&tree.links[s.body.link].name, fault))?;
+            roller.form = RollerForm::AsModelled(modelled);
+        }
+        rollers.push(roller);
+    }
+    rollers.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
+    Ok(rollers)
+}
+
+/// How barrels hand over around the wheel. Where they leave gaps that are too wide, they are made longer, if that may be.
+fn hand_over(
+    loading: &mut Loading,
+    wheel: &str,
+    rollers: &mut [Roller],
+    ring: &Ring,
+) -> Result<Handover, RobotError> {
+    let mut handover = Handover::between(rollers, ring.gamma_rad);
+    if loading.options.rollers == RollerForms::AsModelled {
+        return Ok(handover);
+    }
+    if handover.widest_gap_rad > WIDEST_GAP_RAD && loading.options.repair {
+        loading.remarks.push(Remark::new(
+            format!("wheel `{wheel}`"),
+            format!(
+                "repaired: rollers made longer to close gaps of up to {:.2} deg",
+                handover.widest_gap_rad.to_degrees()
+            ),
+        ));
+        close_gaps(rollers, ring.radius_m, ring.gamma_rad);
+        handover = Handover::between(rollers, ring.gamma_rad);
+    }
+    // Rollers too slender to reach their neighbours stay apart.
+    if handover.widest_gap_rad > WIDEST_GAP_RAD {
+        return Err(loading.source.joint_error(wheel, handover.fault()));
+    }
+    handover.remark(wheel, ring.radius_m, &mut loading.remarks);
+    Ok(handover)
+}
+
+/// Keeps the outline of the wheel as its file models it, and says where it rolls otherwise than the wheel that was fitted to it.
+fn outline(
+    loading: &mut Loading,
+    wheel: &str,
+    seen: Vec<Seen>,
+    ring: &Ring,
+    handover: &Handover,
+    lone_spheres: usize,
+) {
+    let mut modelled: Vec<outline::Modelled> = seen
+        .into_iter()
+        .map(|s| outline::Modelled {
+            foot_in_hub_m: s.skew.foot.coords - Vector3::z() * ring.middle_z_m,
+            axis_in_hub: s.axis,
+            profile: s.profile,
+        })
+        .collect();
+    let place_rad = |m: &outline::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
+    modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
+    let outline = outline::outline(wheel, ring.radius_m, &modelled, handover);
+    // Of lone spheres it is said already what barrels make of them.
+    let forms = loading.options.rollers;
+    if lone_spheres == 0 || forms == RollerForms::AsModelled {
+        outline.remark_rolling(forms, &mut loading.remarks);
+    }
+    loading.outlines.push(outline);
+}
+
+/// Says where rollers run into each other at their middles. That their ends do is the rule in one closed row.
+fn remark_crowd(wheel: &str, rollers: &[Roller], remarks: &mut Vec<Remark>) {
+    let neighbours = rollers.iter().zip(rollers.iter().cycle().skip(1));
+    let closest = neighbours
+        .map(|(p, q)| {
+            let apart_m = (p.center_in_hub_m - q.center_in_hub_m).norm();
+            (apart_m, p.radius_m + q.radius_m)
+        })
+        .min_by(|p, q| (p.0 - p.1).total_cmp(&(q.0 - q.1)));
+    if let Some((apart_m, thick_m)) = closest.filter(|(apart_m, thick_m)| *apart_m < 0.99 * thick_m)
+    {
+        remarks.push(Remark::new(
+            format!("wheel `{wheel}`"),
+            format!(
+                "neighbouring rollers stand {:.2} mm apart, but are {:.2} mm thick: they run into each other, which here \
+                 does nothing, but jams wheels in simulators where rollers collide. Make them slimmer, or use fewer",
+                1e3 * apart_m,
+                1e3 * thick_m
+            ),
+        ));
+    }
+}

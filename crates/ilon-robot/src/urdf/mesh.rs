@@ -1,0 +1,145 @@
+//! Mesh files: where they are, and their vertices.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use nalgebra::Point3;
+
+use super::dae;
+use crate::error::Fault;
+use crate::files::FileAccess;
+use crate::options::LoadOptions;
+use crate::packages::Packages;
+
+/// Largest mesh file that is read, in bytes.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// Reads mesh files, each once.
+pub(super) struct Meshes {
+    folder: PathBuf,
+    packages: Packages,
+    files: FileAccess,
+    read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
+}
+
+impl Meshes {
+    /// For meshes named by a URDF file.
+    pub(super) fn beside(file: &str, options: &LoadOptions) -> Self {
+        let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+        Self {
+            folder: folder.to_owned(),
+            packages: Packages::around(folder, &options.packages, &options.files),
+            files: options.files.clone(),
+            read: RefCell::new(HashMap::new()),
+        }
+    }
+
+    /// The vertices of a mesh, unscaled.
+    pub(super) fn vertices(&self, mesh: &str) -> Result<Rc<[Point3<f64>]>, Fault> {
+        let path = self.find(mesh)?;
+        if let Some(known) = self.read.borrow().get(&path) {
+            return Ok(Rc::clone(known));
+        }
+        let vertices: Rc<[Point3<f64>]> = read(&path, &self.files)
+            .map_err(|reason| Fault::MeshUnreadable {
+                mesh: path.display().to_string(),
+                reason,
+            })?
+            .into();
+        self.read.borrow_mut().insert(path, Rc::clone(&vertices));
+        Ok(vertices)
+    }
+
+    fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+        let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
+        // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
+        let in_package = ["package://", "model://", "$(find "]
+            .iter()
+            .find_map(|prefix| bare.strip_prefix(prefix));
+        let Some(in_package) = in_package else {
+            return Ok(self.folder.join(bare));
+        };
+        let end = in_package.find(['/', ')']).unwrap_or(in_package.len());
+        let name = in_package[..end].trim();
+        let path = in_package[end..].trim_start_matches([')', '/']);
+        let file = self
+            .packages
+            .find(name, |folder| self.files.is_file(&folder.join(path)));
+        // Where the package is there and the mesh is not, that is what is missing.
+        let folder = || {
+            self.packages
+                .find(name, |folder| self.files.is_folder(folder))
+        };
+        match file.or_else(folder) {
+            Some(folder) => Ok(folder.join(path)),
+            None => Err(Fault::PackageUnknown {
+                package: name.to_owned(),
+                mesh: mesh.to_owned(),
+            }),
+        }
+    }
+}
+
+fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
+    let extension = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    let vertices = match extension.as_str() {
+        "stl" => stl(&bytes)?,
+        "obj" => obj(&bytes)?,
+        "dae" => dae::vertices(&String::from_utf8_lossy(&bytes))?,
+        other => {
+            return Err(format!(
+                "meshes of the kind `.{other}` are not read, but `.stl`, `.obj` and `.dae` are"
+            ));
+        }
+    };
+    if vertices.is_empty() {
+        return Err("it holds no vertices".to_owned());
+    }
+    if vertices
+        .iter()
+        .any(|v| !v.coords.iter().all(|x| x.is_finite()))
+    {
+        return Err("it holds a vertex that is not finite".to_owned());
+    }
+    Ok(vertices)
+}
+
+fn stl(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    // A binary STL says at byte 80 how many triangles of 50 bytes follow. Some begin with `solid` as the text form does:
+    // the size tells them apart, and refuses a count that the file does not hold.
+    let count = bytes
+        .get(80..84)
+        .and_then(|b| b.try_into().ok())
+        .map_or(0, u32::from_le_bytes);
+    let binary = bytes.len() as u64 >= 84 + 50 * u64::from(count) && count > 0;
+    if !binary && !bytes.starts_with(b"solid") {
+        return Err("it is cut short: fewer triangles than it says".to_owned());
+    }
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let point = |v: &stl_io::Vertex| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok(mesh.vertices.iter().map(point).collect())
+}
+
+fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    // Materials only colour.
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(
+        &mut Cursor::new(bytes),
+        &tobj::LoadOptions::default(),
+        no_materials,
+    )
+    .map_err(|e| e.to_string())?;
+    Ok(models
+        .iter()
+        .flat_map(|model| model.mesh.positions.chunks_exact(3))
+        .map(|v| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])))
+        .collect())
+}

@@ -1,0 +1,121 @@
+//! Which joints are wheels and which are rollers. Structure and geometry decide, never names: a wheel is a turning joint with
+//! turning joints of its own below it, on a ring about its axis.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
+
+use super::tree::{Motion, Tree};
+
+/// Fewest rollers that make a wheel.
+const LEAST_ROLLERS: usize = 3;
+
+/// How far the axis of a ring of rollers may rise: the sine of 30 degrees.
+const MOST_RISE: f64 = 0.5;
+
+/// A wheel joint and the roller joints below it.
+pub(super) struct Candidate {
+    pub(super) hub: usize,
+    pub(super) rollers: Vec<usize>,
+}
+
+/// Finds the wheels, in the order of their joints in the file.
+pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
+    let turning: Vec<usize> = tree.moving(Motion::Turning).collect();
+    let mut below: Vec<Vec<usize>> = vec![Vec::new(); tree.joints.len()];
+    for &j in &turning {
+        if let Some(above) = tree.turning_above(j) {
+            below[above].push(j);
+        }
+    }
+    turning
+        .iter()
+        .filter_map(|&hub| {
+            let ends: Vec<usize> = below[hub]
+                .iter()
+                .copied()
+                .filter(|&j| below[j].is_empty())
+                .collect();
+            let rollers = on_one_ring(tree, hub, &ends);
+            (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
+        })
+        .collect()
+}
+
+/// Those of the joints whose axes pass the hub's axis at the common distance, within a twentieth.
+fn on_one_ring(tree: &Tree, hub: usize, joints: &[usize]) -> Vec<usize> {
+    let distance_m = |j: usize| {
+        let (hub, joint) = (&tree.joints[hub], &tree.joints[j]);
+        let from_hub = joint.origin - hub.origin;
+        match Unit::try_new(hub.axis.cross(&joint.axis), 1e-6) {
+            Some(normal) => from_hub.dot(&normal).abs(),
+            None => from_hub.cross(&hub.axis).norm(),
+        }
+    };
+    let mut distances: Vec<f64> = joints.iter().map(|&j| distance_m(j)).collect();
+    distances.sort_by(f64::total_cmp);
+    let Some(&common_m) = distances.get(distances.len() / 2) else {
+        return Vec::new();
+    };
+    if common_m < 1e-6 {
+        return Vec::new();
+    }
+    joints
+        .iter()
+        .copied()
+        .filter(|&j| (distance_m(j) - common_m).abs() <= 0.05 * common_m)
+        .collect()
+}
+
+/// Joints that do not turn but carry rollers: three or more turning joints of nothing else, some of them on axes that are
+/// not level, as on a ring around a level axis some are. With each, how many there are.
+pub(super) fn fixed_hubs(tree: &Tree) -> Vec<(usize, usize)> {
+    let above: HashSet<usize> = tree
+        .moving(Motion::Turning)
+        .filter_map(|j| tree.turning_above(j))
+        .collect();
+    let mut on_link: HashMap<usize, (usize, bool)> = HashMap::new();
+    for j in tree.moving(Motion::Turning).filter(|j| !above.contains(j)) {
+        if tree.turning_above(j).is_none() {
+            let (count, leaning) = on_link.entry(tree.joints[j].parent).or_default();
+            *count += 1;
+            *leaning |= !tree.is_level(j);
+        }
+    }
+    (0..tree.joints.len())
+        .filter_map(|hub| {
+            let joint = &tree.joints[hub];
+            let &(count, leaning) = on_link.get(&joint.child)?;
+            // Wheels at the corners of a chassis are on a ring too, but on one that lies flat.
+            let is_level = |axis: Vector3<f64>| axis.z.abs() < MOST_RISE;
+            let carries =
+                leaning && count >= LEAST_ROLLERS && ring_axis(tree, hub).is_some_and(is_level);
+            (joint.motion != Motion::Turning && carries).then_some((hub, count))
+        })
+        .collect()
+}
+
+/// The axis of the ring that the rollers on a joint's link make, in the body frame: the one across which their places spread
+/// least.
+pub(super) fn ring_axis(tree: &Tree, hub: usize) -> Option<Vector3<f64>> {
+    let link = tree.joints[hub].child;
+    let on_link: Vec<Vector3<f64>> = tree
+        .moving(Motion::Turning)
+        .filter(|&j| tree.joints[j].parent == link)
+        .map(|j| tree.joints[j].origin.coords)
+        .collect();
+    if on_link.len() < LEAST_ROLLERS {
+        return None;
+    }
+    let middle = on_link.iter().sum::<Vector3<f64>>() / on_link.len() as f64;
+    let spread: Matrix3<f64> = on_link
+        .iter()
+        .map(|p| (p - middle) * (p - middle).transpose())
+        .sum();
+    let eigen = SymmetricEigen::new(spread);
+    let (least, _) = eigen.eigenvalues.argmin();
+    let axis = eigen.eigenvectors.column(least).into_owned();
+    // To the left, in which wheels drive forward.
+    let leading = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
+    Some(if leading < 0.0 { -axis } else { axis })
+}

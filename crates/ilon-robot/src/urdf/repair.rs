@@ -1,0 +1,383 @@
+//! Repairs what can be repaired safely in the text of a URDF, and says what it changed.
+//!
+//! Each change answers an error that the text made, and replaces or inserts within a line, so that every line keeps its number.
+
+use std::collections::HashSet;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use roxmltree::Node;
+
+use super::geometry::primitive;
+use super::prepared::{Edit, Prepared};
+use super::solid::{self, Solid};
+use super::source::{Source, child, describe};
+use super::tree::{Motion, Tree};
+use super::{normalise, recognise};
+use crate::error::{Fault, RobotError};
+use crate::model::{Collision, MassProperties, Remark, Robot};
+use crate::options::LoadOptions;
+
+/// Wheels that end this much above or below the others are levelled, in metres; what is further off is meant so.
+const LEVELLED_M: f64 = 0.005;
+/// Wheels that end this little apart are level.
+const LEVEL_M: f64 = 1e-6;
+
+/// The text with everything repaired that an error shows and that can be; `None` where nothing can.
+pub(crate) fn repaired(
+    prepared: &Prepared,
+    error: &RobotError,
+    options: &LoadOptions,
+) -> Option<Prepared> {
+    let source = Source::parse(prepared).ok()?;
+    let mut edits = Vec::new();
+    let mut remarks = Vec::new();
+    for error in std::iter::once(error).chain(error.others()) {
+        let Some(node) = source.node_of(error) else {
+            continue;
+        };
+        if let Some((edit, said)) = repair(&source, node, error.fault(), options) {
+            let mut remark = Remark::new(describe(node), format!("repaired: {said}"));
+            source.place_at(&mut remark, node);
+            edits.extend(edit);
+            remarks.push(remark);
+        }
+    }
+    if edits.is_empty() {
+        return None;
+    }
+    let mut repaired = prepared.edited(edits);
+    repaired.remarks.extend(remarks);
+    Some(repaired)
+}
+
+/// The changes that repair a fault of an element, and what they are.
+fn repair(
+    source: &Source,
+    node: Node,
+    fault: &Fault,
+    options: &LoadOptions,
+) -> Option<(Vec<Edit>, String)> {
+    match fault {
+        Fault::DuplicateName { tag, .. } => rename(source, node, tag),
+        Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
+        Fault::ChassisBelowFloor { .. } => leave_out_lowest(source),
+        // What is wrong on purpose, such as a mass below 0, is nobody's to guess.
+        Fault::OutOfRange { value, .. } if value != "0" => None,
+        Fault::NoMass
+        | Fault::MissingElement { .. }
+        | Fault::MissingAttribute { .. }
+        | Fault::OutOfRange { .. }
+        | Fault::InertiaNotPositive { .. }
+        | Fault::InertiaImpossible { .. }
+        | Fault::InertiaTooLarge { .. } => {
+            let link = node.ancestors().find(|n| n.has_tag_name("link"))?;
+            let inertial = child(link, "inertial");
+            let of_inertia = ["link", "inertial", "mass", "inertia"];
+            if !of_inertia.contains(&node.tag_name().name()) {
+                return None;
+            }
+            weigh(source, link, inertial, options)
+        }
+        _ => None,
+    }
+}
+
+/// Gives a link a mass and an inertia that a body of its shapes has.
+fn weigh(
+    source: &Source,
+    link: Node,
+    inertial: Option<Node>,
+    options: &LoadOptions,
+) -> Option<(Vec<Edit>, String)> {
+    let density = options.density();
+    let said_kg = inertial
+        .and_then(|i| child(i, "mass"))
+        .and_then(|m| m.attribute("value")?.trim().parse::<f64>().ok())
+        .filter(|kg| kg.is_finite() && *kg > 0.0);
+    let solid = solid::of_link(link);
+    let mass_kg = said_kg.or_else(|| Some(solid.as_ref()?.volume_m3 * density))?;
+    let (mass, shape) = match &solid {
+        Some(solid) => (solid.weighing(mass_kg), "a solid of its shapes".to_owned()),
+        None => (
+            Solid::ball(mass_kg / density).weighing(mass_kg),
+            format!("a ball with a density of {density} kg/m^3"),
+        ),
+    };
+    let said = match said_kg {
+        Some(_) => format!("its inertia is taken as that of {shape} that weighs {mass_kg} kg"),
+        None => format!(
+            "its mass and inertia are taken as those of {shape} with a density of {density} kg/m^3: {mass_kg:.4} kg"
+        ),
+    };
+    let Some(inertial) = inertial else {
+        let text = inertial_text(&mass);
+        return Some((vec![insert_into(source, link, text)], said));
+    };
+    if said_kg.is_none() {
+        let lines = lines_of(&source.text()[inertial.range()]);
+        let text = inertial_text(&mass) + &lines;
+        return Some((vec![(inertial.range(), text)], said));
+    }
+    // The file's centre of mass and axes stay.
+    let frame = child(inertial, "origin").map_or_else(Isometry3::identity, solid::origin);
+    let inertia = inertia_text(&mass, &frame);
+    let edit = match child(inertial, "inertia") {
+        Some(old) => (
+            old.range(),
+            inertia + &lines_of(&source.text()[old.range()]),
+        ),
+        None => {
+            let after = child(inertial, "mass")?.range().end;
+            (after..after, inertia)
+        }
+    };
+    Some((vec![edit], said))
+}
+
+fn inertial_text(mass: &MassProperties) -> String {
+    let c = mass.center_of_mass_m;
+    let origin = if c != Vector3::zeros() {
+        format!("<origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/>", c.x, c.y, c.z)
+    } else {
+        String::new()
+    };
+    format!(
+        "<inertial>{origin}<mass value=\"{}\"/>{}</inertial>",
+        mass.mass_kg,
+        inertia_text(mass, &Isometry3::identity())
+    )
+}
+
+/// The inertia along the axes of a frame of the link.
+fn inertia_text(mass: &MassProperties, frame: &Isometry3<f64>) -> String {
+    let i = mass.moved(&frame.inverse()).inertia_kg_m2;
+    // Products that only rounding made are none.
+    let product = |x: f64| if x.abs() < 1e-12 * i.trace() { 0.0 } else { x };
+    format!(
+        "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
+        i.m11,
+        product(i.m12),
+        product(i.m13),
+        i.m22,
+        product(i.m23),
+        i.m33
+    )
+}
+
+/// Puts a text into an element, before everything that stands in it.
+fn insert_into(source: &Source, node: Node, text: String) -> Edit {
+    let tag = crate::xml::opening_tag(source.text(), node);
+    let written = &source.text()[tag.clone()];
+    match written.strip_suffix("/>") {
+        Some(open) => (
+            tag,
+            format!("{}>{text}</{}>", open.trim_end(), node.tag_name().name()),
+        ),
+        None => (tag.end..tag.end, text),
+    }
+}
+
+/// Gives the second element of a name another one, which what follows it means; or takes it out where it says the same as the
+/// first.
+fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, String)> {
+    let name = node.attribute("name")?;
+    let first = source.named(tag, name)?;
+    let text = |n: Node| -> String {
+        let raw = &source.text()[n.range()];
+        raw.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    // Links that look alike are still two where two joints hang them.
+    let hung: HashSet<String> = source
+        .all("joint")
+        .filter(|_| tag == "link")
+        .filter(|joint| child(*joint, "child").and_then(|n| n.attribute("link")) == Some(name))
+        .map(text)
+        .collect();
+    if text(first) == text(node) && hung.len() < 2 {
+        let lines = lines_of(&source.text()[node.range()]);
+        let said = format!(
+            "left out, for it says the same as the first of its name, on line {}",
+            source.line_of(first)
+        );
+        return Some((vec![(node.range(), lines)], said));
+    }
+    let taken = |candidate: &str| {
+        source
+            .all(tag)
+            .any(|n| n.attribute("name") == Some(candidate))
+    };
+    let mut number = 2;
+    while taken(&format!("{name}_{number}")) {
+        number += 1;
+    }
+    let new = format!("{name}_{number}");
+    let value = |n: Node, attribute: &str| {
+        let a = n.attribute_node(attribute)?;
+        Some((a.range_value(), escaped(&new)))
+    };
+    let mut edits = vec![value(node, "name")?];
+    if tag == "link" {
+        // Joints behind it mean it, and not the first; where none behind it hangs it, the second that hangs one of the name.
+        let ends: Vec<Node> = source
+            .all("joint")
+            .flat_map(|joint| [child(joint, "parent"), child(joint, "child")])
+            .flatten()
+            .filter(|end| end.attribute("link") == Some(name))
+            .collect();
+        let is_child = |end: &&Node| end.has_tag_name("child");
+        let behind = |end: &&Node| end.range().start > node.range().start;
+        let hung = ends.iter().filter(is_child).find(|end| behind(end));
+        let hung = hung.or_else(|| ends.iter().filter(is_child).nth(1));
+        edits.extend(hung.and_then(|end| value(*end, "link")));
+        let below = ends
+            .iter()
+            .filter(|end| end.has_tag_name("parent"))
+            .filter(behind);
+        edits.extend(below.filter_map(|end| value(*end, "link")));
+    }
+    Some((edits, format!("called `{new}`, for its name is taken")))
+}
+
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
+}
+
+/// Lets a joint that carries rollers turn, about the axis of their ring.
+fn turn_hub(source: &Source, joint: Node) -> Option<(Vec<Edit>, String)> {
+    let tree = tree(source)?;
+    let name = joint.attribute("name")?;
+    let hub = tree.joints.iter().position(|j| j.name == name)?;
+    let axis_in_body = recognise::ring_axis(&tree, hub)?;
+    let link = &tree.links[tree.joints[hub].child];
+    let axis = link.body_from_link.rotation.inverse() * axis_in_body;
+    let written = format!("<axis xyz=\"{} {} {}\"/>", axis.x, axis.y, axis.z);
+    let mut edits = vec![(
+        joint.attribute_node("type")?.range_value(),
+        "continuous".to_owned(),
+    )];
+    edits.push(match child(joint, "axis") {
+        Some(old) => (
+            old.range(),
+            written + &lines_of(&source.text()[old.range()]),
+        ),
+        None => insert_into(source, joint, written),
+    });
+    // A limit of a joint that did not turn limits nothing.
+    if let Some(limit) = child(joint, "limit") {
+        edits.push((limit.range(), lines_of(&source.text()[limit.range()])));
+    }
+    Some((
+        edits,
+        "it carries rollers and is made to turn about the axis of their ring".to_owned(),
+    ))
+}
+
+/// Leaves out the collision geometry that reaches lowest of all that does not turn.
+fn leave_out_lowest(source: &Source) -> Option<(Vec<Edit>, String)> {
+    let tree = tree(source)?;
+    let mut lowest: Option<(f64, usize, usize)> = None;
+    let mut waiting = vec![tree.root];
+    while let Some(link) = waiting.pop() {
+        for (i, shape) in tree.links[link].shapes.iter().enumerate() {
+            let Some(primitive) = primitive(&shape.geometry) else {
+                continue;
+            };
+            let collision = Collision {
+                body_from_shape: shape.body_from_shape,
+                shape: primitive,
+            };
+            let down_m = collision.reach_m(&-Vector3::z());
+            if lowest.is_none_or(|(deepest_m, ..)| down_m > deepest_m) {
+                lowest = Some((down_m, link, i));
+            }
+        }
+        let below = tree.links[link].joints_below.iter();
+        let still = below.filter(|&&j| tree.joints[j].motion != Motion::Turning);
+        waiting.extend(still.map(|&j| tree.joints[j].child));
+    }
+    let (_, link, i) = lowest?;
+    let name = &tree.links[link].name;
+    let node = source.named("link", name)?;
+    let shape = node
+        .children()
+        .filter(|n| n.has_tag_name("collision"))
+        .nth(i)?;
+    let lines = lines_of(&source.text()[shape.range()]);
+    let said = format!(
+        "collision {} of the link `{name}`, on line {}, left out: it reaches below the floor on which the wheels stand",
+        i + 1,
+        source.line_of(shape)
+    );
+    Some((vec![(shape.range(), lines)], said))
+}
+
+/// The tree of a text that was read before.
+fn tree(source: &Source) -> Option<Tree> {
+    let left_out = normalise::LeftOut::default();
+    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
+    Tree::build(source, urdf).ok()
+}
+
+/// The text with wheels brought to one height that end some millimetres above or below the others; `None` where there are none.
+pub(crate) fn levelled(prepared: &Prepared, robot: &Robot) -> Option<Prepared> {
+    let bottoms_m: Vec<f64> = robot
+        .wheels
+        .iter()
+        .map(|w| w.position_m().z - w.reach_at_rest_m())
+        .collect();
+    let mut sorted = bottoms_m.clone();
+    sorted.sort_by(f64::total_cmp);
+    let most = *sorted.get(sorted.len() / 2)?;
+    let off: Vec<(usize, f64)> = bottoms_m
+        .iter()
+        .map(|bottom_m| most - bottom_m)
+        .enumerate()
+        .filter(|(_, up_m)| up_m.abs() > LEVEL_M)
+        .collect();
+    if off.is_empty() || off.iter().any(|(_, up_m)| up_m.abs() > LEVELLED_M) {
+        return None;
+    }
+    let source = Source::parse(prepared).ok()?;
+    let tree = tree(&source)?;
+    let mut edits = Vec::new();
+    let mut remarks = Vec::new();
+    for (wheel, up_m) in off {
+        let name = &robot.wheels[wheel].name;
+        let joint = tree.joints.iter().find(|j| j.name == *name)?;
+        let node = source.named("joint", name)?;
+        let parent = &tree.links[joint.parent].body_from_link;
+        let raised = joint.origin + Vector3::z() * up_m;
+        let place: Point3<f64> = parent.inverse() * raised;
+        let xyz = format!("{} {} {}", place.x, place.y, place.z);
+        edits.push(match child(node, "origin") {
+            Some(origin) => match origin.attribute_node("xyz") {
+                Some(a) => (a.range_value(), xyz),
+                None => {
+                    let at = origin.range().start + "<origin".len();
+                    (at..at, format!(" xyz=\"{xyz}\""))
+                }
+            },
+            None => insert_into(&source, node, format!("<origin xyz=\"{xyz}\"/>")),
+        });
+        let mut remark = Remark::new(
+            format!("wheel `{name}`"),
+            format!(
+                "repaired: {} by {:.3} mm, to the height of the others",
+                if up_m > 0.0 { "raised" } else { "lowered" },
+                1e3 * up_m.abs()
+            ),
+        );
+        source.place_at(&mut remark, node);
+        remarks.push(remark);
+    }
+    let mut levelled = prepared.edited(edits);
+    levelled.remarks.extend(remarks);
+    Some(levelled)
+}
+
+/// The line breaks of a text, which keep the numbers of the lines that follow.
+fn lines_of(text: &str) -> String {
+    "\n".repeat(text.matches('\n').count())
+}

@@ -1,0 +1,282 @@
+//! The file as text: where its elements are, and the faults that show in the text alone.
+//!
+//! urdf-rs says what a file means but hardly where; roxmltree knows every byte. So the text is held against the form of
+//! URDF here first, with line numbers, and urdf-rs then reads what is known to be well formed.
+
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+use roxmltree::{Document, Node};
+
+use super::prepared::Prepared;
+use crate::error::{Fault, RobotError};
+use crate::model::Remark;
+use crate::xml;
+
+/// A URDF text and its elements.
+pub(super) struct Source<'a> {
+    pub(super) prepared: &'a Prepared,
+    document: Document<'a>,
+    line_breaks: Vec<usize>,
+    /// The first link and the first joint of each name.
+    by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
+}
+
+impl<'a> Source<'a> {
+    /// Parses the text as XML and holds it against the form of URDF.
+    pub(super) fn parse(prepared: &'a Prepared) -> Result<Self, RobotError> {
+        let text = &prepared.text;
+        let document = xml::parse(text).map_err(|fault| {
+            let (fault, bytes) = match fault {
+                xml::Fault::Malformed(reason, bytes) => (Fault::Xml { reason }, bytes),
+                xml::Fault::TooMuch(what, most, bytes) => (Fault::TooLarge { what, most }, bytes),
+            };
+            let error = RobotError::new(&prepared.file, fault);
+            if bytes.is_empty() {
+                error
+            } else {
+                error.at(text, bytes)
+            }
+        })?;
+        let source = Self {
+            prepared,
+            document,
+            line_breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+            by_name: OnceCell::new(),
+        };
+        let root = source.robot();
+        if root.tag_name().name() != "robot" {
+            let root_tag = root.tag_name().name().to_owned();
+            return Err(source.error(root, Fault::NotUrdf { root_tag }));
+        }
+        Ok(source)
+    }
+
+    /// The text.
+    pub(super) fn text(&self) -> &'a str {
+        &self.prepared.text
+    }
+
+    /// The `<robot>` element.
+    pub(super) fn robot(&self) -> Node<'_, 'a> {
+        self.document.root_element()
+    }
+
+    /// The links or the joints of the robot.
+    pub(super) fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
+        self.robot().children().filter(move |n| n.has_tag_name(tag))
+    }
+
+    /// An error about an element, at its opening tag.
+    pub(super) fn error(&self, node: Node, fault: Fault) -> RobotError {
+        self.error_at(node, self.opening_tag(node), fault)
+    }
+
+    /// An error about an attribute of an element, at the attribute.
+    pub(super) fn attribute_error(&self, node: Node, attribute: &str, fault: Fault) -> RobotError {
+        match node.attribute_node(attribute) {
+            Some(a) => self.error_at(node, a.range(), fault),
+            None => self.error(node, fault),
+        }
+    }
+
+    /// An error about an element at some bytes of it. Where the text was made from another, it is shown where the element came
+    /// from.
+    fn error_at(&self, node: Node, bytes: Range<usize>, fault: Fault) -> RobotError {
+        let at = node.range().start;
+        let error = match self.prepared.origin(at) {
+            Some(origin) => {
+                RobotError::new(&origin.file, fault).at(&origin.text, origin.bytes.clone())
+            }
+            None => RobotError::new(&self.prepared.file, fault).at(&self.prepared.text, bytes),
+        };
+        error.about(describe(node)).loaded_at(at)
+    }
+
+    /// The element of an error that this text made.
+    pub(super) fn node_of(&self, error: &RobotError) -> Option<Node<'_, 'a>> {
+        let at = error.loaded()?;
+        let mut node = self.robot();
+        // Down to the element that begins there.
+        while node.range().start != at {
+            node = node
+                .children()
+                .find(|child| child.is_element() && child.range().contains(&at))?;
+        }
+        Some(node)
+    }
+
+    /// An error about the joint of that name.
+    pub(super) fn joint_error(&self, name: &str, fault: Fault) -> RobotError {
+        self.named_error("joint", name, fault)
+    }
+
+    /// An error about the link of that name.
+    pub(super) fn link_error(&self, name: &str, fault: Fault) -> RobotError {
+        self.named_error("link", name, fault)
+    }
+
+    /// An error about the robot as a whole.
+    pub(super) fn robot_error(&self, fault: Fault) -> RobotError {
+        self.error(self.robot(), fault)
+    }
+
+    /// An error about the mass properties of the link of that name: at its `<inertial>`, where it has one.
+    pub(super) fn inertial_error(&self, link: &str, fault: Fault) -> RobotError {
+        let inertial = self.named("link", link).and_then(|n| child(n, "inertial"));
+        match inertial {
+            Some(node) => self.error(node, fault),
+            None => self.link_error(link, fault),
+        }
+    }
+
+    fn named_error(&self, tag: &'static str, name: &str, fault: Fault) -> RobotError {
+        match self.named(tag, name) {
+            Some(node) => self.error(node, fault),
+            None => RobotError::new(&self.prepared.file, fault).about(format!("{tag} `{name}`")),
+        }
+    }
+
+    /// The first link or joint of a name.
+    pub(super) fn named(&self, tag: &'static str, name: &str) -> Option<Node<'_, 'a>> {
+        let by_name = self.by_name.get_or_init(|| {
+            let mut by_name = HashMap::new();
+            for tag in ["link", "joint"] {
+                for node in self.all(tag) {
+                    let name = node.attribute("name").unwrap_or_default().to_owned();
+                    by_name.entry((tag, name)).or_insert(node.id());
+                }
+            }
+            by_name
+        });
+        let id = by_name.get(&(tag, name.to_owned()))?;
+        self.document.get_node(*id)
+    }
+
+    fn opening_tag(&self, node: Node) -> Range<usize> {
+        xml::opening_tag(self.text(), node)
+    }
+
+    /// Line of an element, from 1, in the file that it came from.
+    pub(super) fn line_of(&self, node: Node) -> usize {
+        let at = node.range().start;
+        match self.prepared.origin(at) {
+            Some(origin) => origin.line,
+            None => {
+                1 + self
+                    .line_breaks
+                    .partition_point(|line_break| *line_break < at)
+            }
+        }
+    }
+
+    /// Gives a remark the place of an element.
+    pub(super) fn place_at(&self, remark: &mut Remark, node: Node) {
+        remark.line = Some(self.line_of(node));
+        remark.file = self
+            .prepared
+            .origin(node.range().start)
+            .map(|origin| origin.file.to_string())
+            .filter(|file| *file != self.prepared.file);
+    }
+
+    /// Gives remarks the places of the links and joints that they are about.
+    pub(super) fn place(&self, remarks: &mut [Remark]) {
+        for remark in remarks.iter_mut().filter(|remark| remark.line.is_none()) {
+            // Of ``link `base`, `<inertial>` `` the link is known.
+            let outer = remark.subject.split(", `<").next().unwrap_or_default();
+            let named = outer.split_once(" `").and_then(|(kind, name)| {
+                let tag = match kind {
+                    "link" => "link",
+                    "joint" | "wheel" => "joint",
+                    _ => return None,
+                };
+                self.named(tag, name.strip_suffix('`')?)
+            });
+            if let Some(node) = named {
+                self.place_at(remark, node);
+            }
+        }
+    }
+
+    /// What stands in the file and is not read, counted by tag.
+    pub(super) fn ignored_elements(&self) -> Vec<Remark> {
+        const READ: [(&str, &[&str]); 3] = [
+            ("robot", &["link", "joint", "material", "ilon_drive"]),
+            ("link", &["inertial", "collision"]),
+            (
+                "joint",
+                &[
+                    "origin",
+                    "parent",
+                    "child",
+                    "axis",
+                    "limit",
+                    "dynamics",
+                    "mimic",
+                    "calibration",
+                    "safety_controller",
+                ],
+            ),
+        ];
+        let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+        let robot = self.robot();
+        for outer in [robot]
+            .into_iter()
+            .chain(self.all("link"))
+            .chain(self.all("joint"))
+        {
+            let Some((inside, read)) = READ.iter().find(|(tag, _)| outer.has_tag_name(*tag)) else {
+                continue;
+            };
+            for node in outer.children().filter(Node::is_element) {
+                let tag = node.tag_name().name();
+                if !read.contains(&tag) {
+                    *counts.entry((inside, tag)).or_default() += 1;
+                }
+            }
+        }
+        counts
+            .into_iter()
+            .map(|((inside, tag), count)| Remark::new(format!("`<{tag}>`"), match (inside, tag) {
+                    ("link", "visual") => {
+                        format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
+                    }
+                    ("robot", "transmission") => {
+                        format!("{count} in the file: the ratios of gears are read, and nothing else")
+                    }
+                    ("robot", _) => format!("{count} in the file, not read: settings of other programs"),
+                    (inside, _) => format!("{count} in the {inside}s of the file, not read: not part of URDF"),
+                }))
+            .collect()
+    }
+}
+
+/// The first child element of that tag.
+pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.has_tag_name(tag))
+}
+
+/// ``joint `arm` ``, or ``link `base`, `<inertia>` `` for what is inside it.
+pub(super) fn describe(node: Node) -> String {
+    let tag = node.tag_name().name();
+    let outer = node
+        .ancestors()
+        .find(|n| n.has_tag_name("link") || n.has_tag_name("joint"));
+    match outer {
+        None => format!("`<{tag}>`"),
+        Some(outer) => {
+            let kind = outer.tag_name().name();
+            let name = match outer.attribute("name") {
+                Some(name) => format!("{kind} `{name}`"),
+                None => format!("{kind} without a name"),
+            };
+            if outer == node {
+                name
+            } else {
+                format!("{name}, `<{tag}>`")
+            }
+        }
+    }
+}

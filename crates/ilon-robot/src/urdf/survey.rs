@@ -1,0 +1,245 @@
+//! Which joints could be wheels that are modelled without rollers, and why the others could not.
+//!
+//! A joint could be one where it turns about a level axis, or its geometry is round about one; nothing that turns hangs below
+//! it, and no steering above; and it stands on the floor on which the others stand.
+
+use nalgebra::{Point3, Unit, Vector3};
+
+use super::disc::{self, Disc};
+use super::hub::hub_frame;
+use super::mesh::Meshes;
+use super::recognise::Candidate;
+use super::tree::{Motion, Tree, TreeJoint};
+use crate::error::Looked;
+
+/// A wheel stands on the floor of the others where it ends no higher above it than this share of its radius.
+const ON_THE_FLOOR: f64 = 0.3;
+/// The same for axes of wheels whose size is not known, in metres.
+const SAME_HEIGHT_M: f64 = 0.01;
+
+/// A joint that could be a wheel.
+#[derive(Clone, Debug)]
+pub(super) struct WheelLike {
+    pub(super) joint: usize,
+    /// The axis in the body frame: the joint's own, or that of its geometry.
+    pub(super) axis: Unit<Vector3<f64>>,
+    /// A point of the axis, in the body frame.
+    pub(super) origin: Point3<f64>,
+    /// The wheel by its geometry.
+    pub(super) disc: Option<Disc>,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Survey {
+    /// What is taken for wheels where nobody names any: joints that turn.
+    pub(super) turning: Vec<WheelLike>,
+    /// What could be wheels where they are named: joints that are fixed, limited or follow others.
+    pub(super) others: Vec<WheelLike>,
+    /// Joints that hang by upright ones and would be wheels without them.
+    pub(super) steered: Vec<WheelLike>,
+    /// Why the other joints are no wheels.
+    pub(super) looked: Vec<Looked>,
+}
+
+/// Looks at all joints but the wheels that have rollers, and their rollers.
+pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> Survey {
+    let mut survey = Survey::default();
+    let taken = |j: usize| {
+        candidates
+            .iter()
+            .any(|c| c.hub == j || c.rollers.contains(&j))
+    };
+    for j in (0..tree.joints.len()).filter(|&j| !taken(j)) {
+        let joint = &tree.joints[j];
+        match look(tree, j, meshes) {
+            Ok(like) if steering_above(tree, j).is_some() => survey.steered.push(like),
+            Ok(like) if joint.motion == Motion::Turning && !joint.mimics => {
+                survey.turning.push(like);
+            }
+            Ok(like) => survey.others.push(like),
+            // Of what does not move, hardly anything is meant for a wheel, but what cannot be read may be.
+            Err(reason) if joint.motion == Motion::Fixed && !reason.contains("mesh `") => {}
+            Err(reason) => survey.looked.push(Looked {
+                joint: joint.name.clone(),
+                reason,
+            }),
+        }
+    }
+    survey.keep_on_the_floor(tree, candidates);
+    survey
+}
+
+/// A named joint as a wheel, or why it cannot be one.
+pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
+    let joint = &tree.joints[j];
+    if let Some(below) = tree.turning_below(j) {
+        return Err(format!(
+            "the joint `{}` turns below it",
+            tree.joints[below].name
+        ));
+    }
+    // A joint that turns is taken at its word, whatever its geometry looks like.
+    if joint.motion == Motion::Turning {
+        return Ok(on_own_axis(tree, j, meshes));
+    }
+    look(tree, j, meshes)
+}
+
+fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
+    let joint = &tree.joints[j];
+    if let Some(below) = tree.turning_below(j) {
+        return Err(format!(
+            "carries the turning joint `{}`",
+            tree.joints[below].name
+        ));
+    }
+    match joint.motion {
+        Motion::Turning if tree.is_level(j) => Ok(on_own_axis(tree, j, meshes)),
+        Motion::Turning => Err(format!(
+            "turns about an axis that leans {:.0} deg out of the ground plane",
+            lean_deg(joint)
+        )),
+        Motion::Other => Err("slides or floats".to_owned()),
+        Motion::Fixed | Motion::Swinging => {
+            let body = if joint.motion == Motion::Fixed {
+                tree.lone_body(joint.child)
+            } else {
+                tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning)
+            };
+            // A limited joint on a level axis with something round about it turns a wheel as far as it goes.
+            if joint.motion == Motion::Swinging && tree.is_level(j) {
+                let own = on_own_axis(tree, j, meshes);
+                if own.disc.is_some() {
+                    return Ok(own);
+                }
+            }
+            let kind = if joint.motion == Motion::Fixed {
+                "does not turn"
+            } else {
+                "turns within limits"
+            };
+            let (origin, axis) = disc::level_axis(&body, meshes)
+                .map_err(|why| format!("{kind}, and {}", why.words()))?;
+            let disc = disc::about(&body, &hub_frame(&origin, &axis), meshes).ok();
+            Ok(WheelLike {
+                joint: j,
+                axis,
+                origin,
+                disc,
+            })
+        }
+    }
+}
+
+fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
+    let joint = &tree.joints[j];
+    let body = tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning);
+    let disc = if tree.is_level(j) {
+        disc::about(&body, &hub_frame(&joint.origin, &joint.axis), meshes).ok()
+    } else {
+        None
+    };
+    WheelLike {
+        joint: j,
+        axis: joint.axis,
+        origin: joint.origin,
+        disc,
+    }
+}
+
+fn lean_deg(joint: &TreeJoint) -> f64 {
+    libm::asin(joint.axis.z.abs().min(1.0)).to_degrees()
+}
+
+/// The joint that steers a wheel: the next turning one above it, unless that carries the whole robot, as one of a planar base
+/// does.
+fn steering_above(tree: &Tree, j: usize) -> Option<usize> {
+    /// Fewest wheels that make a robot.
+    const ROBOT: usize = 3;
+    let above = tree.turning_above(j)?;
+    let ends = tree
+        .moving(Motion::Turning)
+        .filter(|&k| tree.is_level(k) && tree.turning_above(k) == Some(above));
+    (ends.count() < ROBOT).then_some(above)
+}
+
+impl WheelLike {
+    /// Height of its lowest point in the body frame; of one whose size is not known, `None`.
+    fn bottom_m(&self) -> Option<f64> {
+        Some(self.origin.z - self.disc?.radius_m)
+    }
+
+    /// How high it stands above a floor, where that is too high for a wheel, in metres.
+    fn too_high_m(&self, floor: &Floor) -> Option<f64> {
+        let (above_m, most_m) = match (self.bottom_m(), self.disc) {
+            (Some(bottom_m), Some(disc)) => {
+                (bottom_m - floor.bottom_m?, ON_THE_FLOOR * disc.radius_m)
+            }
+            _ => (
+                self.origin.z - floor.axis_m?,
+                SAME_HEIGHT_M.max(ON_THE_FLOOR * floor.radius_m),
+            ),
+        };
+        (above_m > most_m).then_some(above_m)
+    }
+}
+
+/// The floor that the lowest wheels stand on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Floor {
+    /// Its height in the body frame, where the size of a wheel is known.
+    bottom_m: Option<f64>,
+    /// The height of the lowest axis.
+    axis_m: Option<f64>,
+    radius_m: f64,
+}
+
+impl Floor {
+    fn under(likes: &[WheelLike]) -> Self {
+        let lowest = |heights: &mut dyn Iterator<Item = f64>| heights.reduce(f64::min);
+        Self {
+            bottom_m: lowest(&mut likes.iter().filter_map(WheelLike::bottom_m)),
+            axis_m: lowest(&mut likes.iter().map(|like| like.origin.z)),
+            radius_m: likes
+                .iter()
+                .filter_map(|like| Some(like.disc?.radius_m))
+                .fold(0.0, f64::max),
+        }
+    }
+}
+
+impl Survey {
+    /// Leaves out what hangs above the floor of the others: arms, lidars, casings.
+    fn keep_on_the_floor(&mut self, tree: &Tree, candidates: &[Candidate]) {
+        let mut floor = Floor::under(&self.turning);
+        // Beside wheels that have rollers, or turn, what does not turn is no wheel unless it reaches as low.
+        if candidates.is_empty() && self.turning.is_empty() {
+            floor = Floor::under(&self.others);
+        }
+        let looked = &mut self.looked;
+        for likes in [&mut self.turning, &mut self.others] {
+            likes.retain(|like| match like.too_high_m(&floor) {
+                None => true,
+                Some(above_m) => {
+                    let joint = &tree.joints[like.joint];
+                    if joint.motion != Motion::Fixed {
+                        looked.push(Looked {
+                            joint: joint.name.clone(),
+                            reason: format!(
+                                "stands {:.0} mm above the floor that the lowest of them reach",
+                                1e3 * above_m
+                            ),
+                        });
+                    }
+                    false
+                }
+            });
+        }
+    }
+
+    /// What could be wheels, named or not.
+    pub(super) fn likely(&self) -> Vec<&WheelLike> {
+        self.turning.iter().chain(&self.others).collect()
+    }
+}

@@ -1,0 +1,58 @@
+//! What a URDF says of the drives behind its wheels: `<transmission>` has the gear's ratio and nothing else; what
+//! [`crate::generate`] writes has all of it.
+
+use std::collections::BTreeMap;
+
+use roxmltree::Node;
+
+use super::form::number;
+use super::source::{Source, child};
+use super::tree::Tree;
+use crate::model::DriveTrain;
+
+/// The drives of the joints that have one in the file.
+pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
+    let mut drives = BTreeMap::new();
+    let known = |name: &str| tree.joints.iter().any(|joint| joint.name == name);
+    let of_robot = |tag| {
+        source
+            .robot()
+            .children()
+            .filter(move |n: &Node| n.has_tag_name(tag))
+    };
+    for transmission in of_robot("transmission") {
+        let ratio = transmission
+            .descendants()
+            .find(|n| n.has_tag_name("mechanicalReduction"))
+            .and_then(|n| n.text()?.trim().parse::<f64>().ok())
+            .map(f64::abs)
+            .filter(|ratio| ratio.is_finite() && *ratio > 0.0);
+        let joint = child(transmission, "joint").and_then(|n| n.attribute("name"));
+        if let (Some(gear_ratio), Some(joint)) = (ratio, joint.filter(|name| known(name))) {
+            let drive = DriveTrain {
+                gear_ratio,
+                ..DriveTrain::default()
+            };
+            drives.insert(joint.to_owned(), drive);
+        }
+    }
+    // Its numbers were held against their ranges with all others.
+    for node in of_robot("ilon_drive") {
+        let Some(joint) = node.attribute("joint").filter(|name| known(name)) else {
+            continue;
+        };
+        let said = |name: &str, default: f64| match node.attribute(name) {
+            Some(_) => number(node, name),
+            None => default,
+        };
+        let default = DriveTrain::default();
+        let drive = DriveTrain {
+            gear_ratio: said("gear_ratio", default.gear_ratio),
+            rotor_inertia_kg_m2: said("rotor_inertia", default.rotor_inertia_kg_m2),
+            gear_efficiency: said("gear_efficiency", default.gear_efficiency),
+            gear_friction_n_m: said("gear_friction", default.gear_friction_n_m),
+        };
+        drives.insert(joint.to_owned(), drive);
+    }
+    drives
+}

@@ -1,0 +1,103 @@
+//! The values of texts and attributes.
+
+use std::rc::Rc;
+
+use super::names::{Substitutions, View};
+use super::{Around, Expander, LEVELS_OF_ELEMENT, Result};
+use crate::xacro::Failure;
+use crate::xacro::dom::Element;
+use crate::xacro::python::{Error, Value, evaluate, text};
+use crate::xacro::scope::Scope;
+use crate::xacro::substitution;
+use crate::xacro::text::{Piece, joined, pieces, truth};
+
+impl Expander<'_> {
+    /// The value of a text with expressions in it.
+    pub(super) fn text(&self, whole: &str, scope: &Rc<Scope>) -> std::result::Result<Value, Error> {
+        self.budget.spend_bytes(whole.len())?;
+        if !whole.contains('$') {
+            return Ok(Value::text(whole));
+        }
+        let _level = self.budget.enter(LEVELS_OF_ELEMENT)?;
+        let mut values = Vec::new();
+        for piece in pieces(whole)? {
+            values.push(match piece {
+                Piece::Plain(plain) => Value::text(plain),
+                Piece::Expression(inner) => {
+                    let view = View {
+                        expander: self,
+                        scope,
+                    };
+                    let evaluated = self
+                        .text(inner, scope)
+                        .and_then(|inner| evaluate(&text(&inner), &view));
+                    evaluated.map_err(|e| e.within(format!("`${{{inner}}}`")))?
+                }
+                Piece::Substitution(inner) => {
+                    let folder = self.folder();
+                    let answers = Substitutions {
+                        expander: self,
+                        folder: &folder,
+                    };
+                    let inner = text(&self.text(inner, scope)?);
+                    Value::text(substitution::resolve(&inner, &answers)?)
+                }
+            });
+        }
+        let value = joined(values);
+        if let Value::Text(text) = &value {
+            self.budget.spend_bytes(text.len())?;
+        }
+        Ok(value)
+    }
+
+    /// The value of an attribute of an element.
+    pub(super) fn attribute(
+        &self,
+        element: &Element,
+        name: &str,
+        around: &Around,
+    ) -> Result<Option<Value>> {
+        match element.attribute(name) {
+            None => Ok(None),
+            Some(value) => match self.text(value, &around.scope) {
+                Ok(value) => Ok(Some(value)),
+                Err(e) => Err(self.error(&element.origin_of(name), &e)),
+            },
+        }
+    }
+
+    pub(super) fn required(&self, element: &Element, name: &str, around: &Around) -> Result<Value> {
+        self.attribute(element, name, around)?
+            .ok_or_else(|| self.missing_attribute(element, name))
+    }
+
+    pub(super) fn missing_attribute(&self, element: &Element, name: &str) -> Box<Failure> {
+        self.fault(
+            &element.origin,
+            format!("`<{}>`: the attribute `{name}` is missing", element.name),
+        )
+    }
+
+    pub(super) fn yes_or_no(
+        &self,
+        element: &Element,
+        name: &str,
+        default: bool,
+        around: &Around,
+    ) -> Result<bool> {
+        let Some(value) = self.attribute(element, name, around)? else {
+            return Ok(default);
+        };
+        truth(&value).ok_or_else(|| {
+            self.fault(
+                &element.origin_of(name),
+                format!(
+                    "the condition `{}` is `{}`, which is neither true nor false",
+                    element.attribute(name).unwrap_or_default(),
+                    text(&value)
+                ),
+            )
+        })
+    }
+}

@@ -1,0 +1,339 @@
+//! The values of the language.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::fmt;
+use std::rc::Rc;
+
+use super::super::budget::Spent;
+use super::syntax::Lambda;
+
+/// A value.
+#[derive(Clone, Debug)]
+pub(in super::super) enum Value {
+    /// `None`.
+    None,
+    /// `True` or `False`.
+    Bool(bool),
+    /// A whole number. Python's have no end; these end at 38 digits, which is an error and no wrong number.
+    Int(i128),
+    /// A floating-point number.
+    Float(f64),
+    /// Text.
+    Text(Rc<str>),
+    /// A list; what Python gives as an iterator is one as well.
+    List(Rc<[Value]>),
+    /// A tuple.
+    Tuple(Rc<[Value]>),
+    /// A dictionary.
+    Dict(Rc<Dict>),
+    /// A function of the language.
+    Function(&'static str),
+    /// A function of xacro.
+    Xacro(XacroFunction),
+    /// A method with the value that it belongs to.
+    Method(Rc<(Value, &'static str)>),
+    /// `lambda x: ...`.
+    Lambda(Rc<Lambda>),
+    /// `math`, `python` or `xacro`.
+    Module(Module),
+    /// A namespace of properties: `<xacro:include filename="..." ns="name"/>`.
+    Namespace(Rc<dyn Any>),
+}
+
+/// The functions that xacro adds to Python.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum XacroFunction {
+    LoadYaml,
+    AbsFilename,
+    Arg,
+    Dotify,
+    Tokenize,
+    Message,
+    Warning,
+    Error,
+    Fatal,
+    PrintLocation,
+}
+
+/// The namespaces that are always there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Module {
+    Math,
+    Python,
+    Xacro,
+}
+
+/// Why an expression has no value.
+#[derive(Clone, Debug, PartialEq)]
+pub(in super::super) enum Error {
+    /// A name that nothing defines.
+    Name(String),
+    /// An argument, `$(arg NAME)`, that has neither value nor default.
+    Argument(String),
+    /// A package, `$(find NAME)`, whose folder is not known.
+    Package(String),
+    /// A file that cannot be read, and why.
+    File(String, String),
+    /// Anything else, in words.
+    Other(String),
+    /// A limit was met: the whole expansion ends.
+    Spent(Spent),
+    /// An error, and the expression or property that it is in.
+    In(String, Box<Error>),
+}
+
+impl Error {
+    pub(in super::super) fn new(words: impl Into<String>) -> Self {
+        Self::Other(words.into())
+    }
+
+    /// The same, said to be in an expression or property.
+    pub(in super::super) fn within(self, what: impl Into<String>) -> Self {
+        match self {
+            Self::Spent(_) => self,
+            other => Self::In(what.into(), Box::new(other)),
+        }
+    }
+
+    /// What it comes from.
+    pub(in super::super) fn cause(&self) -> &Self {
+        match self {
+            Self::In(_, inner) => inner.cause(),
+            other => other,
+        }
+    }
+}
+
+impl From<Spent> for Error {
+    fn from(spent: Spent) -> Self {
+        Self::Spent(spent)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => write!(f, "the name `{name}` is not defined"),
+            Self::Argument(name) => {
+                write!(f, "the argument `{name}` has neither value nor default")
+            }
+            Self::Package(name) => write!(f, "the folder of the package `{name}` is not known"),
+            Self::File(name, reason) => write!(f, "`{name}` cannot be read: {reason}"),
+            Self::Other(words) => f.write_str(words),
+            Self::Spent(spent) => spent.fmt(f),
+            Self::In(what, inner) => write!(f, "{inner}, in {what}"),
+        }
+    }
+}
+
+/// A dictionary, in the order in which its keys came.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Dict {
+    entries: Vec<(Value, Value)>,
+    places: HashMap<Key, usize>,
+}
+
+/// What can be a key: numbers that are equal are one key, as in Python.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    None,
+    Int(i128),
+    Float(u64),
+    Text(Rc<str>),
+    Tuple(Vec<Key>),
+}
+
+impl Key {
+    fn of(value: &Value) -> Result<Self, Error> {
+        Ok(match value {
+            Value::None => Self::None,
+            Value::Bool(b) => Self::Int(i128::from(*b)),
+            Value::Int(i) => Self::Int(*i),
+            Value::Float(x) if x.fract() == 0.0 && x.abs() < 1e30 => Self::Int(*x as i128),
+            Value::Float(x) => Self::Float(x.to_bits()),
+            Value::Text(text) => Self::Text(Rc::clone(text)),
+            Value::Tuple(items) => {
+                Self::Tuple(items.iter().map(Self::of).collect::<Result<_, _>>()?)
+            }
+            other => {
+                return Err(Error::new(format!("a {} cannot be a key", other.kind())));
+            }
+        })
+    }
+}
+
+impl Dict {
+    pub(in super::super) fn get(&self, key: &Value) -> Result<Option<&Value>, Error> {
+        let place = self.places.get(&Key::of(key)?);
+        Ok(place.map(|&i| &self.entries[i].1))
+    }
+
+    pub(in super::super) fn get_text(&self, key: &str) -> Option<&Value> {
+        self.get(&Value::Text(key.into())).ok().flatten()
+    }
+
+    pub(in super::super) fn insert(&mut self, key: Value, value: Value) -> Result<(), Error> {
+        let place = Key::of(&key)?;
+        match self.places.get(&place) {
+            Some(&i) => self.entries[i].1 = value,
+            None => {
+                self.places.insert(place, self.entries.len());
+                self.entries.push((key, value));
+            }
+        }
+        Ok(())
+    }
+
+    pub(in super::super) fn entries(&self) -> &[(Value, Value)] {
+        &self.entries
+    }
+}
+
+impl Value {
+    pub(in super::super) fn text(text: impl AsRef<str>) -> Self {
+        Self::Text(text.as_ref().into())
+    }
+
+    pub(in super::super) fn list(items: Vec<Value>) -> Self {
+        Self::List(items.into())
+    }
+
+    /// The name of its type, as Python calls it.
+    pub(in super::super) fn kind(&self) -> &'static str {
+        match self {
+            Self::None => "NoneType",
+            Self::Bool(_) => "bool",
+            Self::Int(_) => "int",
+            Self::Float(_) => "float",
+            Self::Text(_) => "str",
+            Self::List(_) => "list",
+            Self::Tuple(_) => "tuple",
+            Self::Dict(_) => "dict",
+            Self::Function(_) | Self::Xacro(_) | Self::Lambda(_) => "function",
+            Self::Method(_) => "method",
+            Self::Module(_) | Self::Namespace(_) => "namespace",
+        }
+    }
+
+    /// Whether it counts as true.
+    pub(in super::super) fn truth(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Bool(b) => *b,
+            Self::Int(i) => *i != 0,
+            Self::Float(x) => *x != 0.0,
+            Self::Text(text) => !text.is_empty(),
+            Self::List(items) | Self::Tuple(items) => !items.is_empty(),
+            Self::Dict(dict) => !dict.entries.is_empty(),
+            _ => true,
+        }
+    }
+
+    /// The number that it is, where it is one.
+    pub(super) fn as_float(&self) -> Option<f64> {
+        match self {
+            Self::Bool(b) => Some(f64::from(u8::from(*b))),
+            Self::Int(i) => Some(*i as f64),
+            Self::Float(x) => Some(*x),
+            _ => None,
+        }
+    }
+
+    /// The whole number that it is, where it is one.
+    pub(super) fn as_int(&self) -> Option<i128> {
+        match self {
+            Self::Bool(b) => Some(i128::from(*b)),
+            Self::Int(i) => Some(*i),
+            _ => None,
+        }
+    }
+
+    /// Whether the two are equal, as `==` has it.
+    pub(super) fn equals(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::None, Self::None) => true,
+            (Self::Text(p), Self::Text(q)) => p == q,
+            (Self::List(p), Self::List(q)) | (Self::Tuple(p), Self::Tuple(q)) => {
+                p.len() == q.len() && p.iter().zip(q.iter()).all(|(p, q)| p.equals(q))
+            }
+            (Self::Dict(p), Self::Dict(q)) => {
+                p.entries.len() == q.entries.len()
+                    && p.entries.iter().all(|(key, value)| {
+                        let other = q.get(key).ok().flatten();
+                        other.is_some_and(|other| value.equals(other))
+                    })
+            }
+            (Self::Function(p), Self::Function(q)) => p == q,
+            _ => match (self.as_int(), other.as_int()) {
+                (Some(p), Some(q)) => p == q,
+                _ => match (self.as_float(), other.as_float()) {
+                    (Some(p), Some(q)) => p == q,
+                    _ => false,
+                },
+            },
+        }
+    }
+}
+
+/// The value of a text as xacro takes properties and parameters: a whole number, a number, a truth value, or the text itself.
+/// Quotes around it make it text.
+pub(in super::super) fn literal(text: &str) -> Value {
+    let quoted = text
+        .strip_prefix('\'')
+        .and_then(|inner| inner.strip_suffix('\''));
+    if let Some(inner) = quoted {
+        return Value::text(inner);
+    }
+    // Python reads 1_000 as a number; xacro leaves such names alone.
+    if text.contains('_') {
+        return Value::text(text);
+    }
+    if let Some(int) = parse_int(text) {
+        return Value::Int(int);
+    }
+    if let Some(float) = parse_float(text) {
+        return Value::Float(float);
+    }
+    match text {
+        "true" | "True" => Value::Bool(true),
+        "false" | "False" => Value::Bool(false),
+        _ => Value::text(text),
+    }
+}
+
+/// A whole number as Python's `int` reads it from text; `None` for what it is not and for what is beyond 38 digits.
+pub(super) fn parse_int(text: &str) -> Option<i128> {
+    let text = text.trim();
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let plain: String = digits.replace('_', "");
+    let well_formed = !plain.is_empty()
+        && plain.bytes().all(|b| b.is_ascii_digit())
+        && !digits.starts_with('_')
+        && !digits.ends_with('_')
+        && !digits.contains("__");
+    let magnitude: i128 = well_formed.then(|| plain.parse().ok()).flatten()?;
+    Some(if text.starts_with('-') {
+        -magnitude
+    } else {
+        magnitude
+    })
+}
+
+/// A number as Python's `float` reads it from text.
+pub(super) fn parse_float(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let bare = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
+    let lower = bare.to_ascii_lowercase();
+    match lower.as_str() {
+        "inf" | "infinity" => return Some(sign * f64::INFINITY),
+        "nan" => return Some(f64::NAN),
+        _ => {}
+    }
+    // Rust reads the same numbers, but for the words above and underscores.
+    if !lower.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
+        return None;
+    }
+    lower.replace('_', "").parse::<f64>().ok().map(|x| sign * x)
+}

@@ -1,0 +1,165 @@
+//! `ilon inspect FOLDER --html FILE`: the robots of a folder side by side.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use ilon_robot::{LoadOptions, Robot, RobotError};
+
+use super::escape::one_line;
+use super::{Outcome, say};
+use crate::Error;
+use crate::control::Kinematics;
+use crate::inspect::Inspection;
+use crate::remedy::{self, Refusal, Words};
+use crate::report::gallery::{self, Exhibit};
+
+/// Deepest folder that is looked into.
+const MOST_DEEP: usize = 16;
+/// Most files of robots that are shown.
+const MOST_FILES: usize = 1000;
+
+/// Writes the page, and prints what became of each file.
+pub(super) fn run(
+    place: &Path,
+    options: &LoadOptions,
+    sandbox: &str,
+    html: &Path,
+) -> Result<Outcome, Error> {
+    let files = if place.is_dir() {
+        files_below(place, options)?
+    } else {
+        vec![place.to_owned()]
+    };
+    let exhibits: Vec<Exhibit> = files
+        .iter()
+        .map(|file| exhibit(file, place, options, sandbox))
+        .collect();
+    let title = place.canonicalize().ok();
+    let title = title
+        .as_deref()
+        .and_then(Path::file_name)
+        .unwrap_or(place.as_os_str());
+    gallery::write(html, &title.to_string_lossy(), &exhibits)?;
+    let mut text = String::new();
+    for exhibit in &exhibits {
+        let became = match (&exhibit.robot, exhibit.faults.first()) {
+            (Some((robot, _)), None) => format!("{} wheels", robot.wheels.len()),
+            (Some((robot, _)), Some(_)) if exhibit.help.is_some() => {
+                format!("{} wheels, with options", robot.wheels.len())
+            }
+            (_, Some(fault)) => format!("refused: {fault}"),
+            (None, None) => String::new(),
+        };
+        text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
+    }
+    let html = html.display().to_string();
+    say::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))?;
+    Ok(Outcome::Done)
+}
+
+/// What becomes of a file.
+fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> Exhibit {
+    let below = file
+        .strip_prefix(place)
+        .ok()
+        .filter(|below| !below.as_os_str().is_empty());
+    let shown = below.unwrap_or(file).display().to_string();
+    let said = |error: &RobotError| error.to_string();
+    let refused = |faults: Vec<String>, help: String| Exhibit {
+        file: shown.clone(),
+        robot: None,
+        faults,
+        help: Some(help),
+    };
+    let (loaded, faults, help) = match Robot::load_with(file, options) {
+        Ok(loaded) => (loaded, Vec::new(), None),
+        Err(fault) => {
+            let named = remedy::shell(&file.display().to_string());
+            let command = format!("ilon inspect {named}{sandbox}");
+            let refusal = Refusal::of(fault, file, options, &Words::Flags { command });
+            let faults: Vec<String> = refusal.faults.iter().map(said).collect();
+            let mut help: Vec<String> = refusal
+                .faults
+                .last()
+                .map(RobotError::help)
+                .into_iter()
+                .collect();
+            help.extend(refusal.closing);
+            match refusal.loaded {
+                Some(loaded) => (*loaded, faults, Some(help.join("; "))),
+                None => return refused(faults, help.join("; ")),
+            }
+        }
+    };
+    // What cannot be controlled is a robot all the same, and its page says so.
+    match Inspection::of_loaded(&loaded) {
+        Ok(inspection) => {
+            let uncontrolled = Kinematics::new(&loaded.robot).err();
+            let faults = faults
+                .into_iter()
+                .chain(uncontrolled.map(|e| e.to_string()));
+            Exhibit {
+                file: shown,
+                faults: faults.collect(),
+                robot: Some((loaded.robot, inspection)),
+                help,
+            }
+        }
+        Err(error) => refused(vec![error.to_string()], String::new()),
+    }
+}
+
+/// The robots' files in a folder and below, in order. Links to folders are not followed, which could lead in circles.
+fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Error> {
+    let mut found = BTreeSet::new();
+    let mut waiting = vec![(folder.to_owned(), 0)];
+    while let Some((folder, depth)) = waiting.pop() {
+        let entries = std::fs::read_dir(&folder).map_err(|e| Error::read_folder(&folder, e))?;
+        for entry in entries.flatten() {
+            let path = entry.path();
+            let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
+            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                if !is_hidden && depth < MOST_DEEP {
+                    waiting.push((path, depth + 1));
+                }
+            } else if !is_hidden && is_robot(&path, options) {
+                found.insert(path);
+            }
+        }
+    }
+    if found.is_empty() {
+        return Err(Error::usage(
+            format!(
+                "`{}` holds no robots: no .urdf, .xacro, .sdf or MJCF",
+                folder.display()
+            ),
+            "name a folder of robots",
+        ));
+    }
+    if found.len() > MOST_FILES {
+        return Err(Error::usage(
+            format!(
+                "`{}` holds {} files of robots, where at most {MOST_FILES} are shown",
+                folder.display(),
+                found.len()
+            ),
+            "name a folder with fewer",
+        ));
+    }
+    Ok(found.into_iter().collect())
+}
+
+/// Whether a file is one of a robot by its name, or by its first words where its name says no more than that it is XML.
+fn is_robot(path: &Path, options: &LoadOptions) -> bool {
+    /// As much of an XML file as is looked at.
+    const MOST_BYTES: u64 = 16 << 20;
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str().unwrap_or_default() {
+        "urdf" | "xacro" | "sdf" | "mjcf" => true,
+        "xml" => options
+            .files
+            .read_text(path, MOST_BYTES)
+            .is_ok_and(|text| text.contains("<mujoco") || text.contains("<sdf")),
+        _ => false,
+    }
+}

@@ -1,0 +1,145 @@
+//! How a robot's file is to be read, on the command line.
+
+use std::path::PathBuf;
+
+use ilon_robot::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+
+/// Options of reading a robot's file.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct Reading {
+    #[command(flatten)]
+    sources: Sources,
+    /// Look at the collision shapes of the rollers as they are, as `robot.rollers = "as_modelled"` drives them: gaps
+    /// between rollers are no fault then.
+    #[arg(long)]
+    as_modelled: bool,
+    /// The radius of wheels whose geometry does not show it, or cannot be read.
+    #[arg(long, value_name = "M")]
+    wheel_radius_m: Option<f64>,
+    /// Give wheels without rollers none but those that are asked for, whatever the file says of them.
+    #[arg(long)]
+    no_inferred_rollers: bool,
+    #[command(flatten)]
+    wheels: Wheels,
+}
+
+/// What a robot's file is read with, whatever becomes of the robot.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct Sources {
+    /// The folder of a ROS package, for meshes at `package://NAME/...` and includes; may be given several times.
+    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
+    packages: Vec<Package>,
+    /// The value of an argument of a xacro file; may be given several times.
+    #[arg(long = "arg", value_name = "NAME=VALUE", value_parser = argument)]
+    arguments: Vec<(String, String)>,
+    /// Leave out what is not there, and say what: files that a xacro file includes, with the macros that they would define.
+    #[arg(long)]
+    leave_out_missing: bool,
+    /// Repair what is safe to repair in the file, and say what.
+    #[arg(long, alias = "mend")]
+    repair: bool,
+    /// Density of a part of which the file says only the size or only the mass, for repairs [default: 1500].
+    #[arg(long, value_name = "RHO")]
+    density_kg_m3: Option<f64>,
+}
+
+/// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command line.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Rollers for wheels that have none in the file")]
+struct Wheels {
+    /// Put this many rollers on each wheel.
+    #[arg(long, value_name = "N", requires = "gamma")]
+    rollers: Option<usize>,
+    /// Their angle gamma in the usual X of mecanum wheels, such as 45; the sign of each follows from its wheel's place.
+    #[arg(long, value_name = "DEG", group = "gamma", requires = "rollers")]
+    gamma_x_deg: Option<f64>,
+    /// Their angle gamma: one number for all wheels, such as 0 for omni wheels, or one for each, with its sign.
+    #[arg(
+        long,
+        value_name = "DEG,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        group = "gamma",
+        requires = "rollers"
+    )]
+    gamma_deg: Vec<f64>,
+    /// The wheels' joints, of whatever type; without it every turning joint on a level axis that stands on the floor, with
+    /// nothing turning above or below it.
+    #[arg(
+        long,
+        value_name = "JOINT,..",
+        value_delimiter = ',',
+        requires = "rollers"
+    )]
+    wheels: Vec<String>,
+    /// The rollers' largest radius; without it, a fifth of the wheel's, or as much more as it takes to reach the
+    /// neighbours.
+    #[arg(long, value_name = "M", requires = "rollers")]
+    roller_radius_m: Option<f64>,
+    /// Mass of one roller, taken from the wheel's; without it, that of solid rubber.
+    #[arg(long, value_name = "KG", requires = "rollers")]
+    roller_mass_kg: Option<f64>,
+}
+
+impl Sources {
+    /// The options that were asked for.
+    pub(super) fn options(&self) -> LoadOptions {
+        let mut options = LoadOptions::default();
+        options.packages.clone_from(&self.packages);
+        options.arguments = self.arguments.iter().cloned().collect();
+        options.leave_out_missing = self.leave_out_missing;
+        options.repair = self.repair;
+        options.density_kg_m3 = self.density_kg_m3;
+        options
+    }
+}
+
+impl Reading {
+    /// The options that were asked for.
+    pub(super) fn options(&self) -> LoadOptions {
+        let mut options = self.sources.options();
+        if self.as_modelled {
+            options.rollers = RollerForms::AsModelled;
+        }
+        options.wheel_radius_m = self.wheel_radius_m;
+        options.infer_rollers = !self.no_inferred_rollers;
+        options.wheels = self.wheels.options();
+        options
+    }
+}
+
+impl Wheels {
+    /// The rollers that were asked for, if any were.
+    fn options(&self) -> Option<WheelOptions> {
+        let gamma = match (self.gamma_x_deg, self.gamma_deg.as_slice()) {
+            (Some(gamma_deg), _) => Handedness::XDeg(gamma_deg),
+            (None, [gamma_deg]) => Handedness::AllDeg(*gamma_deg),
+            (None, gammas_deg) => Handedness::EachDeg(gammas_deg.to_vec()),
+        };
+        let mut options = WheelOptions::new(self.rollers?, gamma).on(self.wheels.clone());
+        options.roller_radius_m = self.roller_radius_m;
+        options.roller_mass_kg = self.roller_mass_kg;
+        Some(options)
+    }
+}
+
+fn package(text: &str) -> Result<Package, String> {
+    match text.split_once('=') {
+        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => Ok(Package {
+            name: name.to_owned(),
+            folder: PathBuf::from(folder),
+        }),
+        _ => Err("write NAME=DIR, such as my_robot=../my_robot".to_owned()),
+    }
+}
+
+/// `NAME=VALUE`, or `NAME:=VALUE` as the xacro of ROS takes it.
+fn argument(text: &str) -> Result<(String, String), String> {
+    let split = text.split_once(":=").or_else(|| text.split_once('='));
+    match split {
+        Some((name, value)) if !name.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.to_owned()))
+        }
+        _ => Err("write NAME=VALUE, such as mecanum=true".to_owned()),
+    }
+}

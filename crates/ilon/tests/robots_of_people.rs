@@ -1,0 +1,406 @@
+//! Robots as people really write them, one trait a file, as whoever calls `ilon inspect` meets them: each drives as it is, or
+//! is refused in words with a command that works, and that command is run.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use rstest::rstest;
+
+const CHASSIS: &str = r#"<link name="base_link">
+  <inertial><origin xyz="0 0 0.05"/><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial>
+  <collision><origin xyz="0 0 0.05"/><geometry><box size="0.4 0.2 0.06"/></geometry></collision>
+</link>
+"#;
+const DISC: &str = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
+const INERTIA: &str = r#"<inertia ixx="4e-4" ixy="0" ixz="0" iyy="6e-4" iyz="0" izz="4e-4"/>"#;
+const PLACES: [(&str, f64, f64); 4] = [
+    ("fl", 0.15, 0.13),
+    ("fr", 0.15, -0.13),
+    ("rl", -0.15, 0.13),
+    ("rr", -0.15, -0.13),
+];
+
+/// A wheel without rollers on a turning joint: a disc of 50 mm radius.
+fn wheel(name: &str, x: f64, y: f64) -> String {
+    format!(
+        r#"<link name="{name}_link">
+  <inertial><mass value="0.5"/>{INERTIA}</inertial>{DISC}
+</link>
+<joint name="{name}" type="continuous">
+  <parent link="base_link"/><child link="{name}_link"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/>
+</joint>
+"#
+    )
+}
+
+/// A base with four wheels, each changed, and something more.
+fn base_with(change: impl Fn(&str, String) -> String, more: &str) -> String {
+    let mut text = format!("<robot name=\"base\">\n{CHASSIS}");
+    for (name, x, y) in PLACES {
+        text += &change(name, wheel(name, x, y));
+    }
+    text + more + "</robot>\n"
+}
+
+fn base() -> String {
+    base_with(|_, wheel| wheel, "")
+}
+
+/// A base with a piece of each wheel replaced.
+fn replaced(from: &str, to: &str) -> String {
+    base_with(
+        |name, wheel| {
+            assert!(wheel.contains(from), "{from}");
+            wheel.replace(from, &to.replace("NAME", name))
+        },
+        "",
+    )
+}
+
+/// The same for one wheel.
+fn one_replaced(of: &str, from: &str, to: &str) -> String {
+    base_with(
+        |name, wheel| {
+            if name == of {
+                wheel.replace(from, to)
+            } else {
+                wheel
+            }
+        },
+        "",
+    )
+}
+
+/// Wheels on a ring that look outward, the rollers of which would be at 0 degrees.
+fn ring() -> String {
+    let mut text = format!("<robot name=\"base\">\n{CHASSIS}");
+    for i in 0..3 {
+        let angle = std::f64::consts::TAU * f64::from(i) / 3.0;
+        let (s, c) = angle.sin_cos();
+        let place = format!("xyz=\"{} {} 0\"", 0.15 * c, 0.15 * s);
+        let turned = format!(
+            "{place} rpy=\"0 0 {}\"",
+            angle - std::f64::consts::FRAC_PI_2
+        );
+        text += &wheel(&format!("wheel_{i}"), 0.15 * c, 0.15 * s).replace(&place, &turned);
+    }
+    text + "</robot>\n"
+}
+
+/// An arm of six joints, the first of which is upright.
+fn arm() -> String {
+    let mut text = format!("<robot name=\"arm\">\n{CHASSIS}");
+    let axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"];
+    let mut parent = "base_link".to_owned();
+    for (i, axis) in axes.iter().enumerate() {
+        let child = format!("part_{i}");
+        write!(
+            text,
+            r#"<link name="{child}"><inertial><mass value="1"/>{INERTIA}</inertial>{DISC}</link>
+<joint name="joint_{i}" type="revolute"><parent link="{parent}"/><child link="{child}"/><origin xyz="0 0 0.2"/><axis xyz="{axis}"/>
+  <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+"#
+        )
+        .unwrap();
+        parent = child;
+    }
+    text + "</robot>\n"
+}
+
+/// A robot with something hung from its chassis that turns like a wheel, high above the floor.
+fn with_mimic_arm() -> String {
+    let arm = wheel("finger", 0.0, 0.0)
+        .replace("xyz=\"0 0 0\"", "xyz=\"0 0 0.3\"")
+        .replace(
+            "<axis xyz=\"0 1 0\"/>",
+            "<axis xyz=\"0 1 0\"/><mimic joint=\"fl\"/>",
+        );
+    base_with(|_, wheel| wheel, &arm)
+}
+
+/// Each wheel hangs by an upright joint that steers it.
+fn steered() -> String {
+    base_with(
+        |name, wheel| {
+            let fork = format!(
+                r#"<link name="{name}_fork"><inertial><mass value="0.1"/>{INERTIA}</inertial></link>
+<joint name="{name}_steer" type="continuous"><parent link="base_link"/><child link="{name}_fork"/>"#
+            );
+            let place = wheel.find("<origin xyz").unwrap();
+            let end = place + wheel[place..].find("/>").unwrap() + 2;
+            let origin = wheel[place..end].to_owned();
+            let below = wheel
+                .replace(
+                    "<parent link=\"base_link\"/>",
+                    &format!("<parent link=\"{name}_fork\"/>"),
+                )
+                .replace(&origin, "<origin xyz=\"0 0 0\"/>");
+            format!("{fork}{origin}<axis xyz=\"0 0 1\"/></joint>\n{below}")
+        },
+        "",
+    )
+}
+
+fn xacro(inside: &str) -> String {
+    let start = "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" ";
+    base()
+        .replacen("<robot ", start, 1)
+        .replace("</robot>", &format!("{inside}</robot>"))
+}
+
+/// What became of a file.
+#[derive(Debug)]
+enum Becomes {
+    /// A robot, of which something is remarked.
+    Robot(&'static str),
+    /// Refused in these words, with a command that works, of whose robot something is remarked.
+    Proposal(&'static str, &'static str),
+    /// Refused in these words, which ask for what only a person knows.
+    Refused(&'static str),
+}
+use Becomes::{Proposal, Refused, Robot};
+
+const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
+
+#[rstest]
+#[case::plain_wheels(base(), Proposal(BARE, "given 12 rollers"))]
+#[case::fixed_wheels(
+    replaced("continuous", "fixed"),
+    Proposal(BARE, "its joint does not turn in the file")
+)]
+#[case::wheels_within_a_turn(
+    replaced("<axis", "<limit lower=\"0\" upper=\"6.28\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
+    Proposal(BARE, "given 12 rollers")
+)]
+#[case::wheels_within_huge_limits(
+    replaced("<axis", "<limit lower=\"-1e16\" upper=\"1e16\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
+    Proposal(BARE, "given 12 rollers")
+)]
+#[case::wheels_that_mimic(
+    replaced("<axis", "<mimic joint=\"fl\"/><axis"),
+    Proposal(BARE, "its joint follows another joint in the file")
+)]
+#[case::an_arm_that_mimics(
+    with_mimic_arm(),
+    Proposal(BARE, "no wheel: stands 300 mm above the floor")
+)]
+#[case::steered_wheels(
+    steered(),
+    Proposal("These are not Swedish wheels", "given 12 rollers")
+)]
+#[case::spheres(
+    replaced(
+        "<cylinder radius=\"0.05\" length=\"0.04\"/>",
+        "<sphere radius=\"0.05\"/>"
+    ),
+    Proposal(BARE, "given 12 rollers")
+)]
+#[case::what_is_only_shown(
+    replaced("collision", "visual"),
+    Proposal(BARE, "its size is taken from what is shown of it")
+)]
+#[case::visuals_apart(
+    replaced("<inertial>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual><inertial>")
+        .replace("</link>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link>"),
+    Proposal(BARE, "they show the robot, and neither weigh nor touch")
+)]
+#[case::two_limits(
+    replaced(
+        "<axis",
+        "<limit effort=\"3\" velocity=\"20\"/><limit effort=\"9\" velocity=\"9\"/><axis"
+    ),
+    Proposal(BARE, "stands here a second time: the first is read")
+)]
+#[case::a_ring_of_omni_wheels(ring(), Robot("at gamma = 0.0 deg"))]
+#[case::a_wheel_a_millimetre_high(
+    one_replaced("fl", " 0\"/><axis", " 0.001\"/><axis"),
+    Proposal(BARE, "its wheels do not reach equally low")
+)]
+#[case::a_frame_beside_the_wheels(
+    base().replace("xyz=\"0 0 0.05\"", "xyz=\"1 0 0.05\"").replace("xyz=\"0.15", "xyz=\"1.15").replace("xyz=\"-0.15", "xyz=\"0.85"),
+    Proposal(BARE, "the robot's frame lies 1000 mm from the middle of its wheels and outside them")
+)]
+#[case::no_inertia(
+    replaced(INERTIA, ""),
+    Proposal("the element `<inertia>` is missing", "repaired: its inertia")
+)]
+#[case::no_inertial(
+    replaced(&format!("<inertial><mass value=\"0.5\"/>{INERTIA}</inertial>"), ""),
+    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia")
+)]
+#[case::impossible_inertia(
+    replaced("iyy=\"6e-4\"", "iyy=\"6e-2\""),
+    Proposal("no body has the principal moments", "repaired: its inertia")
+)]
+#[case::inertia_beyond_its_size(
+    replaced(&format!("<mass value=\"0.5\"/>{INERTIA}"), r#"<mass value="1e-5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>"#),
+    Proposal("radius of gyration of 316.228 m", "repaired: its inertia")
+)]
+#[case::a_chassis_that_weighs_nothing(
+    base().replacen(&format!("<mass value=\"8\"/>{}", r#"<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/>"#), r#"<mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#, 1),
+    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia")
+)]
+#[case::a_chassis_of_nothing(
+    base().replace(CHASSIS, "<link name=\"base_link\"/>\n"),
+    Refused("neither it nor anything fixed to it has mass")
+)]
+#[case::a_wheel_twice(
+    base_with(|_, wheel| wheel, &wheel("fl", 0.0, 0.13)),
+    Proposal("the name is taken by the link on line", "called `fl_2`, for its name is taken")
+)]
+#[case::the_same_link_twice(
+    base().replace("</robot>", &format!("{CHASSIS}</robot>")),
+    Proposal("the name is taken by the link on line", "left out, for it says the same as the first of its name")
+)]
+#[case::a_mesh_that_is_not_there(
+    replaced(
+        DISC,
+        "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"
+    ),
+    Proposal(
+        "its mesh `wheel.stl` cannot be read: there is no such file",
+        "the wheel's radius is 49.0 mm"
+    )
+)]
+#[case::one_of_two_shapes_that_is_not_there(
+    replaced(DISC, &format!("{}<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>", DISC.replace("0.05", "0.0279"))),
+    Proposal("the wheel's geometry does not show its radius", "the wheel's radius is 49.0 mm")
+)]
+#[case::a_mesh_of_an_absent_package(
+    replaced(
+        DISC,
+        "<collision><geometry><mesh filename=\"package://absent/wheel.stl\"/></geometry></collision>"
+    ),
+    Proposal("--package absent=FOLDER", "the wheel's radius is 49.0 mm")
+)]
+#[case::a_turret_beside_the_wheels_of_a_chassis_that_is_fixed(
+    base().replace("base_link", "chassis").replace("<robot name=\"base\">", &format!(
+        "<robot name=\"base\"><link name=\"base_link\"/><joint name=\"base_joint\" type=\"fixed\"><parent link=\"base_link\"/><child link=\"chassis\"/></joint>\
+         <link name=\"turret\"><inertial><mass value=\"1\"/>{INERTIA}</inertial></link>\
+         <joint name=\"yaw\" type=\"continuous\"><parent link=\"chassis\"/><child link=\"turret\"/><origin xyz=\"0 0 0.2\"/><axis xyz=\"0 0 1\"/></joint>"
+    )),
+    Proposal(BARE, "given 12 rollers")
+)]
+#[case::an_arm_of_six_joints(arm(), Refused("no wheels with passive rollers"))]
+#[case::no_wheels(
+    format!("<robot name=\"base\">{CHASSIS}</robot>"),
+    Refused("no wheels with passive rollers, but moving freely in the plane takes three")
+)]
+#[case::includes_of_absent_packages(
+    xacro(
+        "<xacro:include filename=\"$(find sensors)/a.xacro\"/><xacro:include filename=\"$(find cameras)/b.xacro\"/><xacro:lidar/>"
+    ),
+    Proposal(
+        "`--package sensors=FOLDER`, `--package cameras=FOLDER`",
+        "left out, for nothing that could be read defines this macro"
+    )
+)]
+#[case::an_argument_without_a_value(
+    xacro("<xacro:arg name=\"kind\"/><link name=\"$(arg kind)\"/>"),
+    Refused("`--arg kind=VALUE`")
+)]
+#[case::macros_alone(
+    "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro name=\"w\" params=\"n\"><link name=\"${n}\"/></xacro:macro></robot>".to_owned(),
+    Refused("it defines macros and makes no link: `w`")
+)]
+#[case::xacro_without_prefixes(
+    format!("<robot name=\"old\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><include filename=\"wheels.xacro\"/>{CHASSIS}</robot>"),
+    Refused("a xacro file of before 2014: `<include>` stands without the prefix `xacro:`")
+)]
+fn a_robot_drives_or_is_refused_with_a_command_that_works(
+    #[case] text: String,
+    #[case] becomes: Becomes,
+) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.urdf");
+    std::fs::write(&path, text).unwrap();
+    let first = shell(folder.path(), "ilon inspect robot.urdf");
+    match becomes {
+        Robot(remark) => drives(&first, remark),
+        Proposal(words, remark) => {
+            let refusal = refused(&first, words);
+            let proposal =
+                proposed(&refusal).unwrap_or_else(|| panic!("nothing proposed: {refusal}"));
+            drives(&shell(folder.path(), proposal), remark);
+            // It works in a scenario too, in the words of one.
+            let scenario =
+                "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
+            std::fs::write(folder.path().join("s.toml"), scenario).unwrap();
+            let refusal = refused(&shell(folder.path(), "ilon run s.toml"), "");
+            let keys = proposed_keys(&refusal);
+            assert!(!keys.is_empty(), "{refusal}");
+            let keys = format!("[robot]\n{}\n", keys.join("\n"));
+            std::fs::write(
+                folder.path().join("s.toml"),
+                scenario.replacen("[robot]\n", &keys, 1),
+            )
+            .unwrap();
+            let ran = shell(folder.path(), "ilon run s.toml --out out");
+            assert!(ran.status.success(), "{keys}\n{}", err(&ran));
+        }
+        Refused(words) => {
+            let refusal = refused(&first, words);
+            assert_eq!(proposed(&refusal), None, "{refusal}");
+        }
+    }
+}
+
+/// Runs a command line as a person types it.
+fn shell(folder: &Path, command: &str) -> Output {
+    let ilon = Path::new(env!("CARGO_BIN_EXE_ilon")).parent().unwrap();
+    let path = std::env::var("PATH").unwrap_or_default();
+    Command::new("sh")
+        .args(["-c", command])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", ilon.display()))
+        .output()
+        .unwrap()
+}
+
+fn err(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn drives(output: &Output, remark: &str) {
+    assert!(output.status.success(), "{}", err(output));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains(remark), "{said}");
+}
+
+fn refused(output: &Output, words: &str) -> String {
+    let said = err(output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(output.stdout.is_empty());
+    assert!(said.contains(words), "{said}");
+    said
+}
+
+fn proposed(refusal: &str) -> Option<&str> {
+    Some(refusal.split_once("this works: `")?.1.split_once('`')?.0)
+}
+
+fn proposed_keys(refusal: &str) -> Vec<&str> {
+    let Some((_, keys)) = refusal.split_once("this works, in `[robot]`: ") else {
+        return Vec::new();
+    };
+    let keys = keys.lines().next().unwrap_or_default();
+    keys.split('`').skip(1).step_by(2).collect()
+}
+
+#[test]
+fn a_file_that_is_called_xacro_is_expanded_whatever_stands_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "<visual><geometry><mesh filename=\"file://$(find absent)/wheel.stl\"/></geometry></visual>";
+    let text = replaced("<inertial>", &format!("{mesh}<inertial>"));
+    for (name, is_expanded) in [("robot.xacro", true), ("robot.urdf", false)] {
+        std::fs::write(folder.path().join(name), &text).unwrap();
+        let command = format!("ilon inspect {name} --rollers 12 --gamma-x-deg 45");
+        let output = shell(folder.path(), &command);
+        drives(&output, "given 12 rollers");
+        // Only xacro knows `$(find ...)`; in a URDF it is a part of a name.
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        let remark = "the folder of the package `absent` is not known";
+        assert_eq!(said.contains(remark), is_expanded, "{name}: {said}");
+    }
+}
