@@ -26,7 +26,8 @@ pub struct Settings {
     /// 28 N a roller goes in by 0.3 um.
     pub contact_stiffness_n_m: f64,
     /// Time in which a contact's spring gives back what it was loaded with, in seconds, >= 0: the damper beside it has this
-    /// times the stiffness. The default lets nothing bounce that weighs less than a tonne.
+    /// times the stiffness. The default lets nothing bounce that weighs less than 300 kg, and lets little load change hands
+    /// for the micrometres by which a robot leans while one of its wheels hands over.
     pub contact_relaxation_s: f64,
     /// Contacts are foreseen at this distance, in metres, > 0, and further by what a wheel moves in a step.
     pub prediction_m: f64,
@@ -41,7 +42,7 @@ impl Default for Settings {
             split_dt_s: None,
             roller_bodies: RollerBodies::All,
             contact_stiffness_n_m: 1e8,
-            contact_relaxation_s: 5e-3,
+            contact_relaxation_s: 1e-3,
             prediction_m: 1e-3,
             gravity_m_s2: 9.81,
         }
