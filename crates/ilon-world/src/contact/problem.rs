@@ -97,8 +97,8 @@ const TOLERANCE: f64 = 1e-8;
 /// (rough ground, a chassis that lies on its side) some need dozens, and a few never get to the last digits.
 const ROUNDS: usize = 64;
 
-/// From then on sweeps go half of the way only: contacts that press one another would swing to and fro between them.
-const WHOLE_ROUNDS: usize = 8;
+/// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
+const ROUNDS_A_SHARE: usize = 8;
 
 /// Sweeps where Newton's method needs a better start.
 const SWEEPS_A_ROUND: usize = 50;
@@ -212,7 +212,7 @@ impl ImpulseProblem {
     pub fn solve(&mut self) -> f64 {
         let mut error = self.error();
         for round in 0..ROUNDS {
-            let share = if round < WHOLE_ROUNDS { 1.0 } else { 0.5 };
+            let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
             for _ in 0..NEWTON_STEPS {
                 if error <= TOLERANCE {
                     return error;
