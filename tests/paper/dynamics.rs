@@ -1,6 +1,6 @@
 //! Eq. (11) against the simulated robot: torque steps and the motion that follows.
 
-use ilon_control::{DynamicModel, DynamicsSettings};
+use ilon_control::DynamicModel;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, Settings, World};
 use nalgebra::Vector3;
@@ -21,7 +21,7 @@ fn torques_for(model: &DynamicModel, twist_rate: Twist) -> Vec<f64> {
 /// Twists after `time_s` of constant torques, of the model and of the simulated robot.
 fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, Twist) {
     let settings = Settings::default();
-    let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+    let model = DynamicModel::new(robot).unwrap();
     let torques = torques_for(&model, twist_rate);
 
     let mut world = World::new(robot, &Floor::default(), Pose::default(), &settings).unwrap();
@@ -83,6 +83,63 @@ fn holds(name: &str, payload: bool) {
         // The torques were made for this motion, so that the comparison is not one of small numbers.
         assert!(size(foretold) > 0.9 * STEP_S * size(wanted));
     }
+}
+
+/// A rotor of 2e-5 kg m^2 behind a gear of 20:1 is 8e-3 kg m^2 at the wheel: 4 x 8e-3 / rho^2 = 12.8 kg of 11.4 more for the
+/// motors to move, in the model and in the world.
+#[test]
+fn eq_11_knows_the_rotors_behind_the_gears() {
+    let mut robot = shipped("mecanum4");
+    let bare = DynamicModel::new(&robot).unwrap();
+    for wheel in &mut robot.wheels {
+        wheel.drive.gear_ratio = 20.0;
+        wheel.drive.rotor_inertia_kg_m2 = 2e-5;
+    }
+    let ahead = Twist::new(0.5, 0.0, 0.0);
+    let more =
+        torques_for(&DynamicModel::new(&robot).unwrap(), ahead)[0] / torques_for(&bare, ahead)[0];
+    assert!(more > 2.0, "{more} times the torque");
+    for wanted in [ahead, Twist::new(0.0, 0.5, 0.0), Twist::new(0.0, 0.0, 2.0)] {
+        let (foretold, real) = after_torque_step(&robot, wanted, STEP_S);
+        let off =
+            (real - foretold).linear_m_s().norm() + 0.25 * (real - foretold).omega_rad_s.abs();
+        let size = foretold.linear_m_s().norm() + 0.25 * foretold.omega_rad_s.abs();
+        // As without a rotor, see STEP_S.
+        assert!(
+            off < 0.02 * size,
+            "{wanted:?}: {foretold:?} against {real:?}"
+        );
+    }
+}
+
+/// Of the torque T a gear of efficiency 0.7 leaves 0.7 T, and of 0.02 N m of friction in it that much less: the robot moves as
+/// under so much torque without a gear. What the gear takes is booked with the bearings.
+#[test]
+fn a_gear_takes_its_share_of_the_torque() {
+    let speed_m_s = |efficiency: f64, friction_n_m: f64, torque_n_m: f64| {
+        let mut robot = shipped("mecanum4");
+        for wheel in &mut robot.wheels {
+            wheel.drive.gear_efficiency = efficiency;
+            wheel.drive.gear_friction_n_m = friction_n_m;
+        }
+        let settings = Settings::default();
+        let mut world = World::new(&robot, &Floor::default(), Pose::default(), &settings).unwrap();
+        while world.time_s() < 0.5 {
+            world.apply(&[torque_n_m; 4]);
+            world.step();
+        }
+        let energies = (world.motor_energy_j(), world.bearing_energy_j());
+        (world.body().twist_in_body.vx_m_s, energies)
+    };
+    let (geared, (motor_j, geared_j)) = speed_m_s(0.7, 0.02, 0.2);
+    let (bare, (_, bearing_j)) = speed_m_s(1.0, 0.0, 0.7 * 0.2 - 0.02);
+    assert!(
+        (geared - bare).abs() < 1e-6 * bare,
+        "{geared} for {bare} m/s"
+    );
+    // 0.06 + 0.02 N m of 0.2, and what the bearings take anyway.
+    let taken = (geared_j - bearing_j) / motor_j;
+    assert!((taken - 0.4).abs() < 1e-4, "{taken} of the work");
 }
 
 #[test]

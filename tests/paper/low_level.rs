@@ -2,8 +2,8 @@
 //! free torques spent on grip.
 
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, DynamicModel, DynamicsSettings, Kinematics,
-    PrioritisedTorque, PrioritisedTorqueSettings, Priority, TorqueRange,
+    ComputedTorque, ComputedTorqueSettings, DynamicModel, Kinematics, PrioritisedTorque,
+    PrioritisedTorqueSettings, Priority, TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, Settings, World};
@@ -15,7 +15,7 @@ use crate::robots::shipped;
 type Law<'a> = Box<dyn FnMut(&[f64], &[f64], &[TorqueRange], f64) -> Vec<f64> + 'a>;
 
 fn computed_torque(robot: &Robot, settings: &Settings) -> Law<'static> {
-    let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+    let model = DynamicModel::new(robot).unwrap();
     let law_settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,
         target_filter_s: 0.0,
@@ -35,8 +35,7 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static
         friction,
         gravity_m_s2: 9.81,
     };
-    let mut law =
-        PrioritisedTorque::new(robot, &DynamicsSettings::default(), &law_settings).unwrap();
+    let mut law = PrioritisedTorque::new(robot, &law_settings).unwrap();
     Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
 }
 

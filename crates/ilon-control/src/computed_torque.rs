@@ -162,12 +162,11 @@ impl ComputedTorque {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::DynamicsSettings;
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use ilon_robot::{Robot, Twist};
 
     fn law(robot: &Robot, bandwidth_rad_s: f64, dt_s: f64) -> ComputedTorque {
-        let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+        let model = DynamicModel::new(robot).unwrap();
         let settings = ComputedTorqueSettings {
             bandwidth_rad_s,
             target_filter_s: 0.0,
@@ -184,7 +183,7 @@ mod tests {
         twist_at: impl Fn(f64) -> Twist,
         (dt_s, settle_s, end_s): (f64, f64, f64),
     ) -> f64 {
-        let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+        let model = DynamicModel::new(robot).unwrap();
         let n = robot.wheels.len();
         let open = vec![TorqueRange::UNLIMITED; n];
         let (mut rates, mut targets) = (vec![0.0; n], vec![0.0; n]);

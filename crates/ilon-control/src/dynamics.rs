@@ -41,16 +41,8 @@
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3};
 
-use crate::error::not_negative;
 use crate::kinematics::multiply;
 use crate::{ControlError, Kinematics};
-
-/// What the robot's description does not hold about its dynamics.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DynamicsSettings {
-    /// Inertia that each wheel's motor and gear add to the wheel, at the wheel, in kg m^2.
-    pub wheel_armature_kg_m2: f64,
-}
 
 /// I, C(omega) and F of eq. (11), and what they are made of.
 #[derive(Clone, Debug)]
@@ -80,13 +72,9 @@ impl DynamicModel {
     /// The model of a robot on flat ground.
     ///
     /// # Errors
-    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::Negative`] for an armature;
-    /// [`ControlError::NotPositive`] where the masses make no positive definite inertia.
-    pub fn new(robot: &Robot, settings: &DynamicsSettings) -> Result<Self, ControlError> {
-        let wheel_armature = not_negative(
-            "the wheel's armature in kg m^2",
-            settings.wheel_armature_kg_m2,
-        )?;
+    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::NotPositive`] where the masses make no
+    /// positive definite inertia.
+    pub fn new(robot: &Robot) -> Result<Self, ControlError> {
         let kinematics = Kinematics::new(robot)?;
         let n = kinematics.wheel_count();
         let p = kinematics.twist_matrix();
@@ -106,7 +94,7 @@ impl DynamicModel {
             let against_hub = roller_spins.row(h);
             let mut in_space = against_hub.clone_owned();
             in_space[h] += spin.roller_on_axis;
-            inertia[(h, h)] += spin.wheel_inertia_kg_m2 + wheel_armature;
+            inertia[(h, h)] += spin.wheel_inertia_kg_m2;
             inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
             roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
         }
@@ -121,15 +109,12 @@ impl DynamicModel {
                 what: "the smallest eigenvalue of the robot's inertia".to_owned(),
                 value: smallest,
             })?;
-        let alone = spins
-            .iter()
-            .map(|spin| spin.wheel_inertia_kg_m2 + wheel_armature)
-            .collect();
+        let alone = spins.iter().map(|spin| spin.wheel_inertia_kg_m2).collect();
         Ok(Self {
             inertia,
             coriolis,
             damping_n_m_s: robot.wheels.iter().map(|w| w.joint.damping_n_m_s).collect(),
-            friction_n_m: robot.wheels.iter().map(|w| w.joint.friction_n_m).collect(),
+            friction_n_m: robot.wheels.iter().map(Wheel::dry_friction_n_m).collect(),
             roller_drag,
             roller_spins,
             roller_friction_n_m: spins.iter().map(|spin| spin.roller_friction_n_m).collect(),
@@ -349,7 +334,8 @@ fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
     // n . v_h / (r cos gamma) with v_h of eq. (2).
     let per_m_s = 1.0 / (roller.radius_m * libm::cos(wheel.gamma_rad));
     Ok(WheelSpin {
-        wheel_inertia_kg_m2: tensor.m33 - j_r * roller_on_axis * roller_on_axis,
+        wheel_inertia_kg_m2: tensor.m33 - j_r * roller_on_axis * roller_on_axis
+            + wheel.drive.reflected_inertia_kg_m2(),
         roller: RowVector3::new(n.x, n.y, b.x * n.y - b.y * n.x) * per_m_s,
         roller_on_axis,
         roller_inertia_kg_m2: j_r,

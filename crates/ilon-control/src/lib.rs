@@ -86,7 +86,7 @@ mod wheel_loop;
 pub use analysis::{Arrangement, SpeedLimits};
 pub use computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use contact::{ContactKinematics, RollerContact};
-pub use dynamics::{DynamicModel, DynamicsSettings};
+pub use dynamics::DynamicModel;
 pub use error::ControlError;
 pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation};
 pub use kinematics::Kinematics;

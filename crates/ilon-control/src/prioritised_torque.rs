@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::error::{not_negative, positive};
 use crate::motor::TorqueRange;
 use crate::traction::{PushRange, TractionSet};
-use crate::{ControlError, DynamicModel, DynamicsSettings, Kinematics, Priority, WheelLoads};
+use crate::{ControlError, DynamicModel, Kinematics, Priority, WheelLoads};
 
 /// Settings of the prioritised torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,11 +100,7 @@ impl PrioritisedTorque {
     /// # Errors
     /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
     /// [`ControlError::NotFinite`] for settings.
-    pub fn new(
-        robot: &Robot,
-        dynamics: &DynamicsSettings,
-        settings: &PrioritisedTorqueSettings,
-    ) -> Result<Self, ControlError> {
+    pub fn new(robot: &Robot, settings: &PrioritisedTorqueSettings) -> Result<Self, ControlError> {
         let w_b = positive(
             "the torque law's bandwidth in rad/s",
             settings.bandwidth_rad_s,
@@ -118,7 +114,7 @@ impl PrioritisedTorque {
         if settings.friction != f64::INFINITY {
             positive("the friction coefficient", settings.friction)?;
         }
-        let model = DynamicModel::new(robot, dynamics)?;
+        let model = DynamicModel::new(robot)?;
         let about = model.kinematics().about(settings.reference_point_m)?;
         let n = model.kinematics().wheel_count();
         let r = model.kinematics().rate_matrix();
@@ -353,7 +349,7 @@ mod tests {
             friction,
             gravity_m_s2: 9.81,
         };
-        PrioritisedTorque::new(robot, &DynamicsSettings::default(), &settings).unwrap()
+        PrioritisedTorque::new(robot, &settings).unwrap()
     }
 
     fn limits(n: usize, torque_n_m: f64) -> Vec<TorqueRange> {
@@ -371,7 +367,7 @@ mod tests {
         now: Twist,
         target: Twist,
     ) -> Twist {
-        let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+        let model = DynamicModel::new(robot).unwrap();
         let n = robot.wheels.len();
         let (mut rates, mut targets) = (vec![0.0; n], vec![0.0; n]);
         model.kinematics().wheel_rates(now, &mut rates);
@@ -448,7 +444,7 @@ mod tests {
 
             // Plain clipping of eq. (12) lets the turn spoil the linear acceleration.
             let clipped = |target: Twist| {
-                let model = DynamicModel::new(&robot, &DynamicsSettings::default()).unwrap();
+                let model = DynamicModel::new(&robot).unwrap();
                 let settings = ComputedTorqueSettings {
                     bandwidth_rad_s: 10.0,
                     target_filter_s: 0.0,
@@ -480,8 +476,7 @@ mod tests {
                     reference_point_m: c,
                     ..law.settings
                 };
-                law = PrioritisedTorque::new(&robot, &DynamicsSettings::default(), &settings)
-                    .unwrap();
+                law = PrioritisedTorque::new(&robot, &settings).unwrap();
                 // The same velocity of c, whatever the turn.
                 let linear = Vector2::new(0.3, 0.1);
                 let target = Twist::new(

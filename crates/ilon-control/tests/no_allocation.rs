@@ -6,10 +6,10 @@ mod fixtures;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, DynamicsSettings,
-    Gain, Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve,
-    PoseFilter, PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority,
-    Reference, Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, Gain, Guidance,
+    GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve, PoseFilter,
+    PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference,
+    Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
 use nalgebra::Vector2;
@@ -29,7 +29,7 @@ fn a_control_step_allocates_nothing() {
     ];
     let along = Heading::Tangent { offset_rad: 0.1 };
     let reference = Reference::waypoints_at_speed(points, 0.3, along).unwrap();
-    let model = DynamicModel::new(&robot, &DynamicsSettings::default()).unwrap();
+    let model = DynamicModel::new(&robot).unwrap();
     let gains = WheelGains::for_robot(&model, LoopTiming::Sampled, 1e-3, 20.0).unwrap();
     let mut wheel_loop = WheelLoop::new(4, WheelLoopSettings::new(gains)).unwrap();
     let settings = ComputedTorqueSettings {
@@ -47,8 +47,7 @@ fn a_control_step_allocates_nothing() {
         friction: 0.3,
         gravity_m_s2: 9.81,
     };
-    let mut prioritised =
-        PrioritisedTorque::new(&robot, &DynamicsSettings::default(), &settings).unwrap();
+    let mut prioritised = PrioritisedTorque::new(&robot, &settings).unwrap();
     let limits = MotorLimits {
         effort_n_m: 1.0,
         velocity_rad_s: 20.0,

@@ -53,7 +53,7 @@ pub struct Record {
     pub spin_up_energy_j: f64,
     /// Work done by all motors since the start, in J.
     pub motor_energy_j: f64,
-    /// Energy lost in the bearings of wheels and rollers since the start, in J.
+    /// Energy lost in the bearings of wheels and rollers and in the gears since the start, in J.
     pub bearing_energy_j: f64,
     /// Energy that hits have taken since the start, in J: what the contacts took besides sliding, less what their springs
     /// gave back.

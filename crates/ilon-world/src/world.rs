@@ -379,7 +379,7 @@ impl World {
         self.energies.motor_j
     }
 
-    /// Energy that the bearings of wheels and rollers have turned into heat since the start, in J.
+    /// Energy that the bearings of wheels and rollers, and the gears, have turned into heat since the start, in J.
     pub fn bearing_energy_j(&self) -> f64 {
         self.energies.bearing_j
     }
@@ -524,7 +524,7 @@ impl World {
     /// fall anywhere on the rollers, each place as often as it is passed.
     fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
-        const STEPS: f64 = 6.0;
+        const STEPS: f64 = 24.0;
         let rates = self.state.wheel_rates_rad_s.iter();
         rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
             STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
@@ -651,6 +651,7 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
                 + roller.transverse_inertia_kg_m2
         });
         wheel.hub.inertia_kg_m2[(2, 2)]
+            + wheel.drive.reflected_inertia_kg_m2()
             + at_ring.sum::<f64>()
             + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
     };

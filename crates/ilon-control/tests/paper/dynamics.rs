@@ -1,6 +1,6 @@
 //! Section III-A: the dynamic model, eq. (11).
 
-use ilon_control::{DynamicModel, DynamicsSettings};
+use ilon_control::DynamicModel;
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -24,7 +24,7 @@ fn robots() -> Vec<Robot> {
 }
 
 fn model(robot: &Robot) -> DynamicModel {
-    DynamicModel::new(robot, &DynamicsSettings::default()).unwrap()
+    DynamicModel::new(robot).unwrap()
 }
 
 proptest! {

@@ -1,8 +1,8 @@
 //! Section V's first step: the priorities of (33), (34) under rate limits and torque limits at once.
 
 use ilon_control::{
-    Desired, DynamicModel, DynamicsSettings, PrioritisedTorque, PrioritisedTorqueSettings,
-    Priority, Saturation, TorqueRange,
+    Desired, DynamicModel, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Saturation,
+    TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::Vector2;
@@ -21,7 +21,7 @@ struct Outcome {
 }
 
 fn act(robot: &Robot, priority: Priority, moment: &Moment, desired: &Desired) -> Outcome {
-    let model = DynamicModel::new(robot, &DynamicsSettings::default()).unwrap();
+    let model = DynamicModel::new(robot).unwrap();
     let n = robot.wheels.len();
     let kinematics = model.kinematics().clone();
     let saturation = Saturation::Prioritised(priority);
@@ -41,7 +41,7 @@ fn act(robot: &Robot, priority: Priority, moment: &Moment, desired: &Desired) ->
         friction: moment.friction,
         gravity_m_s2: 9.81,
     };
-    let mut law = PrioritisedTorque::new(robot, &DynamicsSettings::default(), &settings).unwrap();
+    let mut law = PrioritisedTorque::new(robot, &settings).unwrap();
     let limits = vec![moment.range; n];
     let torques_n_m = law.update(&targets, &rates, &limits, 1e-3).to_vec();
     let shares = law.shares();

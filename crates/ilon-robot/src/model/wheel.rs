@@ -82,6 +82,11 @@ impl Wheel {
         reaches.reduce(f64::max).unwrap_or(self.radius_m)
     }
 
+    /// Coulomb friction of bearing and gear together, at the wheel, in N m.
+    pub fn dry_friction_n_m(&self) -> f64 {
+        self.joint.friction_n_m + self.drive.gear_friction_n_m
+    }
+
     /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]).
     pub fn barrel(&self, roller: &Roller) -> Barrel {
         Barrel {

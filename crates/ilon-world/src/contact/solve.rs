@@ -326,7 +326,10 @@ impl Reactions {
         }
         self.touch(scene);
         for (index, wheel) in scene.robot.wheels.iter().enumerate() {
-            let friction_n_m = wheel.joint.friction_n_m;
+            // A gear takes its share of the motor's torque, whichever of the two drives the other.
+            let gear_n_m =
+                (1.0 - wheel.drive.gear_efficiency) * scene.motors[index].torque_n_m.abs();
+            let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
             self.limit_motor(scene, index);
             if friction_n_m > 0.0 {
                 let row = Row {

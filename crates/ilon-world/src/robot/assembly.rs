@@ -56,7 +56,7 @@ impl Assembly {
             })
             .collect();
         let multibody = index_links(rapier, &mut wheels);
-        set_damping(rapier, multibody, robot, &wheels);
+        set_joints(rapier, multibody, robot, &wheels);
         let ndofs = rapier.multibody_joints[multibody].ndofs();
         let mut assembly = Self {
             chassis,
@@ -209,7 +209,7 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
 
 /// The damping of the wheels' bearings; rapier's own default damps every free axis by 0.1. Dry friction is among the
 /// reactions.
-fn set_damping(
+fn set_joints(
     rapier: &mut PhysicsWorld,
     multibody: MultibodyIndex,
     robot: &Robot,
@@ -219,5 +219,8 @@ fn set_damping(
     multibody.damping_mut().fill(0.0);
     for (body, wheel) in wheels.iter().zip(&robot.wheels) {
         multibody.damping_mut()[body.hub_dof] = wheel.joint.damping_n_m_s as Real;
+        // The rotor is felt where the wheel turns against the chassis. What little it adds when the chassis itself turns about
+        // the wheel's axis is left out.
+        multibody.armature_mut()[body.hub_dof] = wheel.drive.reflected_inertia_kg_m2() as Real;
     }
 }

@@ -31,6 +31,8 @@ pub(crate) fn kinetic_j(robot: &Robot, state: &State, wheels: &[WheelBody]) -> f
                 state.hub_velocity_m_s(index, &hub.place_m(in_hub_m)),
             )
         };
+        let rotor_kg_m2 = wheel.drive.reflected_inertia_kg_m2();
+        sum_j += 0.5 * rotor_kg_m2 * state.wheel_rates_rad_s[index].powi(2);
         sum_j += carried_j(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m)
             + 0.5 * in_hub.dot(&(wheel.hub.inertia_kg_m2 * in_hub));
         for (roller, turning) in wheel.rollers.iter().zip(&wheels[index].rollers) {

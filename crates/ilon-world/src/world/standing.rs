@@ -1,4 +1,4 @@
-//! Where a robot stands when a world begins: upright on what is beneath it, its lowest wheel just touching.
+//! Where a robot stands when a world begins: on what is beneath it, as it stands on a plane, its lowest wheel just touching.
 
 use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -49,11 +49,15 @@ pub(super) fn standing(
 ) -> Result<Isometry3<f64>, WorldError> {
     let surfaces = surfaces(robot);
     let reach_m = surfaces.iter().map(Surface::reach_m).fold(0.0, f64::max);
-    let upright_m = robot.ride_height_m();
+    // Wheels of unequal radius or height make it lean. What cannot stand is put down upright, and falls over.
+    let (upright_m, leaning) = match robot.standing_pose() {
+        Some(stands) => (stands.height_m, stands.rotation()),
+        None => (robot.ride_height_m(), UnitQuaternion::identity()),
+    };
     let at = |height_m: f64| {
         let place_m = Vector3::new(start.x_m, start.y_m, height_m);
         let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), start.heading_rad);
-        Isometry3::from_parts(Translation3::from(place_m), yaw)
+        Isometry3::from_parts(Translation3::from(place_m), yaw * leaning)
     };
     let on_plane = at(upright_m);
     let top_m = floor.highest_m(start.position_m(), reach_m);

@@ -1,9 +1,9 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, DynamicModel, DynamicsSettings, LoopTiming, Motor,
-    MotorCurve, PrioritisedTorque, PrioritisedTorqueSettings, TorqueRange, TorqueShares,
-    WheelGains, WheelLoop, WheelLoopSettings,
+    ComputedTorque, ComputedTorqueSettings, DynamicModel, LoopTiming, Motor, MotorCurve,
+    PrioritisedTorque, PrioritisedTorqueSettings, TorqueRange, TorqueShares, WheelGains, WheelLoop,
+    WheelLoopSettings,
 };
 use ilon_robot::Robot;
 use ilon_world::MotorTorque;
@@ -63,7 +63,7 @@ impl Drive {
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
-                let law = PrioritisedTorque::new(robot, &DynamicsSettings::default(), &settings)?;
+                let law = PrioritisedTorque::new(robot, &settings)?;
                 Law::PrioritisedTorque(Box::new(law))
             }
         };
@@ -184,5 +184,5 @@ fn pid(
 
 /// The dynamic model of a scenario's robot.
 pub(super) fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
-    Ok(DynamicModel::new(robot, &DynamicsSettings::default())?)
+    Ok(DynamicModel::new(robot)?)
 }
