@@ -11,6 +11,10 @@ const MOST_FRICTION: f64 = 2.0;
 /// A contact that misses its law by more than this, in m/s, is no rigid contact any more.
 const WORST_RESIDUAL_M_S: f64 = 1e-3;
 
+/// Energy that is missing from the balance, or too much in it, beyond this share of the motors' work means that something was not
+/// resolved by the step.
+const WORST_UNEXPLAINED: f64 = 0.01;
+
 /// A wheel that is in the air for more than this part of the run does not carry the robot.
 const MOST_AIRBORNE: f64 = 0.5;
 
@@ -85,6 +89,16 @@ pub(super) fn of_summary(summary: &Summary) -> Vec<String> {
             1e3 * residual_m_s
         ));
     }
+    if let Some(share) = summary.energy.unexplained_share
+        && share.abs() > WORST_UNEXPLAINED
+    {
+        remarks.push(format!(
+            "the energies do not close: {:.1} % of the motors' work is unaccounted for, so that the step does not resolve what \
+             happened, or the wheel loops are stiffer than can be computed with; shorten `run.physics_dt_s` or lower \
+             `wheel_loop.bandwidth_rad_s`",
+            100.0 * share
+        ));
+    }
     remarks
 }
 
@@ -136,7 +150,11 @@ mod tests {
             "{remark}"
         );
         summary.wheels.clear();
+        summary.energy.unexplained_share = Some(0.004);
         summary.contact_residual_max_m_s = Some(0.02);
         assert!(of_summary(&summary)[0].contains("20.00 mm/s"));
+        summary.contact_residual_max_m_s = None;
+        summary.energy.unexplained_share = Some(-69.0);
+        assert!(of_summary(&summary)[0].contains("-6900.0 %"));
     }
 }
