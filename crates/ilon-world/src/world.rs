@@ -524,7 +524,7 @@ impl World {
     /// fall anywhere on the rollers, each place as often as it is passed.
     fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
-        const STEPS: f64 = 24.0;
+        const STEPS: f64 = 6.0;
         let rates = self.state.wheel_rates_rad_s.iter();
         rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
             STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU

@@ -109,8 +109,9 @@ mod tests {
     use super::*;
 
     fn of_floor(toml: &str) -> Option<String> {
-        let text =
-            format!("[robot]\nfile = 'r.urdf'\n[twist]\nvx_m_s = 0.1\n[world.floor]\n{toml}");
+        let text = format!(
+            "[robot]\nfile = 'r.urdf'\n[twist]\nvx_m_s = 0.1\n[run]\nduration_s = 1\n[world.floor]\n{toml}"
+        );
         of_friction(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
     }
 
