@@ -177,6 +177,8 @@ impl Signal {
             (Which::Robot, Source::Wheel(..)) => false,
             (Which::Robot, _) => true,
             (Which::Wheel(wanted), Source::Wheel(wheel, _)) => *wheel == wanted,
+            // When a row was belongs to whatever is looked at.
+            (Which::Wheel(_), Source::Record(column)) => column.name == "t_s",
             (Which::Wheel(_), _) => false,
         }
     }
