@@ -10,6 +10,7 @@
 //! | [`metrics`] | the figures of a run, as in `summary.json` |
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
+//! | [`difference`] | where a trace leaves an earlier one |
 //! | [`odometry`] | how far dead reckoning strays |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
@@ -20,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod columns;
+pub mod difference;
 mod error;
 pub mod file;
 mod finite;
@@ -39,6 +41,7 @@ pub mod slip;
 mod tally;
 pub mod trace;
 
+pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use hash::{hash_of_rows, trace_hash};
 pub use ledger::Ledger;

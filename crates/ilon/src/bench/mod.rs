@@ -122,7 +122,7 @@ impl Options {
     pub fn built_in(name: &str) -> Result<Robot, Error> {
         let known = ROBOTS.iter().find(|(known, _)| *known == name);
         let (name, urdf) = known.ok_or_else(|| {
-            Error::usage(
+            Error::invalid(
                 format!("there is no built-in robot `{name}`"),
                 "choose `mecanum4` or `volksbot`, or name a robot's file",
             )
