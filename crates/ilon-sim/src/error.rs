@@ -69,6 +69,17 @@ pub enum Error {
     #[diagnostic(help("{}", help_on_trace(.0)))]
     Trace(#[from] ilon_trace::TraceError),
 
+    /// The robot's motion is no number any more.
+    #[error("the simulation diverged before {t_s} s: the robot's motion is no number any more")]
+    #[diagnostic(help(
+        "look for numbers of very different size in the scenario, the robot's file and the commands, or take shorter steps: \
+         `run.physics_dt_s`"
+    ))]
+    Diverged {
+        /// When that was found, in seconds.
+        t_s: f64,
+    },
+
     /// A file of waypoints holds something else than waypoints.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]

@@ -27,6 +27,11 @@ impl Clock {
         }
     }
 
+    /// How many physics steps have been taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
     pub fn tick(&mut self) {
         self.steps += 1;
     }

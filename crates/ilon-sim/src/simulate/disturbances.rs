@@ -9,6 +9,7 @@ use crate::Error;
 use crate::scenario::{Fault, Floor, Frame, within};
 
 /// The disturbances of a run.
+#[derive(Clone)]
 pub(super) struct Disturbances {
     pushes: Vec<TimedPush>,
     payloads: Vec<(Payload, Fault)>,
@@ -21,6 +22,7 @@ pub(super) struct Disturbances {
 }
 
 /// An impulse on the chassis, spread evenly over a time.
+#[derive(Clone)]
 struct TimedPush {
     impulse_n_s: Vector3<f64>,
     frame: Frame,
@@ -30,6 +32,7 @@ struct TimedPush {
 }
 
 /// A roller that seizes, and whether it has.
+#[derive(Clone)]
 struct Seizure {
     wheel: usize,
     roller: usize,

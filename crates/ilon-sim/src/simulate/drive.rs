@@ -7,13 +7,14 @@ use ilon_control::{
 };
 use ilon_robot::Robot;
 use ilon_world::MotorTorque;
-use nalgebra::Vector2;
 
-use super::pilot::Targets;
+use super::plant::WheelCommand;
+use super::resolve::Resolved;
 use crate::Error;
-use crate::scenario::{self, Scenario, WheelLaw};
+use crate::scenario::{self, WheelLaw};
 
 /// The wheel loops of a robot and its motors.
+#[derive(Clone)]
 pub(super) struct Drive {
     law: Law,
     motors: Vec<Motor>,
@@ -23,6 +24,7 @@ pub(super) struct Drive {
     torques: Vec<MotorTorque>,
 }
 
+#[derive(Clone)]
 enum Law {
     Pid(WheelLoop),
     ComputedTorque(Box<ComputedTorque>),
@@ -30,20 +32,12 @@ enum Law {
 }
 
 impl Drive {
-    /// The drive of a scenario; the gains that it chooses are written into the scenario. `reference_point_m` is the
-    /// guidance's, in the body frame.
-    pub fn new(
-        scenario: &mut Scenario,
-        robot: &Robot,
-        model: DynamicModel,
-        reference_point_m: Vector2<f64>,
-        physics_dt_s: f64,
-    ) -> Result<Self, Error> {
+    /// The drive of a resolved scenario.
+    pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
+        let model = dynamic_model(robot)?;
         let law = match scenario.wheel_loop.law {
-            WheelLaw::Pid => {
-                let section = &mut scenario.wheel_loop;
-                Law::Pid(pid(section, &model, physics_dt_s)?)
-            }
+            WheelLaw::Pid => Law::Pid(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
             WheelLaw::ComputedTorque => {
                 let settings = ComputedTorqueSettings {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
@@ -59,7 +53,7 @@ impl Drive {
                     target_filter_s: scenario.run.control_dt_s,
                     dt_s: physics_dt_s,
                     priority: scenario.guidance.priority.into(),
-                    reference_point_m,
+                    reference_point_m: resolved.reference_point_m(),
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
@@ -97,7 +91,7 @@ impl Drive {
     /// left. What a motor's rate limit takes of them is for the step to find out.
     pub fn torques(
         &mut self,
-        targets: Targets<'_>,
+        command: WheelCommand<'_>,
         rates_rad_s: &[f64],
         supply_share: f64,
         dt_s: f64,
@@ -111,9 +105,9 @@ impl Drive {
                 ..MotorTorque::constant(0.0)
             };
         }
-        let rates = match targets {
-            Targets::Rates(rates) => rates,
-            Targets::Torques(asked) => {
+        let rates = match command {
+            WheelCommand::Rates(rates) => rates,
+            WheelCommand::Torques(asked) => {
                 let given = self.torques.iter_mut().zip(&self.limits);
                 for ((given, limit), asked) in given.zip(asked) {
                     given.torque_n_m = limit.clamp(*asked);
@@ -153,26 +147,52 @@ impl From<scenario::Priority> for ilon_control::Priority {
     }
 }
 
-/// The wheel loops of a `[wheel_loop]` section; the gains that are left out there are chosen and written into it.
-fn pid(
+/// Writes the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it.
+pub(super) fn choose_gains(
     section: &mut scenario::WheelLoop,
     model: &DynamicModel,
     physics_dt_s: f64,
-) -> Result<WheelLoop, Error> {
-    let timing = match section.timing {
+) -> Result<(), Error> {
+    if section.law == WheelLaw::Pid {
+        let gains = gains(section, model, physics_dt_s)?;
+        section.proportional_n_m_s = Some(gains.proportional_n_m_s);
+        section.integral_n_m = Some(gains.integral_n_m);
+    }
+    Ok(())
+}
+
+fn gains(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<WheelGains, Error> {
+    let bandwidth_rad_s = section.bandwidth_rad_s;
+    let proposed = WheelGains::for_robot(model, timing(section), physics_dt_s, bandwidth_rad_s)?;
+    Ok(WheelGains {
+        proportional_n_m_s: section
+            .proportional_n_m_s
+            .unwrap_or(proposed.proportional_n_m_s),
+        integral_n_m: section.integral_n_m.unwrap_or(proposed.integral_n_m),
+        derivative_n_m_s2: section.derivative_n_m_s2,
+    })
+}
+
+fn timing(section: &scenario::WheelLoop) -> LoopTiming {
+    match section.timing {
         scenario::LoopTiming::Sampled => LoopTiming::Sampled,
         scenario::LoopTiming::Continuous => LoopTiming::Continuous,
-    };
-    let proposed = WheelGains::for_robot(model, timing, physics_dt_s, section.bandwidth_rad_s)?;
-    let gains = WheelGains {
-        proportional_n_m_s: *section
-            .proportional_n_m_s
-            .get_or_insert(proposed.proportional_n_m_s),
-        integral_n_m: *section.integral_n_m.get_or_insert(proposed.integral_n_m),
-        derivative_n_m_s2: section.derivative_n_m_s2,
-    };
+    }
+}
+
+/// The wheel loops of a `[wheel_loop]` section.
+fn pid(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<WheelLoop, Error> {
+    let gains = gains(section, model, physics_dt_s)?;
     let settings = WheelLoopSettings {
-        timing,
+        timing: timing(section),
         inertia_kg_m2: model.ground_inertia_kg_m2(),
         derivative_filter_s: section.derivative_filter_s,
         feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,

@@ -23,6 +23,7 @@ pub(super) fn wheel_index(name: &str, robot: &Robot) -> Result<usize, Error> {
 }
 
 /// The faults of a run within the robot; what comes from outside is [`super::disturbances`].
+#[derive(Clone)]
 pub(super) struct Faults {
     faults: Vec<Fault>,
     /// For each fault the index of its wheel; 0 where it is about none.

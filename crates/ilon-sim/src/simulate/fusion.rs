@@ -6,6 +6,7 @@ use ilon_robot::{Pose, Wheel};
 use crate::{Error, scenario};
 
 /// Odometry and poses joined by a filter.
+#[derive(Clone)]
 pub(super) struct Fusion {
     filter: PoseFilter,
     kinematics: Kinematics,

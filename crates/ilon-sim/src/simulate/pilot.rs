@@ -4,11 +4,12 @@ use ilon_control::{
     Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
     Kinematics, Reference, Task, TaskShare,
 };
-use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
+use super::plant::WheelCommand;
+use super::resolve::start_pose;
 use super::sensors::Seen;
-use super::start_pose;
 use super::waypoints;
 use crate::Error;
 use crate::scenario::{self, ReferencePoint, Scenario};
@@ -22,7 +23,11 @@ pub(super) struct Pilot {
     /// The wheel rates decided on, in rad/s; zero where torques were.
     wheel_rates_rad_s: Vec<f64>,
     /// The torques decided on, in N m, where a controller commands torques.
-    torques_n_m: Option<Vec<f64>>,
+    torques_n_m: Vec<f64>,
+    commanded: Commanded,
+    robot: Robot,
+    /// About the robot's origin.
+    kinematics: Kinematics,
     decision: Decision,
 }
 
@@ -34,28 +39,46 @@ enum Planned {
 }
 
 /// A controller of one's own, in place of the guidance: it sees what the robot's sensors see and commands the wheels.
-pub trait Controller {
-    /// Decides what the wheels shall do, once a control period. `desired` is the scenario's `[reference]` at the time,
-    /// if it has one.
-    fn command(&mut self, t_s: f64, seen: &Seen, desired: Option<&Desired>) -> WheelCommand;
+///
+/// It is called once a control period, and may go with its run to another thread.
+pub trait Controller: Send {
+    /// Decides what the wheels shall do: writes one number a wheel, in the robot's order, into `wheels`, which are zero before,
+    /// and says what the numbers are.
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded;
 }
 
-/// What a [`Controller`] commands: one number a wheel, in the robot's order. Missing numbers are zero.
-#[derive(Clone, Debug, PartialEq)]
-pub enum WheelCommand {
-    /// Wheel rates in rad/s, for the wheel loops to reach.
-    Rates(Vec<f64>),
-    /// Torques in N m, held for the control period; the motors' limits still stand.
-    Torques(Vec<f64>),
-}
-
-/// What the drive shall do.
+/// What a [`Controller`] knows when it decides.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Targets<'a> {
-    /// Wheel rates in rad/s.
-    Rates(&'a [f64]),
-    /// Torques in N m.
-    Torques(&'a [f64]),
+#[non_exhaustive]
+pub struct Moment<'a> {
+    /// Time since the start of the run, in seconds.
+    pub t_s: f64,
+    /// What the robot's sensors say.
+    pub seen: &'a Seen,
+    /// The scenario's `[reference]` at the time, if it has one.
+    pub desired: Option<&'a Desired>,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// Its kinematics about its origin: wheel rates for a twist, and back.
+    pub kinematics: &'a Kinematics,
+}
+
+/// What the numbers are that a [`Controller`] has written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commanded {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates,
+    /// Torques in N m, held for the control period; the motors' limits still stand.
+    Torques,
+}
+
+/// Stands for a controller of which nothing is known yet.
+pub(super) struct Idle;
+
+impl Controller for Idle {
+    fn command(&mut self, _now: &Moment<'_>, _wheels: &mut [f64]) -> Commanded {
+        Commanded::Rates
+    }
 }
 
 /// The last decision, as it is recorded.
@@ -71,12 +94,24 @@ pub(super) struct Decision {
 /// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
 const SAMPLES: usize = 2000;
 
+/// The reference of a scenario, if it has one.
+///
+/// # Errors
+/// Where it cannot be, or its waypoints cannot be read.
+pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
+    let section = scenario.reference.as_ref();
+    section
+        .map(|section| reference(section, scenario))
+        .transpose()
+}
+
 impl Pilot {
+    /// What a resolved scenario says about how its robot is driven; `tracked` is its reference.
     pub fn new(
         scenario: &Scenario,
-        kinematics: Kinematics,
-        contact_kinematics: ContactKinematics,
-        limit_rad_s: f64,
+        tracked: Option<Reference>,
+        (kinematics, contact_kinematics): (Kinematics, ContactKinematics),
+        robot: &Robot,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let section = &scenario.guidance;
@@ -85,7 +120,7 @@ impl Pilot {
         let settings = GuidanceSettings {
             position_gain: Gain::Scalar(section.position_gain_per_s),
             heading_gain: section.heading_gain_per_s,
-            wheel_rate_limit_rad_s: limit_rad_s,
+            wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
             saturation: match section.saturation {
                 scenario::Saturation::Prioritised => {
                     ilon_control::Saturation::Prioritised(priority)
@@ -95,16 +130,14 @@ impl Pilot {
                 scenario::Saturation::None => ilon_control::Saturation::None,
             },
         };
-        let tracked = match &scenario.reference {
-            Some(section) => Some(Box::new(reference(section, scenario)?)),
-            None => None,
-        };
+        let tracked = tracked.map(Box::new);
         let twist = scenario.twist.clone().unwrap_or_default();
         let motion = match (controller, tracked) {
             (Some(controller), tracked) => Planned::Own(controller, tracked),
             (None, Some(reference)) => Planned::Reference(reference),
             (None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
+        let about_origin = kinematics.clone();
         // A twist in open loop, as any twist of a scenario, is the origin's.
         let kinematics = match (&motion, section.reference_point) {
             (Planned::Twist(_), _) | (_, ReferencePoint::Origin) => kinematics,
@@ -119,7 +152,10 @@ impl Pilot {
                 scenario::Kinematics::Contact => Some(contact_kinematics),
             },
             wheel_rates_rad_s: vec![0.0; wheel_count],
-            torques_n_m: None,
+            torques_n_m: vec![0.0; wheel_count],
+            commanded: Commanded::Rates,
+            robot: robot.clone(),
+            kinematics: about_origin,
             decision: Decision::default(),
         })
     }
@@ -159,29 +195,27 @@ impl Pilot {
             }
             Planned::Own(controller, reference) => {
                 let desired = reference.as_ref().map(|reference| reference.at(t_s));
-                let command = controller.command(t_s, seen, desired.as_ref());
-                let count = self.wheel_rates_rad_s.len();
-                self.torques_n_m = match command {
-                    WheelCommand::Rates(mut rates_rad_s) => {
-                        rates_rad_s.resize(count, 0.0);
-                        self.wheel_rates_rad_s = rates_rad_s;
-                        None
-                    }
-                    WheelCommand::Torques(mut torques_n_m) => {
-                        torques_n_m.resize(count, 0.0);
-                        self.wheel_rates_rad_s.fill(0.0);
-                        Some(torques_n_m)
-                    }
+                let now = Moment {
+                    t_s,
+                    seen,
+                    desired: desired.as_ref(),
+                    robot: &self.robot,
+                    kinematics: &self.kinematics,
                 };
+                let numbers = &mut self.torques_n_m;
+                numbers.fill(0.0);
+                self.commanded = controller.command(&now, numbers);
+                match self.commanded {
+                    Commanded::Rates => self.wheel_rates_rad_s.copy_from_slice(numbers),
+                    Commanded::Torques => self.wheel_rates_rad_s.fill(0.0),
+                }
                 let kinematics = self.guidance.kinematics();
                 let twist_in_body = kinematics.twist(&self.wheel_rates_rad_s);
                 let point_m = kinematics.reference_point_m();
-                self.decision = Decision {
-                    desired,
-                    command_twist_in_body: twist_in_body,
-                    granted_twist_in_body: twist_in_body,
-                    tasks: Vec::new(),
-                };
+                self.decision.desired = desired;
+                self.decision.command_twist_in_body = twist_in_body;
+                self.decision.granted_twist_in_body = twist_in_body;
+                self.decision.tasks.clear();
                 self.decision.move_to_origin(point_m);
             }
         }
@@ -192,11 +226,11 @@ impl Pilot {
         self.guidance.kinematics().reference_point_m()
     }
 
-    /// What the drive shall do.
-    pub fn targets(&self) -> Targets<'_> {
-        match &self.torques_n_m {
-            Some(torques_n_m) => Targets::Torques(torques_n_m),
-            None => Targets::Rates(&self.wheel_rates_rad_s),
+    /// What the wheels shall do.
+    pub fn command(&self) -> WheelCommand<'_> {
+        match self.commanded {
+            Commanded::Torques => WheelCommand::Torques(&self.torques_n_m),
+            Commanded::Rates => WheelCommand::Rates(&self.wheel_rates_rad_s),
         }
     }
 

@@ -1,12 +1,12 @@
 //! Writes down what happens, once a control period or less often.
 
-use ilon_control::{ContactKinematics, Kinematics, Odometry, TorqueShares};
+use ilon_control::{ContactKinematics, Kinematics, Odometry};
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, Truth, WheelSample};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
 use ilon_world::World;
 
 use super::pilot::Pilot;
-use super::sensors::Seen;
+use super::plant::Plant;
 
 /// The growing trace, and what has to be summed between its rows.
 pub(super) struct Recorder {
@@ -73,19 +73,12 @@ impl Recorder {
     }
 
     /// Adds a row: the state now, what was decided on it, and the torques that follow.
-    pub fn record(
-        &mut self,
-        t_s: f64,
-        world: &World,
-        seen: &Seen,
-        pilot: &Pilot,
-        shares: Option<TorqueShares>,
-    ) {
+    pub fn record(&mut self, t_s: f64, plant: &Plant, pilot: &Pilot) {
+        let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.wheel_angles_rad();
         let rates_rad_s = world.wheel_rates_rad_s();
         let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
 
-        let body = world.body();
         let decision = pilot.decision();
         let mut tasks = [TaskShare::default(); MAX_TASKS];
         for (share, task) in tasks.iter_mut().zip(&decision.tasks) {
@@ -99,13 +92,7 @@ impl Recorder {
         let energy = world.energy();
         let record = Record {
             t_s,
-            truth: Truth {
-                pose: body.pose,
-                height_m: body.height_m,
-                roll_rad: body.roll_rad,
-                pitch_rad: body.pitch_rad,
-                twist_in_body: body.twist_in_body,
-            },
+            truth: plant.truth(),
             twist_ideal: self.kinematics.twist(rates_rad_s),
             twist_contact,
             seen_pose: seen.pose,

@@ -36,6 +36,7 @@ impl Seen {
 }
 
 /// The sensors of a robot.
+#[derive(Clone)]
 pub(super) struct Sensors {
     pose: scenario::PoseSensor,
     rate_noise_rad_s: f64,
@@ -50,6 +51,7 @@ pub(super) struct Sensors {
 }
 
 /// A pose on its way from the sensor to the robot.
+#[derive(Clone)]
 struct Taken {
     taken_s: f64,
     arrives_s: f64,
