@@ -24,6 +24,9 @@ pub(crate) struct Column<T: 'static> {
     set: fn(&mut T, f64),
 }
 
+/// The signal that says when a row is.
+const TIME: &str = "t_s";
+
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+,)*) => {
         [$(Column::<$t> {
@@ -177,6 +180,8 @@ impl Signal {
             (Which::Robot, Source::Wheel(..)) => false,
             (Which::Robot, _) => true,
             (Which::Wheel(wanted), Source::Wheel(wheel, _)) => *wheel == wanted,
+            // When a row was is asked of wheels too.
+            (Which::Wheel(_), Source::Record(column)) => column.name == TIME,
             (Which::Wheel(_), _) => false,
         }
     }

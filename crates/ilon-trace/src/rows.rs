@@ -49,7 +49,7 @@ pub enum Which {
     All,
     /// Those of the robot, not of its wheels.
     Robot,
-    /// Those of one wheel.
+    /// Those of one wheel, and the time.
     Wheel(usize),
 }
 
