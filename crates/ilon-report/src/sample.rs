@@ -201,6 +201,7 @@ fn header(duration_s: f64, open_loop: bool) -> Header {
         wheel_rate_limit_rad_s: Some(LIMIT_RAD_S),
         open_loop,
         versions: BTreeMap::from([("ilon".to_owned(), "0.1.0".to_owned())]),
+        ..Header::default()
     }
 }
 

@@ -102,7 +102,7 @@ pub struct ScenarioFault {
     /// How to repair it.
     #[help]
     pub help: String,
-    /// The text of the file, or of the `--set`.
+    /// The text of the file, or of the setting.
     #[source_code]
     pub source_code: NamedSource<String>,
     /// Where in it.
@@ -244,11 +244,12 @@ fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
             "look for numbers of very different size in the scenario and in the robot's file, or take shorter steps: \
              `run.physics_dt_s`"
         }
+        TraceError::Sink { .. } => "see to what takes the rows, or run without it",
         TraceError::Io { doing: "read", .. } => "check the path, and that it may be read",
         TraceError::Io { .. } | TraceError::Encode { .. } => {
             "choose another place; nothing was left half-written"
         }
-        _ => "name a trace that `ilon run` of this version wrote",
+        _ => "name a trace that this version of ilon wrote",
     }
 }
 

@@ -16,6 +16,7 @@
 //! | [`parts`] | the trace while it grows |
 //! | [`recording`] | a run of any length, of which only the last rows lie in memory |
 //! | [`rows`] | rows that need not lie in memory |
+//! | [`sink`] | where rows go while a run is under way |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
@@ -37,6 +38,7 @@ pub mod rows;
 #[cfg(test)]
 mod sample;
 mod signal;
+pub mod sink;
 pub mod slip;
 mod tally;
 pub mod trace;
@@ -49,4 +51,5 @@ pub use metrics::{Settings, Summary};
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
 pub use rows::{Rows, Which};
-pub use trace::{Header, Trace, WheelHeader};
+pub use sink::Sink;
+pub use trace::{Ground, GroundBox, GroundPatch, GroundRelief, Header, Trace, WheelHeader};

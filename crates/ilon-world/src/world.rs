@@ -416,6 +416,16 @@ impl World {
             .collect()
     }
 
+    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in rad, not wrapped, in the robot's
+    /// order.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> {
+        let rollers = self.assembly.wheels[wheel].rollers.iter();
+        rollers.map(|roller| roller.angle_rad)
+    }
+
     /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
     /// from rapier's own origin and rounded.
     fn pose_rapier(&mut self) {

@@ -23,6 +23,11 @@ pub struct Run {
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
+    /// How often the angles of all rollers are recorded, in Hz, for a picture in three dimensions; at most once a row. Left out,
+    /// they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub roller_angles_hz: Option<f64>,
 }
 
 impl Run {

@@ -115,6 +115,7 @@ mod tests {
             physics_dt_s: scenario::Step::default(),
             control_dt_s: 0.1,
             record_every: 1,
+            roller_angles_hz: None,
         };
         let mut clock = Clock::new(&run, 0.1 / 3.0);
         let mut instants = Vec::new();

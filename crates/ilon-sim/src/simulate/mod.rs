@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::Robot;
-use ilon_trace::{Header, Recorded, Recording, Summary, Trace, TraceError};
+use ilon_robot::{Loaded, Robot};
+use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
 use ilon_world::World;
 
 pub use pilot::{Commanded, Controller, Moment, TwistProfile};
@@ -29,6 +29,7 @@ pub use resolve::{Driver, Resolved, resolve, resolve_for};
 pub use sensors::Seen;
 
 pub use clock::CpuTime;
+pub use floor::relief_heights_m;
 
 use crate::remedy;
 use crate::scenario::Scenario;
@@ -80,7 +81,8 @@ impl Simulation {
     /// # Errors
     /// Like [`run`].
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        Self::with_robot(scenario, &load_robot(scenario)?)
+        let Loaded { robot, urdf, .. } = load(scenario)?;
+        Self::of(&resolve(scenario, &robot)?, &robot, &urdf, None)
     }
 
     /// Puts a robot into the scenario's world, whatever file the scenario names.
@@ -88,7 +90,7 @@ impl Simulation {
     /// # Errors
     /// Where the scenario asks for something that cannot be.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        Self::of(&resolve(scenario, robot)?, robot, None)
+        Self::of(&resolve(scenario, robot)?, robot, "", None)
     }
 
     /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
@@ -100,15 +102,16 @@ impl Simulation {
         scenario: &Scenario,
         controller: impl Controller + 'static,
     ) -> Result<Self, Error> {
-        let robot = load_robot(scenario)?;
+        let Loaded { robot, urdf, .. } = load(scenario)?;
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
-        Self::of(&resolved, &robot, Some(Box::new(controller)))
+        Self::of(&resolved, &robot, &urdf, Some(Box::new(controller)))
     }
 
     /// A plant, what drives it, and what records it.
     fn of(
         resolved: &Resolved,
         robot: &Robot,
+        urdf: &str,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
@@ -122,7 +125,7 @@ impl Simulation {
             controller,
         )?;
         let plant = Plant::new(resolved, robot)?;
-        let header = header(resolved, robot, &pilot)?;
+        let header = header(resolved, robot, urdf, &pilot)?;
         let expect = &scenario.expect;
         let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
         let tolerated = expect.tolerances.keys().map(String::as_str);
@@ -134,6 +137,7 @@ impl Simulation {
             contact_kinematics,
             resolved.start(),
             plant.clock().rows(),
+            scenario.run.roller_angles_hz,
         );
         Ok(Self {
             warnings: resolved.warnings().to_vec(),
@@ -231,14 +235,31 @@ impl Simulation {
     /// # Errors
     /// What `watch` gives, as soon as it does, and [`TraceError`] where the recording cannot be written.
     pub fn run_recorded<E: From<TraceError>>(
+        self,
+        recording: Recording,
+        watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
+    ) -> Result<Run<Recorded>, E> {
+        self.run_recorded_beside(recording, &mut [], watch)
+    }
+
+    /// Like [`Simulation::run_recorded`]; the rows go into other sinks too.
+    ///
+    /// # Errors
+    /// Like [`Simulation::run_recorded`], and what a sink gives.
+    pub fn run_recorded_beside<E: From<TraceError>>(
         mut self,
         mut recording: Recording,
+        sinks: &mut [&mut dyn Sink],
         mut watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
     ) -> Result<Run<Recorded>, E> {
+        sinks.begin(&self.trace().header)?;
         let cpu_s = self.drive_to_the_end(|simulation| {
-            recording.take(simulation.recorder.trace_mut())?;
+            let rows = simulation.recorder.trace_mut();
+            sinks.take(rows)?;
+            recording.take(rows)?;
             watch(simulation, &mut recording)
         })?;
+        sinks.finish()?;
         let recorded = recording.finish()?;
         let summary = Summary::of_rows(&recorded, &ilon_trace::Settings::default())?;
         Ok(self.finish(recorded, summary, cpu_s))
@@ -279,6 +300,10 @@ impl Simulation {
 /// # Errors
 /// [`Error::Robot`], with all that is wrong with the file and which keys would do.
 pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
+    load(scenario).map(|loaded| loaded.robot)
+}
+
+fn load(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
@@ -286,13 +311,13 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     match Robot::load_with(&path, &options) {
         Ok(mut loaded) => {
             scenario.motors.apply(&mut loaded.robot);
-            Ok(loaded.robot)
+            Ok(loaded)
         }
         Err(fault) => Err(remedy::diagnosed(fault, &path, &options, &remedy::Keys)),
     }
 }
 
-fn header(resolved: &Resolved, robot: &Robot, pilot: &Pilot) -> Result<Header, Error> {
+fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Result<Header, Error> {
     let scenario = resolved.scenario();
     let limit_rad_s = resolved.wheel_rate_limit_rad_s();
     Ok(Header {
@@ -307,6 +332,9 @@ fn header(resolved: &Resolved, robot: &Robot, pilot: &Pilot) -> Result<Header, E
         measure_to_s: scenario.run.duration_s,
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
         open_loop: resolved.is_open_loop(),
+        roller_angles: scenario.run.roller_angles_hz.is_some(),
+        urdf: urdf.to_owned(),
+        ground: Some(floor::ground(&scenario.world.floor)),
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         ..Header::of_robot(robot)
     })

@@ -22,6 +22,9 @@ pub(super) struct Recorder {
     /// The largest since the last row.
     residual_m_s: f64,
     samples: Vec<WheelSample>,
+    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
+    rollers_every_s: Option<f64>,
+    rollers_taken: u64,
 }
 
 /// What is summed of a wheel between rows.
@@ -44,6 +47,7 @@ impl Recorder {
         contact_kinematics: ContactKinematics,
         start: Pose,
         rows: usize,
+        roller_angles_hz: Option<f64>,
     ) -> Self {
         let wheel_count = robot.wheels.len();
         Self {
@@ -57,6 +61,8 @@ impl Recorder {
             sums: vec![WheelSums::default(); wheel_count],
             residual_m_s: 0.0,
             samples: vec![WheelSample::default(); wheel_count],
+            rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
+            rollers_taken: 0,
         }
     }
 
@@ -121,6 +127,23 @@ impl Recorder {
         self.sample_wheels(world, pilot);
         self.residual_m_s = 0.0;
         self.trace.push(record, &self.samples);
+        self.record_rollers(t_s, world);
+    }
+
+    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
+    fn record_rollers(&mut self, t_s: f64, world: &World) {
+        // Half of what separates sums of steps from the multiples that they mean.
+        const SLACK_S: f64 = 1e-9;
+        let Some(every_s) = self.rollers_every_s else {
+            return;
+        };
+        let due = ((t_s + SLACK_S) / every_s).floor() as u64 + 1;
+        if due > self.rollers_taken {
+            self.rollers_taken = due;
+            let wheels = 0..self.samples.len();
+            let angles = wheels.flat_map(|wheel| world.roller_angles_rad(wheel));
+            self.trace.push_roller_angles(angles);
+        }
     }
 
     /// What was recorded so far.
