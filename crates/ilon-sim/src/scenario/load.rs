@@ -1,4 +1,4 @@
-//! From a file and `--set` to a checked [`Scenario`], and back to text.
+//! From a file and settings to a checked [`Scenario`], and back to text.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -7,7 +7,7 @@ use miette::{NamedSource, SourceSpan};
 use serde::Deserialize;
 use toml::de::DeTable;
 
-use super::setting::{Origins, Setting, dotted_keys, merge};
+use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
 use super::{Scenario, keys};
 use crate::{Error, ScenarioFault};
 
@@ -165,7 +165,7 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
     };
     for line in &lines {
         let setting = DeTable::parse(line)
-            .map_err(|error| Error::toml(&error, NamedSource::new("--set", line.clone())))?;
+            .map_err(|error| Error::toml(&error, NamedSource::new(SETTING, line.clone())))?;
         origins
             .settings
             .push((dotted_keys(setting.get_ref()), line));
@@ -288,7 +288,7 @@ duration_s = 30
             let settings = [setting.parse().unwrap()];
             match parse(CIRCLE, "test.toml", &settings) {
                 Err(Error::Scenario(fault)) => {
-                    assert_eq!(fault.source_code.name(), "--set");
+                    assert_eq!(fault.source_code.name(), SETTING);
                     assert_eq!(fault.span.offset(), offset);
                 }
                 other => panic!("{other:?}"),

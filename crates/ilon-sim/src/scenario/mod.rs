@@ -30,7 +30,7 @@ pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
-pub use setting::Setting;
+pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
 pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
 

@@ -5,7 +5,10 @@ use std::ops::Range;
 use miette::{NamedSource, SourceSpan};
 use toml::de::{DeTable, DeValue};
 
-/// A key changed from outside the file: `--set KEY=VALUE`.
+/// What the text of a setting is called where a fault shows its place.
+pub const SETTING: &str = "setting";
+
+/// A key changed from outside the file: `KEY=VALUE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
     key: String,
@@ -65,7 +68,7 @@ impl Origins<'_> {
             .rev()
             .find(|(keys, _)| path.starts_with(keys) || (!in_file && keys.starts_with(path)));
         match setting {
-            Some((_, line)) => (NamedSource::new("--set", (*line).to_owned()), span.into()),
+            Some((_, line)) => (NamedSource::new(SETTING, (*line).to_owned()), span.into()),
             None => (NamedSource::new(name, text.to_owned()), span.into()),
         }
     }

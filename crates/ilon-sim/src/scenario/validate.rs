@@ -250,7 +250,7 @@ mod tests {
         let setting = "sensors.pose.latency_s=2".parse().unwrap();
         match Scenario::load_with(&path, &[setting]) {
             Err(Error::Scenario(fault)) => {
-                assert_eq!(fault.source_code.name(), "--set");
+                assert_eq!(fault.source_code.name(), crate::scenario::SETTING);
                 assert_eq!(fault.span.offset(), "sensors.pose.latency_s = ".len());
             }
             other => panic!("{other:?}"),

@@ -158,7 +158,11 @@ impl Excerpt {
             None => contents.column() + before.chars().count(),
         };
         Some(Self {
-            file: escape::one_line(contents.name().unwrap_or_default()).into_owned(),
+            file: match contents.name().unwrap_or_default() {
+                // What the library calls a setting was given by an option.
+                ilon_sim::scenario::SETTING => "--set".to_owned(),
+                name => escape::one_line(name).into_owned(),
+            },
             text: escape::standing_in(&text[shown.clone()]),
             at_fault: (start - shown.start..end - shown.start).into(),
             label: label.label().map(str::to_owned),
