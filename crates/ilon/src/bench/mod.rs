@@ -38,14 +38,8 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
 
 /// The robots that are built in, and their files.
 pub const ROBOTS: [(&str, &str); 2] = [
-    (
-        "mecanum4",
-        include_str!("../../../../assets/robots/mecanum4.urdf"),
-    ),
-    (
-        "volksbot",
-        include_str!("../../../../assets/robots/volksbot.urdf"),
-    ),
+    ("mecanum4", include_str!("mecanum4.urdf")),
+    ("volksbot", include_str!("volksbot.urdf")),
 ];
 
 /// Physics steps a second with the shapes of all rollers in the world.
