@@ -183,6 +183,13 @@ fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place() {
     assert_eq!(reset.truth(), fresh.truth());
     assert_eq!(drive(&mut reset, 60), drive(&mut fresh, 60));
 
+    // Rounding leaves such numbers.
+    let nearly = Pose {
+        heading_rad: 1e-17,
+        ..Pose::default()
+    };
+    plant().reset(1, nearly).expect("it stands there");
+
     // A seed more or less is another noise, and another way.
     let mut other = plant();
     other.reset(100, start).expect("it stands there");
@@ -268,6 +275,7 @@ fn bad_commands_and_periods_are_refused_and_move_nothing() {
         -PERIOD_S,
         0.5e-9,
         1.37 * PERIOD_S,
+        1e300,
         f64::NAN,
         f64::INFINITY,
     ] {

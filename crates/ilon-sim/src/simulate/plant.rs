@@ -34,6 +34,9 @@ impl WheelCommand<'_> {
     }
 }
 
+/// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
+const MOST_STEPS: f64 = 1e9;
+
 /// What came of an advance.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -150,10 +153,12 @@ impl Plant {
     /// Where the robot cannot stand there; the plant is then as it was.
     pub fn reset(&mut self, seed: u64, pose: Pose) -> Result<(), Error> {
         let numbers = [pose.x_m, pose.y_m, pose.heading_rad];
-        if !numbers.into_iter().all(scenario::is_computable) {
+        // As far off as a scenario may be. NaN is not.
+        let most = *scenario::SIZES.end();
+        if !numbers.iter().all(|number| number.abs() <= most) {
             return Err(Error::invalid(
                 format!("a robot cannot start at {pose:?}"),
-                "give finite numbers of metres and radians",
+                format!("give metres and radians of no more than {most:e}"),
             ));
         }
         *self = Self::build(Arc::clone(&self.plan), seed, pose)?;
@@ -247,7 +252,7 @@ impl Plant {
         let steps = period_s / physics_dt_s;
         let whole = steps.round();
         // A part in a million is far beyond the rounding of a sum of steps, and far below what could be meant.
-        if whole >= 1.0 && (steps - whole).abs() <= 1e-6 * whole {
+        if (1.0..=MOST_STEPS).contains(&whole) && (steps - whole).abs() <= 1e-6 * whole {
             return Ok(whole as u64);
         }
         Err(Error::invalid(

@@ -96,7 +96,7 @@ mod tests {
 
     fn of_floor(toml: &str) -> Option<String> {
         let text = format!(
-            "robot.file = 'r.urdf'\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n[world.floor]\n{toml}"
+            "[robot]\nfile = 'r.urdf'\n[twist]\nvx_m_s = 0.1\n[run]\nduration_s = 1\n[world.floor]\n{toml}"
         );
         of_friction(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
     }
