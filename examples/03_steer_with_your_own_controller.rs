@@ -1,19 +1,16 @@
 //! A controller of one's own in place of the guidance: a plain proportional law, held against the same circle.
 
-use ilon::control::{Desired, Kinematics};
-use ilon::robot::{Robot, Twist, wrap_angle};
-use ilon::simulate::{Controller, Seen, Simulation, WheelCommand};
+use ilon::robot::{Twist, wrap_angle};
+use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 
 struct Proportional {
-    kinematics: Kinematics,
     gain_per_s: f64,
 }
 
 impl Controller for Proportional {
-    fn command(&mut self, _t_s: f64, seen: &Seen, desired: Option<&Desired>) -> WheelCommand {
-        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
-        if let Some(desired) = desired {
-            let (goal, here) = (desired.pose, seen.pose);
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        if let Some(desired) = now.desired {
+            let (goal, here) = (desired.pose, now.seen.pose);
             let error_in_world = Twist::new(
                 goal.x_m - here.x_m,
                 goal.y_m - here.y_m,
@@ -22,20 +19,16 @@ impl Controller for Proportional {
             let twist_in_body = error_in_world
                 .scaled(self.gain_per_s)
                 .rotated(-here.heading_rad);
-            self.kinematics.wheel_rates(twist_in_body, &mut rates_rad_s);
+            now.kinematics.wheel_rates(twist_in_body, wheels);
         }
-        WheelCommand::Rates(rates_rad_s)
+        Commanded::Rates
     }
 }
 
 fn main() -> Result<(), ilon::Error> {
     let mut scenario = ilon::Scenario::load("assets/scenarios/mecanum4_circle.toml")?;
     scenario.run.duration_s = 20.0;
-    let robot = Robot::load("assets/robots/mecanum4.urdf")?;
-    let controller = Proportional {
-        kinematics: Kinematics::new(&robot)?,
-        gain_per_s: 1.0,
-    };
+    let controller = Proportional { gain_per_s: 1.0 };
     let run = Simulation::with_controller(&scenario, controller)?.run();
 
     // Without feedforward the robot trails the reference by speed / gain: 0.2 m/s over 1/s.

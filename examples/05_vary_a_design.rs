@@ -2,7 +2,7 @@
 //! do, for three, four and six wheels: writes `target/design.html`.
 
 use ilon::control::{Kinematics, SpeedLimits};
-use ilon::report::design::{self, Curve, Merits, Reach, Study};
+use ilon::pages::design::{self, Curve, Merits, Reach, Study};
 use ilon::robot::{Arrangement, PlacedWheel, Robot, Spec, generate};
 
 /// Wheels turn at up to this.

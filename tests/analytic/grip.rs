@@ -7,9 +7,9 @@
 //! taken up by the wheels, with h_e the height of the centre of mass and the wheels' spin counted in, m a h_e = m a h +
 //! sum I q'' and q'' = a / rho in either direction. The leading wheel is the first to slide.
 
-use ilon::control::{Desired, Kinematics};
+use ilon::control::Kinematics;
 use ilon::robot::{Robot, Twist};
-use ilon::simulate::{Controller, Seen, Simulation, WheelCommand};
+use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::Trace;
 
 const FRICTION: f64 = 0.3;
@@ -23,9 +23,12 @@ struct GrowingTorque {
 }
 
 impl Controller for GrowingTorque {
-    fn command(&mut self, t_s: f64, _: &Seen, _: Option<&Desired>) -> WheelCommand {
-        let torque_n_m = self.n_m_per_s * (t_s - 0.2).max(0.0);
-        WheelCommand::Torques(self.signs.iter().map(|sign| sign * torque_n_m).collect())
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        let torque_n_m = self.n_m_per_s * (now.t_s - 0.2).max(0.0);
+        for (wheel, sign) in wheels.iter_mut().zip(&self.signs) {
+            *wheel = sign * torque_n_m;
+        }
+        Commanded::Torques
     }
 }
 

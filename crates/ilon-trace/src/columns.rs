@@ -2,7 +2,7 @@
 
 use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
 use crate::rows::Which;
-use crate::trace::{Header, Trace};
+use crate::trace::{Header, RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +23,9 @@ pub(crate) struct Column<T: 'static> {
     get: fn(&T) -> f64,
     set: fn(&mut T, f64),
 }
+
+/// The signal that says when a row is.
+const TIME: &str = "t_s";
 
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+,)*) => {
@@ -144,6 +147,8 @@ enum Source {
     Desired(&'static Column<Desired>),
     Task(usize, &'static Column<TaskShare>),
     Wheel(usize, &'static Column<WheelSample>),
+    /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
+    Roller(usize, usize),
 }
 
 /// One recorded signal of a particular trace.
@@ -167,6 +172,7 @@ impl Signal {
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
+            Source::Roller(_, roller) => *trace.roller_angles_at(step).get(*roller)?,
         }
     }
 
@@ -174,17 +180,24 @@ impl Signal {
     pub fn is_among(&self, which: Which) -> bool {
         match (which, &self.source) {
             (Which::All, _) => true,
-            (Which::Robot, Source::Wheel(..)) => false,
+            (Which::Robot, Source::Wheel(..) | Source::Roller(..)) => false,
             (Which::Robot, _) => true,
-            (Which::Wheel(wanted), Source::Wheel(wheel, _)) => *wheel == wanted,
-            // When a row was belongs to whatever is looked at.
-            (Which::Wheel(_), Source::Record(column)) => column.name == "t_s",
+            (Which::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
+                *wheel == wanted
+            }
+            // When a row was is asked of wheels too.
+            (Which::Wheel(_), Source::Record(column)) => column.name == TIME,
             (Which::Wheel(_), _) => false,
         }
     }
 
-    /// Puts a value read from a file into a record and the samples of its wheels.
-    pub fn set(&self, record: &mut Record, wheels: &mut [WheelSample], value: Option<f64>) {
+    /// Puts a value read from a file into a row.
+    pub fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
+        let RowMut {
+            record,
+            wheels,
+            rollers,
+        } = row;
         let Some(value) = value else { return };
         match &self.source {
             Source::Record(column) => (column.set)(record, value),
@@ -199,6 +212,11 @@ impl Signal {
             Source::Wheel(wheel, column) => {
                 if let Some(sample) = wheels.get_mut(*wheel) {
                     (column.set)(sample, value);
+                }
+            }
+            Source::Roller(_, roller) => {
+                if let Some(angle_rad) = rollers.get_mut(*roller) {
+                    *angle_rad = Some(value);
                 }
             }
         }
@@ -236,5 +254,18 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             source: Source::Wheel(index, column),
         })
     });
-    record.chain(desired).chain(task).chain(wheel).collect()
+    let mut all: Vec<Signal> = record.chain(desired).chain(task).chain(wheel).collect();
+    if header.roller_angles {
+        let wheels = header.wheels.iter().enumerate();
+        let rollers = wheels
+            .flat_map(|(wheel, of)| (0..of.roller_count).map(move |roller| (wheel, roller)))
+            .enumerate();
+        all.extend(rollers.map(|(place, (wheel, roller))| Signal {
+            name: format!("wheel{wheel}_roller{roller}_angle_rad"),
+            kind: Kind::Real,
+            nullable: true,
+            source: Source::Roller(wheel, place),
+        }));
+    }
+    all
 }

@@ -70,7 +70,7 @@ pub enum TraceError {
     },
     /// The file is Parquet, but no trace, or one that another program has written anew.
     #[error(
-        "`{}` is a Parquet file, but no trace as `ilon run` writes it",
+        "`{}` is a Parquet file, but no trace that ilon wrote",
         path.display()
     )]
     NotATrace {
@@ -79,7 +79,7 @@ pub enum TraceError {
     },
     /// The folder holds no part of a trace.
     #[error(
-        "the folder `{}` holds no part of a trace; `ilon run` writes them there while it runs, and removes them once the whole trace is written",
+        "the folder `{}` holds no part of a trace; a run writes them there while it goes on, and removes them once the whole trace is written",
         path.display()
     )]
     NoParts {
@@ -121,4 +121,25 @@ pub enum TraceError {
         /// What the Parquet writer said.
         source: parquet::errors::ParquetError,
     },
+    /// What takes rows while a run is under way could not.
+    #[error("the rows could not be handed to {sink}: {source}")]
+    Sink {
+        /// What took them.
+        sink: String,
+        /// Why it could not.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl TraceError {
+    /// That a [`Sink`](crate::Sink) could not take rows, and why.
+    pub fn sink(
+        sink: impl Into<String>,
+        source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
+    ) -> Self {
+        Self::Sink {
+            sink: sink.into(),
+            source: source.into(),
+        }
+    }
 }

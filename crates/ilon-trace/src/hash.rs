@@ -51,7 +51,7 @@ mod tests {
     use crate::columns::signals;
     use crate::record::{Desired, Record};
     use crate::sample::made_up_trace;
-    use crate::trace::Header;
+    use crate::trace::{Header, RowMut};
 
     #[test]
     fn the_hash_is_fnv_1a_as_published() {
@@ -79,15 +79,22 @@ mod tests {
             let mut changed = Trace::with_capacity(trace.header.clone(), 4);
             for (step, (record, wheels)) in trace.steps().enumerate() {
                 let (mut record, mut wheels) = (*record, wheels.to_vec());
+                let mut rollers = trace.roller_angles_at(step).to_vec();
                 if step == 2 {
                     let value = signal.get(&trace, step).map(|v| match signal.kind {
                         crate::columns::Kind::Real => f64::from_bits(v.to_bits() ^ 1),
                         crate::columns::Kind::Count => v + 1.0,
                         crate::columns::Kind::Flag => 1.0 - v,
                     });
-                    signal.set(&mut record, &mut wheels, value);
+                    let mut row = RowMut {
+                        record: &mut record,
+                        wheels: &mut wheels,
+                        rollers: &mut rollers,
+                    };
+                    signal.set(&mut row, value);
                 }
                 changed.push(record, &wheels);
+                changed.put_roller_angles(&rollers);
             }
             assert_ne!(before, trace_hash(&changed), "{}", signal.name);
         }

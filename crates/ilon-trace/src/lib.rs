@@ -10,16 +10,19 @@
 //! | [`metrics`] | the figures of a run, as in `summary.json` |
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
+//! | [`difference`] | where a trace leaves an earlier one |
 //! | [`odometry`] | how far dead reckoning strays |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
 //! | [`recording`] | a run of any length, of which only the last rows lie in memory |
 //! | [`rows`] | rows that need not lie in memory |
+//! | [`sink`] | where rows go while a run is under way |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod columns;
+pub mod difference;
 mod error;
 pub mod file;
 mod finite;
@@ -35,10 +38,12 @@ pub mod rows;
 #[cfg(test)]
 mod sample;
 mod signal;
+pub mod sink;
 pub mod slip;
 mod tally;
 pub mod trace;
 
+pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use hash::{hash_of_rows, trace_hash};
 pub use ledger::Ledger;
@@ -46,4 +51,5 @@ pub use metrics::{Settings, Summary};
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
 pub use rows::{Rows, Which};
-pub use trace::{Header, Trace, WheelHeader};
+pub use sink::Sink;
+pub use trace::{Ground, GroundBox, GroundPatch, GroundRelief, Header, Trace, WheelHeader};

@@ -49,7 +49,7 @@ pub enum Which {
     All,
     /// Those of the robot, not of its wheels.
     Robot,
-    /// Those of one wheel.
+    /// Those of one wheel, and the time.
     Wheel(usize),
 }
 
@@ -89,9 +89,10 @@ pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
     let mut thin = Trace::with_capacity(header, rows.row_count().div_ceil(every));
     let mut row = 0;
     rows.each_chunk(Which::All, &mut |chunk| {
-        for (record, wheels) in chunk.steps() {
+        for (place, (record, wheels)) in chunk.steps().enumerate() {
             if row % every == 0 {
                 thin.push(*record, wheels);
+                thin.put_roller_angles(chunk.roller_angles_at(place));
             }
             row += 1;
         }

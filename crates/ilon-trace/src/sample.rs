@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::columns::{Kind, signals};
 use crate::record::{Record, WheelSample};
-use crate::trace::{Header, Trace, WheelHeader};
+use crate::trace::{
+    Ground, GroundBox, GroundPatch, GroundRelief, Header, RowMut, Trace, WheelHeader,
+};
 
 /// A trace in which every signal has a value of its own at every step: rounding, order and mix-ups all show.
 pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool) -> Trace {
@@ -33,24 +35,49 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
         measure_to_s: 1e3,
         open_loop: !closed_loop,
         versions: BTreeMap::from([("ilon".to_owned(), "0".to_owned())]),
+        roller_angles: closed_loop,
+        urdf: "<robot name=\"ä &amp; b\"/>".to_owned(),
+        ground: closed_loop.then(|| Ground {
+            friction: 0.1 + 0.2,
+            slope_rad: 1.0 / 3.0,
+            patches: vec![GroundPatch {
+                until_s: Some(1.0 / 7.0),
+                ..GroundPatch::default()
+            }],
+            boxes: vec![GroundBox::default()],
+            relief: Some(GroundRelief {
+                seed: u64::MAX,
+                ..GroundRelief::default()
+            }),
+        }),
         ..Header::default()
     };
     let signals = signals(&header);
+    let header_rollers = header.rollers_recorded();
     let mut trace = Trace::with_capacity(header, steps);
     for step in 0..steps {
         let mut record = Record::default();
         let mut wheels = vec![WheelSample::default(); wheel_count];
+        let mut rollers = vec![None; header_rollers];
         for (index, signal) in signals.iter().enumerate() {
             let value = match signal.kind {
                 Kind::Real => (1.0 + index as f64) / 7.0 - step as f64 * 0.1,
                 Kind::Count => (index + step) as f64,
                 Kind::Flag => f64::from(u8::from((index + step) % 3 == 0)),
             };
-            let present = !signal.nullable || closed_loop;
-            signal.set(&mut record, &mut wheels, present.then_some(value));
+            let is_roller = signal.name.contains("_roller") && signal.name.ends_with("_angle_rad");
+            // Rollers are looked at less often than all else.
+            let present = !signal.nullable || closed_loop && (!is_roller || step % 2 == 0);
+            let mut row = RowMut {
+                record: &mut record,
+                wheels: &mut wheels,
+                rollers: &mut rollers,
+            };
+            signal.set(&mut row, present.then_some(value));
         }
         record.t_s = step as f64 * 0.01;
         trace.push(record, &wheels);
+        trace.put_roller_angles(&rollers);
     }
     trace
 }

@@ -17,6 +17,8 @@ pub struct Trace {
     pub header: Header,
     records: Vec<Record>,
     wheels: Vec<WheelSample>,
+    /// Angles of all rollers, wheel by wheel, row by row; empty where the run records none.
+    rollers: Vec<Option<f64>>,
 }
 
 /// What a run was: everything a report needs beside the records.
@@ -54,6 +56,70 @@ pub struct Header {
     pub open_loop: bool,
     /// Versions of what made the run, by name.
     pub versions: BTreeMap<String, String>,
+    /// Whether the angles of the rollers are recorded, in columns such as `wheel0_roller3_angle_rad`.
+    #[serde(default)]
+    pub roller_angles: bool,
+    /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
+    /// wheels were given beside it stands in the scenario's `[robot]`.
+    #[serde(default)]
+    pub urdf: String,
+    /// The ground that the robot drove on; `None` where it is not known.
+    #[serde(default)]
+    pub ground: Option<Ground>,
+}
+
+/// The ground of a run. All places count in the plane of the floor, which may slope.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ground {
+    /// Coulomb's coefficient of friction on all that is no patch.
+    pub friction: f64,
+    /// The angle by which the floor falls towards +x, in radians.
+    pub slope_rad: f64,
+    /// Rectangles with a friction of their own, later ones over earlier ones.
+    pub patches: Vec<GroundPatch>,
+    /// Boxes that stand on the floor.
+    pub boxes: Vec<GroundBox>,
+    /// A bumpy square around the origin, in place of the plane.
+    pub relief: Option<GroundRelief>,
+}
+
+/// A rectangle of floor, along the world's axes, with a friction of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundPatch {
+    /// Its middle, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// Its lengths along x and y, in metres.
+    pub sides_m: [f64; 2],
+    /// Coulomb's coefficient of friction there.
+    pub friction: f64,
+    /// When it appears, in seconds.
+    pub from_s: f64,
+    /// When it is gone, in seconds; `None` where it stays.
+    pub until_s: Option<f64>,
+}
+
+/// A box that stands on the floor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundBox {
+    /// The middle of its foot, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// Its lengths along its own axes and its height, in metres.
+    pub sides_m: [f64; 3],
+    /// Its heading, in radians.
+    pub heading_rad: f64,
+}
+
+/// A square grid of heights around the origin.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundRelief {
+    /// Distance between neighbouring points, in metres.
+    pub cell_m: f64,
+    /// How many points a side has.
+    pub points: usize,
+    /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
+    pub seed: u64,
+    /// The largest height, in metres.
+    pub height_m: f64,
 }
 
 /// A driven wheel, as far as records refer to it.
@@ -80,6 +146,15 @@ pub struct WheelHeader {
 }
 
 impl Header {
+    /// How many rollers have their angles recorded: those of all wheels, or none.
+    pub(crate) fn rollers_recorded(&self) -> usize {
+        let all = self.wheels.iter().map(|wheel| wheel.roller_count);
+        match self.roller_angles {
+            true => all.fold(0, usize::saturating_add),
+            false => 0,
+        }
+    }
+
     /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
     /// times that should lie on its edge.
     pub fn is_measured(&self, t_s: f64) -> bool {
@@ -105,10 +180,12 @@ impl Trace {
         const MOST_AT_ONCE: usize = 100_000;
         let steps = steps.min(MOST_AT_ONCE);
         let wheel_count = header.wheels.len();
+        let roller_count = header.rollers_recorded();
         Self {
             header,
             records: Vec::with_capacity(steps),
             wheels: Vec::with_capacity(steps * wheel_count),
+            rollers: Vec::with_capacity(steps * roller_count),
         }
     }
 
@@ -120,6 +197,27 @@ impl Trace {
         self.wheels.extend(wheels.iter().take(wheel_count));
         self.wheels
             .resize(self.records.len() * wheel_count, WheelSample::default());
+        let roller_count = self.header.rollers_recorded();
+        self.rollers.resize(self.records.len() * roller_count, None);
+    }
+
+    /// Puts the angles of all rollers, in radians, wheel by wheel, into the last row. Surplus ones are dropped, and all of them
+    /// where the header records none.
+    pub fn push_roller_angles(&mut self, angles_rad: impl IntoIterator<Item = f64>) {
+        let own = self
+            .rollers
+            .len()
+            .saturating_sub(self.header.rollers_recorded());
+        for (slot, angle_rad) in self.rollers[own..].iter_mut().zip(angles_rad) {
+            *slot = Some(angle_rad);
+        }
+    }
+
+    /// The angles of all rollers at a row, in radians, wheel by wheel: `None` where they were not taken. Empty beyond the end, and
+    /// of a run that records none.
+    pub fn roller_angles_at(&self, row: usize) -> &[Option<f64>] {
+        let n = self.header.rollers_recorded();
+        self.rollers.get(row * n..(row + 1) * n).unwrap_or(&[])
     }
 
     /// A trace of some of the rows alone; of those that there are.
@@ -127,17 +225,31 @@ impl Trace {
         let end = rows.end.min(self.records.len());
         let start = rows.start.min(end);
         let wheel_count = self.wheel_count();
+        let roller_count = self.header.rollers_recorded();
         Self {
             header: self.header.clone(),
             records: self.records[start..end].to_vec(),
             wheels: self.wheels[start * wheel_count..end * wheel_count].to_vec(),
+            rollers: self.rollers[start * roller_count..end * roller_count].to_vec(),
         }
     }
 
     /// Adds the rows of another trace of the same robot.
     pub fn append(&mut self, other: &Self) {
-        for (record, wheels) in other.steps() {
+        for (row, (record, wheels)) in other.steps().enumerate() {
             self.push(*record, wheels);
+            self.put_roller_angles(other.roller_angles_at(row));
+        }
+    }
+
+    /// Puts roller angles that may be absent into the last row.
+    pub(crate) fn put_roller_angles(&mut self, angles_rad: &[Option<f64>]) {
+        let own = self
+            .rollers
+            .len()
+            .saturating_sub(self.header.rollers_recorded());
+        for (slot, angle_rad) in self.rollers[own..].iter_mut().zip(angles_rad) {
+            *slot = *angle_rad;
         }
     }
 
@@ -184,6 +296,7 @@ impl Trace {
     pub fn clear(&mut self) {
         self.records.clear();
         self.wheels.clear();
+        self.rollers.clear();
     }
 
     /// Forgets the first rows, of those that there are.
@@ -191,6 +304,7 @@ impl Trace {
         let rows = rows.min(self.records.len());
         self.records.drain(..rows);
         self.wheels.drain(..rows * self.header.wheels.len());
+        self.rollers.drain(..rows * self.header.rollers_recorded());
     }
 
     /// Makes rows that are all zero, in place of those that there are, for values that come column by column.
@@ -199,16 +313,26 @@ impl Trace {
         self.records.resize(rows, Record::default());
         self.wheels
             .resize(rows * self.wheel_count(), WheelSample::default());
+        self.rollers
+            .resize(rows * self.header.rollers_recorded(), None);
     }
 
     /// A row that values are put into.
-    pub(crate) fn row_mut(&mut self, row: usize) -> (&mut Record, &mut [WheelSample]) {
-        let n = self.header.wheels.len();
-        (
-            &mut self.records[row],
-            &mut self.wheels[row * n..(row + 1) * n],
-        )
+    pub(crate) fn row_mut(&mut self, row: usize) -> RowMut<'_> {
+        let (n, m) = (self.header.wheels.len(), self.header.rollers_recorded());
+        RowMut {
+            record: &mut self.records[row],
+            wheels: &mut self.wheels[row * n..(row + 1) * n],
+            rollers: &mut self.rollers[row * m..(row + 1) * m],
+        }
     }
+}
+
+/// A row that values are put into.
+pub(crate) struct RowMut<'t> {
+    pub record: &'t mut Record,
+    pub wheels: &'t mut [WheelSample],
+    pub rollers: &'t mut [Option<f64>],
 }
 
 impl Header {

@@ -254,6 +254,7 @@ impl Relief {
 ///
 /// rapier's frame is the floor's, but it counts in f32 from an anchor near the robot: contact points a few metres away
 /// would be rounded by as much as a roller moves in a step.
+#[derive(Clone)]
 pub(crate) struct Ground {
     has_plane: bool,
     friction: f64,
@@ -268,6 +269,7 @@ pub(crate) struct Ground {
 }
 
 /// A part of the ground that is not the plane.
+#[derive(Clone)]
 struct Solid {
     collider: ColliderHandle,
     floor_from_solid: Isometry3<f64>,

@@ -16,6 +16,7 @@ use crate::contact::reaction::{Part, Reaction};
 use crate::contact::readout::{Taken, WheelContact};
 use crate::contact::solve::{Reactions, Scene};
 use crate::engine::convert;
+use crate::engine::copy::Engine;
 use crate::ground::Ground;
 use crate::robot::assembly::Assembly;
 use crate::robot::energy::{Energy, kinetic_j, potential_j};
@@ -35,9 +36,10 @@ const SINKS_M: f64 = 5e-6;
 /// f64 and in the project's frames; what a robot's sensors make of it is not this crate's business.
 ///
 /// rapier computes in f32. Positions and wheel angles that only ever grow would lose their small increments there, so
-/// the world sums them in f64 and hands rapier the rounded sum before every step.
+/// the world sums them in f64 and hands rapier the rounded sum before every step. A copy goes on to the bit as the original does.
+#[derive(Clone)]
 pub struct World {
-    rapier: PhysicsWorld,
+    rapier: Engine,
     ground: Ground,
     robot: Robot,
     settings: Settings,
@@ -181,7 +183,7 @@ impl World {
             robot: robot.clone(),
             settings: settings.clone(),
             assembly,
-            rapier,
+            rapier: Engine(rapier),
         })
     }
 
@@ -412,6 +414,16 @@ impl World {
         rollers
             .map(|roller| roller.spin_rad_s(&hub_rate_in_hub))
             .collect()
+    }
+
+    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in rad, not wrapped, in the robot's
+    /// order.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> {
+        let rollers = self.assembly.wheels[wheel].rollers.iter();
+        rollers.map(|roller| roller.angle_rad)
     }
 
     /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted

@@ -10,6 +10,9 @@
 //! # Ok::<(), ilon::Error>(())
 //! ```
 //!
+//! This crate is the command line, and a facade: what simulates is [`ilon_sim`], what draws is [`ilon_report`], and a
+//! program that wants but one of them depends on that alone.
+//!
 //! | module | answers |
 //! |---|---|
 //! | [`scenario`] | what a person writes down about a run |
@@ -20,6 +23,7 @@
 //! | [`mod@bench`] | how right and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`compare`] | several runs beside each other |
+//! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
 //! | [`cli`] | the `ilon` command |
 
 // What is printed goes through `cli::say`, which bears closed and full streams; the macros of std panic there.
@@ -27,21 +31,15 @@
 
 pub mod bench;
 pub mod cli;
-pub mod compare;
-pub mod drawing;
-mod error;
-pub mod inspect;
-pub mod judge;
-mod remedy;
-pub mod report;
-pub mod scenario;
-pub mod simulate;
+pub mod pages;
 
 pub use ilon_control as control;
+pub use ilon_report as report;
 pub use ilon_robot as robot;
+pub use ilon_sim as sim;
 pub use ilon_trace as trace;
 pub use ilon_world as world;
 
-pub use error::{Error, RobotFault, ScenarioFault};
-pub use scenario::Scenario;
-pub use simulate::{Run, run};
+pub use ilon_report::{compare, drawing};
+pub use ilon_sim::{Error, RobotFault, Run, Scenario, ScenarioFault, run};
+pub use ilon_sim::{inspect, judge, scenario, simulate};

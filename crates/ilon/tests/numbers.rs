@@ -3,8 +3,7 @@
 mod support;
 
 use ilon::Scenario;
-use ilon::control::Desired;
-use ilon::simulate::{Controller, Seen, Simulation, WheelCommand};
+use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::{Recording, TraceError};
 use support::{Folder, HOLDS, ended_with};
 
@@ -37,9 +36,9 @@ struct Breaking {
 }
 
 impl Controller for Breaking {
-    fn command(&mut self, t_s: f64, _: &Seen, _: Option<&Desired>) -> WheelCommand {
-        let torque_n_m = if t_s < self.from_s { 0.0 } else { f64::NAN };
-        WheelCommand::Torques(vec![torque_n_m; 3])
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        wheels.fill(if now.t_s < self.from_s { 0.0 } else { f64::NAN });
+        Commanded::Torques
     }
 }
 

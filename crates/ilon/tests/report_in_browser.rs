@@ -98,7 +98,12 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
         run("volksbot_heading_first", 2.0),
         run("mecanum4_hard_start", 1.5),
     ];
-    let comparison = Comparison::of(runs.map(Compared::of).into(), &[]).expect("two runs");
+    let comparison = Comparison::of(
+        runs.map(|run| Compared::new(run.scenario.name, run.trace, run.summary))
+            .into(),
+        &[],
+    )
+    .expect("two runs");
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("compare.html");
     ilon::report::compare::write(&page, &comparison).expect("the page is written");
@@ -121,6 +126,6 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
     let bench = Bench::measure(&options, |_| ()).expect("they drive");
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("bench.html");
-    ilon::report::bench::write(&page, &bench).expect("the page is written");
+    ilon::pages::bench::write(&page, &bench).expect("the page is written");
     assert_all_is_drawn(&browser, &page, folder.path(), 2);
 }

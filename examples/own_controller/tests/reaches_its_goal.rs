@@ -1,20 +1,20 @@
 //! The controller in a simulated robot with real rollers: does it arrive, and does it keep to its speed?
 
-use ilon::control::Desired;
-use ilon::simulate::{Controller, Seen, Simulation, WheelCommand};
+use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use own_controller::{GoToGoal, Pose};
 
 /// The controller as ilon calls it.
 struct InIlon(GoToGoal);
 
 impl Controller for InIlon {
-    fn command(&mut self, _t_s: f64, seen: &Seen, _desired: Option<&Desired>) -> WheelCommand {
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
         let here = Pose {
-            x: seen.pose.x_m,
-            y: seen.pose.y_m,
-            heading: seen.pose.heading_rad,
+            x: now.seen.pose.x_m,
+            y: now.seen.pose.y_m,
+            heading: now.seen.pose.heading_rad,
         };
-        WheelCommand::Rates(self.0.wheel_rates(here).to_vec())
+        wheels.copy_from_slice(&self.0.wheel_rates(here));
+        Commanded::Rates
     }
 }
 

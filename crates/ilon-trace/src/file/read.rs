@@ -32,6 +32,8 @@ pub struct TraceFile {
 
 /// The most wheels of a robot whose trace is read.
 const MOST_WHEELS: usize = 1000;
+/// The most rollers whose angles are read.
+const MOST_ROLLERS: usize = 100_000;
 
 impl TraceFile {
     /// Opens a trace, once the whole file is known to be as it was written, and reads its header.
@@ -168,8 +170,7 @@ impl Rows for TraceFile {
             for signal in &signals {
                 let values = self.values(group, signal)?;
                 for (row, value) in values.into_iter().enumerate() {
-                    let (record, wheels) = chunk.row_mut(row);
-                    signal.set(record, wheels, value);
+                    signal.set(&mut chunk.row_mut(row), value);
                 }
             }
             see(&chunk);
@@ -213,6 +214,12 @@ fn read_header(json: &str, path: &Path) -> Result<Header, TraceError> {
     let found = header.task_names.len();
     if found > MAX_TASKS {
         return Err(TraceError::TooManyTasks { found });
+    }
+    if header.rollers_recorded() > MOST_ROLLERS {
+        // Room is made for each of them: only a file that was made to mislead has as many.
+        return Err(TraceError::Damaged {
+            path: path.to_owned(),
+        });
     }
     Ok(header)
 }

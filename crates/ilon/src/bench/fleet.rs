@@ -117,7 +117,7 @@ fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Re
         }
     });
     let best = costs.min_by(|a, b| a.wall_s.total_cmp(&b.wall_s));
-    best.ok_or_else(|| Error::usage("no stretch was timed", "time at least one"))
+    best.ok_or_else(|| Error::invalid("no stretch was timed", "time at least one"))
 }
 
 /// A robot that drives sideways, warmed up; each stands another way, so that no two do the same.

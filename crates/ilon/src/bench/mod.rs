@@ -38,14 +38,8 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
 
 /// The robots that are built in, and their files.
 pub const ROBOTS: [(&str, &str); 2] = [
-    (
-        "mecanum4",
-        include_str!("../../../../assets/robots/mecanum4.urdf"),
-    ),
-    (
-        "volksbot",
-        include_str!("../../../../assets/robots/volksbot.urdf"),
-    ),
+    ("mecanum4", include_str!("mecanum4.urdf")),
+    ("volksbot", include_str!("volksbot.urdf")),
 ];
 
 /// Physics steps a second with the shapes of all rollers in the world.
@@ -122,7 +116,7 @@ impl Options {
     pub fn built_in(name: &str) -> Result<Robot, Error> {
         let known = ROBOTS.iter().find(|(known, _)| *known == name);
         let (name, urdf) = known.ok_or_else(|| {
-            Error::usage(
+            Error::invalid(
                 format!("there is no built-in robot `{name}`"),
                 "choose `mecanum4` or `volksbot`, or name a robot's file",
             )

@@ -10,8 +10,9 @@ use super::robot::Sources;
 use super::table::Table;
 use super::{Outcome, claim, say};
 use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
+use crate::cli::failure::Failure;
+use crate::pages;
 use crate::scenario::RollerBodies;
-use crate::{Error, report};
 
 /// The files that `--out` writes; the one that stands for both is written last.
 const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
@@ -84,7 +85,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = options(arguments)?;
     let claim_out = |folder: &PathBuf| claim::folder(folder, "--out");
     let _claim = arguments.out.as_ref().map(claim_out).transpose()?;
@@ -93,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     let bench = Bench::measure(&options, |what| say::note(&one_line(what)))?;
     let json = serde_json::to_string_pretty(&bench)
-        .map_err(|error| Error::encode("the measurements", &error))?
+        .map_err(|error| Failure::encode("the measurements", &error))?
         + "\n";
     if let Some(folder) = &arguments.out {
         write(folder, &bench, &json)?;
@@ -111,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-fn options(arguments: &Arguments) -> Result<Options, Error> {
+fn options(arguments: &Arguments) -> Result<Options, Failure> {
     let mut options = if arguments.quick {
         Options::quick()?
     } else {
@@ -122,14 +123,14 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
             .robots
             .iter()
             .map(|name| robot(name, &arguments.sources))
-            .collect::<Result<_, Error>>()?;
+            .collect::<Result<_, Failure>>()?;
     }
     for (index, (name, _)) in options.robots.iter().enumerate() {
         if options.robots[..index]
             .iter()
             .any(|(other, _)| other == name)
         {
-            return Err(Error::usage(
+            return Err(Failure::usage(
                 format!("two robots are called `{name}`"),
                 "name each robot once; a file gives its robot its own name, without folder and ending",
             ));
@@ -169,13 +170,13 @@ fn options(arguments: &Arguments) -> Result<Options, Error> {
 }
 
 /// A built-in robot, or one from a file.
-fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Error> {
+fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
     if ROBOTS.iter().any(|(known, _)| *known == name) {
         return Ok((name.to_owned(), Options::built_in(name)?));
     }
     let path = Path::new(name);
     if path.extension().is_none() && !path.exists() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!("there is no built-in robot `{name}`, and no file of that name"),
             "choose `--robot mecanum4` or `--robot volksbot`, or name a URDF",
         ));
@@ -231,14 +232,14 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 }
 
 /// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.
-fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Error> {
+fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
     let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
     if let Err(error) = std::fs::remove_file(&json_path)
         && error.kind() != std::io::ErrorKind::NotFound
     {
-        return Err(Error::write(&json_path, &error));
+        return Err(Failure::write(&json_path, &error));
     }
-    report::bench::write(&page_path, bench)?;
+    pages::bench::write(&page_path, bench)?;
     Ok(write_text(&json_path, json)?)
 }
 

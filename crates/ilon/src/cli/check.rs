@@ -21,10 +21,11 @@ use self::update::Update;
 use super::claim::{self, Claim};
 use super::output::OutputFolder;
 use super::{Outcome, Sandbox, Settings, fault, say};
+use crate::Scenario;
+use crate::cli::failure::Failure;
 use crate::judge::{Difference, differences, judge_rows};
 use crate::report::difference;
 use crate::simulate::{Run, Simulation};
-use crate::{Error, Scenario};
 
 /// Arguments of `ilon check`.
 #[derive(Debug, clap::Args)]
@@ -69,7 +70,7 @@ fn margin(text: &str) -> Result<f64, String> {
 }
 
 /// Runs all scenarios and prints a line for each.
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     let found = found::find(&arguments.paths, arguments.filter.as_deref())?;
     let _claims = claims(arguments, &found)?;
@@ -113,7 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
 /// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no
 /// two scenarios share their files.
-fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Error> {
+fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure> {
     let Arguments {
         junit,
         keep,
@@ -125,7 +126,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Error> {
     if let (Some(save), Some(against)) = (save, against)
         && (save == against || claim::is_same_file(save, against))
     {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             "--save and --against name the same folder: what fails against its baseline would become the baseline",
             "hold the scenarios --against it first, and then --save them",
         ));
@@ -152,7 +153,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Error> {
             below.extend(baseline.parent().map(Path::to_owned));
         }
         for folder in below {
-            std::fs::create_dir_all(&folder).map_err(|source| Error::write(&folder, &source))?;
+            std::fs::create_dir_all(&folder).map_err(|source| Failure::write(&folder, &source))?;
             file::clear_unfinished(&folder)?;
         }
     }
@@ -199,7 +200,7 @@ fn check(found: Found, arguments: &Arguments, files: &FileAccess, stop: &AtomicB
     let result = match catch_unwind(checked) {
         Ok(Ok(judged)) => Ended::Judged(judged),
         Ok(Err(error)) => Ended::Refused(error),
-        Err(_) => Ended::Refused(Error::BrokeDown),
+        Err(_) => Ended::Refused(Failure::BrokeDown),
     };
     ended(result, start.elapsed())
 }
@@ -209,7 +210,7 @@ fn run_and_judge(
     name: &Path,
     arguments: &Arguments,
     files: &FileAccess,
-) -> Result<Judged, Error> {
+) -> Result<Judged, Failure> {
     let scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
     scenario.expect.check_windows(&scenario.run)?;
     let baseline = arguments.against.as_deref();
@@ -218,7 +219,7 @@ fn run_and_judge(
         .transpose()?;
     let simulation = Simulation::new(&scenario)?;
     let recording = Recording::temporary(simulation.trace().header.clone());
-    let run = simulation.run_recorded(recording, |_, _| Ok::<(), Error>(()))?;
+    let run = simulation.run_recorded(recording, |_, _| Ok::<(), Failure>(()))?;
     let (differences, drawn) = match baseline {
         Some(baseline) => {
             let (found, drawn) = against(&run, &baseline, name, arguments)?;
@@ -254,7 +255,7 @@ fn against(
     baseline: &Recorded,
     name: &Path,
     arguments: &Arguments,
-) -> Result<(Vec<Difference>, Option<PathBuf>), Error> {
+) -> Result<(Vec<Difference>, Option<PathBuf>), Failure> {
     let found = differences(&run.trace, baseline, &run.scenario.expect.tolerances)?;
     if found.is_empty() {
         return Ok((found, None));
@@ -264,7 +265,7 @@ fn against(
         None => Path::new("out").join("check"),
     };
     let kept = below.join(name);
-    std::fs::create_dir_all(&kept).map_err(|source| Error::write(&kept, &source))?;
+    std::fs::create_dir_all(&kept).map_err(|source| Failure::write(&kept, &source))?;
     file::clear_unfinished(&kept)?;
     let drawn = kept.join("difference.html");
     difference::write(&drawn, &run.trace, baseline, &found)?;
@@ -272,10 +273,10 @@ fn against(
 }
 
 /// The baseline of a scenario in a folder, which must be there before the scenario is run.
-fn baseline_in(folder: &Path, name: &Path) -> Result<Recorded, Error> {
+fn baseline_in(folder: &Path, name: &Path) -> Result<Recorded, Failure> {
     let file = baseline_file(folder, name);
     if !file.exists() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!("there is no baseline `{}`", file.display()),
             format!("`ilon check --save {}` writes one", folder.display()),
         ));

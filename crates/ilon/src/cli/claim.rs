@@ -7,7 +7,7 @@ use ilon_trace::TraceError;
 use ilon_trace::file::{OutputLock, is_stream};
 
 use super::say;
-use crate::Error;
+use crate::cli::failure::Failure;
 
 /// An output, for this command alone until this is dropped.
 #[derive(Debug)]
@@ -16,13 +16,13 @@ pub(super) struct Claim {
 }
 
 /// A file that shall be written, named by an option.
-pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Claim, Error> {
+pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Claim, Failure> {
     not_an_input(path, option, inputs)?;
     if is_stream(path) {
         return Ok(Claim { _lock: None });
     }
     if path.is_dir() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!(
                 "`{}` is a folder, where a file shall be written",
                 path.display()
@@ -34,12 +34,16 @@ pub(super) fn file(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<Clai
 }
 
 /// A folder that shall be written into, named by an option; it is made where it is not there.
-pub(super) fn folder(path: &Path, option: &str) -> Result<Claim, Error> {
+pub(super) fn folder(path: &Path, option: &str) -> Result<Claim, Failure> {
     std::fs::create_dir_all(path).map_err(|source| cannot_write(path, &source, option))?;
     locked(OutputLock::of_folder(path), path, option)
 }
 
-fn locked(lock: Result<OutputLock, TraceError>, path: &Path, option: &str) -> Result<Claim, Error> {
+fn locked(
+    lock: Result<OutputLock, TraceError>,
+    path: &Path,
+    option: &str,
+) -> Result<Claim, Failure> {
     match lock {
         Ok(lock) => {
             if !lock.is_held() {
@@ -51,7 +55,7 @@ fn locked(lock: Result<OutputLock, TraceError>, path: &Path, option: &str) -> Re
             Ok(Claim { _lock: Some(lock) })
         }
         Err(TraceError::Io { source, .. }) => Err(cannot_write(path, &source, option)),
-        Err(in_use @ TraceError::InUse { .. }) => Err(Error::usage(
+        Err(in_use @ TraceError::InUse { .. }) => Err(Failure::usage(
             in_use.to_string(),
             format!("wait until it ends, or choose another place with {option}"),
         )),
@@ -59,22 +63,22 @@ fn locked(lock: Result<OutputLock, TraceError>, path: &Path, option: &str) -> Re
     }
 }
 
-fn cannot_write(path: &Path, source: &std::io::Error, option: &str) -> Error {
-    Error::usage(
+fn cannot_write(path: &Path, source: &std::io::Error, option: &str) -> Failure {
+    Failure::usage(
         format!(
             "cannot write `{}`: {}",
             path.display(),
-            crate::error::reason(source)
+            ilon_sim::reason(source)
         ),
         format!("choose another place with {option}; nothing was left half-written"),
     )
 }
 
 /// Refuses an output that is an input too, by whatever name or link: it would be replaced.
-pub(super) fn not_an_input(output: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Error> {
+pub(super) fn not_an_input(output: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Failure> {
     match inputs.iter().find(|input| is_same_file(output, input)) {
         None => Ok(()),
-        Some(input) => Err(Error::usage(
+        Some(input) => Err(Failure::usage(
             format!(
                 "`{}` would be written over `{}`, which is read",
                 output.display(),

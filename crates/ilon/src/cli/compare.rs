@@ -8,9 +8,14 @@ use super::escape::one_line;
 use super::progress::Bar;
 use super::table::Table;
 use super::{Outcome, Sandbox, claim, say};
-use crate::compare::{Compared, Comparison};
+use crate::cli::failure::Failure;
+use crate::compare::{CompareError, Compared, Comparison};
 use crate::simulate::Simulation;
-use crate::{Error, Scenario, report};
+use crate::{Scenario, report};
+
+/// What can be compared.
+const WHAT_TO_NAME: &str =
+    "name a folder that `ilon run --out` wrote, a trace file, or a scenario file to run";
 
 /// Arguments of `ilon compare`.
 #[derive(Debug, clap::Args)]
@@ -29,10 +34,10 @@ pub(super) struct Arguments {
 }
 
 /// Reads or simulates, writes, prints.
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
     if let Some(folder) = out.parent().filter(|f| !f.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|source| Error::write(folder, &source))?;
+        std::fs::create_dir_all(folder).map_err(|source| Failure::write(folder, &source))?;
     }
     let within = |run: &PathBuf| {
         [
@@ -45,7 +50,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let _claim = claim::file(out, "--out", &inputs)?;
     let files = arguments.sandbox.files()?;
     let runs = arguments.runs.iter().map(|path| load(path, &files));
-    let comparison = Comparison::of(runs.collect::<Result<_, Error>>()?, &arguments.runs)?;
+    let comparison =
+        Comparison::of(runs.collect::<Result<_, Failure>>()?, &arguments.runs).map_err(refused)?;
     report::compare::write(out, &comparison)?;
     if arguments.json {
         say::data(&json(&comparison)?)?;
@@ -59,11 +65,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
+/// Why runs cannot be compared, with what to name instead.
+fn refused(error: CompareError) -> Failure {
+    match error {
+        CompareError::Read { path, source } => Failure::read(&path, source),
+        CompareError::TooFew => Failure::usage(
+            error.to_string(),
+            "name at least two run folders, trace files or scenario files",
+        ),
+        _ => Failure::usage(error.to_string(), WHAT_TO_NAME),
+    }
+}
+
 /// A run from its folder or trace; a scenario is run.
-fn load(path: &Path, files: &FileAccess) -> Result<Compared, Error> {
+fn load(path: &Path, files: &FileAccess) -> Result<Compared, Failure> {
     let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
     if !is_scenario {
-        return Compared::load(path);
+        return Compared::load(path).map_err(refused);
     }
     let scenario = Scenario::load_within(path, &[], files)?;
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
@@ -74,7 +92,7 @@ fn load(path: &Path, files: &FileAccess) -> Result<Compared, Error> {
     let run = simulation.run_observed(|progress| bar.show(progress));
     bar.done();
     run.trace.check_finite()?;
-    Ok(Compared::of(run))
+    Ok(Compared::new(run.scenario.name, run.trace, run.summary))
 }
 
 /// What differs, and the figures, a column a run.
@@ -105,7 +123,7 @@ fn table(comparison: &Comparison) -> Table {
     table
 }
 
-fn json(comparison: &Comparison) -> Result<String, Error> {
+fn json(comparison: &Comparison) -> Result<String, Failure> {
     let runs: Vec<_> = comparison
         .runs
         .iter()
@@ -113,6 +131,6 @@ fn json(comparison: &Comparison) -> Result<String, Error> {
         .collect();
     let all = serde_json::json!({ "runs": runs, "differences": comparison.differences });
     let text = serde_json::to_string_pretty(&all)
-        .map_err(|error| Error::encode("the comparison", &error))?;
+        .map_err(|error| Failure::encode("the comparison", &error))?;
     Ok(text + "\n")
 }

@@ -8,7 +8,7 @@ use miette::{
 };
 
 use super::{escape, say};
-use crate::Error;
+use crate::cli::failure::Failure;
 
 /// How much of a line is shown on each side of the place at fault, in bytes. A file may be one line of megabytes.
 const AROUND: usize = 120;
@@ -21,7 +21,7 @@ const CONTEXT_LINES: usize = 1;
 const MOST_RELATED: usize = 20;
 
 /// Shows a fault to whoever watches.
-pub(super) fn show(error: Error) {
+pub(super) fn show(error: Failure) {
     install_printer();
     let shown = Shown::of(&error);
     let mut text = String::new();
@@ -158,7 +158,11 @@ impl Excerpt {
             None => contents.column() + before.chars().count(),
         };
         Some(Self {
-            file: escape::one_line(contents.name().unwrap_or_default()).into_owned(),
+            file: match contents.name().unwrap_or_default() {
+                // What the library calls a setting was given by an option.
+                ilon_sim::scenario::SETTING => "--set".to_owned(),
+                name => escape::one_line(name).into_owned(),
+            },
             text: escape::standing_in(&text[shown.clone()]),
             at_fault: (start - shown.start..end - shown.start).into(),
             label: label.label().map(str::to_owned),
@@ -217,7 +221,7 @@ mod tests {
     use crate::ScenarioFault;
 
     fn shown(text: &str, span: std::ops::Range<usize>) -> String {
-        let error = Error::Scenario(Box::new(ScenarioFault {
+        let error = ilon_sim::Error::Scenario(Box::new(ScenarioFault {
             message: "wrong".to_owned(),
             help: "right it".to_owned(),
             source_code: NamedSource::new("a.toml", text.to_owned()),
@@ -280,7 +284,8 @@ mod tests {
 
     #[test]
     fn messages_of_any_length_end_and_stay_in_their_line() {
-        let error = Error::invalid(format!("`{}\n::error::`", "k".repeat(1 << 20)), "a\u{1b}b");
+        let error =
+            ilon_sim::Error::invalid(format!("`{}\n::error::`", "k".repeat(1 << 20)), "a\u{1b}b");
         let shown = Shown::of(&error);
         assert!(shown.message.len() < 3000 && !shown.message.contains('\n'));
         assert_eq!(shown.help.as_deref(), Some("a\\u{1b}b"));

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use ilon_robot::{LoadOptions, Robot, RobotError};
 
 use super::escape::one_line;
+use super::flags::{Flags, shell};
 use super::{Outcome, say};
-use crate::Error;
+use crate::cli::failure::Failure;
 use crate::control::Kinematics;
 use crate::inspect::Inspection;
-use crate::remedy::{self, Refusal, Words};
-use crate::report::gallery::{self, Exhibit};
+use crate::pages::gallery::{self, Exhibit};
+use crate::sim::remedy::Refusal;
 
 /// Deepest folder that is looked into.
 const MOST_DEEP: usize = 16;
@@ -24,7 +25,7 @@ pub(super) fn run(
     options: &LoadOptions,
     sandbox: &str,
     html: &Path,
-) -> Result<Outcome, Error> {
+) -> Result<Outcome, Failure> {
     let files = if place.is_dir() {
         files_below(place, options)?
     } else {
@@ -74,9 +75,9 @@ fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> E
     let (loaded, faults, help) = match Robot::load_with(file, options) {
         Ok(loaded) => (loaded, Vec::new(), None),
         Err(fault) => {
-            let named = remedy::shell(&file.display().to_string());
+            let named = shell(&file.display().to_string());
             let command = format!("ilon inspect {named}{sandbox}");
-            let refusal = Refusal::of(fault, file, options, &Words::Flags { command });
+            let refusal = Refusal::of(fault, file, options, &Flags { command });
             let faults: Vec<String> = refusal.faults.iter().map(said).collect();
             let mut help: Vec<String> = refusal
                 .faults
@@ -110,11 +111,11 @@ fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> E
 }
 
 /// The robots' files in a folder and below, in order. Links to folders are not followed, which could lead in circles.
-fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Error> {
+fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Failure> {
     let mut found = BTreeSet::new();
     let mut waiting = vec![(folder.to_owned(), 0)];
     while let Some((folder, depth)) = waiting.pop() {
-        let entries = std::fs::read_dir(&folder).map_err(|e| Error::read_folder(&folder, e))?;
+        let entries = std::fs::read_dir(&folder).map_err(|e| Failure::read(&folder, e))?;
         for entry in entries.flatten() {
             let path = entry.path();
             let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
@@ -128,7 +129,7 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Err
         }
     }
     if found.is_empty() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!(
                 "`{}` holds no robots: no .urdf, .xacro, .sdf or MJCF",
                 folder.display()
@@ -137,7 +138,7 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Err
         ));
     }
     if found.len() > MOST_FILES {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!(
                 "`{}` holds {} files of robots, where at most {MOST_FILES} are shown",
                 folder.display(),

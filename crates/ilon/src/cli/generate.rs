@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use ilon_robot::{Robot, Spec};
 
 use super::{Outcome, claim, say};
+use crate::Scenario;
+use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
-use crate::{Error, Scenario};
 
 /// The least that a robot is simulated with.
 const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
@@ -22,7 +23,7 @@ pub(super) struct Arguments {
 }
 
 /// Writes the URDF, if it is one that can be read.
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let spec = Spec::load(&arguments.spec)?;
     let urdf = ilon_robot::generate(&spec)?;
     // What is written can be run.

@@ -6,12 +6,14 @@ use ilon_control::Kinematics;
 use ilon_robot::Robot;
 
 use super::escape::one_line;
+use super::flags::{Flags, shell};
 use super::robot::Reading;
 use super::table::Table;
 use super::{Outcome, Sandbox, claim, gallery, say};
+use crate::cli::failure::Failure;
+use crate::drawing;
 use crate::inspect::Inspection;
-use crate::remedy::{self, Words};
-use crate::{Error, drawing};
+use crate::sim::remedy;
 
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
@@ -38,7 +40,7 @@ pub(super) struct Arguments {
 }
 
 /// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = &arguments.robot;
     let mut options = arguments.reading.options();
     options.files = arguments.sandbox.files()?;
@@ -53,26 +55,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return gallery::run(path, &options, &arguments.sandbox.words(), html);
     }
     if path.is_dir() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             format!("`{}` is a folder", path.display()),
             "name the file of a robot, or see all of the folder side by side with `--html FILE`",
         ));
     }
     let loaded = Robot::load_with(path, &options).map_err(|fault| {
-        let robot = remedy::shell(&path.display().to_string());
+        let robot = shell(&path.display().to_string());
         let command = format!("ilon inspect {robot}{}", arguments.sandbox.words());
-        remedy::diagnosed(fault, path, &options, &Words::Flags { command })
+        remedy::diagnosed(fault, path, &options, &Flags { command })
     })?;
     let inspection = Inspection::of_loaded(&loaded)?;
     if let Some(svg) = &arguments.svg {
-        ilon_trace::file::write_text(svg, &drawing::svg(&loaded.robot))?;
+        ilon_trace::file::write_text(
+            svg,
+            &drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into)),
+        )?;
     }
     if let Some(urdf) = &arguments.urdf {
         ilon_trace::file::write_text(urdf, &loaded.urdf)?;
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Error::encode("the inspection", &error))?;
+            .map_err(|error| Failure::encode("the inspection", &error))?;
         say::data(&(json + "\n"))?;
     } else {
         say::lines(&text(&inspection))?;

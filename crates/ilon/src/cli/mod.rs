@@ -5,7 +5,9 @@ mod check;
 mod claim;
 mod compare;
 mod escape;
+mod failure;
 mod fault;
+mod flags;
 mod gallery;
 mod generate;
 mod inspect;
@@ -23,7 +25,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use ilon_robot::FileAccess;
 
-use crate::Error;
+use crate::cli::failure::Failure;
 use crate::scenario::Setting;
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
@@ -85,18 +87,18 @@ struct Sandbox {
 impl Sandbox {
     /// The flags of it, each after a space.
     fn words(&self) -> String {
-        let word = |folder: &PathBuf| crate::remedy::shell(&folder.display().to_string());
+        let word = |folder: &PathBuf| flags::shell(&folder.display().to_string());
         let flag = |folder| format!(" --sandbox {}", word(folder));
         self.folders.iter().map(flag).collect()
     }
 
     /// Which files may be read.
-    fn files(&self) -> Result<FileAccess, Error> {
+    fn files(&self) -> Result<FileAccess, Failure> {
         if self.folders.is_empty() {
             return Ok(FileAccess::anywhere());
         }
         FileAccess::below(&self.folders).map_err(|error| {
-            Error::usage(
+            Failure::usage(
                 format!("--sandbox cannot be the folder {error}"),
                 "name a folder that is there",
             )
@@ -118,7 +120,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn dispatch(command: Command) -> Result<Outcome, Error> {
+fn dispatch(command: Command) -> Result<Outcome, Failure> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),

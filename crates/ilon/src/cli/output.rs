@@ -11,9 +11,10 @@ use ilon_robot::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::claim::{self, Claim};
+use crate::cli::failure::Failure;
 use crate::scenario::Reference;
 use crate::simulate::{Run, Simulation};
-use crate::{Error, Scenario, report};
+use crate::{Scenario, report};
 
 /// The files of a finished run, the one that stands for all of them first.
 const RESULTS: [&str; 4] = ["summary.json", "report.html", TRACE, SCENARIO];
@@ -64,7 +65,7 @@ impl KeepingUp {
     }
 
     /// Writes what has been recorded since, once that is a second's worth.
-    pub fn keep_up(&mut self, time_s: f64, recording: &mut Recording) -> Result<(), Error> {
+    pub fn keep_up(&mut self, time_s: f64, recording: &mut Recording) -> Result<(), Failure> {
         if time_s >= self.until_s + PART_S && self.written.elapsed() >= BETWEEN_PARTS {
             recording.keep()?;
             self.until_s = time_s;
@@ -92,7 +93,7 @@ pub(super) fn holds_results(folder: &Path) -> bool {
 impl OutputFolder {
     /// Makes sure, before anything is simulated, that results can be written to a folder that an option names, that
     /// nobody else writes there, and that nothing is lost by it.
-    pub fn prepare(path: PathBuf, option: &str, inputs: &[PathBuf]) -> Result<Self, Error> {
+    pub fn prepare(path: PathBuf, option: &str, inputs: &[PathBuf]) -> Result<Self, Failure> {
         Self::refuse_losses(&path, option, inputs)?;
         let claim = claim::folder(&path, option)?;
         Ok(Self {
@@ -102,13 +103,13 @@ impl OutputFolder {
     }
 
     /// Refuses a folder in which results would replace what is read, or what no run has written.
-    pub fn refuse_losses(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Error> {
+    pub fn refuse_losses(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Failure> {
         for name in RESULTS {
             let result = path.join(name);
             claim::not_an_input(&result, option, inputs)?;
             // A folder is no result, and is not removed.
             if result.is_file() && !is_result(&result, name) {
-                return Err(Error::usage(
+                return Err(Failure::usage(
                     format!(
                         "`{}` was not written by a run, and results would replace it",
                         result.display()
@@ -126,7 +127,7 @@ impl OutputFolder {
 
     /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
     /// its own. Gives what it is recorded into.
-    pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Error> {
+    pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Failure> {
         // The parts are looked at first: what is not theirs is refused before anything is removed.
         let recording = Recording::into_file(
             simulation.trace().header.clone(),
@@ -141,14 +142,14 @@ impl OutputFolder {
     }
 
     /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
-    pub fn write(&self, run: &Run<Recorded>) -> Result<(), Error> {
+    pub fn write(&self, run: &Run<Recorded>) -> Result<(), Failure> {
         let summary = self.summary_json(run)?;
         report::write_recorded(&self.path.join("report.html"), &run.trace, &run.summary)?;
         self.write_text("summary.json", &summary)
     }
 
     /// Writes all results of a run that was recorded elsewhere.
-    pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Error> {
+    pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Failure> {
         // An older summary would make the new files look complete before they are.
         self.remove(&self.path.join("summary.json"))?;
         self.write_scenario(&run.scenario)?;
@@ -157,27 +158,27 @@ impl OutputFolder {
     }
 
     /// The content of `summary.json`.
-    pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Error> {
+    pub fn summary_json(&self, run: &Run<Recorded>) -> Result<String, Failure> {
         check_finite(&run.summary)?;
         let json = serde_json::to_string_pretty(&run.summary)
-            .map_err(|error| Error::encode("the summary", &error))?;
+            .map_err(|error| Failure::encode("the summary", &error))?;
         Ok(json + "\n")
     }
 
-    fn write_scenario(&self, scenario: &Scenario) -> Result<(), Error> {
+    fn write_scenario(&self, scenario: &Scenario) -> Result<(), Failure> {
         let text = scenario.moved_to(&self.path).to_toml()?;
         self.write_text(SCENARIO, &format!("{RESOLVED}\n{text}"))
     }
 
-    fn write_text(&self, name: &str, text: &str) -> Result<(), Error> {
+    fn write_text(&self, name: &str, text: &str) -> Result<(), Failure> {
         Ok(ilon_trace::file::write_text(&self.path.join(name), text)?)
     }
 
     /// Removes a file if it is there.
-    fn remove(&self, path: &Path) -> Result<(), Error> {
+    fn remove(&self, path: &Path) -> Result<(), Failure> {
         match fs::remove_file(path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(Error::write(path, &error))
+                Err(Failure::write(path, &error))
             }
             _ => Ok(()),
         }
@@ -185,9 +186,9 @@ impl OutputFolder {
 }
 
 /// Refuses a figure that is no number: in JSON it would look like one that does not apply.
-fn check_finite(summary: &Summary) -> Result<(), Error> {
+fn check_finite(summary: &Summary) -> Result<(), Failure> {
     let figures = toml::Value::try_from(summary);
-    let figures = figures.map_err(|error| Error::encode("the summary", &error))?;
+    let figures = figures.map_err(|error| Failure::encode("the summary", &error))?;
     match not_finite(&figures) {
         None => Ok(()),
         Some((name, value)) => Err(TraceError::Diverged {

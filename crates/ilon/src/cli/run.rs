@@ -10,9 +10,10 @@ use super::progress::Bar;
 use super::say;
 use super::table::Table;
 use super::{Outcome, Sandbox, Settings};
+use crate::Scenario;
+use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
 use crate::simulate;
-use crate::{Error, Scenario};
 
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +33,7 @@ pub(super) struct Arguments {
 }
 
 /// Simulates, writes, prints.
-pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = &arguments.scenario;
     let files = arguments.sandbox.files()?;
     let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;

@@ -7,20 +7,20 @@ use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 use super::escape;
-use crate::Error;
+use crate::cli::failure::Failure;
 
 /// Data to standard output, as it is. A reader that has gone away, such as `head`, ends the writing without a fault.
 ///
 /// # Errors
 /// Where it cannot be written, such as to a full disk.
-pub(super) fn data(text: &str) -> Result<(), Error> {
+pub(super) fn data(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     let written = stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
     match written {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::write(Path::new("standard output"), &error))
+            Err(Failure::write(Path::new("standard output"), &error))
         }
         _ => Ok(()),
     }
@@ -30,7 +30,7 @@ pub(super) fn data(text: &str) -> Result<(), Error> {
 ///
 /// # Errors
 /// Like [`data`].
-pub(super) fn lines(text: &str) -> Result<(), Error> {
+pub(super) fn lines(text: &str) -> Result<(), Failure> {
     data(&escape::lines(text))
 }
 

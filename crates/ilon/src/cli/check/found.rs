@@ -4,8 +4,8 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::Error;
 use crate::cli::escape::one_line;
+use crate::cli::failure::Failure;
 use crate::cli::output::holds_results;
 
 /// A scenario to check, or a path that was named and holds none.
@@ -19,7 +19,7 @@ pub(super) struct Found {
     /// What it is called in what is printed: its name where no other has it, else the whole path.
     pub label: String,
     /// Why it cannot be run.
-    pub refused: Option<Error>,
+    pub refused: Option<Failure>,
 }
 
 /// The scenarios named and those in the folders named and below them, in the order of their names, each file once. What
@@ -27,20 +27,20 @@ pub(super) struct Found {
 ///
 /// # Errors
 /// Where a path that is named cannot be read, and where nothing is left to check.
-pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>, Error> {
+pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>, Failure> {
     let mut search = Search::default();
     for path in paths {
-        let is = fs::metadata(path).map_err(|source| Error::read_folder(path, source))?;
+        let is = fs::metadata(path).map_err(|source| Failure::read(path, source))?;
         if !is.is_dir() {
             search.add(path.clone(), path.file_stem().unwrap_or_default().into());
             continue;
         }
         let before = search.found.len();
         let root = path.canonicalize();
-        let root = root.map_err(|source| Error::read_folder(path, source))?;
+        let root = root.map_err(|source| Failure::read(path, source))?;
         search.walk(path, Path::new(""), &root)?;
         if search.found.len() == before && !search.met {
-            let refused = Error::usage(
+            let refused = Failure::usage(
                 format!("`{}` holds no scenario", path.display()),
                 "name a folder with `.toml` files in it or below it",
             );
@@ -52,7 +52,7 @@ pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>
     let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
     found.retain(|one| one.refused.is_some() || meets(&one.name));
     if found.is_empty() {
-        return Err(Error::usage(
+        return Err(Failure::usage(
             "there is no scenario to check",
             "name a scenario file, or a folder with `.toml` files, and a --filter that one of them meets",
         ));
@@ -65,10 +65,10 @@ pub(super) fn find(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<Found>
 ///
 /// # Errors
 /// With the files, and what to name instead.
-pub(super) fn refuse_equal_names(found: &[Found], option: &str) -> Result<(), Error> {
+pub(super) fn refuse_equal_names(found: &[Found], option: &str) -> Result<(), Failure> {
     for (index, one) in found.iter().enumerate() {
         if let Some(other) = found[..index].iter().find(|other| other.name == one.name) {
-            return Err(Error::usage(
+            return Err(Failure::usage(
                 format!(
                     "`{}` and `{}` are both called `{}`, and would share their files below {option}",
                     other.path.display(),
@@ -122,7 +122,7 @@ impl Search {
         });
     }
 
-    fn refuse(&mut self, path: PathBuf, name: PathBuf, refused: Error) {
+    fn refuse(&mut self, path: PathBuf, name: PathBuf, refused: Failure) {
         self.found.push(Found {
             path,
             name,
@@ -132,8 +132,8 @@ impl Search {
     }
 
     /// Looks through a folder, `below` the one that was named, which is `root` without links.
-    fn walk(&mut self, folder: &Path, below: &Path, root: &Path) -> Result<(), Error> {
-        let read = |source| Error::read_folder(folder, source);
+    fn walk(&mut self, folder: &Path, below: &Path, root: &Path) -> Result<(), Failure> {
+        let read = |source| Failure::read(folder, source);
         let mut entries = Vec::new();
         for entry in fs::read_dir(folder).map_err(read)? {
             entries.push(entry.map_err(read)?);
@@ -158,7 +158,7 @@ impl Search {
             let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
             let resolved = path.canonicalize().unwrap_or_else(|_| path.clone());
             if is_link && !resolved.starts_with(root) {
-                let refused = Error::usage(
+                let refused = Failure::usage(
                     format!(
                         "`{}` is a link that leads out of its folder",
                         path.display()

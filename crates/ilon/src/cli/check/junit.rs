@@ -3,12 +3,12 @@
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::outcome::{Checked, Count, Ended, NOTHING_EXPECTED};
-use crate::Error;
 use crate::cli::escape::one_line;
+use crate::cli::failure::Failure;
 
 /// One test case a scenario: failures are expectations that did not hold, errors are scenarios that could not run. One that
 /// expects nothing is skipped: it is no test.
-pub(super) fn xml(checked: &[Checked]) -> Result<String, Error> {
+pub(super) fn xml(checked: &[Checked]) -> Result<String, Failure> {
     let mut suite = TestSuite::new("ilon check");
     for one in checked {
         let mut case = TestCase::new(one.label.as_str(), status(one));
@@ -20,7 +20,7 @@ pub(super) fn xml(checked: &[Checked]) -> Result<String, Error> {
     report.add_test_suite(suite);
     let xml = report
         .to_string()
-        .map_err(|error| Error::encode("the results", &error))?;
+        .map_err(|error| Failure::encode("the results", &error))?;
     // Jenkins's schema knows `skipped` of a suite, but not of the whole, which comes first.
     let is_skipped =
         |one: &&Checked| matches!(one.count(), Count::Skipped | Count::NothingExpected);

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::update::Update;
-use crate::Error;
 use crate::cli::escape::one_line;
+use crate::cli::failure::Failure;
 use crate::cli::table::Table;
 use crate::judge::{Difference, Verdict};
 
@@ -23,7 +23,7 @@ pub(super) enum Ended {
     /// It ran, and this is what was found.
     Judged(Judged),
     /// It could not run.
-    Refused(Error),
+    Refused(Failure),
     /// It was not begun, because another had failed.
     Skipped,
 }

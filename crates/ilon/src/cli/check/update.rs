@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ilon_robot::FileAccess;
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
-use crate::Error;
+use crate::cli::failure::Failure;
 use crate::judge::Verdict;
 use crate::scenario::MAX_BYTES;
 
@@ -23,12 +23,12 @@ impl Update {
     ///
     /// # Errors
     /// Where the file cannot be read.
-    pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Error> {
+    pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Failure> {
         // Of a link the file that it leads to is rewritten.
         let file = path.canonicalize();
-        let file = file.map_err(|source| Error::read_folder(path, source))?;
+        let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
         let (text, changes) = updated(&text, verdicts, margin)?;
         Ok(Self {
             path: file,
@@ -41,7 +41,7 @@ impl Update {
     ///
     /// # Errors
     /// Where it cannot be written; it is then as it was.
-    pub fn write(&self) -> Result<(), Error> {
+    pub fn write(&self) -> Result<(), Failure> {
         if !self.changes.is_empty() {
             ilon_trace::file::write_text(&self.path, &self.text)?;
         }
@@ -49,9 +49,9 @@ impl Update {
     }
 }
 
-fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Error> {
+fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<(String, String), Failure> {
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
-        Error::invalid(error.to_string(), "correct the file")
+        ilon_sim::Error::invalid(error.to_string(), "correct the file")
     })?;
     let mut changes = String::new();
     for verdict in verdicts.iter().filter(|verdict| verdict.at_s.is_none()) {

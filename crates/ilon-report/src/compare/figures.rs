@@ -1,0 +1,397 @@
+//! Figures with a curve or a bar for each run.
+
+use ilon_robot::{Pose, wrap_angle};
+use ilon_trace::ledger::Integral;
+use ilon_trace::{Record, Summary, WheelSample};
+use plotly::Bar;
+use plotly::common::{Marker, Orientation};
+use plotly::layout::{Axis, BarMode, Layout, RangeMode};
+
+use crate::compare::{Compared, Comparison};
+use crate::figure::{Figure, Pen, Span, axis, curve, dashed, layout, map_layout, plot, wheel_pen};
+use crate::figures::balance::TERM_COLORS;
+use crate::figures::motion::{COMPONENTS, way};
+use crate::page::escape;
+use crate::thin::short;
+
+/// The pen of a run: colours and dashes as those of wheels, broader.
+pub(super) fn run_pen(index: usize) -> Pen {
+    wheel_pen(index).width(2.0)
+}
+
+/// The ways over the floor, and the references that they should have followed.
+pub(super) fn path(comparison: &Comparison) -> Figure {
+    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    for reference in references(comparison) {
+        curves.push(way("reference", &reference, dashed("@asked")));
+    }
+    for (index, run) in comparison.runs.iter().enumerate() {
+        let poses: Vec<Pose> = run.trace.records().iter().map(|r| r.truth.pose).collect();
+        curves.push(way(&run.name, &poses, run_pen(index)));
+    }
+    Figure {
+        id: "path".to_owned(),
+        title: "The ways over the floor".to_owned(),
+        caption: "Seen from above: the way that each robot really took.".to_owned(),
+        height_px: 440,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, map_layout()),
+    }
+}
+
+/// The references of the runs, those that differ.
+fn references(comparison: &Comparison) -> Vec<Vec<Pose>> {
+    // A millimetre apart is another reference.
+    const SAME_M: f64 = 1e-3;
+    let mut found: Vec<Vec<Pose>> = Vec::new();
+    for run in &comparison.runs {
+        let records = run.trace.records().iter();
+        let poses: Vec<Pose> = records.filter_map(|r| r.desired.map(|d| d.pose)).collect();
+        let is_known = found.iter().any(|known| {
+            let mut pairs = known.iter().zip(&poses);
+            pairs.all(|(a, b)| (a.position_m() - b.position_m()).norm() < SAME_M)
+        });
+        if !poses.is_empty() && !is_known {
+            found.push(poses);
+        }
+    }
+    found
+}
+
+/// Position and heading error over time, of the runs that have a reference.
+pub(super) fn errors(comparison: &Comparison) -> Vec<Figure> {
+    if comparison
+        .runs
+        .iter()
+        .all(|run| run.summary.position_error_final_m.is_none())
+    {
+        return Vec::new();
+    }
+    let of = |error: fn(&Pose, &Pose) -> f64| {
+        each_run(comparison, move |run| {
+            let records = run.trace.records().iter();
+            let errors =
+                records.filter_map(|r| Some((r.t_s, error(&r.desired?.pose, &r.truth.pose))));
+            errors.collect()
+        })
+    };
+    let position = of(|desired, truth| 1e3 * (desired.position_m() - truth.position_m()).norm());
+    let heading =
+        of(|desired, truth| wrap_angle(desired.heading_rad - truth.heading_rad).to_degrees());
+    vec![
+        over_time(
+            "position-error",
+            "Position error",
+            "Distance from the desired position.",
+            plot(position, from_zero("t in s", "distance in mm")),
+        ),
+        over_time(
+            "heading-error",
+            "Heading error",
+            "Desired minus real heading.",
+            plot(heading, layout("t in s", "angle in deg")),
+        ),
+    ]
+}
+
+/// The real twist, a panel a component.
+pub(super) fn twist(comparison: &Comparison) -> Vec<Figure> {
+    COMPONENTS
+        .into_iter()
+        .map(|(id, title, y_title, component)| Figure {
+            id: format!("twist-{id}"),
+            title: title.to_owned(),
+            caption: String::new(),
+            height_px: 270,
+            span: Span::Panel,
+            over_time: true,
+            plot: plot(
+                each_run(comparison, move |run| {
+                    let records = run.trace.records().iter();
+                    records
+                        .map(|r| (r.t_s, component(&r.truth.twist_in_body)))
+                        .collect()
+                }),
+                layout("t in s", y_title),
+            ),
+        })
+        .collect()
+}
+
+/// The ledger's terms of each run, in millimetres.
+pub(super) fn ledger_position(comparison: &Comparison) -> Figure {
+    ledger(
+        comparison,
+        "ledger-position",
+        "What was asked for and did not come: millimetres",
+        "The length of each term's own way. Going to and fro counts twice, so that nothing hides behind a sum that \
+         happens to cancel.",
+        "mm",
+        |term| 1e3 * term.path_m,
+    )
+}
+
+/// The ledger's terms of each run, in degrees.
+pub(super) fn ledger_heading(comparison: &Comparison) -> Figure {
+    ledger(
+        comparison,
+        "ledger-heading",
+        "… and degrees",
+        "The same for the heading.",
+        "deg",
+        |term| term.turned_rad.to_degrees(),
+    )
+}
+
+fn ledger(
+    comparison: &Comparison,
+    id: &str,
+    title: &str,
+    caption: &str,
+    unit: &str,
+    of: fn(&Integral) -> f64,
+) -> Figure {
+    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    for (term, color) in TERM_COLORS.into_iter().enumerate() {
+        let mut name = "";
+        let values = comparison.runs.iter().map(|run| {
+            let (term_name, integral) = run.summary.ledger.named()[term];
+            name = term_name;
+            Some(of(&integral))
+        });
+        let values: Vec<_> = values.collect();
+        traces.push(bar_of_runs(comparison, name, values, color));
+    }
+    bars(
+        id,
+        title,
+        caption,
+        unit,
+        comparison,
+        BarMode::Relative,
+        traces,
+    )
+}
+
+/// Where the motors' work of each run went.
+pub(super) fn energy(comparison: &Comparison) -> Figure {
+    type Part = fn(&Summary) -> Option<f64>;
+    let parts: [(&str, &str, Part); 5] = [
+        ("slip", "@slip", |s| s.energy.slip_j),
+        ("bearings", "@servo", |s| s.energy.bearing_j),
+        ("landing", "@w3", |s| s.energy.impact_j),
+        ("stored", "@contact", |s| s.energy.stored_j),
+        ("the solver's", "@asked", |s| s.energy.unexplained_j),
+    ];
+    let traces = parts.into_iter().map(|(name, color, of)| {
+        let values = comparison.runs.iter().map(|run| of(&run.summary)).collect();
+        bar_of_runs(comparison, name, values, color)
+    });
+    let traces = traces.collect();
+    bars(
+        "energy",
+        "Where the motors' work went",
+        "Lost to slip, bearings and rollers that land, or stored as motion. The last is the solver's own loss or \
+         gain.",
+        "J",
+        comparison,
+        BarMode::Relative,
+        traces,
+    )
+}
+
+/// How far dead reckoning strayed.
+pub(super) fn odometry(comparison: &Comparison) -> Figure {
+    type Way = fn(&Summary) -> Option<f64>;
+    let ways: [(&str, &str, Way); 2] = [
+        ("by equation (7)", "@ideal", |s| s.odometry_ideal.m_per_m),
+        ("by the contact kinematics", "@contact", |s| {
+            s.odometry_contact.m_per_m
+        }),
+    ];
+    let traces = ways.into_iter().map(|(name, color, of)| {
+        let values = comparison
+            .runs
+            .iter()
+            .map(|run| of(&run.summary).map(|m| 1e3 * m));
+        bar_of_runs(comparison, name, values.collect(), color)
+    });
+    let traces = traces.collect();
+    bars(
+        "odometry",
+        "Drift of dead reckoning",
+        "Distance from the truth at the end, per metre travelled. What the contact kinematics saves is geometry, which a \
+         robot can correct for; what it leaves is slip, which the wheels cannot see.",
+        "mm per m",
+        comparison,
+        BarMode::Group,
+        traces,
+    )
+}
+
+/// Rms sliding speed over the wheels, over time.
+pub(super) fn slip_speed(comparison: &Comparison) -> Figure {
+    over_time(
+        "slip-speed",
+        "Sliding speed",
+        "How fast the touching rollers slide over the floor: rms over the wheels.",
+        plot(
+            over_wheels(comparison, |wheels| {
+                let speeds = wheels
+                    .iter()
+                    .filter(|w| w.touching)
+                    .map(WheelSample::slip_speed_m_s);
+                ilon_trace::slip::rms(speeds).map(|v| 1e3 * v)
+            }),
+            from_zero("t in s", "sliding speed in mm/s"),
+        ),
+    )
+}
+
+/// Energy that each wheel lost to slip.
+pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
+    let traces = comparison.runs.iter().enumerate().map(|(index, run)| {
+        let names: Vec<String> = run.summary.wheels.iter().map(|w| escape(&w.name)).collect();
+        let values = run
+            .summary
+            .wheels
+            .iter()
+            .map(|w| w.speed_rms_m_s.map(|v| short(1e3 * v, 5)));
+        Bar::new(names, values.collect())
+            .name(escape(&run.name))
+            .marker(Marker::new().color(run_pen(index).color)) as Box<dyn plotly::Trace>
+    });
+    let layout = Layout::new()
+        .bar_mode(BarMode::Group)
+        .y_axis(axis("rms sliding speed in mm/s"));
+    Figure {
+        id: "slip-of-wheels".to_owned(),
+        title: "Slip, wheel by wheel".to_owned(),
+        caption: "Rms sliding speed over the run.".to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces.collect(), layout),
+    }
+}
+
+/// The largest share of the friction cone that any wheel uses.
+pub(super) fn grip(comparison: &Comparison) -> Figure {
+    over_time(
+        "grip",
+        "How much grip is in use",
+        "Tangential force over the friction limit µN, of the wheel that uses most. At 1 it slides.",
+        plot(
+            over_wheels(comparison, |wheels| {
+                wheels
+                    .iter()
+                    .filter_map(WheelSample::friction_used)
+                    .reduce(f64::max)
+            }),
+            from_zero("t in s", "share of µN"),
+        ),
+    )
+}
+
+/// The largest torque of any wheel.
+pub(super) fn torque(comparison: &Comparison) -> Figure {
+    over_time(
+        "torque",
+        "Wheel torque",
+        "What the motor that works hardest gives, as a magnitude.",
+        plot(
+            over_wheels(comparison, |wheels| {
+                wheels.iter().map(|w| w.torque_n_m.abs()).reduce(f64::max)
+            }),
+            from_zero("t in s", "torque in N m"),
+        ),
+    )
+}
+
+fn over_time(id: &str, title: &str, caption: &str, plot: String) -> Figure {
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot,
+    }
+}
+
+fn from_zero(x_title: &str, y_title: &str) -> Layout {
+    Layout::new()
+        .x_axis(axis(x_title))
+        .y_axis(axis(y_title).range_mode(RangeMode::ToZero))
+}
+
+/// One curve a run.
+fn each_run(
+    comparison: &Comparison,
+    points: impl Fn(&Compared) -> Vec<(f64, f64)>,
+) -> Vec<Box<dyn plotly::Trace>> {
+    let runs = comparison.runs.iter().enumerate();
+    runs.map(|(index, run)| {
+        curve(&run.name, points(run).into_iter(), run_pen(index)) as Box<dyn plotly::Trace>
+    })
+    .collect()
+}
+
+/// One curve a run, of a quantity over its wheels; instants at which it does not apply are left out.
+fn over_wheels(
+    comparison: &Comparison,
+    of: fn(&[WheelSample]) -> Option<f64>,
+) -> Vec<Box<dyn plotly::Trace>> {
+    each_run(comparison, |run| {
+        let point = |(record, wheels): (&Record, &[WheelSample])| Some((record.t_s, of(wheels)?));
+        run.trace.steps().filter_map(point).collect()
+    })
+}
+
+/// A bar for each run, of one part.
+fn bar_of_runs(
+    comparison: &Comparison,
+    part: &str,
+    values: Vec<Option<f64>>,
+    color: &'static str,
+) -> Box<dyn plotly::Trace> {
+    let names: Vec<String> = comparison
+        .runs
+        .iter()
+        .map(|run| escape(&run.name))
+        .collect();
+    let values: Vec<_> = values.into_iter().map(|x| x.map(|x| short(x, 5))).collect();
+    Bar::new(values, names)
+        .name(escape(part))
+        .orientation(Orientation::Horizontal)
+        .marker(Marker::new().color(color))
+}
+
+/// Horizontal bars, a row a run, stacked by sign; the first run on top.
+fn bars(
+    id: &str,
+    title: &str,
+    caption: &str,
+    unit: &str,
+    comparison: &Comparison,
+    mode: BarMode,
+    traces: Vec<Box<dyn plotly::Trace>>,
+) -> Figure {
+    let count = comparison.runs.len();
+    let layout = Layout::new().bar_mode(mode).x_axis(axis(unit)).y_axis(
+        Axis::new()
+            .auto_margin(true)
+            .range(vec![count as f64 - 0.5, -0.5]),
+    );
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 180 + 40 * count.min(12) as u32,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces, layout),
+    }
+}

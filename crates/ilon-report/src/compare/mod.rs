@@ -1,0 +1,463 @@
+//! Several runs held beside each other: what was set differently, and what came of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use ilon_robot::FileAccess;
+use ilon_trace::TraceError;
+use ilon_trace::{Settings, Summary, Trace};
+use serde::Serialize;
+use thiserror::Error;
+
+mod figures;
+mod page;
+
+pub use page::{html, write};
+
+/// One of the runs that are compared.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// What it is called beside the others.
+    pub name: String,
+    /// What was recorded.
+    pub trace: Trace,
+    /// Its figures.
+    pub summary: Summary,
+}
+
+/// Why runs cannot be held beside each other.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// The file or folder of a run cannot be looked at.
+    #[error("cannot read `{}`: {source}", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why, in the system's words.
+        source: std::io::Error,
+    },
+    /// A folder that no run was written to.
+    #[error("`{}` holds no run: there is no trace.parquet in it", path.display())]
+    NoRun {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The trace cannot be read.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// There is nothing to hold a run against.
+    #[error("a comparison takes two runs or more")]
+    TooFew,
+}
+
+/// Runs beside each other, in the order in which they were given.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The runs, each with a name that none other has.
+    pub runs: Vec<Compared>,
+    /// What was set differently: the keys of the scenarios that not all runs share.
+    pub differences: Vec<SettingRow>,
+}
+
+/// A key of the scenario that the runs do not share.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SettingRow {
+    /// The key, from the outermost table in, such as `world.floor.friction`.
+    pub key: String,
+    /// Its value in each run, as TOML; `None` where the run has no such key.
+    pub values: Vec<Option<String>>,
+}
+
+/// A figure of the summary as a person compares it.
+#[derive(Clone, Copy)]
+pub struct Quantity {
+    /// What it is, in words.
+    pub name: &'static str,
+    /// The unit that it is shown in.
+    pub unit: &'static str,
+    /// Digits behind the point.
+    pub decimals: usize,
+    /// Its value in that unit; `None` where it does not apply.
+    pub of: fn(&Summary) -> Option<f64>,
+}
+
+impl Compared {
+    /// Reads a run from the folder that `ilon run` wrote, or from a trace file by itself. Figures come from the folder's
+    /// `summary.json` where it is that trace's own, and from the trace otherwise.
+    ///
+    /// # Errors
+    /// Where there is no trace, or one that cannot be read.
+    pub fn load(path: &Path) -> Result<Self, CompareError> {
+        let is_folder = std::fs::metadata(path)
+            .map_err(|source| CompareError::Read {
+                path: path.to_owned(),
+                source,
+            })?
+            .is_dir();
+        let trace_path = if is_folder {
+            path.join("trace.parquet")
+        } else {
+            path.to_owned()
+        };
+        if is_folder && !trace_path.exists() {
+            return Err(CompareError::NoRun {
+                path: path.to_owned(),
+            });
+        }
+        let trace = Trace::read_parquet(&trace_path)?;
+        let mut summary = Summary::of(&trace, &Settings::default());
+        let written = FileAccess::anywhere().read(&path.join("summary.json"), SUMMARY_BYTES);
+        let written = written
+            .ok()
+            .and_then(|json| serde_json::from_slice::<Summary>(&json).ok());
+        if let Some(written) = written.filter(|written| written.trace_hash == summary.trace_hash) {
+            summary = written;
+        }
+        Ok(Self {
+            name: trace.header.scenario_name.clone(),
+            trace,
+            summary,
+        })
+    }
+
+    /// A run that was just made.
+    pub fn new(name: String, trace: Trace, summary: Summary) -> Self {
+        Self {
+            name,
+            trace,
+            summary,
+        }
+    }
+}
+
+impl Comparison {
+    /// Holds runs beside each other. `paths` are where they came from, for names that set them apart.
+    ///
+    /// # Errors
+    /// Fewer than two runs.
+    pub fn of(runs: Vec<Compared>, paths: &[PathBuf]) -> Result<Self, CompareError> {
+        if runs.len() < 2 {
+            return Err(CompareError::TooFew);
+        }
+        let mut runs = runs;
+        let names = names(&runs, paths);
+        for (run, name) in runs.iter_mut().zip(names) {
+            run.name = name;
+        }
+        let differences = differences(&runs);
+        Ok(Self { runs, differences })
+    }
+
+    /// The figures that say something of at least one of the runs, in groups with a heading each. Ratios of mean twists
+    /// are for open-loop runs: a robot that tracks a path goes to and fro, and its mean is nothing to measure by.
+    pub fn groups(&self) -> Vec<(&'static str, Vec<Quantity>)> {
+        let open_loop = self.runs.iter().all(|run| run.trace.header.open_loop);
+        let told = |quantity: &Quantity| {
+            let mut values = self.runs.iter().map(|run| (quantity.of)(&run.summary));
+            values.any(|value| value.is_some())
+        };
+        let apply = GROUPS.iter().filter(|group| open_loop || !group.open_loop);
+        let groups = apply.map(|group| {
+            let quantities = group.quantities.iter().copied().filter(told);
+            (group.heading, quantities.collect::<Vec<_>>())
+        });
+        groups
+            .filter(|(_, quantities)| !quantities.is_empty())
+            .collect()
+    }
+}
+
+/// Names that differ: the scenarios' where they do, else those of the files or folders, else the whole paths, else
+/// numbered ones.
+fn names(runs: &[Compared], paths: &[PathBuf]) -> Vec<String> {
+    let of_scenarios = runs.iter().map(|run| run.name.clone()).collect();
+    let last = |path: &PathBuf| {
+        let name = path.file_stem().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    };
+    let of_files = paths.iter().map(last).collect();
+    let of_paths = paths.iter().map(|p| p.display().to_string()).collect();
+    let candidates: [Vec<String>; 3] = [of_scenarios, of_files, of_paths];
+    let differ = |names: &Vec<String>| {
+        names.len() == runs.len() && names.iter().collect::<BTreeSet<_>>().len() == names.len()
+    };
+    match candidates.iter().find(|names| differ(names)) {
+        Some(names) => names.clone(),
+        None => {
+            let numbered = runs.iter().enumerate();
+            numbered
+                .map(|(k, run)| format!("{} ({})", run.name, k + 1))
+                .collect()
+        }
+    }
+}
+
+/// The keys in which the resolved scenarios differ. What is expected of a run does not change it.
+fn differences(runs: &[Compared]) -> Vec<SettingRow> {
+    let keys: Vec<BTreeMap<String, String>> = runs
+        .iter()
+        .map(|run| leaves(&run.trace.header.scenario_toml))
+        .collect();
+    let all: BTreeSet<&String> = keys.iter().flat_map(BTreeMap::keys).collect();
+    all.into_iter()
+        .filter(|key| *key != "expect" && !key.starts_with("expect."))
+        .filter_map(|key| {
+            let values: Vec<_> = keys.iter().map(|of| of.get(key).cloned()).collect();
+            values
+                .iter()
+                .any(|value| value != &values[0])
+                .then(|| SettingRow {
+                    key: key.clone(),
+                    values,
+                })
+        })
+        .collect()
+}
+
+/// The values of a TOML document by their dotted keys. Of a path only the file's name counts: the same robot is found
+/// by another path from another folder.
+fn leaves(text: &str) -> BTreeMap<String, String> {
+    let mut found = BTreeMap::new();
+    if let Ok(table) = text.parse::<toml::Table>() {
+        collect("", &toml::Value::Table(table), &mut found);
+    }
+    found
+}
+
+fn collect(key: &str, value: &toml::Value, found: &mut BTreeMap<String, String>) {
+    let inner = |name: &str| {
+        if key.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{key}.{name}")
+        }
+    };
+    match value {
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                collect(&inner(name), value, found);
+            }
+        }
+        toml::Value::Array(values) => {
+            for (index, value) in values.iter().enumerate() {
+                collect(&inner(&index.to_string()), value, found);
+            }
+        }
+        toml::Value::String(path) if key.ends_with("file") => {
+            let name = Path::new(path).file_name().unwrap_or_default();
+            found.insert(key.to_owned(), name.to_string_lossy().into_owned());
+        }
+        toml::Value::String(text) => {
+            found.insert(key.to_owned(), text.clone());
+        }
+        value => {
+            found.insert(key.to_owned(), value.to_string());
+        }
+    }
+}
+
+const fn quantity(
+    name: &'static str,
+    unit: &'static str,
+    decimals: usize,
+    of: fn(&Summary) -> Option<f64>,
+) -> Quantity {
+    Quantity {
+        name,
+        unit,
+        decimals,
+        of,
+    }
+}
+
+/// The longest summary that is read, in bytes.
+const SUMMARY_BYTES: u64 = 64 << 20;
+
+/// Figures under one heading.
+struct Group {
+    heading: &'static str,
+    /// Whether they say something of open-loop runs only.
+    open_loop: bool,
+    quantities: &'static [Quantity],
+}
+
+/// All figures that are compared.
+const GROUPS: &[Group] = &[
+    Group {
+        heading: "tracking",
+        open_loop: false,
+        quantities: &[
+            quantity("position error, rms", "mm", 2, |s| {
+                mm(s.position_error_rms_m)
+            }),
+            quantity("position error, at the end", "mm", 2, |s| {
+                mm(s.position_error_final_m)
+            }),
+            quantity("position under 5 cm from", "s", 2, |s| {
+                s.position_converged_s
+            }),
+            quantity("heading error, rms", "deg", 3, |s| {
+                deg(s.heading_error_rms_rad)
+            }),
+            quantity("heading error, at the end", "deg", 3, |s| {
+                deg(s.heading_error_final_rad)
+            }),
+            quantity("heading under 3 deg from", "s", 2, |s| {
+                s.heading_converged_s
+            }),
+            quantity("a task gave way during", "%", 1, |s| {
+                percent(s.saturated_share)
+            }),
+        ],
+    },
+    Group {
+        heading: "real over ideal, equation (7)",
+        open_loop: true,
+        quantities: &[
+            quantity("ahead", "%", 2, |s| percent(s.twist_ratio_ideal.vx)),
+            quantity("sideways", "%", 2, |s| percent(s.twist_ratio_ideal.vy)),
+            quantity("yaw", "%", 2, |s| percent(s.twist_ratio_ideal.omega)),
+        ],
+    },
+    Group {
+        heading: "real over contact kinematics",
+        open_loop: true,
+        quantities: &[
+            quantity("ahead", "%", 2, |s| percent(s.twist_ratio_contact.vx)),
+            quantity("sideways", "%", 2, |s| percent(s.twist_ratio_contact.vy)),
+            quantity("yaw", "%", 2, |s| percent(s.twist_ratio_contact.omega)),
+        ],
+    },
+    Group {
+        heading: "where the motion went: the length of each term's way",
+        open_loop: false,
+        quantities: &[
+            quantity("guidance", "mm", 2, |s| {
+                Some(1e3 * s.ledger.guidance.path_m)
+            }),
+            quantity("compensation", "mm", 2, |s| {
+                Some(1e3 * s.ledger.compensation.path_m)
+            }),
+            quantity("servo", "mm", 2, |s| Some(1e3 * s.ledger.servo.path_m)),
+            quantity("roller geometry", "mm", 2, |s| {
+                Some(1e3 * s.ledger.geometry.path_m)
+            }),
+            quantity("slip", "mm", 2, |s| Some(1e3 * s.ledger.slip.path_m)),
+        ],
+    },
+    Group {
+        heading: "slip",
+        open_loop: false,
+        quantities: &[
+            quantity(
+                "sliding speed, rms",
+                "mm/s",
+                2,
+                |s| mm(s.slip_speed_rms_m_s),
+            ),
+            quantity("sliding speed, largest", "mm/s", 2, |s| {
+                mm(s.slip_speed_max_m_s)
+            }),
+            quantity("energy lost", "J", 4, |s| s.slip_energy_j),
+            quantity("most grip used by a wheel", "%", 1, |s| {
+                let used = s.wheels.iter().filter_map(|w| w.friction_used_max);
+                percent(used.reduce(f64::max))
+            }),
+        ],
+    },
+    Group {
+        heading: "wheels",
+        open_loop: false,
+        quantities: &[
+            quantity("largest rate commanded", "rad/s", 3, |s| {
+                s.wheel_rate_command_max_rad_s
+            }),
+            quantity("largest torque", "N m", 3, |s| s.wheel_torque_max_n_m),
+            quantity("hub ripple", "mm", 4, |s| mm(s.hub_ripple_m)),
+            quantity("motors' work", "J", 3, |s| s.energy.motor_j),
+            quantity("lost in bearings", "J", 4, |s| s.energy.bearing_j),
+        ],
+    },
+    Group {
+        heading: "dead reckoning: distance from the truth, per metre travelled",
+        open_loop: false,
+        quantities: &[
+            quantity("by equation (7)", "mm", 2, |s| mm(s.odometry_ideal.m_per_m)),
+            quantity("by the contact kinematics", "mm", 2, |s| {
+                mm(s.odometry_contact.m_per_m)
+            }),
+        ],
+    },
+];
+
+fn mm(metres: Option<f64>) -> Option<f64> {
+    metres.map(|metres| 1e3 * metres)
+}
+
+fn deg(radians: Option<f64>) -> Option<f64> {
+    radians.map(f64::to_degrees)
+}
+
+fn percent(share: Option<f64>) -> Option<f64> {
+    share.map(|share| 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_trace::Header;
+
+    fn run(name: &str, scenario_toml: &str) -> Compared {
+        let header = Header {
+            scenario_name: name.to_owned(),
+            scenario_toml: scenario_toml.to_owned(),
+            ..Header::default()
+        };
+        let trace = Trace::with_capacity(header, 0);
+        Compared {
+            name: name.to_owned(),
+            summary: Summary::of(&trace, &Settings::default()),
+            trace,
+        }
+    }
+
+    #[test]
+    fn only_the_keys_that_differ_are_told() {
+        let grippy = "[robot]\nfile = \"../a/r.urdf\"\n[world.floor]\nfriction = 0.8\nslope_deg = 0\n[expect]\nx = 1\n";
+        let slick = "[robot]\nfile = \"b/r.urdf\"\n[world.floor]\nfriction = 0.2\nslope_deg = 0\n\
+                     [[world.floor.patches]]\nfriction = 0.02\n";
+        let runs = vec![run("grippy", grippy), run("slick", slick)];
+        let comparison = Comparison::of(runs, &[]).expect("two runs");
+        let row = |key: &str, values: [Option<&str>; 2]| SettingRow {
+            key: key.to_owned(),
+            values: values.map(|value| value.map(str::to_owned)).to_vec(),
+        };
+        assert_eq!(
+            comparison.differences,
+            [
+                row("world.floor.friction", [Some("0.8"), Some("0.2")]),
+                row("world.floor.patches.0.friction", [None, Some("0.02")]),
+            ]
+        );
+    }
+
+    #[test]
+    fn runs_of_one_scenario_are_told_apart_by_their_folders() {
+        let named = |names: [&str; 2], paths: [&str; 2]| -> Vec<String> {
+            let runs = names.map(|name| run(name, "")).to_vec();
+            let paths = paths.map(PathBuf::from);
+            let comparison = Comparison::of(runs, &paths).expect("two runs");
+            comparison.runs.into_iter().map(|run| run.name).collect()
+        };
+        assert_eq!(named(["a", "b"], ["out/x", "out/y"]), ["a", "b"]);
+        assert_eq!(named(["a", "a"], ["out/x", "out/y"]), ["x", "y"]);
+        assert_eq!(named(["a", "a"], ["x/run", "y/run"]), ["x/run", "y/run"]);
+        assert_eq!(named(["a", "a"], ["run", "run"]), ["a (1)", "a (2)"]);
+    }
+
+    #[test]
+    fn one_run_is_nothing_to_compare() {
+        assert!(Comparison::of(vec![run("a", "")], &[]).is_err());
+    }
+}

@@ -1,0 +1,318 @@
+//! The page that lays several runs over each other, in the style of the report of one.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+
+use super::figures::{self, run_pen};
+use super::{Comparison, Quantity};
+use crate::page::{self, Head, Section, card, escape, grid, panels};
+use crate::words::{angle, length};
+
+/// The comparison as one HTML file that needs nothing else.
+pub fn html(comparison: &Comparison) -> String {
+    let names: Vec<&str> = comparison
+        .runs
+        .iter()
+        .map(|run| run.name.as_str())
+        .collect();
+    let head = Head {
+        kind: "comparison",
+        title: names.join(" · "),
+        facts: vec![format!("<b>{}</b> runs", names.len())],
+        lead: legend(comparison) + &settings_table(comparison),
+    };
+    let sections = [
+        Section {
+            id: "figures",
+            title: "In figures",
+            lead: "In each row the first run is the measure for the others.".to_owned(),
+            body: figures_table(comparison),
+        },
+        motion_section(comparison),
+        Section {
+            id: "ledger",
+            title: "Where it went",
+            lead: "The difference between the motion asked for and the real one, split by cause; and the motors' work."
+                .to_owned(),
+            body: grid(&[
+                figures::ledger_position(comparison),
+                figures::ledger_heading(comparison),
+                figures::energy(comparison),
+                figures::odometry(comparison),
+            ]),
+        },
+        Section {
+            id: "contacts",
+            title: "Contacts and slip",
+            lead: "What happened where the rollers touch the floor.".to_owned(),
+            body: grid(&[
+                figures::slip_speed(comparison),
+                figures::slip_of_wheels(comparison),
+                figures::grip(comparison),
+                figures::torque(comparison),
+            ]),
+        },
+        numbers_section(comparison),
+    ];
+    let footer = "<p>Curves are thinned as in the report of a single run. Zooming into the time of one figure zooms all; a \
+                  double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
+                  G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
+                  Transactions on Robotics 25(1), 2009.</p>";
+    page::page(&head, &sections, footer, &[])
+}
+
+/// Writes the comparison to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, comparison: &Comparison) -> Result<(), TraceError> {
+    write_text(path, &html(comparison))
+}
+
+/// Which curve is which run, and what each run was.
+fn legend(comparison: &Comparison) -> String {
+    let mut items = String::new();
+    for (index, run) in comparison.runs.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            items,
+            "<p>{}<b>{}</b>: {}, {:.1} s, travelled {}, turned {}</p>",
+            page::swatch(run_pen(index)),
+            escape(&run.name),
+            escape(&run.trace.header.robot_name),
+            run.summary.duration_s,
+            length(run.summary.travelled_m),
+            angle(run.summary.turned_rad),
+        );
+    }
+    format!("<div class=\"story legend-of-runs\">{items}</div>\n")
+}
+
+/// What was set differently.
+fn settings_table(comparison: &Comparison) -> String {
+    if comparison.differences.is_empty() {
+        return "<p class=\"lead\">All were run from the same scenario.</p>\n".to_owned();
+    }
+    let mut rows = String::new();
+    for row in &comparison.differences {
+        let cells: String = row
+            .values
+            .iter()
+            .map(|value| match value {
+                Some(value) => format!("<td>{}</td>", escape(value)),
+                None => "<td class=\"none\">—</td>".to_owned(),
+            })
+            .collect();
+        let _ = write!(
+            rows,
+            "<tr><th scope=\"row\"><code>{}</code></th>{cells}</tr>",
+            escape(&row.key)
+        );
+    }
+    table("What was set differently", comparison, &rows)
+}
+
+fn figures_table(comparison: &Comparison) -> String {
+    let columns = comparison.runs.len() + 1;
+    let mut rows = String::new();
+    for (heading, quantities) in comparison.groups() {
+        let _ = write!(
+            rows,
+            "<tr class=\"group\"><th scope=\"rowgroup\" colspan=\"{columns}\">{}</th></tr>",
+            escape(heading)
+        );
+        for quantity in quantities {
+            rows.push_str(&figure_row(comparison, &quantity));
+        }
+    }
+    table(
+        "SI units but for millimetres and degrees; a dash is a figure that does not apply",
+        comparison,
+        &rows,
+    )
+}
+
+fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
+    let value = |index: usize| (quantity.of)(&comparison.runs[index].summary);
+    let first = value(0);
+    let cells: String = (0..comparison.runs.len())
+        .map(|index| match value(index) {
+            None => "<td class=\"none\">—</td>".to_owned(),
+            Some(x) => {
+                let against = first
+                    .filter(|_| index > 0)
+                    .and_then(|first| against(x, first, quantity));
+                let against =
+                    against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
+                format!("<td>{x:.*}{against}</td>", quantity.decimals)
+            }
+        })
+        .collect();
+    format!(
+        "<tr><th scope=\"row\">{}, {}</th>{cells}</tr>",
+        escape(quantity.name),
+        escape(quantity.unit)
+    )
+}
+
+/// A figure against the first run's; `None` where that one is too near to zero to be a measure.
+fn against(x: f64, first: f64, quantity: &Quantity) -> Option<String> {
+    let last_digit = 10f64.powi(-(quantity.decimals as i32));
+    if first.abs() < 10.0 * last_digit {
+        return None;
+    }
+    let ratio = x / first;
+    Some(if (0.5..=2.0).contains(&ratio) {
+        format!("{:+.1} %", 100.0 * (ratio - 1.0))
+    } else {
+        format!("×{ratio:.2}")
+    })
+}
+
+/// A table with a column a run.
+fn table(caption: &str, comparison: &Comparison, rows: &str) -> String {
+    let heads: String = comparison
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(index, run)| {
+            format!(
+                "<th scope=\"col\">{}{}</th>",
+                page::swatch(run_pen(index)),
+                escape(&run.name)
+            )
+        })
+        .collect();
+    format!(
+        "<div class=\"card whole scroll of-runs\"><table><caption>{caption}</caption><thead><tr><th></th>{heads}</tr></thead>\
+         <tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+fn motion_section(comparison: &Comparison) -> Section {
+    let mut cards = card(&figures::path(comparison));
+    for figure in figures::errors(comparison) {
+        cards.push_str(&card(&figure));
+    }
+    let legend: Vec<_> = comparison
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(index, run)| (run.name.as_str(), run_pen(index)))
+        .collect();
+    let caption = "The real velocity in the body frame.";
+    cards.push_str(&panels(
+        "Twist",
+        caption,
+        &legend,
+        &figures::twist(comparison),
+    ));
+    Section {
+        id: "motion",
+        title: "Motion",
+        lead: "Where the robots went.".to_owned(),
+        body: format!("<div class=\"grid\">\n{cards}</div>\n"),
+    }
+}
+
+fn numbers_section(comparison: &Comparison) -> Section {
+    let summaries: Vec<_> = comparison
+        .runs
+        .iter()
+        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
+        .collect();
+    let mut body = String::new();
+    for run in &comparison.runs {
+        let _ = writeln!(
+            body,
+            "<details><summary>The scenario of {}, with all defaults</summary><pre>{}</pre></details>",
+            escape(&run.name),
+            escape(&run.trace.header.scenario_toml)
+        );
+    }
+    let json = serde_json::Value::from(summaries).to_string();
+    let _ = writeln!(
+        body,
+        "<script type=\"application/json\" id=\"summaries\">{}</script>",
+        page::json_in_script(&json)
+    );
+    Section {
+        id: "numbers",
+        title: "Scenarios",
+        lead: "All figures of each run are in its own <code>summary.json</code>, and in this page."
+            .to_owned(),
+        body,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::Compared;
+    use crate::sample::made_up_run;
+    use ilon_trace::{Settings, Summary};
+
+    fn comparison(names: [&str; 2]) -> Comparison {
+        let run = |(name, open_loop): (&str, bool)| {
+            let mut trace = made_up_run(2.0, open_loop);
+            trace.header.scenario_name = name.to_owned();
+            let summary = Summary::of(&trace, &Settings::default());
+            Compared {
+                name: name.to_owned(),
+                trace,
+                summary,
+            }
+        };
+        let runs = vec![run((names[0], false)), run((names[1], true))];
+        Comparison::of(runs, &[]).expect("two runs")
+    }
+
+    #[test]
+    fn the_numbers_in_the_page_are_the_summaries() {
+        let comparison = comparison(["one", "two"]);
+        let page = html(&comparison);
+        let after = page
+            .split("id=\"summaries\">")
+            .nth(1)
+            .expect("the page carries its numbers");
+        let json = after.split("</script>").next().expect("a closed element");
+        let carried: serde_json::Value =
+            serde_json::from_str(&json.replace("\\u003c", "<")).expect("numbers as JSON");
+        for (index, run) in comparison.runs.iter().enumerate() {
+            assert_eq!(
+                carried[index]["summary"],
+                serde_json::to_value(&run.summary).expect("JSON")
+            );
+        }
+    }
+
+    #[test]
+    fn names_cannot_break_out_of_the_page() {
+        let page = html(&comparison(["<b>one</b>", "two & </script>"]));
+        let without_scripts: String = page
+            .split("<script")
+            .map(|part| {
+                part.split_once("</script>")
+                    .map_or(part, |(_, after)| after)
+            })
+            .collect();
+        assert!(!without_scripts.contains("<b>one") && !without_scripts.contains("two & <"));
+        assert!(without_scripts.contains("&lt;b&gt;one"));
+    }
+
+    #[test]
+    fn a_figure_is_told_against_the_first_run_where_that_measures_anything() {
+        let two_decimals = Quantity {
+            name: "",
+            unit: "",
+            decimals: 2,
+            of: |_| None,
+        };
+        assert_eq!(against(1.5, 1.0, &two_decimals).as_deref(), Some("+50.0 %"));
+        assert_eq!(against(3.0, 1.0, &two_decimals).as_deref(), Some("×3.00"));
+        assert_eq!(against(3.0, 0.04, &two_decimals), None);
+    }
+}

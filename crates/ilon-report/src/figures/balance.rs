@@ -1,0 +1,194 @@
+//! Where the difference between asked and real motion went, and where the motors' work went.
+
+use ilon_trace::ledger::{Integral, Terms};
+use ilon_trace::{Ledger, Record, Summary};
+use plotly::Bar;
+use plotly::common::{Marker, Orientation};
+use plotly::layout::{Axis, BarMode, Layout};
+
+use crate::figure::{Figure, Span, axis, curve, dashed, exact_curve, layout, plot, solid};
+use crate::gathered::{OfRobot, Way};
+use crate::shown::Shown;
+use crate::thin::{evenly, short};
+
+/// A quantity of the ledger, such as its x.
+type Quantity = fn(&Integral) -> f64;
+
+/// Colour names of the ledger's terms, in its order.
+pub(crate) const TERM_COLORS: [&str; 5] =
+    ["@guidance", "@compensation", "@servo", "@geometry", "@slip"];
+
+/// The ledger: net bars, and how the terms grew.
+pub(crate) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
+    let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
+    let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
+    let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
+    vec![
+        Figure {
+            id: "ledger-position".to_owned(),
+            title: "What was asked for and did not come: millimetres".to_owned(),
+            caption: "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
+                      total exactly; bars that point left are gains."
+                .to_owned(),
+            height_px: 260,
+            span: Span::Half,
+            over_time: false,
+            plot: bars(&summary.ledger, &position, mm, "mm"),
+        },
+        Figure {
+            id: "ledger-heading".to_owned(),
+            title: "… and degrees".to_owned(),
+            caption: "The same for the heading.".to_owned(),
+            height_px: 260,
+            span: Span::Half,
+            over_time: false,
+            plot: bars(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+        },
+        growth(
+            shown,
+            "ledger-growth-position",
+            "How it grew: millimetres",
+            "The length of each term's own way, stacked: going to and fro counts twice, so that nothing hides behind \
+             a sum that happens to cancel.",
+            "mm",
+            |way| way.way_mm,
+        ),
+        growth(
+            shown,
+            "ledger-growth-heading",
+            "How it grew: degrees",
+            "The same for the heading.",
+            "deg",
+            |way| way.turn_deg,
+        ),
+    ]
+}
+
+/// The motors' work and where it went.
+pub(crate) fn energy(shown: &Shown) -> Figure {
+    let trace = &*shown.trace;
+    let of = |f: fn(&Record, &Record) -> f64| {
+        let records = trace.records();
+        records
+            .first()
+            .into_iter()
+            .flat_map(move |first| records.iter().map(move |r| (r.t_s, f(r, first))))
+    };
+    let stacked = |name, points: &mut dyn Iterator<Item = (f64, f64)>, color| {
+        let points: Vec<_> = points.collect();
+        let kept = evenly(points.len(), 800).into_iter().map(|k| points[k]);
+        exact_curve(name, kept, solid(color).width(0.8)).stack_group("energy")
+            as Box<dyn plotly::Trace>
+    };
+    let traces = vec![
+        stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
+        stacked(
+            "spin-up of rollers",
+            &mut of(|r, _| r.spin_up_energy_j),
+            "@w1",
+        ),
+        stacked("bearings", &mut of(|r, _| r.bearing_energy_j), "@servo"),
+        stacked("landing", &mut of(|r, _| r.impact_energy_j), "@w3"),
+        stacked(
+            "stored",
+            &mut of(|r, first| {
+                r.kinetic_energy_j + r.potential_energy_j
+                    - first.kinetic_energy_j
+                    - first.potential_energy_j
+            }),
+            "@contact",
+        ),
+        curve(
+            "put in",
+            shown.all.robot(OfRobot::PutIn),
+            solid("@asked").width(2.2),
+        ),
+        curve(
+            "the solver's",
+            shown.all.robot(OfRobot::Unexplained),
+            dashed("@limit"),
+        ),
+    ];
+    Figure {
+        id: "energy".to_owned(),
+        title: "Where the motors' work went".to_owned(),
+        caption: "Lost to slip, bearings and rollers that land, or stored as motion. The line is what was put in: the \
+                  motors' work and, where the scenario has any, that of pushes and payloads. What lies between it and the \
+                  stack is the solver's own loss or gain, the dashed line."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(traces, layout("t in s", "energy in J")),
+    }
+}
+
+/// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
+fn bars(
+    ledger: &Ledger,
+    rows: &[(&str, Quantity)],
+    value: fn(&Integral, Quantity) -> f64,
+    unit: &str,
+) -> String {
+    let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    for ((name, term), color) in ledger.named().into_iter().zip(TERM_COLORS) {
+        let values = rows
+            .iter()
+            .map(|(_, f)| short(value(&term, *f), 5))
+            .collect();
+        traces.push(
+            Bar::new(values, names.clone())
+                .name(name)
+                .orientation(Orientation::Horizontal)
+                .marker(Marker::new().color(color)),
+        );
+    }
+    let totals = rows
+        .iter()
+        .map(|(_, f)| short(value(&ledger.total, *f), 5))
+        .collect();
+    traces.push(
+        plotly::Scatter::new(totals, names)
+            .name("total")
+            .mode(plotly::common::Mode::Markers)
+            .marker(
+                Marker::new()
+                    .color("@fg")
+                    .size(13)
+                    .symbol(plotly::common::MarkerSymbol::DiamondTall),
+            ),
+    );
+    let layout = Layout::new()
+        .bar_mode(BarMode::Relative)
+        .x_axis(axis(&format!("asked minus real in {unit}")))
+        .y_axis(Axis::new().auto_margin(true));
+    plot(traces, layout)
+}
+
+/// Each term's way so far, stacked.
+fn growth(
+    shown: &Shown,
+    id: &str,
+    title: &str,
+    caption: &str,
+    unit: &str,
+    of: fn(&Way) -> f64,
+) -> Figure {
+    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let names = Terms::default().named().map(|(name, _)| name);
+    for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
+        let grown = shown.all.grown().iter();
+        let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
+        traces.push(exact_curve(name, points, solid(color).width(0.8)).stack_group("terms"));
+    }
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(traces, layout("t in s", unit)),
+    }
+}

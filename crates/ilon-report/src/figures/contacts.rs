@@ -1,0 +1,273 @@
+//! What happened where the rollers touch the floor.
+
+use std::f64::consts::TAU;
+
+use ilon_trace::{Record, Trace, WheelSample};
+use plotly::ScatterPolar;
+use plotly::common::Mode;
+use plotly::layout::Layout;
+
+use crate::figure::{
+    Figure, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot, wheel_pen,
+};
+use crate::gathered::{OfWheel, SECTORS};
+use crate::page::escape;
+use crate::shown::Shown;
+use crate::thin::{evenly, short};
+
+/// Sliding speed of each wheel's contact over time.
+pub(crate) fn slip_speed(shown: &Shown) -> Figure {
+    Figure {
+        id: "slip-speed".to_owned(),
+        title: "Sliding speed".to_owned(),
+        caption: "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load \
+                  going from roller to roller; a plateau is a wheel that really slides."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
+            layout("t in s", "sliding speed in mm/s"),
+        ),
+    }
+}
+
+/// Normal force of each wheel over time.
+pub(crate) fn normal_force(shown: &Shown) -> Figure {
+    Figure {
+        id: "normal-force".to_owned(),
+        title: "Load on each wheel".to_owned(),
+        caption: "The normal force. It shifts with acceleration and payload; where it falls to zero the wheel has \
+                  lost the floor."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::NormalForce, |v| v),
+            layout("t in s", "normal force in N"),
+        ),
+    }
+}
+
+/// Tangential force of each wheel over time.
+pub(crate) fn tangential_force(shown: &Shown) -> Figure {
+    Figure {
+        id: "tangential-force".to_owned(),
+        title: "Push of each wheel".to_owned(),
+        caption: "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' \
+                  ripple take; wheels that push against each other show here."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::TangentialForce, |v| v),
+            layout("t in s", "tangential force in N"),
+        ),
+    }
+}
+
+/// Share of the friction cone that each wheel uses, over time.
+pub(crate) fn grip_used(shown: &Shown) -> Figure {
+    Figure {
+        id: "grip-used".to_owned(),
+        title: "Grip in use over time".to_owned(),
+        caption: "Tangential force over the friction limit µN. At 1 the wheel slides; no value where it does not touch."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::GripUsed, |v| v),
+            layout("t in s", "share of µN"),
+        ),
+    }
+}
+
+/// Energy that each wheel has lost to slip, over time.
+pub(crate) fn slip_energy(shown: &Shown) -> Figure {
+    Figure {
+        id: "slip-energy".to_owned(),
+        title: "Energy lost to slip".to_owned(),
+        caption: "What sliding has turned into heat so far. Steps are single events, a slope is steady sliding.".to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::SlipEnergy, |v| v),
+            layout("t in s", "energy in J"),
+        ),
+    }
+}
+
+/// Residual of Indiveri 2009, eq. (5), of each wheel over time.
+pub(crate) fn residual(shown: &Shown) -> Figure {
+    Figure {
+        id: "residual".to_owned(),
+        title: "Residual of equation (5)".to_owned(),
+        caption: "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the \
+                  roller passing rate is geometry; what is left beside it is slip."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
+            layout("t in s", "residual in mm/s"),
+        ),
+    }
+}
+
+/// Rms sliding speed around each wheel's turn.
+pub(crate) fn polar(shown: &Shown) -> Figure {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let squares = shown.all.slip_around(index);
+        let middle_deg = |k: usize| (k as f64 + 0.5) * 360.0 / SECTORS as f64;
+        let around = (0..=SECTORS).map(|k| k % SECTORS);
+        let (theta, r): (Vec<f64>, Vec<f64>) = around
+            .map(|k| (middle_deg(k), short(1e3 * squares[k].sqrt(), 5)))
+            .unzip();
+        ScatterPolar::new(theta, r)
+            .name(escape(&wheel.name))
+            .mode(Mode::Lines)
+            .line(wheel_pen(index).line()) as Box<dyn plotly::Trace>
+    });
+    let traces = wheels.collect();
+    Figure {
+        id: "slip-polar".to_owned(),
+        title: "Slip around the wheel".to_owned(),
+        caption: "Rms sliding speed in mm/s against the wheel's angle. As many lobes as rollers: slip comes from the \
+                  hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding."
+            .to_owned(),
+        height_px: 400,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces, Layout::new()),
+    }
+}
+
+/// Tangential force over the friction limit: inside the circle it grips.
+pub(crate) fn friction_cone(trace: &Trace) -> Figure {
+    const POINTS_A_WHEEL: usize = 700;
+    let rim = (0..=90).map(|k| {
+        let (s, c) = (TAU * f64::from(k) / 90.0).sin_cos();
+        (c, s)
+    });
+    let mut traces: Vec<Box<dyn plotly::Trace>> = vec![exact_curve(
+        "friction limit",
+        rim,
+        dotted("@limit").width(2.0),
+    )];
+    for index in 0..trace.wheel_count() {
+        let samples: Vec<_> = trace.wheel(index).filter_map(in_cone).collect();
+        let kept = evenly(samples.len(), POINTS_A_WHEEL)
+            .into_iter()
+            .map(|k| samples[k]);
+        let name = &trace.header.wheels[index].name;
+        traces.push(dots(name, kept, wheel_pen(index).color, 4));
+    }
+    Figure {
+        id: "friction-cone".to_owned(),
+        title: "How much grip is in use".to_owned(),
+        caption: "Tangential force over the friction limit µN, in the body frame. Points inside the circle grip, \
+                  points on it slide. Near the centre the drive has grip to spare."
+            .to_owned(),
+        height_px: 400,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            traces,
+            Layout::new()
+                .x_axis(axis("ahead, in µN"))
+                .y_axis(axis("to the left, in µN").scale_anchor("x")),
+        ),
+    }
+}
+
+/// Where on the floor the contacts slid, and how fast.
+pub(crate) fn contact_map(trace: &Trace) -> Figure {
+    const POINTS_A_WHEEL: usize = 900;
+    // Classes a factor of 5 apart, in m/s, from the slowest to the fastest.
+    let classes: [(&str, f64, &str, usize); 4] = [
+        ("below 2 mm/s", 0.002, "@c0", 3),
+        ("2 to 10 mm/s", 0.010, "@c1", 4),
+        ("10 to 50 mm/s", 0.050, "@c2", 5),
+        ("above 50 mm/s", f64::INFINITY, "@c3", 6),
+    ];
+    let mut points = vec![Vec::new(); classes.len()];
+    for k in evenly(trace.records().len(), POINTS_A_WHEEL) {
+        for sample in trace.wheels_at(k).iter().filter(|s| s.touching) {
+            let speed_m_s = sample.slip_speed_m_s();
+            let class = classes.iter().position(|c| speed_m_s < c.1);
+            let class = class.unwrap_or(classes.len() - 1);
+            points[class].push(contact_in_world_m(&trace.records()[k], sample));
+        }
+    }
+    let traces = classes
+        .iter()
+        .zip(points)
+        .filter(|(_, points)| !points.is_empty())
+        .map(|((name, _, color, size), points)| {
+            dots(name, points.into_iter(), color, *size) as Box<dyn plotly::Trace>
+        });
+    Figure {
+        id: "contact-map".to_owned(),
+        title: "Slip over the floor".to_owned(),
+        caption: "Where each contact was and how fast it slid. Slip that stays at one place is the floor; slip that \
+                  follows the robot is the robot."
+            .to_owned(),
+        height_px: 420,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(traces.collect(), map_layout()),
+    }
+}
+
+/// Spin of the touching roller against that of rolling without sliding.
+pub(crate) fn roller_spin(shown: &Shown) -> Figure {
+    Figure {
+        id: "roller-spin".to_owned(),
+        title: "Roller spin, real minus ideal".to_owned(),
+        caption: "Zero where the roller follows the floor. A new roller comes down at rest and must be spun up: the \
+                  spikes; their decay is the rollers' inertia and bearing friction against the floor's grip."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(
+            each_wheel(shown, OfWheel::SpinError, |v| v),
+            layout("t in s", "spin in rad/s"),
+        ),
+    }
+}
+
+/// One curve a wheel.
+fn each_wheel(shown: &Shown, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Box<dyn plotly::Trace>> {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let points = shown.all.wheel(index, what);
+        let points = points.map(|(t_s, value)| (t_s, scale(value)));
+        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    wheels.collect()
+}
+
+/// Tangential force in parts of the friction limit; `None` where nothing presses.
+fn in_cone(sample: &WheelSample) -> Option<(f64, f64)> {
+    let limit_n = sample.friction * sample.normal_force_n;
+    (sample.touching && limit_n > 0.0)
+        .then(|| (sample.force_x_n / limit_n, sample.force_y_n / limit_n))
+}
+
+/// Place of a contact on the floor, in metres.
+fn contact_in_world_m(record: &Record, sample: &WheelSample) -> (f64, f64) {
+    let pose = record.truth.pose;
+    let (s, c) = pose.heading_rad.sin_cos();
+    (
+        pose.x_m + c * sample.contact_x_m - s * sample.contact_y_m,
+        pose.y_m + s * sample.contact_x_m + c * sample.contact_y_m,
+    )
+}

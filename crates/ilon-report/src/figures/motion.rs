@@ -1,0 +1,295 @@
+//! How the robot moved: path, tracking errors, twist, dead reckoning.
+
+use ilon_robot::{Pose, Twist};
+use ilon_trace::{Record, Settings};
+use plotly::layout::Layout;
+
+use crate::figure::{
+    Figure, Span, axis, curve, dashed, dotted, exact_curve, layout, map_layout, plot, solid,
+};
+use crate::gathered::{OfRobot, TwistOf};
+use crate::shown::Shown;
+use crate::thin::{MAX_POINTS, evenly};
+
+/// The way over the floor, against the reference.
+pub(crate) fn path(shown: &Shown) -> Figure {
+    let trace = &*shown.trace;
+    let records = trace.records();
+    let desired = || records.iter().filter_map(|r| r.desired).map(|d| d.pose);
+    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    if desired().next().is_some() {
+        let reference: Vec<_> = desired().collect();
+        curves.push(way("reference", &reference, dashed("@asked").width(2.2)));
+    }
+    let point = |pose: Pose| trace.header.reference_point_at(pose);
+    let truth: Vec<_> = records.iter().map(|r| point(r.truth.pose)).collect();
+    curves.push(way("driven", &truth, solid("@real").width(2.4)));
+    if shown.all.sees_otherwise {
+        let seen: Vec<_> = records.iter().map(|r| point(r.seen_pose)).collect();
+        curves.push(way("as the robot saw it", &seen, dotted("@contact")));
+    }
+    let arrows = heading_arrows(&truth);
+    curves
+        .push(exact_curve("heading", arrows.into_iter(), solid("@real").width(1.4)).opacity(0.75));
+    if let Some(start) = truth.first() {
+        let here = std::iter::once((start.x_m, start.y_m));
+        curves.push(super::super::figure::dots("start", here, "@slip", 11).opacity(1.0));
+    }
+    let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight way, \
+                   the robot turns while it travels. The dot is the initial pose.";
+    Figure {
+        id: "path".to_owned(),
+        title: "The way over the floor".to_owned(),
+        caption: caption.to_owned(),
+        height_px: 440,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, map_layout()),
+    }
+}
+
+/// Position and heading error over time; none without a reference.
+pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
+    if shown.all.robot(OfRobot::PositionError).next().is_none() {
+        return Vec::new();
+    }
+    let drawn = |real: OfRobot, seen: OfRobot, name: &str| {
+        let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+        if shown.all.sees_otherwise {
+            let pen = solid("@contact").width(1.0);
+            curves.push(curve("as the robot saw it", shown.all.robot(seen), pen));
+        }
+        curves.push(curve(name, shown.all.robot(real), solid("@real")));
+        curves
+    };
+    let position_threshold_m = settings.position_threshold_m;
+    let heading_threshold_deg = settings.heading_threshold_rad.to_degrees();
+    let mut position_curves = drawn(
+        OfRobot::PositionError,
+        OfRobot::SeenPositionError,
+        "position error",
+    );
+    position_curves.push(level(
+        shown,
+        "threshold",
+        position_threshold_m,
+        dotted("@limit"),
+    ));
+    let mut heading_curves = drawn(
+        OfRobot::HeadingError,
+        OfRobot::SeenHeadingError,
+        "heading error",
+    );
+    heading_curves.extend([
+        level(shown, "threshold", heading_threshold_deg, dotted("@limit"))
+            as Box<dyn plotly::Trace>,
+        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
+    ]);
+    let position_plot = plot(
+        position_curves,
+        Layout::new()
+            .x_axis(axis("t in s"))
+            .y_axis(axis("distance in m").range_mode(plotly::layout::RangeMode::ToZero)),
+    );
+    let heading_plot = plot(heading_curves, layout("t in s", "angle in deg"));
+    vec![
+        Figure {
+            id: "position-error".to_owned(),
+            title: "Position error".to_owned(),
+            caption: format!(
+                "Distance from the desired position. It counts as converged from the last time on that it falls below \
+                 {} cm.",
+                100.0 * position_threshold_m
+            ),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: position_plot,
+        },
+        Figure {
+            id: "heading-error".to_owned(),
+            title: "Heading error".to_owned(),
+            caption: format!(
+                "Desired minus real heading. Under prioritised saturation the task of lower priority waits: its error \
+                 falls only once the other has what it needs. Converged within {heading_threshold_deg:.0}°."
+            ),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: heading_plot,
+        },
+    ]
+}
+
+/// A component of a twist.
+pub(crate) type Component = fn(&Twist) -> f64;
+
+/// The components of a twist: for the figure's id, its title, its axis, and the component as it is drawn there.
+pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
+    ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
+    ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
+        v.vy_m_s
+    }),
+    ("omega", "Yaw rate", "ω in deg/s", |v| {
+        v.omega_rad_s.to_degrees()
+    }),
+];
+
+/// The three components of the twist: asked, ideal, by the contacts, real.
+pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
+    COMPONENTS
+        .into_iter()
+        .enumerate()
+        .map(|(axis, (id, title, y_title, component))| {
+            let of = |twist: TwistOf| {
+                let points = shown.all.robot(OfRobot::Twist(twist, axis));
+                points.map(move |(t_s, value)| {
+                    let mut components = [0.0; 3];
+                    components[axis] = value;
+                    let [vx_m_s, vy_m_s, omega_rad_s] = components;
+                    (t_s, component(&Twist::new(vx_m_s, vy_m_s, omega_rad_s)))
+                })
+            };
+            Figure {
+                id: format!("twist-{id}"),
+                title: title.to_owned(),
+                caption: String::new(),
+                height_px: 270,
+                span: Span::Panel,
+                over_time: true,
+                plot: plot(
+                    vec![
+                        curve("real", of(TwistOf::Real), solid("@real").width(2.6)),
+                        curve("asked", of(TwistOf::Asked), dotted("@asked")),
+                        curve("ideal", of(TwistOf::Ideal), dashed("@ideal")),
+                        curve(
+                            "contact",
+                            of(TwistOf::Contact),
+                            solid("@contact").width(1.2),
+                        ),
+                    ],
+                    layout("t in s", y_title),
+                ),
+            }
+        })
+        .collect()
+}
+
+/// Where dead reckoning believes the robot to be, and how far off that is.
+pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
+    let poses = |pose: fn(&Record) -> Pose| -> Vec<Pose> {
+        shown.trace.records().iter().map(pose).collect()
+    };
+    let away = |drift: OfRobot| {
+        let points = shown.all.robot(drift);
+        points.map(|(t_s, off_m)| (t_s, 1e3 * off_m))
+    };
+    let map = plot(
+        vec![
+            way("truth", &poses(|r| r.truth.pose), solid("@real").width(2.6)),
+            way(
+                "by the ideal kinematics",
+                &poses(|r| r.odometry_ideal),
+                dashed("@ideal"),
+            ),
+            way(
+                "by the contacts",
+                &poses(|r| r.odometry_contact),
+                dotted("@contact"),
+            ),
+        ],
+        map_layout(),
+    );
+    let drift = plot(
+        vec![
+            curve(
+                "by the ideal kinematics",
+                away(OfRobot::IdealDrift),
+                dashed("@ideal"),
+            ),
+            curve(
+                "by the contacts",
+                away(OfRobot::ContactDrift),
+                solid("@contact"),
+            ),
+        ],
+        layout("t in s", "distance from the truth in mm"),
+    );
+    vec![
+        Figure {
+            id: "odometry".to_owned(),
+            title: "Dead reckoning".to_owned(),
+            caption: "The way as the wheel rates alone tell it, by the ideal kinematics (7) and by the kinematics of \
+                      the rollers that really touch."
+                .to_owned(),
+            height_px: 400,
+            span: Span::Half,
+            over_time: false,
+            plot: map,
+        },
+        Figure {
+            id: "odometry-drift".to_owned(),
+            title: "Drift".to_owned(),
+            caption: "How far dead reckoning is from the truth. What the contact kinematics saves is geometry, which \
+                      a robot can correct for; what it leaves is slip, which the wheels cannot see."
+                .to_owned(),
+            height_px: 400,
+            span: Span::Half,
+            over_time: true,
+            plot: drift,
+        },
+    ]
+}
+
+/// A way over the floor, evenly thinned: a map has no up and down to keep.
+pub(crate) fn way(
+    name: &str,
+    poses: &[Pose],
+    pen: super::super::figure::Pen,
+) -> Box<plotly::Scatter<f64, f64>> {
+    let kept = evenly(poses.len(), MAX_POINTS).into_iter();
+    exact_curve(name, kept.map(|k| (poses[k].x_m, poses[k].y_m)), pen)
+}
+
+/// A horizontal line over the run.
+pub(super) fn level(
+    shown: &Shown,
+    name: &str,
+    y: f64,
+    pen: super::super::figure::Pen,
+) -> Box<plotly::Scatter<f64, f64>> {
+    exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
+}
+
+/// Arrows along the robot's x axis at about twenty poses, as one line with gaps.
+fn heading_arrows(poses: &[Pose]) -> Vec<(f64, f64)> {
+    const ARROWS: usize = 20;
+    let extent = |f: fn(&Pose) -> f64| {
+        ilon_trace::slip::peak_to_peak(poses.iter().map(f)).unwrap_or_default()
+    };
+    let size_m = extent(|p| p.x_m).max(extent(|p| p.y_m)).max(0.2);
+    let length_m = 0.06 * size_m;
+    let mut line = Vec::with_capacity(6 * ARROWS);
+    for k in evenly(poses.len(), ARROWS) {
+        let p = poses[k];
+        // A point ahead of the pose, `back_m` behind the tip and `left_m` to the left of the shaft.
+        let at = |back_m: f64, left_m: f64| {
+            let (s, c) = p.heading_rad.sin_cos();
+            let ahead_m = length_m - back_m;
+            (
+                p.x_m + c * ahead_m - s * left_m,
+                p.y_m + s * ahead_m + c * left_m,
+            )
+        };
+        let barb_m = 0.3 * length_m;
+        line.extend([
+            (p.x_m, p.y_m),
+            at(0.0, 0.0),
+            at(barb_m, 0.6 * barb_m),
+            at(0.0, 0.0),
+            at(barb_m, -0.6 * barb_m),
+            (f64::NAN, f64::NAN),
+        ]);
+    }
+    line
+}

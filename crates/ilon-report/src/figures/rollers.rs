@@ -1,0 +1,154 @@
+//! Which roller carries a wheel, and how the load goes from one to the next.
+
+use ilon_trace::{Trace, WheelSample};
+use plotly::common::{Line, LineShape};
+use plotly::layout::{Layout, RangeMode};
+
+use crate::figure::{Figure, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen};
+use crate::gathered::{Gathered, PITCH_BINS};
+use crate::shown::Shown;
+use crate::thin::{MAX_POINTS, evenly};
+
+/// One panel a wheel: the roller that carries it over time, where it shares the load, and where none touches.
+pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
+    const DOTS: usize = 400;
+    (0..trace.wheel_count())
+        .map(|index| {
+            let wheel = &trace.header.wheels[index];
+            let times = || trace.records().iter().map(|r| r.t_s);
+            let samples = || times().zip(trace.wheel(index));
+            let shared: Vec<_> = samples()
+                .filter(|(_, s)| s.touching && s.load_share < 0.999)
+                .map(|(t, s)| (t, f64::from(s.roller)))
+                .collect();
+            let shared = evenly(shared.len(), DOTS).into_iter().map(|k| shared[k]);
+            let carrying = changes(samples());
+            let line: Line = solid("@real").line().shape(LineShape::Hv);
+            Figure {
+                id: format!("roller-{index}"),
+                title: wheel.name.clone(),
+                caption: String::new(),
+                height_px: 230,
+                span: Span::Panel,
+                over_time: true,
+                plot: plot(
+                    vec![
+                        exact_curve("carries", carrying.into_iter(), solid("@real")).line(line),
+                        dots("shares", shared, "@slip", 6).opacity(1.0),
+                    ],
+                    Layout::new()
+                        .x_axis(axis("t in s"))
+                        .y_axis(axis("roller").range(vec![-0.6, wheel.roller_count as f64 - 0.4])),
+                ),
+            }
+        })
+        .collect()
+}
+
+/// The carrying roller where it changes, with a gap where none touches; the first and the last instant as well.
+fn changes<'t>(samples: impl Iterator<Item = (f64, &'t WheelSample)>) -> Vec<(f64, f64)> {
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    let mut last = None;
+    for (t_s, sample) in samples {
+        let roller = sample.touching.then_some(sample.roller);
+        let value = roller.map_or(f64::NAN, f64::from);
+        match &mut last {
+            Some((known, until_s)) if *known == roller => *until_s = t_s,
+            _ => {
+                points.push((t_s, value));
+                last = Some((roller, t_s));
+            }
+        }
+    }
+    if let Some((roller, until_s)) = last {
+        points.push((until_s, roller.map_or(f64::NAN, f64::from)));
+    }
+    let kept = evenly(points.len(), MAX_POINTS);
+    kept.into_iter().map(|k| points[k]).collect()
+}
+
+/// How the carrying roller shares the load, over the wheel's turn folded into one roller pitch.
+pub(crate) fn hand_over(shown: &Shown) -> Figure {
+    let curves = each_wheel(shown, |all, index| all.load_in_pitch(index));
+    Figure {
+        id: "hand-over".to_owned(),
+        title: "Load hand-over".to_owned(),
+        caption: "The mean share of the wheel's load that the carrying roller has, with the wheel's turn folded into one \
+                  roller pitch. At 1 it carries alone, as on a plane, where the load passes in a step. A dip is a \
+                  hand-over in which neighbours share, as on bumps and edges, and pull in different directions."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::new()
+                .x_axis(axis("turn within a roller pitch in deg"))
+                .y_axis(axis("share of the load").range_mode(RangeMode::ToZero)),
+        ),
+    }
+}
+
+/// Sliding speed over the wheel's turn folded into one roller pitch.
+pub(crate) fn slip_within_a_pitch(shown: &Shown) -> Figure {
+    let curves = each_wheel(shown, |all, index| all.slip_in_pitch(index).map(f64::sqrt));
+    Figure {
+        id: "slip-pitch".to_owned(),
+        title: "Slip within a roller pitch".to_owned(),
+        caption: "Rms sliding speed with the wheel's turn folded into one roller pitch: a peak is the hand-over, a level \
+                  is sliding that has nothing to do with it."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            layout("turn within a roller pitch in deg", "sliding speed in mm/s"),
+        ),
+    }
+}
+
+/// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are
+/// left out.
+fn each_wheel(
+    shown: &Shown,
+    folded: fn(&Gathered, usize) -> [f64; PITCH_BINS],
+) -> Vec<Box<dyn plotly::Trace>> {
+    let header = &shown.trace.header;
+    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let pitch_deg = 360.0 / wheel.roller_count.max(1) as f64;
+        let bins = folded(&shown.all, index).into_iter().enumerate();
+        let points = bins
+            .map(|(k, mean)| ((k as f64 + 0.5) * pitch_deg / PITCH_BINS as f64, mean))
+            .filter(|(_, mean)| !mean.is_nan());
+        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    wheels.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_roller_is_told_where_it_changes_and_where_none_touches() {
+        let sample = |roller: u32, touching: bool| WheelSample {
+            roller,
+            touching,
+            ..WheelSample::default()
+        };
+        let samples = [
+            sample(3, true),
+            sample(3, true),
+            sample(4, true),
+            sample(4, false),
+            sample(4, true),
+        ];
+        let times = [0.0, 0.1, 0.2, 0.3, 0.4];
+        let points = changes(times.into_iter().zip(&samples));
+        assert_eq!(points.len(), 5);
+        assert_eq!(points[..2], [(0.0, 3.0), (0.2, 4.0)]);
+        assert!(points[2].1.is_nan());
+        assert_eq!(points[3..], [(0.4, 4.0), (0.4, 4.0)]);
+    }
+}

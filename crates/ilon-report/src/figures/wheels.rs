@@ -1,0 +1,162 @@
+//! What the wheels did: rates, torques, and the tasks that shared them.
+
+use plotly::common::Mode;
+use plotly::layout::{Axis, Layout, RangeMode};
+
+use super::motion::level;
+use crate::figure::{Figure, Span, axis, curve, dashed, dotted, layout, plot, solid, wheel_pen};
+use crate::gathered::{OfRobot, OfWheel};
+use crate::shown::Shown;
+
+/// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
+pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
+    let trace = &*shown.trace;
+    let header = &trace.header;
+    let limits = || {
+        let own = header.wheels.iter().filter_map(|w| w.rate_limit_rad_s);
+        own.chain(header.wheel_rate_limit_rad_s)
+    };
+    let magnitude = |what| {
+        let values = (0..trace.wheel_count()).flat_map(move |index| shown.all.wheel(index, what));
+        values.map(|(_, value)| value.abs()).fold(0.0, f64::max)
+    };
+    let fastest = magnitude(OfWheel::Rate).max(magnitude(OfWheel::Target));
+    // A limit far above what the run used would flatten the curves.
+    let shown_limit = limits().filter(|&l| l <= 2.0 * fastest).reduce(f64::max);
+    let top = 1.08 * shown_limit.unwrap_or(0.0).max(fastest).max(1e-3);
+    (0..trace.wheel_count())
+        .map(|index| {
+            let of = |what| shown.all.wheel(index, what);
+            let mut curves: Vec<Box<dyn plotly::Trace>> = vec![
+                curve("real", of(OfWheel::Rate), solid("@real").width(2.2)),
+                curve("commanded", of(OfWheel::Target), dashed("@asked")),
+            ];
+            let wheel = &header.wheels[index];
+            let limit = header.wheel_rate_limit_rad_s.or(wheel.rate_limit_rad_s);
+            if let Some(limit) = limit.filter(|&l| l <= top) {
+                curves.push(level(shown, "limit", limit, dotted("@limit")));
+                curves.push(level(shown, "limit", -limit, dotted("@limit")).show_legend(false));
+            }
+            Figure {
+                id: format!("rate-{index}"),
+                title: wheel.name.clone(),
+                caption: String::new(),
+                height_px: 230,
+                span: Span::Panel,
+                over_time: true,
+                plot: plot(
+                    curves,
+                    Layout::new()
+                        .x_axis(axis("t in s"))
+                        .y_axis(axis("rad/s").range(vec![-top, top])),
+                ),
+            }
+        })
+        .collect()
+}
+
+/// Torques of all wheels.
+pub(crate) fn torques(shown: &Shown) -> Figure {
+    let header = &shown.trace.header;
+    let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
+        let torques = shown.all.wheel(index, OfWheel::Torque);
+        curve(&wheel.name, torques, wheel_pen(index)) as Box<dyn plotly::Trace>
+    });
+    Figure {
+        id: "torques".to_owned(),
+        title: "Wheel torques".to_owned(),
+        caption: "What the motors gave at the wheels. Steady torque at steady speed is the price of bearings and \
+                  slip; wheels that work against each other show as torques of opposite sign in straight travel."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(curves.collect(), layout("t in s", "torque in N m")),
+    }
+}
+
+/// What the torques give of the accelerations asked for; `None` where they gave all, always.
+pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
+    let position = || shown.all.robot(OfRobot::PositionTorqueWeight);
+    let heading = || shown.all.robot(OfRobot::HeadingTorqueWeight);
+    position().chain(heading()).any(|(_, w)| w < 1.0).then(|| {
+        let curves: Vec<Box<dyn plotly::Trace>> = vec![
+            curve("position", position(), solid("@w0")),
+            curve("heading", heading(), dashed("@w1")),
+        ];
+        Figure {
+            id: "torque-weights".to_owned(),
+            title: "Which acceleration gives way".to_owned(),
+            caption: "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
+                      torques are at their limit, and the task of lower priority is held back."
+                .to_owned(),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: plot(
+                curves,
+                Layout::new()
+                    .x_axis(axis("t in s"))
+                    .y_axis(axis("weight").range(vec![-0.03, 1.05])),
+            ),
+        }
+    })
+}
+
+/// Weights and capacities of the guidance law's tasks; empty without guidance.
+pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
+    let names = &shown.trace.header.task_names;
+    if names.is_empty() {
+        return Vec::new();
+    }
+    let tasks = || names.iter().enumerate().take(ilon_trace::MAX_TASKS);
+    let weights = tasks().map(|(task, name)| {
+        let name = format!("{}. {name}", task + 1);
+        curve(
+            &name,
+            shown.all.robot(OfRobot::TaskWeight(task)),
+            wheel_pen(task),
+        )
+        .mode(Mode::Lines) as Box<dyn plotly::Trace>
+    });
+    let capacities = tasks().map(|(task, name)| {
+        let name = format!("{}. {name}", task + 1);
+        curve(
+            &name,
+            shown.all.robot(OfRobot::TaskCapacity(task)),
+            wheel_pen(task),
+        ) as Box<dyn plotly::Trace>
+    });
+    vec![
+        Figure {
+            id: "task-weights".to_owned(),
+            title: "Which task gives way".to_owned(),
+            caption: "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
+                      that it asks for; below, saturation holds it back; 0 also where it asks for nothing."
+                .to_owned(),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: plot(
+                weights.collect(),
+                Layout::new()
+                    .x_axis(axis("t in s"))
+                    .y_axis(axis("weight").range(vec![-0.03, 1.05])),
+            ),
+        },
+        Figure {
+            id: "task-capacities".to_owned(),
+            title: "What is left for each task".to_owned(),
+            caption: "The capacity of each task: the wheel rate that those above it leave (eq. (34)).".to_owned(),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: plot(
+                capacities.collect(),
+                Layout::new()
+                    .x_axis(axis("t in s"))
+                    .y_axis(Axis::new().title("capacity in rad/s").range_mode(RangeMode::ToZero)),
+            ),
+        },
+    ]
+}

@@ -1,0 +1,228 @@
+//! The page around the figures: HTML, style and scripts in one file.
+
+use std::fmt::Write;
+
+use plotly::Plot;
+
+use super::figure::{DashKind, Figure, Pen, Span};
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// The project's mark: a wheel with slanted rollers.
+const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
+
+/// Text as HTML text or attribute value.
+pub fn escape(text: &str) -> String {
+    let mut html = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            '\'' => html.push_str("&#39;"),
+            _ => html.push(c),
+        }
+    }
+    html
+}
+
+/// JSON so that it can stand in a script element: no `<` in it can end the element.
+pub fn json_in_script(json: &str) -> String {
+    json.replace('<', "\\u003c")
+}
+
+/// A section of the page.
+pub struct Section {
+    /// Identifier for links.
+    pub id: &'static str,
+    /// Heading, as text.
+    pub title: &'static str,
+    /// What it is about, as HTML; may be empty.
+    pub lead: String,
+    /// Its content, as HTML.
+    pub body: String,
+}
+
+/// What stands above the sections.
+pub struct Head {
+    /// What the page is, beside the project's mark.
+    pub kind: &'static str,
+    /// The page's title, as text.
+    pub title: String,
+    /// Facts under the title, as HTML.
+    pub facts: Vec<String>,
+    /// What follows them, as HTML: the answer in short.
+    pub lead: String,
+}
+
+/// What says in a page that ilon wrote it, so that another's is not taken for one.
+pub const GENERATOR: &str = "<meta name=\"generator\" content=\"ilon\">";
+
+/// The whole page. `scripts` run after the one that draws the figures.
+pub fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&str]) -> String {
+    let mut html = String::with_capacity(6 << 20);
+    let title = escape(&head.title);
+    let facts: String = head.facts.iter().map(|f| format!("<li>{f}</li>")).collect();
+    let links: String = sections
+        .iter()
+        .map(|s| format!("<li><a href=\"#{}\">{}</a></li>", s.id, escape(s.title)))
+        .collect();
+    // Writing to a string cannot fail.
+    let _ = write!(
+        html,
+        "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
+         <title>{title} · ilon</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
+         <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
+         <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\
+         <h1>{title}</h1>\n<ul class=\"facts\">{facts}</ul>\n{lead}\n</header>\n\
+         <nav aria-label=\"Sections\"><ul>{links}</ul></nav>\n<main id=\"main\">\n",
+        kind = head.kind,
+        lead = head.lead,
+    );
+    for section in sections {
+        let _ = write!(
+            html,
+            "<section aria-labelledby=\"{id}\">\n<h2 id=\"{id}\">{title}</h2>\n",
+            id = section.id,
+            title = escape(section.title)
+        );
+        if !section.lead.is_empty() {
+            let _ = writeln!(html, "<p class=\"lead\">{}</p>", section.lead);
+        }
+        html.push_str(&section.body);
+        html.push_str("</section>\n");
+    }
+    let _ = write!(html, "</main>\n<footer>{footer}</footer>\n");
+    if html.contains("data-figure=") {
+        html.push_str(&plotly_script());
+    }
+    for script in [SCRIPT].iter().chain(scripts) {
+        let _ = write!(html, "\n<script>\n{script}</script>");
+    }
+    html.push_str("\n</body>\n</html>\n");
+    html
+}
+
+/// Figures side by side.
+pub fn grid(figures: &[Figure]) -> String {
+    let cards: String = figures.iter().map(card).collect();
+    format!("<div class=\"grid\">\n{cards}</div>\n")
+}
+
+/// A figure on a card of its own.
+pub fn card(figure: &Figure) -> String {
+    let class = if figure.span == Span::Whole {
+        " class=\"whole\""
+    } else {
+        ""
+    };
+    format!(
+        "<figure{class}><figcaption><h3>{title}</h3><p>{caption}</p></figcaption>{plot}</figure>\n",
+        title = escape(&figure.title),
+        caption = figure.caption,
+        plot = plot(figure),
+    )
+}
+
+/// Small panels under one title, with one legend for all.
+pub fn panels(title: &str, caption: &str, legend: &[(&str, Pen)], figures: &[Figure]) -> String {
+    let items: String = legend
+        .iter()
+        .map(|(name, pen)| format!("<li>{}{}</li>", swatch(*pen), escape(name)))
+        .collect();
+    let cells: String = figures
+        .iter()
+        .map(|figure| {
+            format!(
+                "<div class=\"panel\"><h4>{}</h4>{}</div>\n",
+                escape(&figure.title),
+                plot(figure)
+            )
+        })
+        .collect();
+    format!(
+        "<figure class=\"whole\"><figcaption><h3>{}</h3><p>{caption}</p>\
+         <ul class=\"legend\">{items}</ul></figcaption>\n<div class=\"panels\">\n{cells}</div></figure>\n",
+        escape(title)
+    )
+}
+
+/// A piece of line as it is drawn.
+pub fn swatch(pen: Pen) -> String {
+    let dashes = match pen.dash {
+        DashKind::Solid => "none",
+        DashKind::Dash => "7 4",
+        DashKind::Dot => "2 3",
+        DashKind::DashDot => "7 3 2 3",
+    };
+    let color = pen.color.trim_start_matches('@');
+    format!(
+        "<svg viewBox=\"0 0 30 10\" aria-hidden=\"true\"><line x1=\"0\" y1=\"5\" x2=\"30\" y2=\"5\" \
+         stroke=\"var(--{color})\" stroke-width=\"{}\" stroke-dasharray=\"{dashes}\"/></svg>",
+        pen.width_px.max(2.0)
+    )
+}
+
+/// The place of a plot and its data.
+fn plot(figure: &Figure) -> String {
+    let over_time = if figure.over_time {
+        " data-over-time"
+    } else {
+        ""
+    };
+    let panel = if figure.span == Span::Panel {
+        " data-panel"
+    } else {
+        ""
+    };
+    format!(
+        "<div class=\"plot\" id=\"{id}\" data-height=\"{height}\"{over_time}{panel} role=\"img\" \
+         aria-label=\"{title}\" style=\"min-height:{height}px\"></div>\
+         <script type=\"application/json\" data-figure=\"{id}\">{json}</script>",
+        id = figure.id,
+        height = figure.height_px,
+        title = escape(&figure.title),
+        json = json_in_script(&figure.plot),
+    )
+}
+
+/// plotly's script alone: what the library embeds beside it typesets formulas, of which there are none here.
+fn plotly_script() -> String {
+    let sources = Plot::offline_js_sources();
+    let end = "</script>";
+    match sources.find(end) {
+        Some(at) => sources[..at + end.len()].to_owned(),
+        None => sources,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_data_cannot_break_out_of_the_page() {
+        assert_eq!(
+            escape("<a href='x'>&\""),
+            "&lt;a href=&#39;x&#39;&gt;&amp;&quot;"
+        );
+        let json = serde_json::to_string("</script><b>").unwrap_or_default();
+        let embedded = json_in_script(&json);
+        assert!(!embedded.contains('<'));
+        assert_eq!(
+            serde_json::from_str::<String>(&embedded).ok().as_deref(),
+            Some("</script><b>")
+        );
+    }
+
+    #[test]
+    fn only_plotly_is_embedded() {
+        let script = plotly_script();
+        assert_eq!(script.matches("<script").count(), 1);
+        assert!(script.contains("plotly.js v"));
+    }
+}

@@ -1,0 +1,269 @@
+//! What can go wrong on the way from a scenario to its results, as a person reads it: what, where, and how to repair it.
+
+use std::path::{Path, PathBuf};
+
+use ilon_robot::{Fault, ReadError, RobotError};
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use thiserror::Error;
+
+use crate::scenario;
+
+/// Why there is no result.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file cannot be read, or may not be.
+    #[error("cannot read `{}`: {reason}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+        /// How to repair it.
+        #[help]
+        help: String,
+    },
+
+    /// A scenario is no TOML, or holds a key or value that it may not.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scenario(Box<ScenarioFault>),
+
+    /// Keys that do not go together, or a value that this robot cannot take.
+    #[error("{message}")]
+    Invalid {
+        /// What is wrong, with the keys.
+        message: String,
+        /// How to repair it.
+        #[help]
+        help: String,
+    },
+
+    /// Something cannot be turned into the text of a file.
+    #[error("{what} cannot be written as text: {reason}")]
+    #[diagnostic(help("this is a fault of ilon itself: please report it"))]
+    Encode {
+        /// What should be written.
+        what: &'static str,
+        /// Why, in the writer's words.
+        reason: String,
+    },
+
+    /// A robot's file cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Robot(Box<RobotFault>),
+
+    /// The robot's wheels, or the reference, are such that it cannot be controlled.
+    #[error("{0}")]
+    #[diagnostic(help("{}", help_on_control(.0)))]
+    Control(#[from] ilon_control::ControlError),
+
+    /// The robot cannot be put into its world.
+    #[error("{0}")]
+    #[diagnostic(help("see `[world]` and `[robot]` of the scenario, and the robot's rollers"))]
+    World(#[from] ilon_world::WorldError),
+
+    /// A trace or another file of results cannot be written or read.
+    #[error("{0}")]
+    #[diagnostic(help("{}", help_on_trace(.0)))]
+    Trace(#[from] ilon_trace::TraceError),
+
+    /// The robot's motion is no number any more.
+    #[error("the simulation diverged before {t_s} s: the robot's motion is no number any more")]
+    #[diagnostic(help(
+        "look for numbers of very different size in the scenario, the robot's file and the commands, or take shorter steps: \
+         `run.physics_dt_s`"
+    ))]
+    Diverged {
+        /// When that was found, in seconds.
+        t_s: f64,
+    },
+
+    /// A file of waypoints holds something else than waypoints.
+    #[error("{}: {message}", path.display())]
+    #[diagnostic(help("{help}"))]
+    Waypoints {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with its line.
+        message: String,
+        /// How to repair it.
+        help: String,
+    },
+}
+
+/// A fault in a scenario's text, with its place.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{message}")]
+pub struct ScenarioFault {
+    /// What is wrong.
+    pub message: String,
+    /// How to repair it.
+    #[help]
+    pub help: String,
+    /// The text of the file, or of the setting.
+    #[source_code]
+    pub source_code: NamedSource<String>,
+    /// Where in it.
+    #[label("here")]
+    pub span: SourceSpan,
+}
+
+/// A fault in a robot's file, with the lines at fault where they are known.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{fault}")]
+pub struct RobotFault {
+    /// The fault.
+    pub fault: RobotError,
+    #[help]
+    help: String,
+    #[source_code]
+    source_code: Option<NamedSource<String>>,
+    #[label("here")]
+    span: Option<SourceSpan>,
+    /// What else is wrong with the file.
+    #[related]
+    pub others: Vec<RobotFault>,
+}
+
+impl RobotFault {
+    fn new(fault: RobotError) -> Self {
+        // Of a file that is no robot nothing is shown: a scenario of a stranger may name any.
+        let is_robot = |text: &&str| match fault.fault() {
+            Fault::Toml { .. } => text.contains("wheel"),
+            _ => ["<robot", "<sdf", "<mujoco"]
+                .iter()
+                .any(|tag| text.contains(tag)),
+        };
+        let text = fault.text().filter(is_robot).map(str::to_owned);
+        Self {
+            help: fault.help(),
+            source_code: text.map(|text| NamedSource::new(fault.file(), text)),
+            span: fault.place().map(|place| place.bytes.clone().into()),
+            fault,
+            others: Vec::new(),
+        }
+    }
+}
+
+impl From<RobotError> for Error {
+    fn from(fault: RobotError) -> Self {
+        let others = fault.others().to_vec();
+        Self::of_robot(std::iter::once(fault).chain(others), &[])
+    }
+}
+
+impl Error {
+    /// Faults of a robot's file, and what would do about all of them.
+    pub fn of_robot(faults: impl IntoIterator<Item = RobotError>, closing: &[String]) -> Self {
+        let mut faults = faults.into_iter().map(RobotFault::new);
+        let Some(mut first) = faults.next() else {
+            return Self::invalid("the robot's file cannot be used", "");
+        };
+        first.others = faults.collect();
+        // What would do about all of them is said last.
+        let last = first
+            .others
+            .last_mut()
+            .map_or(&mut first.help, |last| &mut last.help);
+        for line in closing {
+            *last = format!("{last}; {line}");
+        }
+        Self::Robot(Box::new(first))
+    }
+
+    /// A file that cannot be read.
+    pub fn read(path: &Path, fault: &ReadError) -> Self {
+        let from = std::env::current_dir().unwrap_or_default();
+        let (reason, help) = match fault {
+            ReadError::Io(source) => (
+                reason(source),
+                format!("check the path; it is taken from {}", from.display()),
+            ),
+            ReadError::Outside(_) => (
+                fault.to_string(),
+                "move it there, or allow its folder too; links are followed".to_owned(),
+            ),
+            _ => (fault.to_string(), "name a file of text".to_owned()),
+        };
+        Self::Read {
+            path: path.to_owned(),
+            reason,
+            help,
+        }
+    }
+
+    /// What is wrong, and how to repair it.
+    pub fn invalid(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Invalid {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    pub(crate) fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
+        Self::Encode {
+            what,
+            reason: reason.to_string(),
+        }
+    }
+
+    pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
+        Self::Scenario(Box::new(ScenarioFault {
+            message: format!("not well-formed TOML: {}", error.message()),
+            help: "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
+                .to_owned(),
+            source_code,
+            span: scenario::toml_span(error),
+        }))
+    }
+}
+
+fn help_on_control(error: &ilon_control::ControlError) -> &'static str {
+    use ilon_control::ControlError;
+    match error {
+        ControlError::TooFewWheels { .. }
+        | ControlError::NoRollers { .. }
+        | ControlError::NoControlAuthority { .. }
+        | ControlError::Uncontrollable { .. } => {
+            "`ilon inspect` shows the robot's wheels and the rows of M as they are understood"
+        }
+        _ => "change the number in the scenario or in the robot's file",
+    }
+}
+
+fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
+    use ilon_trace::TraceError;
+    match error {
+        TraceError::InUse { .. } => "wait until it ends, or write elsewhere",
+        TraceError::Foreign { .. } => {
+            "nothing of it was removed; write to another folder, or move it away"
+        }
+        TraceError::Diverged { .. } => {
+            "look for numbers of very different size in the scenario and in the robot's file, or take shorter steps: \
+             `run.physics_dt_s`"
+        }
+        TraceError::Sink { .. } => "see to what takes the rows, or run without it",
+        TraceError::Io { doing: "read", .. } => "check the path, and that it may be read",
+        TraceError::Io { .. } | TraceError::Encode { .. } => {
+            "choose another place; nothing was left half-written"
+        }
+        _ => "name a trace that this version of ilon wrote",
+    }
+}
+
+/// The system's reason in plain words, without its error number.
+pub fn reason(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file or folder".to_owned(),
+        ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        ErrorKind::IsADirectory => "it is a folder".to_owned(),
+        ErrorKind::NotADirectory => "a part of the path is a file, not a folder".to_owned(),
+        ErrorKind::ReadOnlyFilesystem => "its file system cannot be written to".to_owned(),
+        ErrorKind::StorageFull => "the disk is full".to_owned(),
+        ErrorKind::AlreadyExists => "a file of that name stands in the way".to_owned(),
+        _ => error.to_string(),
+    }
+}

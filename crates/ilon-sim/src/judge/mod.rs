@@ -1,0 +1,204 @@
+//! Holds a run against the scenario's `[expect]`, and against a baseline.
+
+mod signals;
+
+pub use signals::check_names;
+
+use std::sync::OnceLock;
+
+use ilon_robot::Twist;
+pub use ilon_trace::{Difference, differences};
+use ilon_trace::{Rows, Summary, number};
+use serde_json::Value;
+
+use crate::Run;
+use crate::scenario::{Bound, Expect};
+
+/// The dotted names of the numbers of `summary.json`, which an expectation can name.
+pub fn quantities() -> &'static [String] {
+    static NAMES: OnceLock<Vec<String>> = OnceLock::new();
+    NAMES.get_or_init(|| {
+        // With its optional groups present, so that their components show. Null stands for a number here: every
+        // quantity that may not apply is one.
+        let some = Some(Twist::default());
+        let summary = Summary {
+            twist_mean: some,
+            twist_ripple: some,
+            twist_ideal_mean: some,
+            twist_contact_mean: some,
+            ..Summary::default()
+        };
+        let mut names = Vec::new();
+        collect_numbers(&serde_json::json!(summary), "", &mut names);
+        names
+    })
+}
+
+fn collect_numbers(value: &Value, name: &str, names: &mut Vec<String>) {
+    match value {
+        Value::Number(_) | Value::Null => names.push(name.to_owned()),
+        Value::Object(members) => {
+            for (key, member) in members {
+                let dot = if name.is_empty() { "" } else { "." };
+                collect_numbers(member, &format!("{name}{dot}{key}"), names);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// What came of one expectation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The quantity's dotted name.
+    pub quantity: String,
+    /// The bound in words, such as `<= 0.01`.
+    pub bound: String,
+    /// What was measured, of a signal where it was worst; `None` where it does not apply to this run.
+    pub measured: Option<f64>,
+    /// When a signal was worst, in seconds; `None` of a quantity of the whole run.
+    pub at_s: Option<f64>,
+    /// Whether it held.
+    pub held: bool,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            quantity,
+            bound,
+            measured,
+            at_s,
+            held,
+        } = self;
+        let verb = if *held { "held" } else { "failed" };
+        write!(f, "{quantity} {bound} {verb}: ")?;
+        match (measured, at_s) {
+            (Some(measured), Some(at_s)) => {
+                write!(f, "measured {} at {at_s} s", number(*measured))
+            }
+            (Some(measured), None) => write!(f, "measured {}", number(*measured)),
+            (None, _) => write!(f, "it does not apply to this run"),
+        }
+    }
+}
+
+/// Holds a run against its own `[expect]`: first the quantities of the summary by name, then the signals in the order of
+/// the file.
+pub fn judge(run: &Run) -> Vec<Verdict> {
+    let Ok(verdicts) = judge_rows(run);
+    verdicts
+}
+
+/// Like [`judge`], of a run whose rows need not lie in memory.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
+    let expect = &run.scenario.expect;
+    let summary = serde_json::json!(run.summary);
+    let mut verdicts = judge_summary(expect, &summary);
+    verdicts.extend(signals::judge(&expect.signals, &run.trace)?);
+    Ok(verdicts)
+}
+
+/// Holds a summary, as the JSON of `summary.json`, against bounds, in the order of their names.
+pub fn judge_summary(expect: &Expect, summary: &Value) -> Vec<Verdict> {
+    expect
+        .bounds
+        .iter()
+        .map(|(quantity, bound)| {
+            let pointer = format!("/{}", quantity.replace('.', "/"));
+            let measured = summary.pointer(&pointer).and_then(Value::as_f64);
+            Verdict {
+                quantity: quantity.clone(),
+                bound: bound.to_string(),
+                measured,
+                at_s: None,
+                held: measured.is_some_and(|measured| bound.holds(measured)),
+            }
+        })
+        .collect()
+}
+
+impl Bound {
+    /// Whether a value keeps to the bound. NaN never does.
+    pub fn holds(&self, value: f64) -> bool {
+        self.breach(value) <= 0.0
+    }
+
+    /// How far a value is beyond the bound; zero or less where it holds, infinite of NaN.
+    pub fn breach(&self, value: f64) -> f64 {
+        let Self {
+            min,
+            max,
+            equal,
+            within,
+        } = *self;
+        if !value.is_finite() {
+            return f64::INFINITY;
+        }
+        let parts = [
+            min.map(|min| min - value),
+            max.map(|max| value - max),
+            equal.map(|equal| (value - equal).abs() - within.unwrap_or(0.0)),
+        ];
+        parts
+            .into_iter()
+            .flatten()
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl std::fmt::Display for Bound {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let parts = [
+            self.min.map(|min| format!(">= {}", number(min))),
+            self.max.map(|max| format!("<= {}", number(max))),
+            self.equal.map(|equal| match self.within {
+                Some(within) => format!("= {} +- {}", number(equal), number(within)),
+                None => format!("= {}", number(equal)),
+            }),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        f.write_str(&parts.join(" and "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_can_be_expected_are_the_numbers_of_the_summary() {
+        let known = |name: &str| quantities().iter().any(|known| known == name);
+        assert!(known("position_error_final_m"));
+        assert!(known("twist_mean.omega_rad_s"));
+        assert!(known("twist_ratio_contact.vy"));
+        assert!(!known("scenario") && !known("wheels") && !known("twist_mean"));
+    }
+
+    #[test]
+    fn a_bound_holds_on_its_edge_and_not_beyond() {
+        let bound = Bound {
+            min: Some(1.0),
+            max: Some(2.0),
+            ..Bound::default()
+        };
+        assert!(bound.holds(1.0) && bound.holds(2.0));
+        assert!(!bound.holds(0.999) && !bound.holds(2.001) && !bound.holds(f64::NAN));
+        assert_eq!(bound.to_string(), ">= 1 and <= 2");
+    }
+
+    #[test]
+    fn a_quantity_that_does_not_apply_fails_its_bound() {
+        let expect: Expect = toml::from_str("position_error_final_m = { max = 0.01 }").unwrap();
+        let summary = serde_json::json!({ "position_error_final_m": null });
+        let verdicts = judge_summary(&expect, &summary);
+        assert!(!verdicts[0].held);
+        assert_eq!(
+            verdicts[0].to_string(),
+            "position_error_final_m <= 0.01 failed: it does not apply to this run"
+        );
+    }
+}

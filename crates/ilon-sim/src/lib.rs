@@ -1,0 +1,43 @@
+//! What **runs**: a scenario becomes a robot in its world under its controller, and the run is recorded and judged.
+//!
+//! A [`Scenario`] names a robot, the motion asked of it and the world it stands in; [`run`] simulates it and gives back
+//! the trace and its summary:
+//!
+//! ```no_run
+//! let scenario = ilon_sim::Scenario::load("assets/scenarios/volksbot_position_first.toml")?;
+//! let run = ilon_sim::run(&scenario)?;
+//! println!("{:?} m off at the end", run.summary.position_error_final_m);
+//! # Ok::<(), ilon_sim::Error>(())
+//! ```
+//!
+//! | module | answers |
+//! |---|---|
+//! | [`scenario`] | what a person writes down about a run |
+//! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
+//! | [`judge`] | whether a run met its `[expect]` |
+//! | [`inspect`] | a robot as it is understood |
+//! | [`remedy`] | which options would let a robot's file be used |
+//!
+//! There is no command line, no plot and no progress bar here.
+
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
+mod error;
+pub mod inspect;
+pub mod judge;
+pub mod remedy;
+pub mod scenario;
+pub mod simulate;
+
+pub use ilon_control as control;
+pub use ilon_robot as robot;
+pub use ilon_trace as trace;
+pub use ilon_world as world;
+
+pub use error::{Error, RobotFault, ScenarioFault, reason};
+pub use scenario::Scenario;
+pub use simulate::{
+    Commanded, Controller, Driver, Moment, Outcome, Plant, Resolved, Run, Seen, Simulation,
+    Snapshot, WheelCommand, load_robot, resolve, resolve_for, run,
+};

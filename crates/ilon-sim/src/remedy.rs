@@ -1,0 +1,165 @@
+//! Which options would let a robot's file be used, in the words of whoever can set them.
+//!
+//! `ilon-robot` says what is wrong with a file and which options would do. How they are asked for is a matter of where the
+//! file was named: [`Keys`] words them for a scenario, and a program with other doors words them in its own way.
+
+use std::path::Path;
+
+use ilon_control::Kinematics;
+use ilon_robot::{Handedness, LoadOptions, Loaded, Remedy, Robot, RobotError};
+
+use crate::Error;
+
+/// How options of reading a robot are asked for.
+pub trait Wording {
+    /// What a person does who wants a remedy that no machine can choose; `None` of one that needs no words.
+    fn asked(&self, remedy: &Remedy) -> Option<String>;
+
+    /// That `proposal` works, where `options` were given.
+    fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String;
+}
+
+/// As keys of a scenario's `[robot]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Keys;
+
+impl Wording for Keys {
+    fn asked(&self, remedy: &Remedy) -> Option<String> {
+        Some(match remedy {
+            Remedy::Package { name } => {
+                format!("`packages = {{ {name} = \"FOLDER\" }}` in `[robot]`")
+            }
+            Remedy::Argument { name } => {
+                format!("`args = {{ {name} = \"VALUE\" }}` in `[robot]`")
+            }
+            Remedy::WheelRadius { guess_m: None } => "`wheel_radius_m` in `[robot]`".to_owned(),
+            _ => return None,
+        })
+    }
+
+    fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String {
+        let keys = keys(proposal, options).join("`, `");
+        format!("this works, in `[robot]`: `{keys}`")
+    }
+}
+
+/// The keys of a scenario's `[robot]` that ask for what options say beyond others.
+fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
+    let mut keys = Vec::new();
+    if options.leave_out_missing && !beyond.leave_out_missing {
+        keys.push("leave_out_missing = true".to_owned());
+    }
+    if options.repair && !beyond.repair {
+        keys.push("repair = true".to_owned());
+    }
+    if options.rollers != beyond.rollers {
+        keys.push("rollers = \"as_modelled\"".to_owned());
+    }
+    if let Some(wheels) = options
+        .wheels
+        .as_ref()
+        .filter(|_| options.wheels != beyond.wheels)
+    {
+        let mut inner = vec![format!("rollers = {}", wheels.rollers)];
+        inner.push(match &wheels.gamma {
+            Handedness::XDeg(gamma_deg) => format!("gamma.x_deg = {}", rounded(*gamma_deg)),
+            Handedness::AllDeg(gamma_deg) => format!("gamma.all_deg = {}", rounded(*gamma_deg)),
+            Handedness::EachDeg(gammas_deg) => {
+                let gammas: Vec<String> = gammas_deg.iter().map(|x| rounded(*x)).collect();
+                format!("gamma.each_deg = [{}]", gammas.join(", "))
+            }
+        });
+        if !wheels.joints.is_empty() {
+            let joints = wheels
+                .joints
+                .iter()
+                .map(|joint| toml::Value::from(joint.as_str()));
+            let joints: Vec<String> = joints.map(|joint| joint.to_string()).collect();
+            inner.push(format!("joints = [{}]", joints.join(", ")));
+        }
+        keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
+    }
+    if let Some(radius_m) = options.wheel_radius_m
+        && options.wheel_radius_m != beyond.wheel_radius_m
+    {
+        keys.push(format!("wheel_radius_m = {radius_m}"));
+    }
+    keys
+}
+
+/// An angle without the noise of its last digits.
+pub fn rounded(degrees: f64) -> String {
+    let rounded = (1e6 * degrees).round() / 1e6;
+    format!("{}", rounded + 0.0)
+}
+
+/// Why a robot's file cannot be used, and what would do.
+#[derive(Debug)]
+pub struct Refusal {
+    /// Everything that is wrong with it; at least one.
+    pub faults: Vec<RobotError>,
+    /// What would do about all of it, in words.
+    pub closing: Vec<String>,
+    /// What was read with the options that are proposed, where any are.
+    pub loaded: Option<Box<Loaded>>,
+}
+
+impl Refusal {
+    /// Of a file that could not be read, for `first`, with some options.
+    pub fn of(
+        first: RobotError,
+        path: &Path,
+        options: &LoadOptions,
+        wording: &impl Wording,
+    ) -> Self {
+        let drives = |robot: &Robot| Kinematics::new(robot).is_ok();
+        let diagnosis = Robot::diagnose(path, options, drives);
+        let faults = if diagnosis.faults.is_empty() {
+            vec![first]
+        } else {
+            diagnosis.faults
+        };
+        let mut advice: Vec<String> = Vec::new();
+        for remedy in faults.iter().flat_map(RobotError::remedies) {
+            if let Some(asked) = wording.asked(&remedy)
+                && !advice.contains(&asked)
+            {
+                advice.push(asked);
+            }
+        }
+        let mut closing = Vec::new();
+        if !advice.is_empty() {
+            closing.push(format!("say {}", advice.join(", ")));
+        }
+        let proposal = diagnosis.proposal.as_ref();
+        closing.extend(proposal.map(|proposal| wording.proposed(proposal, options)));
+        Self {
+            faults,
+            closing,
+            loaded: diagnosis.loaded,
+        }
+    }
+}
+
+/// Everything that is wrong with a robot's file, with options that work, where there are any.
+pub fn diagnosed(
+    first: RobotError,
+    path: &Path,
+    options: &LoadOptions,
+    wording: &impl Wording,
+) -> Error {
+    let refusal = Refusal::of(first, path, options, wording);
+    Error::of_robot(refusal.faults, &refusal.closing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_lose_the_noise_of_their_last_digits() {
+        assert_eq!(rounded(-45.00000000000001), "-45");
+        assert_eq!(rounded(-0.0), "0");
+        assert_eq!(rounded(33.75), "33.75");
+    }
+}

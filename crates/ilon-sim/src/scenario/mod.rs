@@ -1,0 +1,104 @@
+//! The scenario file: what a person writes down about one run.
+//!
+//! A scenario is TOML. Unknown keys are refused, defaults stand beside each field, paths are relative to the file, and
+//! degrees exist here only, in keys that end in `_deg`.
+
+mod expect;
+mod faults;
+mod guidance;
+mod keys;
+mod load;
+pub use load::MAX_BYTES;
+pub(crate) use load::toml_span;
+mod motion;
+mod objection;
+mod robot;
+mod run;
+mod sensors;
+mod setting;
+mod validate;
+mod wheels;
+mod world;
+
+pub use expect::{Bound, Expect, Must, SignalBound};
+pub(crate) use faults::within;
+pub use faults::{Fault, Frame};
+pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
+pub use keys::nearest;
+pub(crate) use keys::{SIZES, is_computable};
+pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
+pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
+pub use run::{Auto, Run, Step};
+pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
+pub use setting::{SETTING, Setting};
+pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
+pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
+
+use std::path::PathBuf;
+
+use ilon_robot::FileAccess;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One run: a robot, the world it stands in, the motion asked of it, and what is expected to come of it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Which robot, and how it starts.
+    pub robot: Robot,
+    /// Gravity and floor.
+    #[serde(default)]
+    pub world: World,
+    /// A path in time for the guidance to track (closed loop). Either this or `twist`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// A body twist turned into wheel rates without feedback of the pose (open loop). Either this or `reference`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist: Option<Twist>,
+    /// How the guidance tracks the reference; of no effect under `twist`, but for its kinematics and wheel rate limit.
+    #[serde(default)]
+    pub guidance: Guidance,
+    /// The loop that turns wheel rates asked for into torques.
+    #[serde(default)]
+    pub wheel_loop: WheelLoop,
+    /// What the motors can do, beyond the robot's own limits.
+    #[serde(default)]
+    pub motors: Motors,
+    /// What the robot knows of its own motion.
+    #[serde(default)]
+    pub sensors: Sensors,
+    /// What goes wrong on purpose.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
+    /// Duration and time steps.
+    pub run: Run,
+    /// Bounds on what the run must come to, held by `ilon check`.
+    #[serde(default, skip_serializing_if = "Expect::is_empty")]
+    pub expect: Expect,
+
+    /// The scenario's name: its file's name without `.toml`.
+    #[serde(skip)]
+    pub name: String,
+    /// The folder that its relative paths start from.
+    #[serde(skip)]
+    pub folder: PathBuf,
+    /// Which files it, and its robot, may read.
+    #[serde(skip)]
+    pub files: FileAccess,
+}
+
+impl Scenario {
+    /// The motion asked for, whichever of `[reference]` and `[twist]` it is; `None` where both or neither stand.
+    pub fn motion(&self) -> Option<Motion<'_>> {
+        match (&self.reference, &self.twist) {
+            (Some(reference), None) => Some(Motion::Tracked(reference)),
+            (None, Some(twist)) => Some(Motion::OpenLoop(twist)),
+            _ => None,
+        }
+    }
+
+    /// The JSON Schema of the scenario file.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Scenario).to_value()
+    }
+}

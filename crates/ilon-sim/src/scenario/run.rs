@@ -1,0 +1,86 @@
+//! `[run]`: duration and time steps.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Duration and time steps.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "RunSection")]
+pub struct Run {
+    /// Simulated time in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub duration_s: f64,
+    /// The step of physics and wheel loop in seconds, or `"auto"`: the longest that serves this robot and its loop.
+    #[serde(default)]
+    pub physics_dt_s: Step,
+    /// The period of the guidance in seconds, a whole number of physics steps.
+    #[serde(default = "default_control_dt_s")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub control_dt_s: f64,
+    /// Control periods per row of the trace: more than 1 thins the record of a long run. Largest values and energies
+    /// between rows are then not seen.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1))]
+    pub record_every: u32,
+    /// How often the angles of all rollers are recorded, in Hz, for a picture in three dimensions; at most once a row. Left out,
+    /// they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub roller_angles_hz: Option<f64>,
+}
+
+impl Run {
+    /// How many control periods the run has: its duration, rounded to whole ones, and at least one.
+    pub fn control_periods(&self) -> u64 {
+        (self.duration_s / self.control_dt_s).round().max(1.0) as u64
+    }
+
+    /// How many rows its trace has.
+    pub fn row_count(&self) -> u64 {
+        self.control_periods()
+            .div_ceil(u64::from(self.record_every.max(1)))
+    }
+
+    /// Time between rows of its trace, in seconds.
+    pub fn row_s(&self) -> f64 {
+        self.control_dt_s * f64::from(self.record_every.max(1))
+    }
+
+    /// When the last row of its trace is, in seconds.
+    pub fn last_row_s(&self) -> f64 {
+        (self.row_count() - 1) as f64 * self.row_s()
+    }
+}
+
+/// A time step, given or chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Step {
+    /// Chosen by the program.
+    Auto(Auto),
+    /// In seconds.
+    Seconds(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+}
+
+/// The word that leaves a choice to the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Auto {
+    /// The program chooses.
+    Auto,
+}
+
+impl Default for Step {
+    fn default() -> Self {
+        Self::Auto(Auto::Auto)
+    }
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn default_control_dt_s() -> f64 {
+    0.01
+}

@@ -1,0 +1,259 @@
+//! What no single key of a scenario can say: what must stand together, how time divides, and what a test must bound.
+
+use ilon_trace::file::MOST_ROWS;
+
+use super::objection::Objection;
+use super::{Motion, Robot, RollerBodies, Rollers, Scenario, Step};
+use crate::Error;
+
+/// The most physics steps of a run: weeks of computing.
+const MOST_STEPS: f64 = 1e11;
+
+impl Scenario {
+    /// Checks what no single key can say: what must stand together, how the time steps divide, and that each expectation
+    /// bounds something.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the keys at fault.
+    pub fn validate(&self) -> Result<(), Error> {
+        Ok(self.object()?)
+    }
+
+    /// Like [`Self::validate`], with the key at fault by itself.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        self.object_to_motion()?;
+        let Robot {
+            rollers,
+            roller_bodies,
+            ..
+        } = self.robot;
+        if (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near) {
+            return Err(Objection::to(
+                "robot.roller_bodies",
+                "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
+                 can touch the ground is known of barrels only",
+                "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
+            ));
+        }
+        if self.wheel_loop.friction.is_some()
+            && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
+        {
+            return Err(Objection::to(
+                "wheel_loop.friction",
+                "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+                "write law = \"prioritised_torque\", or leave the friction out",
+            ));
+        }
+        self.object_to_times()?;
+        self.expect.object()
+    }
+
+    fn object_to_motion(&self) -> Result<(), Objection> {
+        match self.motion() {
+            Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
+            Some(Motion::Tracked(_)) => Ok(()),
+            None => {
+                let (key, stands) = if self.twist.is_some() {
+                    ("twist", "both `[reference]` and `[twist]` stand")
+                } else {
+                    ("", "neither `[reference]` nor `[twist]` stands")
+                };
+                Err(Objection::to(
+                    key,
+                    format!("{stands}, but a scenario asks for exactly one motion"),
+                    "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop",
+                ))
+            }
+        }
+    }
+
+    fn object_to_times(&self) -> Result<(), Objection> {
+        let run = &self.run;
+        if let Step::Seconds(dt_s) = run.physics_dt_s {
+            let steps = run.control_dt_s / dt_s;
+            // A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
+            if steps.round() < 1.0 || (steps - steps.round()).abs() > 1e-9 * steps {
+                return Err(Objection::to(
+                    "run.physics_dt_s",
+                    format!(
+                        "`run.control_dt_s` = {} is {steps:.6} physics steps of `run.physics_dt_s` = {dt_s}, \
+                         but must be a whole number of them",
+                        run.control_dt_s
+                    ),
+                    format!(
+                        "set `run.physics_dt_s` to {}, which divides it",
+                        run.control_dt_s / steps.ceil().max(1.0)
+                    ),
+                ));
+            }
+            self.object_to_step(dt_s)?;
+        }
+        if run.duration_s < run.control_dt_s {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} is shorter than one control period, `run.control_dt_s` = {}",
+                    run.duration_s, run.control_dt_s
+                ),
+                "lengthen the run or shorten the control period",
+            ));
+        }
+        let periods = run.duration_s / run.control_dt_s;
+        let (rows, most) = (
+            periods / f64::from(run.record_every.max(1)),
+            MOST_ROWS as f64,
+        );
+        if rows > most {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} makes {rows:.1e} rows of the trace, where at most {most:.0e} are kept",
+                    run.duration_s
+                ),
+                format!(
+                    "shorten the run, or record less often: `run.record_every` = {:.0}",
+                    (periods / most).ceil()
+                ),
+            ));
+        }
+        let latency_s = self.sensors.pose.latency_s;
+        if latency_s > run.duration_s {
+            return Err(Objection::to(
+                "sensors.pose.latency_s",
+                format!(
+                    "`sensors.pose.latency_s` = {latency_s} is longer than the run, `run.duration_s` = {}: no pose would \
+                     ever arrive",
+                    run.duration_s
+                ),
+                "shorten the latency or lengthen the run",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses physics steps that never come to an end, or that miss poses.
+    fn object_to_step(&self, physics_dt_s: f64) -> Result<(), Objection> {
+        let steps = self.run.duration_s / physics_dt_s;
+        if steps > MOST_STEPS {
+            return Err(Objection::to(
+                "run.duration_s",
+                format!(
+                    "`run.duration_s` = {} takes {steps:.1e} physics steps of `run.physics_dt_s` = {physics_dt_s}, where \
+                     at most {MOST_STEPS:.0e} are taken",
+                    self.run.duration_s
+                ),
+                "shorten the run or lengthen its steps",
+            ));
+        }
+        // A part in 10^9 forgives rounding.
+        if let Some(rate_hz) = self.sensors.pose.rate_hz
+            && rate_hz * physics_dt_s > 1.0 + 1e-9
+        {
+            return Err(Objection::to(
+                "sensors.pose.rate_hz",
+                format!(
+                    "`sensors.pose.rate_hz` = {rate_hz} asks for more than one pose in a physics step, \
+                     `run.physics_dt_s` = {physics_dt_s}"
+                ),
+                format!(
+                    "take poses at {:.6} Hz at most, or shorten the step",
+                    1.0 / physics_dt_s
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks that the run can be simulated in physics steps of that length, which `run.physics_dt_s` may leave open.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], with the keys at fault.
+    pub(crate) fn check_step(&self, physics_dt_s: f64) -> Result<(), Error> {
+        Ok(self.object_to_step(physics_dt_s)?)
+    }
+}
+
+fn object_to_schedule(twist: &super::Twist) -> Result<(), Objection> {
+    let mut before_s = twist.rest_s;
+    for (index, next) in twist.schedule.iter().enumerate() {
+        if next.from_s < before_s + twist.ramp_s {
+            return Err(Objection::to(
+                format!("twist.schedule.{index}.from_s"),
+                format!(
+                    "`twist.schedule.{index}` begins at {} s, while the ramp before it lasts until {} s",
+                    next.from_s,
+                    before_s + twist.ramp_s
+                ),
+                "order the schedule by `from_s` and leave each ramp its time",
+            ));
+        }
+        before_s = next.from_s;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
+
+    fn scenario(further: &str) -> Result<Scenario, Error> {
+        Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
+    }
+
+    /// What is told of a scenario, and the text at which it points.
+    fn told(further: &str) -> (String, String) {
+        let text = format!("{RUN}{further}");
+        match Scenario::from_toml(&text, "test", "") {
+            Err(Error::Scenario(fault)) => {
+                let span = fault.span.offset()..fault.span.offset() + fault.span.len();
+                (fault.message.clone(), text[span].to_owned())
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn poses_that_never_arrive_or_come_faster_than_physics_are_refused() {
+        let late = told("[sensors.pose]\nlatency_s = 1.5\n");
+        assert!(late.0.contains("no pose would ever arrive"), "{}", late.0);
+        assert_eq!(late.1, "1.5");
+        let fast = "physics_dt_s = 0.005\n[sensors.pose]\nrate_hz =";
+        assert!(scenario(&format!("{fast} 200")).is_ok());
+        let (message, at) = told(&format!("{fast} 201"));
+        assert!(
+            message.contains("more than one pose in a physics step"),
+            "{message}"
+        );
+        assert_eq!(at, "201");
+    }
+
+    #[test]
+    fn what_a_setting_makes_wrong_is_shown_in_the_setting() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        std::fs::write(
+            &path,
+            format!("{RUN}[expect]\nslip_energy_j = {{ max = 1 }}\n"),
+        )
+        .unwrap();
+        let setting = "expect.slip_energy_j.min=2".parse().unwrap();
+        match Scenario::load_with(&path, &[setting]) {
+            Err(Error::Scenario(fault)) => {
+                assert!(fault.message.contains("can never hold"));
+                // The bound stands in the file, and half of it in the setting.
+                assert_eq!(fault.source_code.name(), path.display().to_string());
+            }
+            other => panic!("{other:?}"),
+        }
+        let setting = "sensors.pose.latency_s=2".parse().unwrap();
+        match Scenario::load_with(&path, &[setting]) {
+            Err(Error::Scenario(fault)) => {
+                assert_eq!(fault.source_code.name(), crate::scenario::SETTING);
+                assert_eq!(fault.span.offset(), "sensors.pose.latency_s = ".len());
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! What comes over the robot from outside, when it does: pushes, payloads, seized rollers, floors that change.
+
+use ilon_robot::Robot;
+use ilon_world::{Patch, Payload, Push, World};
+use nalgebra::{Rotation3, Vector3};
+
+use super::floor::patches;
+use crate::Error;
+use crate::scenario::{Fault, Floor, Frame, within};
+
+/// The disturbances of a run.
+#[derive(Clone)]
+pub(super) struct Disturbances {
+    pushes: Vec<TimedPush>,
+    payloads: Vec<(Payload, Fault)>,
+    seizures: Vec<Seizure>,
+    floor: Floor,
+    frictions: Vec<Fault>,
+    /// What holds now of payloads and friction, so that the world is told of changes alone.
+    carried: Vec<Payload>,
+    slippery: (f64, Vec<Patch>),
+}
+
+/// An impulse on the chassis, spread evenly over a time.
+#[derive(Clone)]
+struct TimedPush {
+    impulse_n_s: Vector3<f64>,
+    frame: Frame,
+    place_in_body_m: Vector3<f64>,
+    from_s: f64,
+    lasts_s: f64,
+}
+
+/// A roller that seizes, and whether it has.
+#[derive(Clone)]
+struct Seizure {
+    wheel: usize,
+    roller: usize,
+    fault: Fault,
+    seized: bool,
+}
+
+impl Disturbances {
+    /// # Errors
+    /// [`Error::Invalid`] for a roller that the robot does not have, and where the world refuses a payload.
+    pub fn new(faults: &[Fault], floor: &Floor, robot: &Robot) -> Result<Self, Error> {
+        let center_m = robot.chassis.mass.center_of_mass_m;
+        let place = |x_m: Option<f64>, y_m: Option<f64>, z_m: Option<f64>| {
+            Vector3::new(
+                x_m.unwrap_or(center_m.x),
+                y_m.unwrap_or(center_m.y),
+                z_m.unwrap_or(center_m.z),
+            )
+        };
+        let mut this = Self {
+            pushes: Vec::new(),
+            payloads: Vec::new(),
+            seizures: Vec::new(),
+            frictions: Vec::new(),
+            carried: Vec::new(),
+            slippery: (floor.friction, patches(floor, 0.0).collect()),
+            floor: floor.clone(),
+        };
+        for fault in faults {
+            match *fault {
+                Fault::Push {
+                    impulse_x_n_s,
+                    impulse_y_n_s,
+                    impulse_z_n_s,
+                    frame,
+                    x_m,
+                    y_m,
+                    z_m,
+                    from_s,
+                    lasts_s,
+                } => this.pushes.push(TimedPush {
+                    impulse_n_s: Vector3::new(impulse_x_n_s, impulse_y_n_s, impulse_z_n_s),
+                    frame,
+                    place_in_body_m: place(x_m, y_m, z_m),
+                    from_s,
+                    lasts_s,
+                }),
+                Fault::Payload {
+                    mass_kg,
+                    x_m,
+                    y_m,
+                    z_m,
+                    ..
+                } => {
+                    let payload = Payload::new(mass_kg, place(x_m, y_m, z_m))?;
+                    this.payloads.push((payload, fault.clone()));
+                }
+                Fault::RollerStuck {
+                    ref wheel, roller, ..
+                } => this.seizures.push(Seizure {
+                    wheel: super::faults::wheel_index(wheel, robot)?,
+                    roller: roller_index(wheel, roller, robot)?,
+                    fault: fault.clone(),
+                    seized: false,
+                }),
+                Fault::FrictionChanged { .. } => this.frictions.push(fault.clone()),
+                _ => {}
+            }
+        }
+        Ok(this)
+    }
+
+    /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
+    pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
+        self.load(t_s, world);
+        self.seize(t_s, world);
+        self.wet(t_s, world);
+        for push in &self.pushes {
+            if let Some(push) = push.during(t_s, dt_s, world) {
+                world.push(&push);
+            }
+        }
+    }
+
+    fn load(&mut self, t_s: f64, world: &mut World) {
+        let on = self.payloads.iter().filter(|(_, fault)| fault.is_on(t_s));
+        let carried: Vec<Payload> = on.map(|(payload, _)| *payload).collect();
+        if carried != self.carried {
+            world.carry(&carried);
+            self.carried = carried;
+        }
+    }
+
+    fn seize(&mut self, t_s: f64, world: &mut World) {
+        for seizure in &mut self.seizures {
+            let seized = seizure.fault.is_on(t_s);
+            if seized != seizure.seized {
+                world.seize_roller(seizure.wheel, seizure.roller, seized);
+                seizure.seized = seized;
+            }
+        }
+    }
+
+    fn wet(&mut self, t_s: f64, world: &mut World) {
+        let changes = self.frictions.iter().rev();
+        let friction = changes
+            .filter_map(|fault| match fault {
+                Fault::FrictionChanged {
+                    friction,
+                    from_s,
+                    until_s,
+                } if within(t_s, *from_s, *until_s) => Some(*friction),
+                _ => None,
+            })
+            .next()
+            .unwrap_or(self.floor.friction);
+        let slippery = (friction, patches(&self.floor, t_s).collect());
+        if slippery != self.slippery {
+            world.set_friction(slippery.0, &slippery.1);
+            self.slippery = slippery;
+        }
+    }
+}
+
+impl TimedPush {
+    /// The push's share of a step: its whole impulse arrives, whatever the step.
+    fn during(&self, t_s: f64, dt_s: f64, world: &World) -> Option<Push> {
+        let overlap_s = (t_s + dt_s).min(self.from_s + self.lasts_s) - t_s.max(self.from_s);
+        if overlap_s <= 0.0 {
+            return None;
+        }
+        let force_n = self.impulse_n_s / self.lasts_s * (overlap_s / dt_s);
+        let force_in_world_n = match self.frame {
+            Frame::World => force_n,
+            Frame::Body => {
+                let heading_rad = world.body().pose.heading_rad;
+                Rotation3::from_axis_angle(&Vector3::z_axis(), heading_rad) * force_n
+            }
+        };
+        Some(Push {
+            force_in_world_n,
+            place_in_body_m: self.place_in_body_m,
+        })
+    }
+}
+
+fn roller_index(wheel: &str, roller: u32, robot: &Robot) -> Result<usize, Error> {
+    let found = robot.wheels.iter().find(|known| known.name == wheel);
+    let count = found.map_or(0, |wheel| wheel.rollers.len());
+    if (roller as usize) < count {
+        return Ok(roller as usize);
+    }
+    Err(Error::invalid(
+        format!("roller {roller} of the wheel `{wheel}` is to seize, but that has {count} rollers"),
+        format!("they count from 0 to {}", count.saturating_sub(1)),
+    ))
+}

@@ -1,0 +1,208 @@
+//! From wheel rates asked for to torques: the wheel loops and the motors' limits.
+
+use ilon_control::{
+    ComputedTorque, ComputedTorqueSettings, DynamicModel, LoopTiming, Motor, MotorCurve,
+    PrioritisedTorque, PrioritisedTorqueSettings, TorqueRange, TorqueShares, WheelGains, WheelLoop,
+    WheelLoopSettings,
+};
+use ilon_robot::Robot;
+use ilon_world::MotorTorque;
+
+use super::plant::WheelCommand;
+use super::resolve::Resolved;
+use crate::Error;
+use crate::scenario::{self, WheelLaw};
+
+/// The wheel loops of a robot and its motors.
+#[derive(Clone)]
+pub(super) struct Drive {
+    law: Law,
+    motors: Vec<Motor>,
+    limits: Vec<TorqueRange>,
+    /// Targets within what the motors drive to, in rad/s.
+    targets_rad_s: Vec<f64>,
+    torques: Vec<MotorTorque>,
+}
+
+#[derive(Clone)]
+enum Law {
+    Pid(WheelLoop),
+    ComputedTorque(Box<ComputedTorque>),
+    PrioritisedTorque(Box<PrioritisedTorque>),
+}
+
+impl Drive {
+    /// The drive of a resolved scenario.
+    pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
+        let model = dynamic_model(robot)?;
+        let law = match scenario.wheel_loop.law {
+            WheelLaw::Pid => Law::Pid(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
+            WheelLaw::ComputedTorque => {
+                let settings = ComputedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    // The targets change once a control period; their derivative is smoothed over as long.
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: physics_dt_s,
+                };
+                Law::ComputedTorque(Box::new(ComputedTorque::new(model, &settings)?))
+            }
+            WheelLaw::PrioritisedTorque => {
+                let settings = PrioritisedTorqueSettings {
+                    bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
+                    target_filter_s: scenario.run.control_dt_s,
+                    dt_s: physics_dt_s,
+                    priority: scenario.guidance.priority.into(),
+                    reference_point_m: resolved.reference_point_m(),
+                    friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
+                    gravity_m_s2: scenario.world.gravity_m_s2,
+                };
+                let law = PrioritisedTorque::new(robot, &settings)?;
+                Law::PrioritisedTorque(Box::new(law))
+            }
+        };
+        let curve = match scenario.motors.dc {
+            Some(dc) => MotorCurve::dc_line(dc.stall_torque_n_m, dc.no_load_rate_rad_s)?,
+            None => MotorCurve::Flat,
+        };
+        let motors: Vec<Motor> = robot
+            .wheels
+            .iter()
+            .map(|wheel| Motor::new(&wheel.motor, curve))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            law,
+            targets_rad_s: vec![0.0; motors.len()],
+            torques: vec![MotorTorque::constant(0.0); motors.len()],
+            limits: vec![TorqueRange::UNLIMITED; motors.len()],
+            motors,
+        })
+    }
+
+    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    pub fn shares(&self) -> Option<TorqueShares> {
+        match &self.law {
+            Law::PrioritisedTorque(law) => Some(law.shares()),
+            Law::Pid(_) | Law::ComputedTorque(_) => None,
+        }
+    }
+
+    /// The torques of the next physics step, within what each motor can give at its rate while a share of the supply is
+    /// left. What a motor's rate limit takes of them is for the step to find out.
+    pub fn torques(
+        &mut self,
+        command: WheelCommand<'_>,
+        rates_rad_s: &[f64],
+        supply_share: f64,
+        dt_s: f64,
+    ) -> &[MotorTorque] {
+        let inputs = self.motors.iter().zip(rates_rad_s);
+        let outputs = self.limits.iter_mut().zip(&mut self.torques);
+        for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(inputs) {
+            *limit = motor.torque_range_on(*rate_rad_s, supply_share);
+            *torque = MotorTorque {
+                rate_limit_rad_s: motor.rate_limit_on(supply_share),
+                ..MotorTorque::constant(0.0)
+            };
+        }
+        let rates = match command {
+            WheelCommand::Rates(rates) => rates,
+            WheelCommand::Torques(asked) => {
+                let given = self.torques.iter_mut().zip(&self.limits);
+                for ((given, limit), asked) in given.zip(asked) {
+                    given.torque_n_m = limit.clamp(*asked);
+                }
+                return &self.torques;
+            }
+        };
+        let targets = self.targets_rad_s.iter_mut().zip(rates);
+        for ((target, asked), motor) in targets.zip(&self.torques) {
+            *target = asked.clamp(-motor.rate_limit_rad_s, motor.rate_limit_rad_s);
+        }
+        let (targets, limits) = (&self.targets_rad_s, &self.limits);
+        let torques_n_m = match &mut self.law {
+            Law::Pid(pid) => {
+                pid.update(targets, rates_rad_s, limits, dt_s);
+                for (torque, droop_n_m_s) in self.torques.iter_mut().zip(pid.droops_n_m_s()) {
+                    torque.droop_n_m_s = *droop_n_m_s;
+                }
+                pid.torques_n_m()
+            }
+            Law::ComputedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
+            Law::PrioritisedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
+        };
+        for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
+            torque.torque_n_m = *torque_n_m;
+        }
+        &self.torques
+    }
+}
+
+impl From<scenario::Priority> for ilon_control::Priority {
+    fn from(priority: scenario::Priority) -> Self {
+        match priority {
+            scenario::Priority::Position => Self::Position,
+            scenario::Priority::Heading => Self::Heading,
+        }
+    }
+}
+
+/// Writes the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it.
+pub(super) fn choose_gains(
+    section: &mut scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<(), Error> {
+    if section.law == WheelLaw::Pid {
+        let gains = gains(section, model, physics_dt_s)?;
+        section.proportional_n_m_s = Some(gains.proportional_n_m_s);
+        section.integral_n_m = Some(gains.integral_n_m);
+    }
+    Ok(())
+}
+
+fn gains(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<WheelGains, Error> {
+    let bandwidth_rad_s = section.bandwidth_rad_s;
+    let proposed = WheelGains::for_robot(model, timing(section), physics_dt_s, bandwidth_rad_s)?;
+    Ok(WheelGains {
+        proportional_n_m_s: section
+            .proportional_n_m_s
+            .unwrap_or(proposed.proportional_n_m_s),
+        integral_n_m: section.integral_n_m.unwrap_or(proposed.integral_n_m),
+        derivative_n_m_s2: section.derivative_n_m_s2,
+    })
+}
+
+fn timing(section: &scenario::WheelLoop) -> LoopTiming {
+    match section.timing {
+        scenario::LoopTiming::Sampled => LoopTiming::Sampled,
+        scenario::LoopTiming::Continuous => LoopTiming::Continuous,
+    }
+}
+
+/// The wheel loops of a `[wheel_loop]` section.
+fn pid(
+    section: &scenario::WheelLoop,
+    model: &DynamicModel,
+    physics_dt_s: f64,
+) -> Result<WheelLoop, Error> {
+    let gains = gains(section, model, physics_dt_s)?;
+    let settings = WheelLoopSettings {
+        timing: timing(section),
+        inertia_kg_m2: model.ground_inertia_kg_m2(),
+        derivative_filter_s: section.derivative_filter_s,
+        feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
+        feedforward_friction_n_m: section.feedforward_friction_n_m,
+        ..WheelLoopSettings::new(gains)
+    };
+    Ok(WheelLoop::new(model.kinematics().wheel_count(), settings)?)
+}
+
+/// The dynamic model of a scenario's robot.
+pub(super) fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
+    Ok(DynamicModel::new(robot)?)
+}

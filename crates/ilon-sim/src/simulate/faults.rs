@@ -1,0 +1,153 @@
+//! What goes wrong on purpose with the robot's own sensors and motors, while it does.
+
+use ilon_robot::{Pose, Robot, wrap_angle};
+
+use crate::Error;
+use crate::scenario::{Fault, nearest};
+
+/// The index of a wheel by its joint's name.
+///
+/// # Errors
+/// [`Error::Invalid`] for a wheel that the robot does not have.
+pub(super) fn wheel_index(name: &str, robot: &Robot) -> Result<usize, Error> {
+    let names = || robot.wheels.iter().map(|wheel| wheel.name.as_str());
+    names().position(|known| known == name).ok_or_else(|| {
+        Error::invalid(
+            format!("a fault is about the wheel `{name}`, which the robot does not have"),
+            match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("its wheels are {}", names().collect::<Vec<_>>().join(", ")),
+            },
+        )
+    })
+}
+
+/// The faults of a run within the robot; what comes from outside is [`super::disturbances`].
+#[derive(Clone)]
+pub(super) struct Faults {
+    faults: Vec<Fault>,
+    /// For each fault the index of its wheel; 0 where it is about none.
+    wheels: Vec<usize>,
+}
+
+impl Faults {
+    /// # Errors
+    /// [`Error::Invalid`] for a wheel that the robot does not have.
+    pub fn new(faults: &[Fault], robot: &Robot) -> Result<Self, Error> {
+        let index_of = |fault: &Fault| match fault.wheel() {
+            None => Ok(0),
+            Some(name) => wheel_index(name, robot),
+        };
+        Ok(Self {
+            wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,
+            faults: faults.to_vec(),
+        })
+    }
+
+    /// Whether the pose sensor sees nothing.
+    pub fn pose_is_lost(&self, t_s: f64) -> bool {
+        self.on(t_s)
+            .any(|(fault, _)| matches!(fault, Fault::PoseLost { .. }))
+    }
+
+    /// The pose that the sensor takes for the real one.
+    pub fn pose(&self, t_s: f64, mut pose: Pose) -> Pose {
+        for (fault, _) in self.on(t_s) {
+            if let Fault::PoseShifted {
+                x_m,
+                y_m,
+                heading_deg,
+                ..
+            } = fault
+            {
+                pose.x_m += x_m;
+                pose.y_m += y_m;
+                pose.heading_rad = wrap_angle(pose.heading_rad + heading_deg.to_radians());
+            }
+        }
+        pose
+    }
+
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should.
+    pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
+        self.on(t_s)
+            .filter(|(_, of)| *of == wheel)
+            .map(|(fault, _)| match fault {
+                Fault::EncoderLost { .. } => 0.0,
+                Fault::EncoderScaled { factor, .. } => *factor,
+                _ => 1.0,
+            })
+            .product()
+    }
+
+    /// What is left of the motors' supply, from 0 to 1.
+    pub fn supply_share(&self, t_s: f64) -> f64 {
+        self.on(t_s)
+            .map(|(fault, _)| match fault {
+                Fault::BatterySag { share, .. } => *share,
+                _ => 1.0,
+            })
+            .product()
+    }
+
+    /// Whether the motor of a wheel is lost.
+    pub fn motor_is_lost(&self, t_s: f64, wheel: usize) -> bool {
+        self.on(t_s)
+            .any(|(fault, of)| of == wheel && matches!(fault, Fault::MotorLost { .. }))
+    }
+
+    fn on(&self, t_s: f64) -> impl Iterator<Item = (&Fault, usize)> {
+        self.faults
+            .iter()
+            .zip(self.wheels.iter().copied())
+            .filter(move |(fault, _)| fault.is_on(t_s))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn faults(toml: &str) -> Faults {
+        #[derive(serde::Deserialize)]
+        struct Section {
+            faults: Vec<Fault>,
+        }
+        let section: Section = toml::from_str(toml).expect("faults");
+        Faults {
+            wheels: vec![1; section.faults.len()],
+            faults: section.faults,
+        }
+    }
+
+    #[test]
+    fn a_fault_is_there_from_its_beginning_to_its_end_and_on_its_wheel_only() {
+        let faults = faults("[[faults]]\nmotor_lost = { wheel = 'b', from_s = 1, until_s = 2 }");
+        let lost = |t_s| [0, 1].map(|wheel| faults.motor_is_lost(t_s, wheel));
+        assert_eq!(lost(0.99), [false, false]);
+        assert_eq!(lost(1.0), [false, true]);
+        assert_eq!(lost(2.0), [false, false]);
+    }
+
+    #[test]
+    fn faults_add_up() {
+        let faults = faults(
+            "[[faults]]\nencoder_scaled = { wheel = 'b', factor = 2 }\n\
+             [[faults]]\nencoder_scaled = { wheel = 'b', factor = 3, until_s = 5 }\n\
+             [[faults]]\nbattery_sag = { share = 0.5 }\n\
+             [[faults]]\nbattery_sag = { share = 0.8, from_s = 2 }\n\
+             [[faults]]\npose_shifted = { x_m = 0.5, heading_deg = 270 }\n\
+             [[faults]]\npose_lost = { from_s = 9 }",
+        );
+        assert_eq!(
+            [0, 1].map(|wheel| faults.encoder_factor(0.0, wheel)),
+            [1.0, 6.0]
+        );
+        assert_eq!([0.0, 2.0].map(|t_s| faults.supply_share(t_s)), [0.5, 0.4]);
+        let pose = faults.pose(0.0, Pose::default());
+        assert_eq!(pose.x_m, 0.5);
+        // 270 deg wrapped is a quarter turn clockwise; rounding of one sum of numbers below 8.
+        assert!((pose.heading_rad + std::f64::consts::FRAC_PI_2).abs() < 1e-14);
+        assert!(!faults.pose_is_lost(8.9) && faults.pose_is_lost(9.0));
+    }
+}

@@ -1,0 +1,496 @@
+//! What decides the wheel rates: the guidance on a reference, or a twist in open loop.
+
+use ilon_control::{
+    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
+    Kinematics, Reference, Task, TaskShare,
+};
+use ilon_robot::{Pose, Robot, Twist, wrap_angle};
+use nalgebra::Vector2;
+
+use super::plant::WheelCommand;
+use super::resolve::start_pose;
+use super::sensors::Seen;
+use super::waypoints;
+use crate::Error;
+use crate::scenario::{self, ReferencePoint, Scenario};
+
+/// What decides the wheel rates.
+pub(super) struct Pilot {
+    motion: Planned,
+    guidance: Guidance,
+    /// Present where the wheel rates are those of the touching rollers.
+    contact: Option<ContactKinematics>,
+    /// The wheel rates decided on, in rad/s; zero where torques were.
+    wheel_rates_rad_s: Vec<f64>,
+    /// The torques decided on, in N m, where a controller commands torques.
+    torques_n_m: Vec<f64>,
+    commanded: Commanded,
+    robot: Robot,
+    /// About the robot's origin.
+    kinematics: Kinematics,
+    decision: Decision,
+}
+
+enum Planned {
+    Reference(Box<Reference>),
+    Twist(TwistProfile),
+    /// A controller of the caller's, and the reference that the scenario names, if it does.
+    Own(Box<dyn Controller>, Option<Box<Reference>>),
+}
+
+/// A controller of one's own, in place of the guidance: it sees what the robot's sensors see and commands the wheels.
+///
+/// It is called once a control period, and may go with its run to another thread.
+pub trait Controller: Send {
+    /// Decides what the wheels shall do: writes one number a wheel, in the robot's order, into `wheels`, which are zero before,
+    /// and says what the numbers are.
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded;
+}
+
+/// What a [`Controller`] knows when it decides.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Moment<'a> {
+    /// Time since the start of the run, in seconds.
+    pub t_s: f64,
+    /// What the robot's sensors say.
+    pub seen: &'a Seen,
+    /// The scenario's `[reference]` at the time, if it has one.
+    pub desired: Option<&'a Desired>,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// Its kinematics about its origin: wheel rates for a twist, and back.
+    pub kinematics: &'a Kinematics,
+}
+
+/// What the numbers are that a [`Controller`] has written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commanded {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates,
+    /// Torques in N m, held for the control period; the motors' limits still stand.
+    Torques,
+}
+
+/// Stands for a controller of which nothing is known yet.
+pub(super) struct Idle;
+
+impl Controller for Idle {
+    fn command(&mut self, _now: &Moment<'_>, _wheels: &mut [f64]) -> Commanded {
+        Commanded::Rates
+    }
+}
+
+/// The last decision, as it is recorded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Decision {
+    pub desired: Option<Desired>,
+    pub command_twist_in_body: Twist,
+    pub granted_twist_in_body: Twist,
+    /// The twists that the tasks asked for, highest priority first; empty in open loop.
+    pub tasks: Vec<TaskShare>,
+}
+
+/// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
+const SAMPLES: usize = 2000;
+
+/// The reference of a scenario, if it has one.
+///
+/// # Errors
+/// Where it cannot be, or its waypoints cannot be read.
+pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
+    let section = scenario.reference.as_ref();
+    section
+        .map(|section| reference(section, scenario))
+        .transpose()
+}
+
+impl Pilot {
+    /// What a resolved scenario says about how its robot is driven; `tracked` is its reference.
+    pub fn new(
+        scenario: &Scenario,
+        tracked: Option<Reference>,
+        (kinematics, contact_kinematics): (Kinematics, ContactKinematics),
+        robot: &Robot,
+        controller: Option<Box<dyn Controller>>,
+    ) -> Result<Self, Error> {
+        let section = &scenario.guidance;
+        let priority = section.priority.into();
+        let wheel_count = kinematics.wheel_count();
+        let settings = GuidanceSettings {
+            position_gain: Gain::Scalar(section.position_gain_per_s),
+            heading_gain: section.heading_gain_per_s,
+            wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
+            saturation: match section.saturation {
+                scenario::Saturation::Prioritised => {
+                    ilon_control::Saturation::Prioritised(priority)
+                }
+                scenario::Saturation::Clip => ilon_control::Saturation::Clip,
+                scenario::Saturation::Scale => ilon_control::Saturation::Scale,
+                scenario::Saturation::None => ilon_control::Saturation::None,
+            },
+        };
+        let tracked = tracked.map(Box::new);
+        let twist = scenario.twist.clone().unwrap_or_default();
+        let motion = match (controller, tracked) {
+            (Some(controller), tracked) => Planned::Own(controller, tracked),
+            (None, Some(reference)) => Planned::Reference(reference),
+            (None, None) => Planned::Twist(TwistProfile::new(&twist)),
+        };
+        let about_origin = kinematics.clone();
+        // A twist in open loop, as any twist of a scenario, is the origin's.
+        let kinematics = match (&motion, section.reference_point) {
+            (Planned::Twist(_), _) | (_, ReferencePoint::Origin) => kinematics,
+            (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
+            (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
+        };
+        Ok(Self {
+            motion,
+            guidance: Guidance::new(kinematics, &settings)?,
+            contact: match section.kinematics {
+                scenario::Kinematics::Ideal => None,
+                scenario::Kinematics::Contact => Some(contact_kinematics),
+            },
+            wheel_rates_rad_s: vec![0.0; wheel_count],
+            torques_n_m: vec![0.0; wheel_count],
+            commanded: Commanded::Rates,
+            robot: robot.clone(),
+            kinematics: about_origin,
+            decision: Decision::default(),
+        })
+    }
+
+    /// Decides anew, from the time and what the robot knows.
+    pub fn decide(&mut self, t_s: f64, seen: &Seen) {
+        if let Some(contact) = &mut self.contact {
+            contact.update(&seen.wheel_angles_rad);
+        }
+        match &mut self.motion {
+            Planned::Reference(reference) => {
+                let desired = reference.at(t_s);
+                let command = match &self.contact {
+                    Some(contact) => self
+                        .guidance
+                        .update_on_contact(&seen.pose, &desired, contact),
+                    None => self.guidance.update(&seen.pose, &desired),
+                };
+                self.wheel_rates_rad_s
+                    .copy_from_slice(&command.wheel_rates_rad_s);
+                self.decision.take(command, Some(desired));
+                let point_m = self.guidance.kinematics().reference_point_m();
+                self.decision.move_to_origin(point_m);
+            }
+            Planned::Twist(profile) => {
+                let task = Task {
+                    name: "twist",
+                    twist_in_body: profile.at(t_s),
+                };
+                let command = match &self.contact {
+                    Some(contact) => self.guidance.command_on_contact(&[task], contact),
+                    None => self.guidance.command(&[task]),
+                };
+                self.wheel_rates_rad_s
+                    .copy_from_slice(&command.wheel_rates_rad_s);
+                self.decision.take(command, None);
+            }
+            Planned::Own(controller, reference) => {
+                let desired = reference.as_ref().map(|reference| reference.at(t_s));
+                let now = Moment {
+                    t_s,
+                    seen,
+                    desired: desired.as_ref(),
+                    robot: &self.robot,
+                    kinematics: &self.kinematics,
+                };
+                let numbers = &mut self.torques_n_m;
+                numbers.fill(0.0);
+                self.commanded = controller.command(&now, numbers);
+                match self.commanded {
+                    Commanded::Rates => self.wheel_rates_rad_s.copy_from_slice(numbers),
+                    Commanded::Torques => self.wheel_rates_rad_s.fill(0.0),
+                }
+                let kinematics = self.guidance.kinematics();
+                let twist_in_body = kinematics.twist(&self.wheel_rates_rad_s);
+                let point_m = kinematics.reference_point_m();
+                self.decision.desired = desired;
+                self.decision.command_twist_in_body = twist_in_body;
+                self.decision.granted_twist_in_body = twist_in_body;
+                self.decision.tasks.clear();
+                self.decision.move_to_origin(point_m);
+            }
+        }
+    }
+
+    /// The point of the body that follows the reference, in the body frame, in metres.
+    pub fn reference_point_m(&self) -> Vector2<f64> {
+        self.guidance.kinematics().reference_point_m()
+    }
+
+    /// What the wheels shall do.
+    pub fn command(&self) -> WheelCommand<'_> {
+        match self.commanded {
+            Commanded::Torques => WheelCommand::Torques(&self.torques_n_m),
+            Commanded::Rates => WheelCommand::Rates(&self.wheel_rates_rad_s),
+        }
+    }
+
+    /// The wheel rates decided on, in rad/s.
+    pub fn wheel_rates_rad_s(&self) -> &[f64] {
+        &self.wheel_rates_rad_s
+    }
+
+    pub fn decision(&self) -> &Decision {
+        &self.decision
+    }
+
+    /// Names of the guidance's tasks, highest priority first; none in open loop.
+    pub fn task_names(&self) -> Vec<&'static str> {
+        match &self.motion {
+            Planned::Reference(_) => self.guidance.task_names().to_vec(),
+            Planned::Twist(_) | Planned::Own(..) => Vec::new(),
+        }
+    }
+
+    /// From when on means are taken, in seconds.
+    pub fn measure_from_s(&self) -> f64 {
+        match &self.motion {
+            Planned::Reference(_) | Planned::Own(..) => 0.0,
+            Planned::Twist(profile) => profile.settled_s(),
+        }
+    }
+
+    /// The fastest wheel rate that the scenario asks for, in rad/s, whatever its wheels can do: that of the commanded twist,
+    /// or of the reference and of the way to it from the start. Noise, pushes and overshoot come on top. `None` of a
+    /// controller of one's own.
+    pub fn fastest_rate_asked_rad_s(&self, scenario: &Scenario) -> Option<f64> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let (speed_m_s, turn_rad_s) = reference.peaks(scenario.run.duration_s, SAMPLES);
+                let start = start_pose(scenario);
+                let first = reference.at(0.0).pose;
+                // What follows is at most this far from the origin.
+                let arm_m = self.reference_point_m().norm();
+                let off_m = (first.position_m() - start.position_m()).norm() + arm_m;
+                let off_rad = wrap_angle(first.heading_rad - start.heading_rad).abs();
+                let gains = &scenario.guidance;
+                // Feedforward and feedback together.
+                let asked = self.guidance.feasibility(
+                    speed_m_s + gains.position_gain_per_s * off_m,
+                    turn_rad_s + gains.heading_gain_per_s * off_rad,
+                );
+                Some(asked.position_rad_s + asked.heading_rad_s)
+            }
+            Planned::Twist(profile) => {
+                let kinematics = self.guidance.kinematics();
+                let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+                let fastest = profile.changes.iter().map(|(_, twist)| {
+                    kinematics.wheel_rates(*twist, &mut rates_rad_s);
+                    rates_rad_s
+                        .iter()
+                        .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+            Planned::Own(..) => None,
+        }
+    }
+
+    /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
+    pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
+                Some(self.guidance.feasibility(speed_m_s, rate_rad_s))
+            }
+            Planned::Twist(_) | Planned::Own(..) => None,
+        }
+    }
+}
+
+impl Decision {
+    fn take(&mut self, command: &Command, desired: Option<Desired>) {
+        self.desired = desired;
+        self.command_twist_in_body = command.twist_in_body;
+        self.granted_twist_in_body = command.saturated_twist_in_body;
+        self.tasks.clear();
+        if desired.is_some() {
+            self.tasks.extend_from_slice(&command.tasks);
+        }
+    }
+}
+
+impl Decision {
+    /// Turns twists of a point of the body frame into those of its origin, eq. (2): all that is recorded is the origin's.
+    fn move_to_origin(&mut self, point_m: Vector2<f64>) {
+        let moved = |twist: &mut Twist| {
+            twist.vx_m_s += twist.omega_rad_s * point_m.y;
+            twist.vy_m_s -= twist.omega_rad_s * point_m.x;
+        };
+        moved(&mut self.command_twist_in_body);
+        moved(&mut self.granted_twist_in_body);
+        for task in &mut self.tasks {
+            moved(&mut task.twist_in_body);
+        }
+    }
+}
+
+fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Reference, Error> {
+    use scenario::Reference as Section;
+    let reference = match section {
+        Section::Line {
+            from_x_m,
+            from_y_m,
+            to_x_m,
+            to_y_m,
+            speed_m_s,
+            heading,
+        } => Reference::line(
+            Vector2::new(*from_x_m, *from_y_m),
+            Vector2::new(*to_x_m, *to_y_m),
+            *speed_m_s,
+            heading_of(heading),
+        ),
+        Section::Circle {
+            center_x_m,
+            center_y_m,
+            radius_m,
+            speed_m_s,
+            start_deg,
+            heading,
+        } => Reference::circle(
+            Vector2::new(*center_x_m, *center_y_m),
+            *radius_m,
+            *speed_m_s,
+            start_deg.to_radians(),
+            heading_of(heading),
+        ),
+        Section::FigureEight {
+            center_x_m,
+            center_y_m,
+            half_width_m,
+            axis_deg,
+            period_s,
+            heading,
+        } => Reference::figure_eight(
+            Vector2::new(*center_x_m, *center_y_m),
+            *half_width_m,
+            axis_deg.to_radians(),
+            *period_s,
+            heading_of(heading),
+        ),
+        Section::Waypoints {
+            file,
+            speed_m_s,
+            heading,
+        } => {
+            let path = scenario.resolve(file);
+            let heading = heading_of(heading);
+            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
+        }
+        Section::HoldPose {
+            x_m,
+            y_m,
+            heading_deg,
+        } => Reference::hold(Pose {
+            x_m: *x_m,
+            y_m: *y_m,
+            heading_rad: heading_deg.to_radians(),
+        }),
+    };
+    Ok(reference?)
+}
+
+fn heading_of(section: &scenario::Heading) -> Heading {
+    match *section {
+        scenario::Heading::ConstantDeg(heading_deg) => Heading::Constant {
+            heading_rad: heading_deg.to_radians(),
+        },
+        scenario::Heading::AlongPath => Heading::Tangent { offset_rad: 0.0 },
+        scenario::Heading::FromPathDeg(offset_deg) => Heading::Tangent {
+            offset_rad: offset_deg.to_radians(),
+        },
+        scenario::Heading::Turning {
+            from_deg,
+            rate_deg_s,
+        } => Heading::Rate {
+            start_rad: from_deg.to_radians(),
+            rate_rad_s: rate_deg_s.to_radians(),
+        },
+    }
+}
+
+/// A twist over time: held, with linear ramps between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwistProfile {
+    /// When each change begins, in seconds, and what it leads to.
+    changes: Vec<(f64, Twist)>,
+    ramp_s: f64,
+    settle_s: f64,
+}
+
+impl TwistProfile {
+    /// The profile of a `[twist]` section.
+    pub fn new(section: &scenario::Twist) -> Self {
+        let first = Twist::new(section.vx_m_s, section.vy_m_s, section.omega_rad_s);
+        let further = section.schedule.iter().map(|next| {
+            (
+                next.from_s,
+                Twist::new(next.vx_m_s, next.vy_m_s, next.omega_rad_s),
+            )
+        });
+        Self {
+            changes: std::iter::once((section.rest_s, first))
+                .chain(further)
+                .collect(),
+            ramp_s: section.ramp_s,
+            settle_s: section.settle_s,
+        }
+    }
+
+    /// The twist in the body frame at a time in seconds.
+    pub fn at(&self, t_s: f64) -> Twist {
+        let mut twist = Twist::default();
+        for (from_s, to) in &self.changes {
+            if t_s <= *from_s {
+                break;
+            }
+            let share = match self.ramp_s {
+                0.0 => 1.0,
+                ramp_s => ((t_s - from_s) / ramp_s).min(1.0),
+            };
+            twist = twist + (*to - twist).scaled(share);
+        }
+        twist
+    }
+
+    /// When the last change has settled, in seconds.
+    pub fn settled_s(&self) -> f64 {
+        let last_s = self.changes.last().map_or(0.0, |(from_s, _)| *from_s);
+        last_s + self.ramp_s + self.settle_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_twist_rests_ramps_and_holds() {
+        let profile = TwistProfile::new(&scenario::Twist {
+            vx_m_s: 0.4,
+            schedule: vec![scenario::Scheduled {
+                from_s: 3.0,
+                vx_m_s: 0.0,
+                vy_m_s: -0.2,
+                omega_rad_s: 0.0,
+            }],
+            ..scenario::Twist::default()
+        });
+        assert_eq!(profile.at(0.5), Twist::default());
+        assert_eq!(profile.at(1.25), Twist::new(0.2, 0.0, 0.0));
+        assert_eq!(profile.at(2.0), Twist::new(0.4, 0.0, 0.0));
+        assert_eq!(profile.at(3.25), Twist::new(0.2, -0.1, 0.0));
+        assert_eq!(profile.at(9.0), Twist::new(0.0, -0.2, 0.0));
+        assert_eq!(profile.settled_s(), 4.5);
+    }
+}

@@ -1,0 +1,392 @@
+//! What is controlled: a robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
+
+use std::sync::Arc;
+
+use ilon_control::{Kinematics, TorqueShares};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::Truth;
+use ilon_world::{Floor, MotorTorque, Settings, World};
+
+use super::clock::Clock;
+use super::disturbances::Disturbances;
+use super::drive::Drive;
+use super::faults::Faults;
+use super::floor;
+use super::resolve::Resolved;
+use super::sensors::{Seen, Sensors};
+use crate::{Error, scenario};
+
+/// What the wheels shall do until the next command, one number a wheel in the robot's order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WheelCommand<'a> {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates(&'a [f64]),
+    /// Torques in N m; the motors' limits still stand.
+    Torques(&'a [f64]),
+}
+
+impl WheelCommand<'_> {
+    /// The numbers, whatever they are of.
+    fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Rates(numbers) | Self::Torques(numbers) => numbers,
+        }
+    }
+}
+
+/// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
+const MOST_STEPS: f64 = 1e9;
+
+/// What came of an advance.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Outcome {
+    /// The torques that the motors put on the wheels, in N m: the mean over the time.
+    pub torques_n_m: Vec<f64>,
+    /// By how much the laws of contact were broken at worst, in m/s: the speed at which something moves that should not.
+    pub contact_residual_m_s: f64,
+    /// How much of each task the wheel loops' law could give in the last step; `None` of a law that weighs none.
+    pub torque_shares: Option<TorqueShares>,
+}
+
+/// A robot that can be driven step by step from outside: robot, world, motors and wheel loops, sensors and faults.
+///
+/// ```no_run
+/// use ilon_sim::{Plant, Scenario, WheelCommand, load_robot, resolve};
+///
+/// let scenario = Scenario::load("assets/scenarios/mecanum4_lateral.toml")?;
+/// let robot = load_robot(&scenario)?;
+/// let mut plant = Plant::new(&resolve(&scenario, &robot)?, &robot)?;
+/// for _ in 0..100 {
+///     let seen = plant.observe();
+///     let rates_rad_s = if seen.pose.x_m < 0.5 { [5.0; 4] } else { [0.0; 4] };
+///     plant.advance(WheelCommand::Rates(&rates_rad_s), 0.01)?;
+/// }
+/// println!("{:?}", plant.truth());
+/// # Ok::<(), ilon_sim::Error>(())
+/// ```
+///
+/// It keeps no record and decides nothing. It may go to another thread, and copies of it go on to the bit as it does.
+#[derive(Clone)]
+pub struct Plant {
+    /// What stays as it is, shared by all copies.
+    plan: Arc<Plan>,
+    clock: Clock,
+    world: World,
+    sensors: Sensors,
+    drive: Drive,
+    faults: Faults,
+    disturbances: Disturbances,
+    motors: Vec<MotorTorque>,
+    /// The physics step at which the sensors looked last, counted from 1; 0 where they have not yet.
+    sensed: u64,
+    outcome: Outcome,
+}
+
+/// What a plant is built from, again whenever it is reset.
+struct Plan {
+    resolved: Resolved,
+    robot: Robot,
+    kinematics: Kinematics,
+    floor: Floor,
+    settings: Settings,
+}
+
+/// A plant as it was at one moment.
+#[derive(Clone)]
+pub struct Snapshot(Box<Plant>);
+
+impl Plant {
+    /// Puts a robot into the world of a scenario that was resolved for it, at rest.
+    ///
+    /// # Errors
+    /// Where the robot cannot stand where it starts, or a setting makes no sense.
+    pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        let plan = Plan {
+            kinematics: Kinematics::new(robot)?,
+            floor: floor::floor(&resolved.scenario().world.floor)?,
+            settings: resolved.world_settings(),
+            resolved: resolved.clone(),
+            robot: robot.clone(),
+        };
+        let seed = resolved.scenario().sensors.seed;
+        Self::build(Arc::new(plan), seed, resolved.start())
+    }
+
+    fn build(plan: Arc<Plan>, seed: u64, start: Pose) -> Result<Self, Error> {
+        let Plan {
+            resolved,
+            robot,
+            kinematics,
+            floor,
+            settings,
+        } = &*plan;
+        let scenario = resolved.scenario();
+        let physics_dt_s = resolved.physics_dt_s();
+        let wheel_count = robot.wheels.len();
+        let world = World::new(robot, floor, start, settings)?;
+        let drive = Drive::new(resolved, robot)?;
+        let section = scenario::Sensors {
+            seed,
+            ..scenario.sensors.clone()
+        };
+        Ok(Self {
+            clock: Clock::new(&scenario.run, physics_dt_s),
+            world,
+            sensors: Sensors::new(&section, start, kinematics, &scenario.run)?,
+            drive,
+            faults: Faults::new(&scenario.faults, robot)?,
+            disturbances: Disturbances::new(&scenario.faults, &scenario.world.floor, robot)?,
+            motors: vec![MotorTorque::constant(0.0); wheel_count],
+            sensed: 0,
+            outcome: Outcome {
+                torques_n_m: vec![0.0; wheel_count],
+                ..Outcome::default()
+            },
+            plan,
+        })
+    }
+
+    /// Begins anew: time zero, the robot at rest at a pose in the ground plane, noise from a seed.
+    ///
+    /// # Errors
+    /// Where the robot cannot stand there; the plant is then as it was.
+    pub fn reset(&mut self, seed: u64, pose: Pose) -> Result<(), Error> {
+        let numbers = [pose.x_m, pose.y_m, pose.heading_rad];
+        // As far off as a scenario may be. NaN is not.
+        let most = *scenario::SIZES.end();
+        if !numbers.iter().all(|number| number.abs() <= most) {
+            return Err(Error::invalid(
+                format!("a robot cannot start at {pose:?}"),
+                format!("give metres and radians of no more than {most:e}"),
+            ));
+        }
+        *self = Self::build(Arc::clone(&self.plan), seed, pose)?;
+        Ok(())
+    }
+
+    /// What the robot's sensors say now. Asked again at the same moment, they say the same.
+    pub fn observe(&mut self) -> &Seen {
+        let step = self.clock.steps() + 1;
+        if self.sensed != step {
+            self.sensed = step;
+            self.sensors.sense(
+                self.clock.time_s(),
+                self.clock.control_is_due(),
+                &self.world,
+                &self.faults,
+            );
+        }
+        self.sensors.seen()
+    }
+
+    /// Lets the robot act on a command for a time in seconds, a whole number of physics steps.
+    ///
+    /// Sensors with a rate or a delay of their own go on meanwhile; those without take their samples at multiples of the
+    /// scenario's control period.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is no whole number of steps: nothing
+    /// has happened then. [`Error::Diverged`] where the robot's motion is no number afterwards.
+    pub fn advance(&mut self, command: WheelCommand<'_>, period_s: f64) -> Result<&Outcome, Error> {
+        self.advance_watched(command, period_s, |_, _| ())
+    }
+
+    /// Like [`Plant::advance`]; shows the world, and the length of a step in seconds, after each physics step.
+    ///
+    /// # Errors
+    /// Like [`Plant::advance`].
+    pub fn advance_watched(
+        &mut self,
+        command: WheelCommand<'_>,
+        period_s: f64,
+        mut watch: impl FnMut(&World, f64),
+    ) -> Result<&Outcome, Error> {
+        self.check(command)?;
+        let steps = self.steps_in(period_s)?;
+        self.outcome.torques_n_m.fill(0.0);
+        self.outcome.contact_residual_m_s = 0.0;
+        for _ in 0..steps {
+            self.actuate(command);
+            self.step();
+            let acted = self.world.motor_torques_n_m();
+            for (mean_n_m, torque_n_m) in self.outcome.torques_n_m.iter_mut().zip(acted) {
+                *mean_n_m += torque_n_m / steps as f64;
+            }
+            let residual_m_s = self.world.contact_residual_m_s();
+            let worst_m_s = &mut self.outcome.contact_residual_m_s;
+            *worst_m_s = worst_m_s.max(residual_m_s);
+            watch(&self.world, self.clock.physics_dt_s());
+        }
+        self.outcome.torque_shares = self.drive.shares();
+        if !self.is_finite() {
+            return Err(Error::Diverged {
+                t_s: self.clock.time_s(),
+            });
+        }
+        Ok(&self.outcome)
+    }
+
+    /// Whether a command is one that this robot can be given.
+    fn check(&self, command: WheelCommand<'_>) -> Result<(), Error> {
+        let (found, wheels) = (command.numbers().len(), self.motors.len());
+        if found != wheels {
+            return Err(Error::invalid(
+                format!("a command of {found} numbers was given to a robot of {wheels} wheels"),
+                "give one number a wheel, in the robot's order",
+            ));
+        }
+        let wild = command.numbers().iter().find(|number| !number.is_finite());
+        match wild {
+            Some(number) => Err(Error::invalid(
+                format!("a wheel was commanded {number}"),
+                "give finite numbers",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// How many physics steps a time in seconds has.
+    fn steps_in(&self, period_s: f64) -> Result<u64, Error> {
+        let physics_dt_s = self.clock.physics_dt_s();
+        let steps = period_s / physics_dt_s;
+        let whole = steps.round();
+        // A part in a million is far beyond the rounding of a sum of steps, and far below what could be meant.
+        if (1.0..=MOST_STEPS).contains(&whole) && (steps - whole).abs() <= 1e-6 * whole {
+            return Ok(whole as u64);
+        }
+        Err(Error::invalid(
+            format!(
+                "the plant cannot be advanced by {period_s} s: its physics takes steps of {physics_dt_s} s"
+            ),
+            "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
+        ))
+    }
+
+    /// Turns a command into what the motors do in the coming physics step.
+    pub(super) fn actuate(&mut self, command: WheelCommand<'_>) {
+        self.observe();
+        let t_s = self.clock.time_s();
+        let torques = self.drive.torques(
+            command,
+            &self.sensors.seen().wheel_rates_rad_s,
+            self.faults.supply_share(t_s),
+            self.clock.physics_dt_s(),
+        );
+        self.motors.copy_from_slice(torques);
+        for (wheel, motor) in self.motors.iter_mut().enumerate() {
+            // A lost motor has no loop either.
+            if self.faults.motor_is_lost(t_s, wheel) {
+                *motor = MotorTorque::constant(0.0);
+            }
+        }
+    }
+
+    /// Takes a physics step with the motors as they are.
+    pub(super) fn step(&mut self) {
+        let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
+        self.disturbances.act(t_s, dt_s, &mut self.world);
+        self.world.drive(&self.motors);
+        self.world.step();
+        self.clock.tick();
+    }
+
+    /// What the sensors said when they looked last.
+    pub(super) fn seen(&self) -> &Seen {
+        self.sensors.seen()
+    }
+
+    /// How much of each task the wheel loops' law gave last; `None` of a law that weighs none.
+    pub(super) fn torque_shares(&self) -> Option<TorqueShares> {
+        self.drive.shares()
+    }
+
+    pub(super) fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// Simulated time since the start or the last reset, in seconds.
+    pub fn time_s(&self) -> f64 {
+        self.clock.time_s()
+    }
+
+    /// Where the robot really is and how it really moves, whatever its sensors say.
+    pub fn truth(&self) -> Truth {
+        let body = self.world.body();
+        Truth {
+            pose: body.pose,
+            height_m: body.height_m,
+            roll_rad: body.roll_rad,
+            pitch_rad: body.pitch_rad,
+            twist_in_body: body.twist_in_body,
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let Truth {
+            pose,
+            height_m,
+            roll_rad,
+            pitch_rad,
+            twist_in_body,
+        } = self.truth();
+        let numbers = [
+            pose.x_m,
+            pose.y_m,
+            pose.heading_rad,
+            height_m,
+            roll_rad,
+            pitch_rad,
+            twist_in_body.vx_m_s,
+            twist_in_body.vy_m_s,
+            twist_in_body.omega_rad_s,
+        ];
+        numbers.into_iter().all(f64::is_finite)
+    }
+
+    /// The world as it is now: contacts, energies, rollers.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Robot {
+        &self.plan.robot
+    }
+
+    /// The robot's kinematics about its origin: wheel rates for a twist, and back.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.plan.kinematics
+    }
+
+    /// The scenario with every default and everything chosen spelled out.
+    pub fn resolved(&self) -> &Resolved {
+        &self.plan.resolved
+    }
+
+    /// The plant as it is now, to come back to.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot(Box::new(self.clone()))
+    }
+
+    /// Goes back to a snapshot, of this plant or of another: from there all is as it was, to the bit.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        *self = (*snapshot.0).clone();
+    }
+}
+
+impl std::fmt::Debug for Plant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Plant")
+            .field("robot", &self.plan.robot.name)
+            .field("time_s", &self.time_s())
+            .field("truth", &self.truth())
+            .finish_non_exhaustive()
+    }
+}
+
+impl std::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Snapshot").field(&self.0).finish()
+    }
+}

@@ -1,0 +1,221 @@
+//! Writes down what happens, once a control period or less often.
+
+use ilon_control::{ContactKinematics, Kinematics, Odometry};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
+use ilon_world::World;
+
+use super::pilot::Pilot;
+use super::plant::Plant;
+
+/// The growing trace, and what has to be summed between its rows.
+pub(super) struct Recorder {
+    trace: Trace,
+    kinematics: Kinematics,
+    contact_kinematics: ContactKinematics,
+    odometry_ideal: Pose,
+    odometry_contact: Odometry,
+    last_angles_rad: Vec<f64>,
+    turned_rad: Vec<f64>,
+    /// Of each wheel, since the start or the last row.
+    sums: Vec<WheelSums>,
+    /// The largest since the last row.
+    residual_m_s: f64,
+    samples: Vec<WheelSample>,
+    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
+    rollers_every_s: Option<f64>,
+    rollers_taken: u64,
+}
+
+/// What is summed of a wheel between rows.
+#[derive(Clone, Copy, Debug, Default)]
+struct WheelSums {
+    /// Since the start, in J.
+    slip_j: f64,
+    spin_up_j: f64,
+    /// Of the motor since the last row: angular impulse in N m s, and time in s.
+    angular_n_m_s: f64,
+    time_s: f64,
+}
+
+impl Recorder {
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        header: Header,
+        robot: &Robot,
+        kinematics: Kinematics,
+        contact_kinematics: ContactKinematics,
+        start: Pose,
+        rows: usize,
+        roller_angles_hz: Option<f64>,
+    ) -> Self {
+        let wheel_count = robot.wheels.len();
+        Self {
+            trace: Trace::with_capacity(header, rows),
+            kinematics,
+            odometry_ideal: start,
+            odometry_contact: Odometry::new(contact_kinematics.clone(), start, &[]),
+            contact_kinematics,
+            last_angles_rad: vec![0.0; wheel_count],
+            turned_rad: vec![0.0; wheel_count],
+            sums: vec![WheelSums::default(); wheel_count],
+            residual_m_s: 0.0,
+            samples: vec![WheelSample::default(); wheel_count],
+            rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
+            rollers_taken: 0,
+        }
+    }
+
+    /// Sums what happened during the last physics step.
+    pub fn count(&mut self, world: &World, dt_s: f64) {
+        let acted = world.contacts().iter().zip(world.motor_torques_n_m());
+        for (sums, (contact, torque_n_m)) in self.sums.iter_mut().zip(acted) {
+            sums.slip_j += contact.slip_power_w * dt_s;
+            sums.spin_up_j += contact.spin_up_power_w * dt_s;
+            sums.angular_n_m_s += torque_n_m * dt_s;
+            sums.time_s += dt_s;
+        }
+        self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
+    }
+
+    /// Adds a row: the state now, what was decided on it, and the torques that follow.
+    pub fn record(&mut self, t_s: f64, plant: &Plant, pilot: &Pilot) {
+        let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
+        let angles_rad = world.wheel_angles_rad();
+        let rates_rad_s = world.wheel_rates_rad_s();
+        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
+
+        let decision = pilot.decision();
+        let mut tasks = [TaskShare::default(); MAX_TASKS];
+        for (share, task) in tasks.iter_mut().zip(&decision.tasks) {
+            *share = TaskShare {
+                asked_rad_s: task.asked_rad_s,
+                capacity_rad_s: task.capacity_rad_s,
+                weight: task.weight,
+                asked_twist_in_body: task.twist_in_body,
+            };
+        }
+        let energy = world.energy();
+        let record = Record {
+            t_s,
+            truth: plant.truth(),
+            twist_ideal: self.kinematics.twist(rates_rad_s),
+            twist_contact,
+            seen_pose: seen.pose,
+            odometry_ideal: self.odometry_ideal,
+            odometry_contact: self.odometry_contact.pose(),
+            desired: decision.desired.map(|desired| Desired {
+                pose: desired.pose,
+                velocity_in_world: desired.velocity_in_world,
+            }),
+            command_twist_in_body: decision.command_twist_in_body,
+            granted_twist_in_body: decision.granted_twist_in_body,
+            twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),
+            tasks,
+            torque_weight_position: shares.map_or(1.0, |shares| shares.position),
+            torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
+            slip_energy_j: world.slip_energy_j(),
+            spin_up_energy_j: world.spin_up_energy_j(),
+            motor_energy_j: world.motor_energy_j(),
+            bearing_energy_j: world.bearing_energy_j(),
+            impact_energy_j: world.impact_energy_j(),
+            outside_energy_j: world.outside_energy_j(),
+            kinetic_energy_j: energy.kinetic_j,
+            potential_energy_j: energy.potential_j,
+            contact_residual_m_s: self.residual_m_s,
+        };
+        self.sample_wheels(world, pilot);
+        self.residual_m_s = 0.0;
+        self.trace.push(record, &self.samples);
+        self.record_rollers(t_s, world);
+    }
+
+    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
+    fn record_rollers(&mut self, t_s: f64, world: &World) {
+        // Half of what separates sums of steps from the multiples that they mean.
+        const SLACK_S: f64 = 1e-9;
+        let Some(every_s) = self.rollers_every_s else {
+            return;
+        };
+        let due = ((t_s + SLACK_S) / every_s).floor() as u64 + 1;
+        if due > self.rollers_taken {
+            self.rollers_taken = due;
+            let wheels = 0..self.samples.len();
+            let angles = wheels.flat_map(|wheel| world.roller_angles_rad(wheel));
+            self.trace.push_roller_angles(angles);
+        }
+    }
+
+    /// What was recorded so far.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// What was recorded so far, to be taken out.
+    pub fn trace_mut(&mut self) -> &mut Trace {
+        &mut self.trace
+    }
+
+    /// What was recorded; no row is left.
+    pub fn take_trace(&mut self) -> Trace {
+        let none = Trace::with_capacity(self.trace.header.clone(), 0);
+        std::mem::replace(&mut self.trace, none)
+    }
+
+    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
+    /// encoders would do once a control period.
+    pub fn reckon(&mut self, angles_rad: &[f64]) {
+        self.odometry_contact.update(angles_rad);
+        let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
+        for ((turned, last), now) in increments.zip(angles_rad) {
+            *turned = now - *last;
+            *last = *now;
+        }
+        // The kinematics is linear in the rates: angles turned give the displacement.
+        let displacement = self.kinematics.twist(&self.turned_rad);
+        self.odometry_ideal = self.odometry_ideal.moved(displacement);
+    }
+
+    fn sample_wheels(&mut self, world: &World, pilot: &Pilot) {
+        for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
+        {
+            let sums = &mut self.sums[index];
+            let (angular_n_m_s, time_s) = (sums.angular_n_m_s, sums.time_s);
+            (sums.angular_n_m_s, sums.time_s) = (0.0, 0.0);
+            let place = contact.place_in_body_m;
+            *sample = WheelSample {
+                target_rad_s: pilot.wheel_rates_rad_s()[index],
+                rate_rad_s: world.wheel_rates_rad_s()[index],
+                angle_rad: world.wheel_angles_rad()[index],
+                torque_n_m: if time_s > 0.0 {
+                    angular_n_m_s / time_s
+                } else {
+                    0.0
+                },
+                hub_height_m: world.hub_height_m(index),
+                roller: contact.roller as u32,
+                touching: contact.touching,
+                load_share: 0.0,
+                slip_energy_j: sums.slip_j,
+                spin_up_energy_j: sums.spin_up_j,
+                ..WheelSample::default()
+            };
+            if contact.touching {
+                *sample = WheelSample {
+                    load_share: contact.load_share,
+                    contact_x_m: place.x,
+                    contact_y_m: place.y,
+                    normal_force_n: contact.normal_force_n,
+                    force_x_n: contact.force_in_body_n.x,
+                    force_y_n: contact.force_in_body_n.y,
+                    friction: contact.friction,
+                    slip_x_m_s: contact.sliding_in_body_m_s.x,
+                    slip_y_m_s: contact.sliding_in_body_m_s.y,
+                    roller_spin_rad_s: contact.roller_spin_rad_s,
+                    roller_spin_ideal_rad_s: contact.roller_spin_ideal_rad_s,
+                    ..*sample
+                };
+            }
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! From a scenario as a person wrote it to one that leaves nothing open.
+
+use ilon_control::{ContactKinematics, Kinematics, Reference};
+use ilon_robot::{Pose, Robot};
+use nalgebra::Vector2;
+
+use super::pilot::{Idle, Pilot};
+use super::{drive, pilot, remarks, tuning};
+use crate::Error;
+use crate::scenario::{Motion, RollerBodies, Scenario, Step};
+
+/// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    scenario: Scenario,
+    physics_dt_s: f64,
+    wheel_rate_limit_rad_s: f64,
+    reference: Option<Reference>,
+    reference_point_m: Vector2<f64>,
+    warnings: Vec<String>,
+}
+
+/// Who decides what the wheels shall do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Driver {
+    /// The scenario's `[reference]` under its `[guidance]`, or its `[twist]`.
+    Guidance,
+    /// A controller of one's own, of which nothing is known beforehand: an automatic step then serves whatever rates the wheels
+    /// can reach.
+    Own,
+}
+
+/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
+///
+/// It reads a file of waypoints where the scenario names one, and touches nothing else.
+///
+/// # Errors
+/// Where the scenario asks for something that cannot be, or this robot cannot do.
+pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
+    resolve_for(scenario, robot, Driver::Guidance)
+}
+
+/// Like [`resolve`], whoever drives.
+///
+/// # Errors
+/// Like [`resolve`].
+pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
+    scenario.validate()?;
+    let mut scenario = scenario.clone();
+    let kinematics = Kinematics::new(robot)?;
+    let contact_kinematics = ContactKinematics::new(robot)?;
+
+    let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
+        Some(limit_rad_s) => limit_rad_s,
+        None => robot.wheel_rate_limit_rad_s(),
+    };
+    scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+    let reference = pilot::reference_of(&scenario)?;
+    // What it would decide says how fast the wheels are asked to turn.
+    let pilot = Pilot::new(
+        &scenario,
+        reference.clone(),
+        (kinematics, contact_kinematics),
+        robot,
+        match driver {
+            Driver::Guidance => None,
+            Driver::Own => Some(Box::new(Idle)),
+        },
+    )?;
+
+    let model = drive::dynamic_model(robot)?;
+    let physics_dt_s = match scenario.run.physics_dt_s {
+        Step::Seconds(dt_s) => dt_s,
+        Step::Auto(_) => {
+            let split_dt_s = tuning::split_dt_s(&scenario);
+            let solver = &mut scenario.world.solver;
+            solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
+            let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
+            tuning::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
+        }
+    };
+    scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+    scenario.check_step(physics_dt_s)?;
+
+    let defaults = ilon_world::Settings::default();
+    let solver = &mut scenario.world.solver;
+    solver
+        .contact_stiffness_n_m
+        .get_or_insert(defaults.contact_stiffness_n_m);
+    solver
+        .contact_relaxation_s
+        .get_or_insert(defaults.contact_relaxation_s);
+    drive::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+
+    let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
+    warnings.extend(remarks::of_friction(&scenario));
+    match pilot.feasibility(scenario.run.duration_s) {
+        Some(feasibility) => warnings.extend(remarks::of_feasibility(&feasibility)),
+        None => {
+            let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
+            warnings.extend(remarks::of_twist(asked_rad_s, limit_rad_s));
+        }
+    }
+    Ok(Resolved {
+        scenario,
+        physics_dt_s,
+        wheel_rate_limit_rad_s: limit_rad_s,
+        reference,
+        reference_point_m: pilot.reference_point_m(),
+        warnings,
+    })
+}
+
+impl Resolved {
+    /// The scenario with every default and everything chosen spelled out.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The step of physics and wheel loops, in seconds.
+    pub fn physics_dt_s(&self) -> f64 {
+        self.physics_dt_s
+    }
+
+    /// The period of the control, in seconds: a whole number of physics steps.
+    pub fn control_dt_s(&self) -> f64 {
+        self.scenario.run.control_dt_s
+    }
+
+    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    pub fn wheel_rate_limit_rad_s(&self) -> f64 {
+        self.wheel_rate_limit_rad_s
+    }
+
+    /// The path in time that is desired, where the scenario has a `[reference]`.
+    pub fn reference(&self) -> Option<&Reference> {
+        self.reference.as_ref()
+    }
+
+    /// The point of the body frame that follows the reference, in metres.
+    pub fn reference_point_m(&self) -> Vector2<f64> {
+        self.reference_point_m
+    }
+
+    /// Where the robot starts.
+    pub fn start(&self) -> Pose {
+        start_pose(&self.scenario)
+    }
+
+    /// What a person should know about the input, although it can be run.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Whether a twist is commanded without feedback of the pose.
+    pub(super) fn is_open_loop(&self) -> bool {
+        matches!(self.scenario.motion(), Some(Motion::OpenLoop(_)))
+    }
+
+    /// The settings of the world.
+    pub(super) fn world_settings(&self) -> ilon_world::Settings {
+        let world = &self.scenario.world;
+        let defaults = ilon_world::Settings::default();
+        let solver = &world.solver;
+        ilon_world::Settings {
+            dt_s: self.physics_dt_s,
+            split_dt_s: solver.split_dt_s,
+            roller_bodies: match self.scenario.robot.roller_bodies {
+                RollerBodies::All => ilon_world::RollerBodies::All,
+                RollerBodies::Near => ilon_world::RollerBodies::Near,
+            },
+            contact_stiffness_n_m: solver
+                .contact_stiffness_n_m
+                .unwrap_or(defaults.contact_stiffness_n_m),
+            contact_relaxation_s: solver
+                .contact_relaxation_s
+                .unwrap_or(defaults.contact_relaxation_s),
+            gravity_m_s2: world.gravity_m_s2,
+            ..defaults
+        }
+    }
+}
+
+/// Where a scenario puts its robot.
+pub(super) fn start_pose(scenario: &Scenario) -> Pose {
+    Pose {
+        x_m: scenario.robot.x_m,
+        y_m: scenario.robot.y_m,
+        heading_rad: scenario.robot.heading_deg.to_radians(),
+    }
+}

@@ -1,0 +1,202 @@
+//! What the robot sees of its own motion: the truth, late, now and then, and with noise; and what it makes of that.
+
+use std::collections::VecDeque;
+
+use ilon_control::Kinematics;
+use ilon_robot::{Pose, wrap_angle};
+use ilon_world::World;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::faults::Faults;
+use super::fusion::Fusion;
+use crate::{Error, scenario};
+
+/// What the robot knows at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// The newest pose that has arrived; with fusion, the pose now by the filter.
+    pub pose: Pose,
+    /// The wheels' rates, in rad/s.
+    pub wheel_rates_rad_s: Vec<f64>,
+    /// The wheels' angles since the start, as the encoders counted them, in rad.
+    pub wheel_angles_rad: Vec<f64>,
+}
+
+impl Seen {
+    /// A robot at rest, its wheels at angle zero.
+    pub(super) fn at(pose: Pose, wheel_count: usize) -> Self {
+        Self {
+            pose,
+            wheel_rates_rad_s: vec![0.0; wheel_count],
+            wheel_angles_rad: vec![0.0; wheel_count],
+        }
+    }
+}
+
+/// The sensors of a robot.
+#[derive(Clone)]
+pub(super) struct Sensors {
+    pose: scenario::PoseSensor,
+    rate_noise_rad_s: f64,
+    /// Poses taken but not yet arrived.
+    on_the_way: VecDeque<Taken>,
+    poses_taken: u64,
+    fusion: Option<Fusion>,
+    seen: Seen,
+    miscounts: Vec<Miscount>,
+    pose_noise: ChaCha8Rng,
+    encoder_noise: ChaCha8Rng,
+}
+
+/// A pose on its way from the sensor to the robot.
+#[derive(Clone)]
+struct Taken {
+    taken_s: f64,
+    arrives_s: f64,
+    pose: Pose,
+}
+
+/// What an encoder measures wrong.
+#[derive(Clone, Copy, Debug, Default)]
+struct Miscount {
+    /// The wheel's angle when it was last looked at, in rad.
+    angle_rad: f64,
+    /// What was counted too much since the start, in rad.
+    off_rad: f64,
+    /// The noise of its rate until the next control sample, in rad/s.
+    rate_noise_rad_s: f64,
+}
+
+/// Slack on times, in seconds, that keeps the rounding of sums from delaying a sample by a whole step.
+const TIME_SLACK_S: f64 = 1e-9;
+
+impl Sensors {
+    /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of the run.
+    ///
+    /// # Errors
+    /// [`Error::Control`] for a filter that cannot be.
+    pub fn new(
+        section: &scenario::Sensors,
+        start: Pose,
+        kinematics: &Kinematics,
+        run: &scenario::Run,
+    ) -> Result<Self, Error> {
+        let wheel_count = kinematics.wheel_count();
+        let fusion = match &section.fusion {
+            Some(fusion) => Some(Fusion::new(
+                fusion,
+                &section.pose,
+                start,
+                kinematics,
+                run.control_dt_s,
+                run.duration_s,
+            )?),
+            None => None,
+        };
+        // One stream of random numbers a sensor, so that a change of one leaves the others' noise as it was.
+        let stream = |number| {
+            let mut rng = ChaCha8Rng::seed_from_u64(section.seed);
+            rng.set_stream(number);
+            rng
+        };
+        Ok(Self {
+            pose: section.pose.clone(),
+            rate_noise_rad_s: section.encoders.rate_noise_rad_s,
+            on_the_way: VecDeque::new(),
+            poses_taken: 0,
+            fusion,
+            seen: Seen::at(start, wheel_count),
+            miscounts: vec![Miscount::default(); wheel_count],
+            pose_noise: stream(1),
+            encoder_noise: stream(2),
+        })
+    }
+
+    /// Looks at the world at a physics step.
+    pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World, faults: &Faults) {
+        let pose_is_due = match self.pose.rate_hz {
+            Some(rate_hz) => t_s + TIME_SLACK_S >= self.poses_taken as f64 / rate_hz,
+            None => control_is_due,
+        };
+        if pose_is_due {
+            self.poses_taken += 1;
+            let pose = self.noisy(faults.pose(t_s, world.body().pose));
+            if !faults.pose_is_lost(t_s) {
+                self.on_the_way.push_back(Taken {
+                    taken_s: t_s,
+                    arrives_s: t_s + self.pose.latency_s,
+                    pose,
+                });
+            }
+        }
+        for (wheel, miscount) in self.miscounts.iter_mut().enumerate() {
+            let (angle_rad, rate_rad_s) = (
+                world.wheel_angles_rad()[wheel],
+                world.wheel_rates_rad_s()[wheel],
+            );
+            let factor = faults.encoder_factor(t_s, wheel);
+            miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);
+            miscount.angle_rad = angle_rad;
+            self.seen.wheel_angles_rad[wheel] = angle_rad + miscount.off_rad;
+            if control_is_due {
+                // Once a sample of the control, so that shorter physics steps do not average it away.
+                miscount.rate_noise_rad_s = noise(&mut self.encoder_noise, self.rate_noise_rad_s);
+            }
+            self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + miscount.rate_noise_rad_s);
+        }
+        self.receive(t_s, control_is_due);
+    }
+
+    /// Takes in the poses that have arrived, and reckons on where the robot joins them with odometry.
+    fn receive(&mut self, t_s: f64, control_is_due: bool) {
+        if let Some(fusion) = &mut self.fusion
+            && control_is_due
+        {
+            fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+        }
+        while let Some(taken) = self.on_the_way.front()
+            && taken.arrives_s <= t_s + TIME_SLACK_S
+        {
+            match &mut self.fusion {
+                Some(fusion) => {
+                    fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+                    fusion.correct(taken.taken_s, &taken.pose);
+                }
+                None => self.seen.pose = taken.pose,
+            }
+            self.on_the_way.pop_front();
+        }
+        if let Some(fusion) = &self.fusion {
+            self.seen.pose = fusion.pose();
+        }
+    }
+
+    /// What the robot knows now.
+    pub fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    fn noisy(&mut self, pose: Pose) -> Pose {
+        let heading_noise_rad = self.pose.heading_noise_deg.to_radians();
+        let rng = &mut self.pose_noise;
+        Pose {
+            x_m: pose.x_m + noise(rng, self.pose.position_noise_m),
+            y_m: pose.y_m + noise(rng, self.pose.position_noise_m),
+            heading_rad: match heading_noise_rad {
+                0.0 => pose.heading_rad,
+                sigma_rad => wrap_angle(pose.heading_rad + noise(rng, sigma_rad)),
+            },
+        }
+    }
+}
+
+/// A normally distributed number of mean zero; zero, and nothing drawn, for a deviation of zero.
+fn noise(rng: &mut ChaCha8Rng, standard_deviation: f64) -> f64 {
+    if standard_deviation == 0.0 {
+        return 0.0;
+    }
+    let unit: f64 = StandardNormal.sample(rng);
+    standard_deviation * unit
+}

@@ -1,0 +1,332 @@
+//! A plant is stepped from outside: what it says is repeatable, and what it is given is checked.
+
+use std::path::Path;
+
+use ilon_sim::robot::{Pose, Robot};
+use ilon_sim::trace::{Truth, trace_hash};
+use ilon_sim::{
+    Commanded, Controller, Driver, Error, Moment, Plant, Scenario, Seen, Simulation, Snapshot,
+    WheelCommand, load_robot, resolve, resolve_for,
+};
+
+/// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes, payloads, a seized roller, a
+/// floor that changes, a box, the wheel law with the most state.
+const EVENTFUL: &str = r#"
+[robot]
+file = "mecanum4.urdf"
+
+[twist]
+vx_m_s = 0.2
+
+[[world.floor.boxes]]
+x_m = 0.45
+y_m = 0.0
+length_x_m = 0.2
+length_y_m = 2.0
+height_m = 0.004
+
+[wheel_loop]
+law = "computed_torque"
+
+[sensors]
+seed = 7
+encoders.rate_noise_rad_s = 0.05
+fusion = {}
+
+[sensors.pose]
+rate_hz = 30
+latency_s = 0.03
+position_noise_m = 0.002
+heading_noise_deg = 0.2
+
+[[faults]]
+push = { impulse_y_n_s = 1.5, from_s = 0.3, lasts_s = 0.2 }
+
+[[faults]]
+payload = { mass_kg = 2, x_m = 0.05, from_s = 0.25, until_s = 0.55 }
+
+[[faults]]
+roller_stuck = { wheel = "front_left", roller = 2, from_s = 0.1, until_s = 0.6 }
+
+[[faults]]
+friction_changed = { friction = 0.15, from_s = 0.35, until_s = 0.5 }
+
+[run]
+duration_s = 1.0
+"#;
+
+const PERIOD_S: f64 = 0.01;
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots")
+}
+
+fn eventful(further: &str) -> (Scenario, Robot) {
+    let text = format!("{EVENTFUL}{further}");
+    let scenario = Scenario::from_toml(&text, "eventful", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    (scenario, robot)
+}
+
+fn plant() -> Plant {
+    let (scenario, robot) = eventful("");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    Plant::new(&resolved, &robot).expect("it stands")
+}
+
+/// Drives by what is seen, so that noise counts; gives what was true and what was seen.
+fn drive(plant: &mut Plant, periods: usize) -> Vec<(Truth, Seen)> {
+    (0..periods)
+        .map(|_| {
+            let seen = plant.observe().clone();
+            let turn = 3.0 * seen.pose.heading_rad + 0.1 * seen.wheel_rates_rad_s[0];
+            let rates_rad_s = [8.0 + turn, 8.0 - turn, 7.0 + turn, 9.0 - turn];
+            let command = WheelCommand::Rates(&rates_rad_s);
+            plant.advance(command, PERIOD_S).expect("it drives");
+            (plant.truth(), seen)
+        })
+        .collect()
+}
+
+#[test]
+fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() {
+    // Before, within and after each of the events.
+    for before in [0, 5, 15, 28, 40, 52, 70] {
+        let mut plant = plant();
+        drive(&mut plant, before);
+        let snapshot = plant.snapshot();
+        let first = drive(&mut plant, 40);
+        plant.restore(&snapshot);
+        assert_eq!(
+            drive(&mut plant, 40),
+            first,
+            "restored after {before} periods"
+        );
+        let mut other = self::plant();
+        other.restore(&snapshot);
+        assert_eq!(drive(&mut other, 40), first, "restored into another");
+    }
+}
+
+#[test]
+fn a_snapshot_is_of_the_energies_and_contacts_too() {
+    let mut plant = plant();
+    drive(&mut plant, 33);
+    let snapshot = plant.snapshot();
+    let look = |plant: &Plant| {
+        let world = plant.world();
+        (
+            world.slip_energy_j(),
+            world.motor_energy_j(),
+            world.contacts().to_vec(),
+            world.roller_spins_rad_s(0),
+        )
+    };
+    drive(&mut plant, 20);
+    let first = look(&plant);
+    plant.restore(&snapshot);
+    drive(&mut plant, 20);
+    assert_eq!(look(&plant), first);
+}
+
+#[test]
+fn plants_on_two_threads_do_what_they_do_on_one() {
+    let alone = drive(&mut plant(), 80);
+    let runs: Vec<_> = std::thread::scope(|scope| {
+        let started = [(); 2].map(|()| scope.spawn(|| drive(&mut plant(), 80)));
+        started
+            .into_iter()
+            .map(|run| run.join().expect("it drives"))
+            .collect()
+    });
+    assert!(runs.iter().all(|run| *run == alone));
+    // And one that moves to another thread in the middle of its way.
+    let mut moved = plant();
+    let mut way = drive(&mut moved, 40);
+    let rest = std::thread::spawn(move || drive(&mut moved, 40));
+    way.extend(rest.join().expect("it drives"));
+    assert_eq!(way, alone);
+}
+
+#[test]
+fn what_runs_may_go_to_another_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<Plant>();
+    is_send::<Snapshot>();
+    is_send::<Simulation>();
+}
+
+#[test]
+fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place() {
+    let (scenario, robot) = eventful("");
+    let start = Pose {
+        x_m: -0.3,
+        y_m: 0.1,
+        heading_rad: 0.2,
+    };
+    let mut elsewhere = scenario.clone();
+    elsewhere.sensors.seed = 99;
+    elsewhere.robot.x_m = start.x_m;
+    elsewhere.robot.y_m = start.y_m;
+    elsewhere.robot.heading_deg = 0.2_f64.to_degrees();
+    // 0.2 rad in degrees and back is not 0.2 rad to the last bit.
+    let start = Pose {
+        heading_rad: elsewhere.robot.heading_deg.to_radians(),
+        ..start
+    };
+    let resolved = resolve(&elsewhere, &robot).expect("it can be run");
+    let mut fresh = Plant::new(&resolved, &robot).expect("it stands");
+    let mut reset = plant();
+    drive(&mut reset, 37);
+    reset.reset(99, start).expect("it stands there");
+    assert_eq!(reset.time_s(), 0.0);
+    assert_eq!(reset.truth(), fresh.truth());
+    assert_eq!(drive(&mut reset, 60), drive(&mut fresh, 60));
+
+    // Rounding leaves such numbers.
+    let nearly = Pose {
+        heading_rad: 1e-17,
+        ..Pose::default()
+    };
+    plant().reset(1, nearly).expect("it stands there");
+
+    // A seed more or less is another noise, and another way.
+    let mut other = plant();
+    other.reset(100, start).expect("it stands there");
+    assert_ne!(drive(&mut other, 60).last(), drive(&mut reset, 60).last());
+}
+
+#[test]
+fn a_reset_to_where_no_robot_can_stand_leaves_the_plant_as_it_was() {
+    let mut plant = plant();
+    drive(&mut plant, 10);
+    let before = plant.truth();
+    for x_m in [f64::NAN, f64::INFINITY, 1e300] {
+        let pose = Pose {
+            x_m,
+            ..Pose::default()
+        };
+        assert!(plant.reset(1, pose).is_err());
+        assert_eq!(plant.truth(), before);
+    }
+}
+
+#[test]
+fn sensors_asked_twice_say_the_same_and_asking_changes_nothing() {
+    let (mut asked, mut unasked) = (plant(), plant());
+    let rates = WheelCommand::Rates(&[5.0; 4]);
+    for _ in 0..30 {
+        let seen = asked.observe().clone();
+        assert_eq!(*asked.observe(), seen);
+        asked.advance(rates, PERIOD_S).expect("it drives");
+        unasked.advance(rates, PERIOD_S).expect("it drives");
+    }
+    assert_eq!(asked.truth(), unasked.truth());
+    assert_eq!(asked.observe(), unasked.observe());
+}
+
+#[test]
+fn one_long_advance_is_many_short_ones() {
+    let (mut long, mut short) = (plant(), plant());
+    let rates = WheelCommand::Rates(&[6.0, 5.0, 5.0, 6.0]);
+    long.advance(rates, 0.3).expect("it drives");
+    for _ in 0..30 {
+        short.advance(rates, PERIOD_S).expect("it drives");
+    }
+    assert_eq!(long.truth(), short.truth());
+    assert_eq!(long.time_s(), short.time_s());
+}
+
+#[test]
+fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
+    let mut plant = plant();
+    let mut steps = Vec::new();
+    let outcome = plant
+        .advance_watched(WheelCommand::Rates(&[5.0; 4]), PERIOD_S, |world, dt_s| {
+            steps.push((world.motor_torques_n_m()[0], dt_s));
+        })
+        .expect("it drives")
+        .clone();
+    let impulse_n_m_s: f64 = steps.iter().map(|(torque, dt_s)| torque * dt_s).sum();
+    // Sums of some ten numbers, rounded.
+    assert!((outcome.torques_n_m[0] - impulse_n_m_s / PERIOD_S).abs() < 1e-12);
+    assert!(outcome.torques_n_m[0] > 0.0);
+}
+
+#[test]
+fn bad_commands_and_periods_are_refused_and_move_nothing() {
+    let mut plant = plant();
+    let before = plant.truth();
+    let good = [1.0; 4];
+    let numbers: [&[f64]; 4] = [
+        &[],
+        &[1.0; 3],
+        &[1.0, f64::NAN, 0.0, 0.0],
+        &[f64::INFINITY; 4],
+    ];
+    for numbers in numbers {
+        for command in [WheelCommand::Rates(numbers), WheelCommand::Torques(numbers)] {
+            let refused = plant.advance(command, PERIOD_S);
+            assert!(matches!(refused, Err(Error::Invalid { .. })), "{command:?}");
+        }
+    }
+    for period_s in [
+        0.0,
+        -PERIOD_S,
+        0.5e-9,
+        1.37 * PERIOD_S,
+        1e300,
+        f64::NAN,
+        f64::INFINITY,
+    ] {
+        let refused = plant.advance(WheelCommand::Rates(&good), period_s);
+        assert!(matches!(refused, Err(Error::Invalid { .. })), "{period_s}");
+    }
+    assert_eq!((plant.time_s(), plant.truth()), (0.0, before));
+}
+
+/// Says what the guidance of an open loop would, from the kinematics that it is told.
+struct Forward;
+
+impl Controller for Forward {
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        assert_eq!(now.robot.wheels.len(), wheels.len());
+        assert!(wheels.iter().all(|wheel| *wheel == 0.0));
+        let twist = ilon_sim::robot::Twist::new(0.2, 0.0, 0.0);
+        now.kinematics.wheel_rates(twist, wheels);
+        Commanded::Rates
+    }
+}
+
+#[test]
+fn a_run_under_a_controller_is_its_plant_under_the_same_commands() {
+    let (scenario, robot) = eventful("");
+    let run = Simulation::with_controller(&scenario, Forward)
+        .expect("it can be run")
+        .run();
+    let resolved = resolve_for(&scenario, &robot, Driver::Own).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let mut rates_rad_s = [0.0; 4];
+    let twist = ilon_sim::robot::Twist::new(0.2, 0.0, 0.0);
+    plant.kinematics().wheel_rates(twist, &mut rates_rad_s);
+    for record in run.trace.records() {
+        assert_eq!(record.truth, plant.truth(), "at {} s", record.t_s);
+        assert_eq!(record.seen_pose, plant.observe().pose);
+        let command = WheelCommand::Rates(&rates_rad_s);
+        plant.advance(command, PERIOD_S).expect("it drives");
+    }
+}
+
+#[test]
+fn to_resolve_is_to_resolve_once() {
+    let (scenario, robot) = eventful("");
+    let before = scenario.to_toml().expect("text");
+    let once = resolve(&scenario, &robot).expect("it can be run");
+    assert_eq!(scenario.to_toml().expect("text"), before);
+    let twice = resolve(once.scenario(), &robot).expect("it can be run");
+    let text = |scenario: &Scenario| scenario.to_toml().expect("text");
+    assert_eq!(text(twice.scenario()), text(once.scenario()));
+    let hash =
+        |scenario: &Scenario| trace_hash(&ilon_sim::run(scenario).expect("it can be run").trace);
+    assert_eq!(hash(&scenario), hash(once.scenario()));
+}

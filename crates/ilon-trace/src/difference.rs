@@ -1,0 +1,200 @@
+//! Holds a whole trace against an earlier one, signal by signal.
+
+use std::collections::BTreeMap;
+
+use crate::Rows;
+
+/// Where a trace leaves its baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The signal, by its column's name.
+    pub signal: String,
+    /// When it is first further from the baseline than it may be, in seconds.
+    pub first_s: f64,
+    /// The baseline there; `None` where it has no value.
+    pub baseline: Option<f64>,
+    /// The run there; `None` where it has no value.
+    pub run: Option<f64>,
+    /// The largest difference at any time; infinite where only one of them has a value.
+    pub worst: f64,
+    /// How far it may be.
+    pub tolerance: f64,
+}
+
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let value = |value: Option<f64>| value.map_or("nothing".to_owned(), number);
+        write!(
+            f,
+            "{} leaves its baseline at {} s: {}, was {}; at worst {} off, where {} is allowed",
+            self.signal,
+            self.first_s,
+            value(self.run),
+            value(self.baseline),
+            number(self.worst),
+            number(self.tolerance)
+        )
+    }
+}
+
+/// A number with all its digits, and with an exponent where zeros would hide them.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        size if size == 0.0 || (1e-3..1e6).contains(&size) || !size.is_finite() => {
+            value.to_string()
+        }
+        _ => format!("{value:e}"),
+    }
+}
+
+/// The signals of a run that leave their baseline, the earliest first. A signal without a tolerance must be equal to the
+/// bit; runs of different length differ in time itself. One signal at a time is held in memory.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn differences<R: Rows>(
+    run: &R,
+    baseline: &R,
+    tolerances: &BTreeMap<String, f64>,
+) -> Result<Vec<Difference>, R::Error> {
+    let mut names = run.header().signal_names();
+    let more = baseline.header().signal_names();
+    let more: Vec<_> = more
+        .into_iter()
+        .filter(|name| !names.contains(name))
+        .collect();
+    names.extend(more);
+    let mut found = Vec::new();
+    for name in names {
+        let tolerance = tolerance_of(&name, tolerances);
+        let (ours, theirs) = (run.values(&name)?, baseline.values(&name)?);
+        let dt_s = run.header().control_dt_s;
+        found.extend(difference(&ours, &theirs, dt_s, name, tolerance));
+    }
+    found.sort_by(|a, b| a.first_s.total_cmp(&b.first_s));
+    Ok(found)
+}
+
+fn difference(
+    ours: &[Option<f64>],
+    theirs: &[Option<f64>],
+    dt_s: f64,
+    signal: String,
+    tolerance: f64,
+) -> Option<Difference> {
+    let rows = ours.len().max(theirs.len());
+    let at = |values: &[Option<f64>], row: usize| values.get(row).copied().flatten();
+    let off = |row: usize| match (at(ours, row), at(theirs, row)) {
+        (Some(a), Some(b)) if a.is_nan() && b.is_nan() => 0.0,
+        (Some(a), Some(b)) if a == b => 0.0,
+        (Some(a), Some(b)) if a.is_finite() && b.is_finite() => (a - b).abs(),
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    };
+    let first = (0..rows).find(|row| off(*row) > tolerance)?;
+    Some(Difference {
+        first_s: first as f64 * dt_s,
+        baseline: at(theirs, first),
+        run: at(ours, first),
+        worst: (0..rows).map(off).fold(0.0, f64::max),
+        tolerance,
+        signal,
+    })
+}
+
+/// The tolerance of a signal: its own, or that of every wheel, or none.
+fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> f64 {
+    let of_every_wheel = || {
+        let (wheel, rest) = name.strip_prefix("wheel")?.split_once('_')?;
+        let is_number = wheel.chars().all(|digit| digit.is_ascii_digit());
+        is_number.then(|| tolerances.get(&format!("wheel*_{rest}")))?
+    };
+    tolerances
+        .get(name)
+        .or_else(of_every_wheel)
+        .copied()
+        .unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Header, Record, Trace, WheelHeader, WheelSample};
+
+    use super::*;
+
+    fn found(run: &Trace, baseline: &Trace, tolerances: &BTreeMap<String, f64>) -> Vec<Difference> {
+        let Ok(found) = differences(run, baseline, tolerances);
+        found
+    }
+
+    fn trace(spoil: impl Fn(u32, &mut Record, &mut WheelSample)) -> Trace {
+        let header = Header {
+            wheels: vec![WheelHeader::default()],
+            control_dt_s: 0.5,
+            ..Header::default()
+        };
+        let mut trace = Trace::with_capacity(header, 4);
+        for step in 0..4 {
+            let mut record = Record {
+                t_s: 0.5 * f64::from(step),
+                ..Record::default()
+            };
+            let mut wheel = WheelSample::default();
+            spoil(step, &mut record, &mut wheel);
+            trace.push(record, &[wheel]);
+        }
+        trace
+    }
+
+    #[test]
+    fn equal_traces_do_not_differ_and_a_last_bit_does() {
+        let baseline = trace(|_, record, _| record.truth.pose.x_m = 1.0);
+        assert!(found(&baseline, &baseline, &BTreeMap::new()).is_empty());
+        let run = trace(|step, record, _| {
+            record.truth.pose.x_m = if step < 2 { 1.0 } else { 1.0 + f64::EPSILON };
+        });
+        let found = found(&run, &baseline, &BTreeMap::new());
+        assert_eq!(found.len(), 1);
+        assert_eq!(
+            (found[0].signal.as_str(), found[0].first_s),
+            ("truth_x_m", 1.0)
+        );
+    }
+
+    #[test]
+    fn a_tolerance_lets_a_signal_be_off_by_as_much_and_no_more() {
+        let baseline = trace(|_, _, _| ());
+        let run = trace(|step, _, wheel| wheel.torque_n_m = 0.1 * f64::from(step));
+        let allow = |tolerance| BTreeMap::from([("wheel*_torque_n_m".to_owned(), tolerance)]);
+        // 0.1 * 3 is a rounding above 0.3.
+        assert!(found(&run, &baseline, &allow(0.3 + 1e-15)).is_empty());
+        let found = found(&run, &baseline, &allow(0.15));
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].first_s, found[0].run), (1.0, Some(0.2)));
+    }
+
+    #[test]
+    fn numbers_keep_their_digits_without_rows_of_zeros() {
+        let told = [0.0, -0.25, 1234.5, 2.977_733e-9, -1.5e7, f64::INFINITY].map(number);
+        assert_eq!(
+            told,
+            ["0", "-0.25", "1234.5", "2.977733e-9", "-1.5e7", "inf"]
+        );
+    }
+
+    #[test]
+    fn a_shorter_run_differs_where_it_ends() {
+        let baseline = trace(|_, _, _| ());
+        let mut run = Trace::with_capacity(baseline.header.clone(), 2);
+        for step in 0..2 {
+            run.push(baseline.records()[step], baseline.wheels_at(step));
+        }
+        let found = found(&run, &baseline, &BTreeMap::new());
+        assert!(
+            found
+                .iter()
+                .all(|one| one.first_s == 1.0 && one.worst.is_infinite())
+        );
+        assert!(!found.is_empty());
+    }
+}

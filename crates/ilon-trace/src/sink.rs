@@ -1,0 +1,82 @@
+//! Where rows go while a run is under way.
+
+use crate::error::TraceError;
+use crate::rows::Rows;
+use crate::trace::{Header, Trace};
+
+/// Something that takes rows as they come: memory, a file of another format, a socket.
+///
+/// A run hands its rows over once a control period. An error ends the run.
+pub trait Sink {
+    /// What the run is, before any row.
+    ///
+    /// # Errors
+    /// Where the rows cannot be taken; [`TraceError::sink`] for reasons of the sink's own.
+    fn begin(&mut self, header: &Header) -> Result<(), TraceError>;
+
+    /// The rows that have come since the last time, one or more, in their order.
+    ///
+    /// # Errors
+    /// Like [`Sink::begin`].
+    fn take(&mut self, rows: &Trace) -> Result<(), TraceError>;
+
+    /// There are no more rows.
+    ///
+    /// # Errors
+    /// Like [`Sink::begin`].
+    fn finish(&mut self) -> Result<(), TraceError>;
+}
+
+/// Memory: the trace becomes that of the run.
+impl Sink for Trace {
+    fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
+        *self = Self::with_capacity(header.clone(), 0);
+        Ok(())
+    }
+
+    fn take(&mut self, rows: &Trace) -> Result<(), TraceError> {
+        self.append(rows);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), TraceError> {
+        Ok(())
+    }
+}
+
+/// Several sinks, each of which takes all rows.
+impl Sink for [&mut dyn Sink] {
+    fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
+        self.iter_mut().try_for_each(|sink| sink.begin(header))
+    }
+
+    fn take(&mut self, rows: &Trace) -> Result<(), TraceError> {
+        if rows.row_count() == 0 {
+            return Ok(());
+        }
+        self.iter_mut().try_for_each(|sink| sink.take(rows))
+    }
+
+    fn finish(&mut self) -> Result<(), TraceError> {
+        self.iter_mut().try_for_each(|sink| sink.finish())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::made_up_trace;
+
+    #[test]
+    fn memory_holds_what_it_was_handed_whatever_it_held_before() {
+        let whole = made_up_trace(3, 10, true);
+        let (mut one, mut other) = (made_up_trace(1, 4, false), made_up_trace(2, 2, true));
+        let sinks: &mut [&mut dyn Sink] = &mut [&mut one, &mut other];
+        sinks.begin(&whole.header).unwrap();
+        for rows in [0..3, 3..3, 3..10] {
+            sinks.take(&whole.rows(rows)).unwrap();
+        }
+        sinks.finish().unwrap();
+        assert_eq!((&one, &other), (&whole, &whole));
+    }
+}

@@ -1,0 +1,93 @@
+//! Why a command ends without having done what it was called for.
+
+use std::path::{Path, PathBuf};
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Why a command cannot do what it was called for: a fault of the input, of the arguments, or of the place to write to.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub(super) enum Failure {
+    /// What the simulation library says of a scenario, a robot or a trace.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Simulation(ilon_sim::Error),
+
+    /// What a command is told to do cannot be done, whatever the files hold.
+    #[error("{message}")]
+    Usage {
+        /// What is wrong, with the option or path.
+        message: String,
+        /// What to say instead.
+        #[help]
+        help: String,
+    },
+
+    /// Something cannot be turned into the text of a file.
+    #[error("{what} cannot be written as text: {reason}")]
+    #[diagnostic(help("this is a fault of ilon itself: please report it"))]
+    Encode {
+        /// What should be written.
+        what: &'static str,
+        /// Why, in the writer's words.
+        reason: String,
+    },
+
+    /// ilon itself broke down; where several scenarios run, the others go on.
+    #[error("ilon broke down over this scenario; what it said stands on standard error")]
+    #[diagnostic(help("this is a fault of ilon itself: please report it, with the scenario"))]
+    BrokeDown,
+
+    /// Results cannot be written.
+    #[error("cannot write `{}`: {reason}", path.display())]
+    #[diagnostic(help("choose another place with --out; nothing was left half-written"))]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why, in the system's words.
+        reason: String,
+    },
+}
+
+impl Failure {
+    pub(super) fn usage(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Usage {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+
+    pub(super) fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
+        Self::Encode {
+            what,
+            reason: reason.to_string(),
+        }
+    }
+
+    pub(super) fn write(path: &Path, source: &std::io::Error) -> Self {
+        Self::Write {
+            path: path.to_owned(),
+            reason: ilon_sim::reason(source),
+        }
+    }
+
+    /// A file or folder that cannot be read.
+    pub(super) fn read(path: &Path, source: std::io::Error) -> Self {
+        ilon_sim::Error::read(path, &ilon_robot::ReadError::Io(source)).into()
+    }
+}
+
+impl<E: Into<ilon_sim::Error> + KnownToSimulation> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Simulation(error.into())
+    }
+}
+
+/// Errors that [`ilon_sim::Error`] has words for.
+pub(super) trait KnownToSimulation {}
+impl KnownToSimulation for ilon_sim::Error {}
+impl KnownToSimulation for ilon_robot::RobotError {}
+impl KnownToSimulation for ilon_control::ControlError {}
+impl KnownToSimulation for ilon_world::WorldError {}
+impl KnownToSimulation for ilon_trace::TraceError {}

@@ -1,0 +1,106 @@
+//! How options of reading a robot are asked for on the command line.
+
+use ilon_robot::{Handedness, LoadOptions, Remedy, RollerForms, WheelOptions};
+use ilon_sim::remedy::{Wording, rounded};
+
+/// For whoever called a command that reads a robot's file.
+pub(super) struct Flags {
+    /// The command up to the options, such as `ilon inspect robot.urdf`.
+    pub command: String,
+}
+
+impl Wording for Flags {
+    fn asked(&self, remedy: &Remedy) -> Option<String> {
+        Some(match remedy {
+            Remedy::Package { name } => format!("`--package {}=FOLDER`", shell(name)),
+            Remedy::Argument { name } => format!("`--arg {}=VALUE`", shell(name)),
+            Remedy::WheelRadius { guess_m: None } => "`--wheel-radius-m`".to_owned(),
+            _ => return None,
+        })
+    }
+
+    fn proposed(&self, proposal: &LoadOptions, _options: &LoadOptions) -> String {
+        let flags = flags(proposal).join(" ");
+        format!("this works: `{} {flags}`", self.command)
+    }
+}
+
+/// The flags that ask for options.
+fn flags(options: &LoadOptions) -> Vec<String> {
+    let mut flags = Vec::new();
+    for package in &options.packages {
+        let named = format!("{}={}", package.name, package.folder.display());
+        flags.push(format!("--package {}", shell(&named)));
+    }
+    for (name, value) in &options.arguments {
+        flags.push(format!("--arg {}", shell(&format!("{name}={value}"))));
+    }
+    if options.leave_out_missing {
+        flags.push("--leave-out-missing".to_owned());
+    }
+    if options.repair {
+        flags.push("--repair".to_owned());
+    }
+    if let Some(density) = options.density_kg_m3 {
+        flags.push(format!("--density-kg-m3 {density}"));
+    }
+    if options.rollers == RollerForms::AsModelled {
+        flags.push("--as-modelled".to_owned());
+    }
+    if !options.infer_rollers {
+        flags.push("--no-inferred-rollers".to_owned());
+    }
+    if let Some(wheels) = &options.wheels {
+        flags.extend(wheel_flags(wheels));
+    }
+    if let Some(radius_m) = options.wheel_radius_m {
+        flags.push(format!("--wheel-radius-m {radius_m}"));
+    }
+    flags
+}
+
+fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
+    let mut flags = vec![format!("--rollers {}", wheels.rollers)];
+    let listed = |numbers: &[f64]| {
+        let numbers: Vec<String> = numbers.iter().map(|x| rounded(*x)).collect();
+        numbers.join(",")
+    };
+    flags.push(match &wheels.gamma {
+        Handedness::XDeg(gamma_deg) => format!("--gamma-x-deg {}", rounded(*gamma_deg)),
+        Handedness::AllDeg(gamma_deg) => format!("--gamma-deg {}", rounded(*gamma_deg)),
+        Handedness::EachDeg(gammas_deg) => format!("--gamma-deg {}", listed(gammas_deg)),
+    });
+    if !wheels.joints.is_empty() {
+        flags.push(format!("--wheels {}", shell(&wheels.joints.join(","))));
+    }
+    for (flag, value) in [
+        ("--roller-radius-m", wheels.roller_radius_m),
+        ("--roller-mass-kg", wheels.roller_mass_kg),
+    ] {
+        flags.extend(value.map(|value| format!("{flag} {value}")));
+    }
+    flags
+}
+
+/// A word as a shell takes it.
+pub(super) fn shell(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_./=,:+-@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_for_the_shell_only_where_they_must_be() {
+        assert_eq!(shell("front_left,rear/left"), "front_left,rear/left");
+        assert_eq!(shell("front left"), "'front left'");
+        assert_eq!(shell("it's"), r"'it'\''s'");
+        assert_eq!(shell(""), "''");
+    }
+}
