@@ -1,0 +1,106 @@
+// Triangles as { vertices, indices }; a vertex is position, normal, and where it lies around its axis, from 0 to 1.
+
+// A body of revolution about z from its outline [[z, r], ...]. Edges sharper than 40 degrees stay sharp.
+function lathe(outline, sides) {
+  const faces = [];
+  for (let k = 0; k + 1 < outline.length; k++) {
+    const [dz, dr] = [outline[k + 1][0] - outline[k][0], outline[k + 1][1] - outline[k][1]];
+    const length = Math.hypot(dz, dr);
+    // The outline runs towards +z with the body below it: outwards is to the left of its way.
+    if (length > 0) faces.push({ from: outline[k], to: outline[k + 1], n: [-dr / length, dz / length] });
+  }
+  const vertices = [];
+  const indices = [];
+  const smooth = (a, b) => {
+    if (!a || !b || a.n[0] * b.n[0] + a.n[1] * b.n[1] < 0.77) return null;
+    const s = [a.n[0] + b.n[0], a.n[1] + b.n[1]];
+    const length = Math.hypot(s[0], s[1]);
+    return [s[0] / length, s[1] / length];
+  };
+  faces.forEach((face, k) => {
+    const ends = [
+      [face.from, smooth(faces[k - 1], face) || face.n], [face.to, smooth(face, faces[k + 1]) || face.n],
+    ];
+    const first = vertices.length / 7;
+    for (const [[z, r], [nz, nr]] of ends) {
+      for (let s = 0; s <= sides; s++) {
+        const [c, d] = [Math.cos(2 * Math.PI * s / sides), Math.sin(2 * Math.PI * s / sides)];
+        vertices.push(r * c, r * d, z, nr * c, nr * d, nz, s / sides);
+      }
+    }
+    for (let s = 0; s < sides; s++) {
+      const [a, b] = [first + s, first + sides + 1 + s];
+      indices.push(a, a + 1, b, b, a + 1, b + 1);
+    }
+  });
+  return { vertices, indices };
+}
+
+// The cube of side 2 around the origin.
+function cube() {
+  const vertices = [];
+  const indices = [];
+  for (let axis = 0; axis < 3; axis++) {
+    for (const sign of [-1, 1]) {
+      const n = [0, 0, 0];
+      n[axis] = sign;
+      const [u, v] = [n.slice(2).concat(n.slice(0, 2)), times(n.slice(1).concat(n.slice(0, 1)), sign)];
+      const first = vertices.length / 7;
+      for (const [a, b] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
+        for (let i = 0; i < 3; i++) vertices.push(n[i] + a * u[i] + b * v[i]);
+        vertices.push(...n, 0);
+      }
+      indices.push(first, first + 1, first + 2, first, first + 2, first + 3);
+    }
+  }
+  return { vertices, indices };
+}
+
+// Triangles given corner by corner, each flat.
+function triangles(corners) {
+  const vertices = [];
+  for (let k = 0; k + 8 < corners.length; k += 9) {
+    const [a, b, c] = [0, 3, 6].map((i) => [corners[k + i], corners[k + i + 1], corners[k + i + 2]]);
+    const n = unit(cross(sub(b, a), sub(c, a)));
+    for (const p of [a, b, c]) vertices.push(...p, ...n, 0);
+  }
+  return { vertices, indices: Array.from({ length: vertices.length / 7 }, (_, i) => i) };
+}
+
+// Heights on a square grid around the origin, row by row from -y to +y, each row from -x to +x.
+function heightField({ cell_m: cell, points, heights }) {
+  const vertices = [];
+  const indices = [];
+  const at = (i, j) => heights[clamp(j, 0, points - 1) * points + clamp(i, 0, points - 1)];
+  const half = 0.5 * (points - 1) * cell;
+  for (let j = 0; j < points; j++) {
+    for (let i = 0; i < points; i++) {
+      const n = unit([(at(i - 1, j) - at(i + 1, j)) / (2 * cell), (at(i, j - 1) - at(i, j + 1)) / (2 * cell), 1]);
+      vertices.push(i * cell - half, j * cell - half, at(i, j), ...n, 0);
+      if (i && j) {
+        const k = j * points + i;
+        indices.push(k - points - 1, k - points, k, k - points - 1, k, k - 1);
+      }
+    }
+  }
+  return { vertices, indices };
+}
+
+// A flat band along points [x, y, z, t]; a point that is not a number cuts it. A vertex is position, the band's direction in
+// the plane, its side, and the time. Triangles, not a strip: cuts need no care.
+function band(points) {
+  const vertices = [];
+  const indices = [];
+  points.forEach(([x, y, z, t], k) => {
+    const before = points[Math.max(k - 1, 0)];
+    const after = points[Math.min(k + 1, points.length - 1)];
+    let [dx, dy] = [after[0] - before[0], after[1] - before[1]];
+    if (!(Math.hypot(dx, dy) > 0)) [dx, dy] = [1, 0];
+    const length = Math.hypot(dx, dy);
+    for (const side of [-1, 1]) vertices.push(x, y, z, dx / length, dy / length, side, t);
+    if (k && x === x && points[k - 1][0] === points[k - 1][0]) {
+      indices.push(2 * k - 2, 2 * k - 1, 2 * k, 2 * k, 2 * k - 1, 2 * k + 1);
+    }
+  });
+  return { vertices, indices };
+}
