@@ -13,7 +13,10 @@ const PARTS: [&str; 7] = [
     include_str!("web/camera.js"),
     include_str!("web/renderer.js"),
     include_str!("web/model.js"),
-    concat!(include_str!("web/controls.js"), include_str!("web/scene.js")),
+    concat!(
+        include_str!("web/controls.js"),
+        include_str!("web/scene.js")
+    ),
 ];
 
 /// The script: it defines `ilonScene(canvas, data, options)` and no other name. Comment lines and indentation are left out.
@@ -21,7 +24,10 @@ pub fn script() -> String {
     let lines = PARTS.iter().flat_map(|part| part.lines()).map(str::trim);
     let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
     let code: Vec<&str> = code.collect();
-    format!("(function () {{\n'use strict';\n{}\n}})();\n", code.join("\n"))
+    format!(
+        "(function () {{\n'use strict';\n{}\n}})();\n",
+        code.join("\n")
+    )
 }
 
 /// The data as JSON that can stand inside a `<script>` element.

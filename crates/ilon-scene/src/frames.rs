@@ -128,9 +128,8 @@ impl Frame {
 
     /// Its values in the order of [`Frames::columns`], for a robot with as many wheels and rollers; not a number where there is none.
     pub fn values(&self) -> Vec<f32> {
-        let pose = |pose: Option<Pose>| {
-            pose.map_or([f64::NAN; 3], |p| [p.x_m, p.y_m, p.heading_rad])
-        };
+        let pose =
+            |pose: Option<Pose>| pose.map_or([f64::NAN; 3], |p| [p.x_m, p.y_m, p.heading_rad]);
         let Self {
             t_s,
             pose: at,

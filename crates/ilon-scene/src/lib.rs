@@ -42,8 +42,8 @@ pub mod run;
 mod visuals;
 
 pub use description::{
-    Description, Floor, FrictionChange, GroundBox, Patch, Push, Relief, RobotShape, RollerShape, Scene,
-    Shape, WheelShape,
+    Description, Floor, FrictionChange, GroundBox, Patch, Push, Relief, RobotShape, RollerShape,
+    Scene, Shape, WheelShape,
 };
 pub use frames::{Column, Contact, Frame, Frames, Kind, WheelFrame};
 pub use run::{Thinning, frames_of_run};

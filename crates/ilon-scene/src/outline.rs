@@ -2,8 +2,8 @@
 
 use ilon_robot::{Barrel, Profile};
 
-/// Points of a barrel's outline between its ends: the chord of each is off the arc by less than a thousandth of the roller's radius.
-const PLACES: usize = 16;
+/// Intervals of a barrel's outline: no chord is off the arc by more than a hundredth of the roller's radius.
+const PLACES: usize = 10;
 /// Directions in which the hull of a modelled roller is looked for.
 const DIRECTIONS: usize = 64;
 
@@ -82,6 +82,22 @@ mod tests {
                 .fold(0.0, f64::max);
             // Rounded to f32, at angles a tenth of a degree apart: 0.05 (1 - cos 0.05 deg) is 2e-8.
             assert!((furthest - 0.05).abs() < 5e-8, "{furthest} at {z}");
+        }
+    }
+
+    #[test]
+    fn no_chord_of_the_outline_is_off_the_arc_by_more_than_a_hundredth_of_the_radius() {
+        // The longest and most curved of common rollers: six on a wheel.
+        let barrel = Barrel::handing_over(0.05, 0.015, PI / 4.0, 6);
+        let outline = of_barrel(&barrel);
+        let inner = &outline[1..outline.len() - 1];
+        for ends in inner
+            .windows(2)
+            .filter(|ends| ends[0][0].abs().max(ends[1][0].abs()) < barrel.half_length_m as f32)
+        {
+            let [z, r] = [0, 1].map(|i| f64::from(ends[0][i] + ends[1][i]) / 2.0);
+            let off_m = barrel.surface_radius_m(z) - r;
+            assert!((0.0..0.01 * 0.015).contains(&off_m), "{off_m} at {z}");
         }
     }
 

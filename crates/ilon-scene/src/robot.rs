@@ -129,10 +129,9 @@ fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
     };
     let here = Isometry3::identity();
     match &collision.shape {
-        CollisionShape::Box { half_extents_m: h } => vec![at(
-            here,
-            Form::Box([h.x as f32, h.y as f32, h.z as f32]),
-        )],
+        CollisionShape::Box { half_extents_m: h } => {
+            vec![at(here, Form::Box([h.x as f32, h.y as f32, h.z as f32]))]
+        }
         CollisionShape::Cylinder { radius_m, length_m } => vec![at(
             here,
             Form::Cylinder([*radius_m as f32, *length_m as f32]),
@@ -150,9 +149,9 @@ fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
             let Some(first) = points_m.first() else {
                 return Vec::new();
             };
-            let (low, high) = points_m.iter().fold((*first, *first), |(low, high), p| {
-                (low.inf(p), high.sup(p))
-            });
+            let (low, high) = points_m
+                .iter()
+                .fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
             let half = (high - low) * 0.5;
             let middle = Translation3::from(nalgebra::center(&low, &high).coords);
             let form = Form::Box([half.x as f32, half.y as f32, half.z as f32]);
@@ -188,8 +187,7 @@ fn corners(shape: &Shape) -> Vec<Vector3<f64>> {
         Form::Sphere([r]) => [r, r, r],
     };
     let [x, y, z, i, j, k, w] = shape.pose.map(f64::from);
-    let rotation =
-        nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+    let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
     let placed = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
     let half = half.map(f64::from);
     (0..8)

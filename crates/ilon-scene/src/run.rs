@@ -1,7 +1,7 @@
 //! The frames of a recorded run.
 
 use ilon_robot::Robot;
-use ilon_trace::{Record, Rows, Which, WheelSample};
+use ilon_trace::{Record, Rows, WheelSample, Which};
 
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
@@ -28,7 +28,11 @@ impl Thinning {
     /// Every how many rows there is a frame.
     fn stride(&self, rows: usize, period_s: f64) -> usize {
         let by_rate = (1.0 / (self.rate_hz * period_s)).round();
-        let by_rate = if by_rate.is_finite() { by_rate as usize } else { 1 };
+        let by_rate = if by_rate.is_finite() {
+            by_rate as usize
+        } else {
+            1
+        };
         by_rate.max(rows.div_ceil(self.most.max(1))).max(1)
     }
 }
@@ -40,7 +44,11 @@ impl Thinning {
 ///
 /// # Errors
 /// Where the rows cannot be read.
-pub fn frames_of_run<R: Rows>(rows: &R, robot: &Robot, thinning: Thinning) -> Result<Frames, R::Error> {
+pub fn frames_of_run<R: Rows>(
+    rows: &R,
+    robot: &Robot,
+    thinning: Thinning,
+) -> Result<Frames, R::Error> {
     let period_s = rows.header().control_dt_s;
     let row_count = rows.row_count();
     let stride = thinning.stride(row_count, period_s);
@@ -58,7 +66,10 @@ pub fn frames_of_run<R: Rows>(rows: &R, robot: &Robot, thinning: Thinning) -> Re
                 frames.push(frame(record, wheels, &angles));
             }
             for (angles, wheel) in angles.iter_mut().zip(wheels) {
-                if let Some(angle) = angles.get_mut(wheel.roller as usize).filter(|_| wheel.touching) {
+                if let Some(angle) = angles
+                    .get_mut(wheel.roller as usize)
+                    .filter(|_| wheel.touching)
+                {
                     *angle += wheel.roller_spin_rad_s * period_s;
                 }
             }

@@ -145,10 +145,7 @@ impl<'a, 'input> File<'a, 'input> {
                 let Some((radius_m, length_m)) = one(tag, "radius").zip(one(tag, "length")) else {
                     continue;
                 };
-                put(
-                    Isometry3::identity(),
-                    Form::Cylinder([radius_m, length_m]),
-                );
+                put(Isometry3::identity(), Form::Cylinder([radius_m, length_m]));
                 if tag == "capsule" {
                     for half in [-0.5, 0.5] {
                         let end = Translation3::new(0.0, 0.0, half * f64::from(length_m));

@@ -17,7 +17,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (trace, out, robot) = match arguments.as_slice() {
         [trace, out] => (trace, out, None),
         [trace, out, robot] => (trace, out, Some(robot.clone())),
-        _ => return Err("give a trace, the page to write, and the robot's file if it is not found".into()),
+        _ => {
+            return Err(
+                "give a trace, the page to write, and the robot's file if it is not found".into(),
+            );
+        }
     };
     let run = Trace::read_parquet(trace)?;
     let world = world::of_scenario(&run.header.scenario_toml)?;
@@ -25,7 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let loaded = Robot::load_with(&robot, &LoadOptions::default())?;
     let mut description = Description::of_robot(&loaded.robot, Some(&loaded.urdf));
     (description.floor, description.pushes) = (world.floor, world.pushes);
-    let scene = Scene::new(description, frames_of_run(&run, &loaded.robot, Thinning::default())?);
+    let scene = Scene::new(
+        description,
+        frames_of_run(&run, &loaded.robot, Thinning::default())?,
+    );
     let html = page::html(&run.header.scenario_name, &scene)?;
     std::fs::write(out, &html)?;
     let duration_s = run.duration_s();
@@ -43,5 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A file that a scenario names: beside the trace, or else as it is.
 fn beside(trace: &Path, file: &Path) -> PathBuf {
     let beside = trace.parent().unwrap_or(Path::new("")).join(file);
-    if beside.exists() { beside } else { file.to_owned() }
+    if beside.exists() {
+        beside
+    } else {
+        file.to_owned()
+    }
 }

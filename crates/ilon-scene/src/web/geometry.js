@@ -17,20 +17,23 @@ function lathe(outline, sides) {
     const length = Math.hypot(s[0], s[1]);
     return [s[0] / length, s[1] / length];
   };
-  faces.forEach((face, k) => {
-    const ends = [
-      [face.from, smooth(faces[k - 1], face) || face.n], [face.to, smooth(face, faces[k + 1]) || face.n],
-    ];
+  const ring = ([z, r], [nz, nr]) => {
     const first = vertices.length / 7;
-    for (const [[z, r], [nz, nr]] of ends) {
-      for (let s = 0; s <= sides; s++) {
-        const [c, d] = [Math.cos(2 * Math.PI * s / sides), Math.sin(2 * Math.PI * s / sides)];
-        vertices.push(r * c, r * d, z, nr * c, nr * d, nz, s / sides);
-      }
+    for (let s = 0; s <= sides; s++) {
+      const [c, d] = [Math.cos(2 * Math.PI * s / sides), Math.sin(2 * Math.PI * s / sides)];
+      vertices.push(r * c, r * d, z, nr * c, nr * d, nz, s / sides);
     }
+    return first;
+  };
+  let shared = null;
+  faces.forEach((face, k) => {
+    const next = smooth(face, faces[k + 1]);
+    const a = shared === null ? ring(face.from, face.n) : shared;
+    const b = ring(face.to, next || face.n);
+    shared = next && b;
     for (let s = 0; s < sides; s++) {
-      const [a, b] = [first + s, first + sides + 1 + s];
-      indices.push(a, a + 1, b, b, a + 1, b + 1);
+      if (face.from[1]) indices.push(a + s, a + s + 1, b + s);
+      if (face.to[1]) indices.push(b + s, a + s + 1, b + s + 1);
     }
   });
   return { vertices, indices };

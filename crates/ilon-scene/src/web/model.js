@@ -43,7 +43,7 @@ class Model {
       const angle = Math.PI * (k / 16 - 0.5);
       return [Math.sin(angle), k % 16 ? Math.cos(angle) : 0];
     }), 24));
-    this.robot.lathes.forEach((outline, k) => body(`lathe${k}`, lathe(outline, 20)));
+    this.robot.lathes.forEach((outline, k) => body(`lathe${k}`, lathe(outline, 14)));
     this.meshes.forEach((mesh, k) => {
       const bytes = new DataView(bytesOf(mesh).buffer);
       body(`mesh${k}`, triangles(Array.from({ length: bytes.byteLength / 4 }, (_, i) => bytes.getFloat32(4 * i, true))));

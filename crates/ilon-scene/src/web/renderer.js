@@ -222,8 +222,9 @@ class Renderer {
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+    gl.enable(gl.CULL_FACE);
     this.layer(layers.world, { clip, eye });
-    // Where the robot itself is seen, what is glass is all but hidden: a ghost a millimetre away would only be a spotted robot.
+    // Where the robot itself is seen, nothing of glass is: a ghost a millimetre away would only make a spotted robot.
     gl.clear(gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.ALWAYS, 1, 255);
@@ -231,6 +232,7 @@ class Renderer {
     this.layer(layers.solid, { clip, eye });
     gl.disable(gl.STENCIL_TEST);
     this.layer(layers.mark, { clip, eye });
+    gl.disable(gl.CULL_FACE);
 
     gl.enable(gl.BLEND);
     gl.depthMask(false);
@@ -245,7 +247,11 @@ class Renderer {
     gl.depthFunc(gl.GREATER);
     this.layer(layers.mark, { clip, eye, fade: 0.25 });
     gl.depthFunc(gl.LEQUAL);
-    // Of what is glass only the nearest surface is seen.
+    // Of what is glass only the nearest surface is seen, and none before or behind the robot.
+    gl.enable(gl.CULL_FACE);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 4);
     gl.depthMask(true);
@@ -253,13 +259,9 @@ class Renderer {
     this.layer(layers.glass, { clip, eye });
     gl.colorMask(true, true, true, true);
     gl.depthMask(false);
-    gl.enable(gl.STENCIL_TEST);
-    gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
-    for (const [hidden, fade] of [[0, 1], [1, 0.2]]) {
-      gl.stencilFunc(gl.EQUAL, hidden, 255);
-      this.layer(layers.glass, { clip, eye, fade });
-    }
+    this.layer(layers.glass, { clip, eye });
     gl.disable(gl.STENCIL_TEST);
+    gl.disable(gl.CULL_FACE);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     this.layer(layers.cone, { clip, eye });
     gl.depthMask(true);

@@ -32,13 +32,16 @@ function element(canvas, kind, text) {
 
 function ilonScene(canvas, data, given) {
   const options = {
-    ghost: true, wanted: true, follow: true, selected: null, kept: 36000, inset: true, label: 'The robot in three dimensions',
+    ghost: true, wanted: true, follow: true, selected: null, kept: 36000, inset: true, antialias: undefined,
+    label: 'The robot in three dimensions',
     ...given,
   };
   const heard = { pick: [], select: [], draw: [], view: [] };
   const tell = (name, ...what) => heard[name].forEach((listener) => listener(...what));
-  const attributes = { antialias: true, alpha: false, stencil: true, powerPreference: 'high-performance' };
-  const gl = canvas.getContext('webgl2', attributes);
+  const context = (more) => canvas.getContext('webgl2', { antialias: true, alpha: false, stencil: true, ...more });
+  // Where the processor must draw, smooth edges would take half of the time.
+  const gl = options.antialias === undefined
+    ? context({ failIfMajorPerformanceCaveat: true }) || context({ antialias: false }) : context({ antialias: options.antialias });
   const frames = new Frames(data.frames, options.kept);
   const note = element(canvas, 'ilon-scene-note');
   note.append(document.createElement('span'));
@@ -176,7 +179,7 @@ function ilonScene(canvas, data, given) {
     const away = Math.hypot(ahead, aside) * 1e3;
     const slide = wheel.sliding > NO_SLIDE_M_S ? `slides at ${(wheel.sliding * 1e3).toFixed(0)} mm/s` : 'no sliding';
     return `${wheel.name}, roller ${wheel.roller + 1} of ${of.rollers.length}: axis leans ${degrees(tilt)}, turned ${degrees(turned)} `
-      + `from the ideal one, contact ${away.toFixed(1)} mm off the hub. ${wheel.normal.toFixed(1)} N, `
+      + `from the ideal one, contact ${away.toFixed(1)} mm off the point below the hub. ${wheel.normal.toFixed(1)} N, `
       + `${(wheel.used * 100).toFixed(0)} % of the friction limit, ${slide}.`;
   }
 
