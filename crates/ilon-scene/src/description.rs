@@ -225,7 +225,8 @@ impl Relief {
         let points = heights_m.len();
         let heights = || heights_m.iter().flatten().copied();
         let square = points >= 2 && heights_m.iter().all(|row| row.len() == points);
-        if !square || !(cell_m > 0.0 && cell_m.is_finite()) || !heights().all(f64::is_finite) {
+        let sized = cell_m > 0.0 && cell_m.is_finite();
+        if !(square && sized && heights().all(f64::is_finite)) {
             return None;
         }
         let highest_m = heights().map(f64::abs).fold(1e-9, f64::max);

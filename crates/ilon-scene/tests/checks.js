@@ -130,7 +130,7 @@
     const { width } = canvas.parentElement.style;
     canvas.parentElement.style.width = '300px';
     await picture();
-    found.width = [canvas.width, canvas.clientWidth * Math.min(devicePixelRatio, 2)];
+    found.width = [canvas.width, canvas.clientWidth];
     canvas.parentElement.style.width = width;
     await picture();
 

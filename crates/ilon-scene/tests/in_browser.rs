@@ -2,6 +2,9 @@
 //!
 //! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without one the tests say that they were skipped.
 
+#[path = "../examples/scene/page.rs"]
+mod page;
+
 use std::path::Path;
 use std::process::Command;
 
@@ -240,7 +243,7 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     let mut description = Description::of_robot(&robot, None);
     let heights = (0..41).map(|j| {
         (0..41)
-            .map(|i| 0.004 * f64::from((i * 7 + j * 3) % 5))
+            .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
             .collect()
     });
     description.floor.relief = Relief::new(0.05, &heights.collect::<Vec<Vec<f64>>>());
@@ -263,4 +266,21 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     description.reference = vec![[0.0, 0.0], [1.0, 1.0]];
     let found = found(&browser, &Scene::new(description, drive(&robot)), &[]);
     assert_it_works(&found, &robot);
+}
+
+#[test]
+fn the_page_of_the_example_shows_a_time_that_its_address_names_and_its_console_stays_silent() {
+    let Some(browser) = browser() else { return };
+    let (robot, urdf) = robot("mecanum6");
+    let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), drive(&robot));
+    let folder = tempfile::tempdir().expect("a folder to write to");
+    let page = folder.path().join("page.html");
+    let html = page::html("a <run> & more", &scene).expect("the page is made");
+    std::fs::write(&page, html).expect("the page is written");
+    let address = format!("{}#t=1.25&wheel=3&view=whole&theme=dark", page.display());
+    let (dom, console) = opened(&browser, Path::new(&address), folder.path(), &[]);
+    assert!(console.is_empty(), "the console says: {console:#?}");
+    assert!(dom.contains("<h1>a &lt;run&gt; &amp; more</h1>"));
+    assert!(dom.contains("1.25 s</output>"), "no clock");
+    assert!(dom.contains("data-theme=\"dark\""));
 }

@@ -59,17 +59,6 @@ function cube() {
   return { vertices, indices };
 }
 
-// Triangles given corner by corner, each flat.
-function triangles(corners) {
-  const vertices = [];
-  for (let k = 0; k + 8 < corners.length; k += 9) {
-    const [a, b, c] = [0, 3, 6].map((i) => [corners[k + i], corners[k + i + 1], corners[k + i + 2]]);
-    const n = unit(cross(sub(b, a), sub(c, a)));
-    for (const p of [a, b, c]) vertices.push(...p, ...n, 0);
-  }
-  return { vertices, indices: Array.from({ length: vertices.length / 7 }, (_, i) => i) };
-}
-
 // Heights on a square grid around the origin, row by row from -y to +y, each row from -x to +x.
 function heightField({ cell_m: cell, points, heights }) {
   const vertices = [];

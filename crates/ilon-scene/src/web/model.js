@@ -12,7 +12,6 @@ class Model {
     this.data = data;
     this.robot = data.robot;
     this.floor = data.floor;
-    this.meshes = data.robot.meshes || [];
     for (const wheel of this.robot.wheels) {
       wheel.at = fromPose(wheel.body_from_hub);
       wheel.rollers.forEach((roller) => { roller.at = fromPose(roller.hub_from_roller); });
@@ -44,12 +43,8 @@ class Model {
       return [Math.sin(angle), k % 16 ? Math.cos(angle) : 0];
     }), 24));
     this.robot.lathes.forEach((outline, k) => body(`lathe${k}`, lathe(outline, 14)));
-    this.meshes.forEach((mesh, k) => {
-      const bytes = new DataView(bytesOf(mesh).buffer);
-      body(`mesh${k}`, triangles(Array.from({ length: bytes.byteLength / 4 }, (_, i) => bytes.getFloat32(4 * i, true))));
-    });
-    renderer.mesh('plane', { vertices: [-1, -1, 0, 0, 0, 1, 1, -1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, -1, 1, 0, 0, 0, 1].flatMap(
-      (x, i) => (i % 6 === 5 ? [x, 0] : [x])), indices: [0, 1, 2, 0, 2, 3] }, [3, 3, 1]);
+    const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].flatMap(([x, y]) => [x, y, 0, 0, 0, 1, 0]);
+    renderer.mesh('plane', { vertices: corners, indices: [0, 1, 2, 0, 2, 3] }, [3, 3, 1]);
     if (this.floor.relief) renderer.mesh('relief', heightField(this.floor.relief), [3, 3, 1]);
   }
 
@@ -121,10 +116,10 @@ class Model {
       const tip = along(add(from, times(z, length - head)), z);
       put(layer, 'head', scaled(tip, 2.1 * radius, 2.1 * radius, head), color, [0, 0, 0, 0.6]);
     };
-    const shape = (layer, { kind, pose, size, mesh, color }, body, paint) => {
+    const shape = (layer, { kind, pose, size, color }, body, paint) => {
       const at = mul(body, fromPose(pose));
       const scale = { cylinder: [size[0], size[0], size[1]], sphere: [size[0], size[0], size[0]] }[kind] || size;
-      put(layer, kind === 'mesh' ? `mesh${mesh}` : kind, scaled(at, ...scale), paint || color || colors.chassis);
+      put(layer, kind, scaled(at, ...scale), paint || color || colors.chassis);
     };
     const { robot, unit: u } = this;
 

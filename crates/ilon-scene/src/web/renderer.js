@@ -57,7 +57,7 @@ float grid(float cell, float width) {
 }
 void main() {
   float on = max(grid(cells.x, 0.6) * 0.55, grid(cells.y, 1.1));
-  vec3 color = mix(base, line, on) * (1.0 + 0.9 * (dot(normalize(normal), sun) - sun.z));
+  vec3 color = mix(base, line, on) * (1.0 + 2.2 * (dot(normalize(normal), sun) - sun.z));
   result = vec4(mix(color, sky, smoothstep(0.25, 1.0, distance(at, middle) / reach)), 1.0);
 }`];
 

@@ -39,9 +39,9 @@ function ilonScene(canvas, data, given) {
   const heard = { pick: [], select: [], draw: [], view: [] };
   const tell = (name, ...what) => heard[name].forEach((listener) => listener(...what));
   const context = (more) => canvas.getContext('webgl2', { antialias: true, alpha: false, stencil: true, ...more });
-  // Where the processor must draw, smooth edges would take half of the time.
-  const gl = options.antialias === undefined
-    ? context({ failIfMajorPerformanceCaveat: true }) || context({ antialias: false }) : context({ antialias: options.antialias });
+  // Where the processor must draw, smooth edges would take half of the time, and fine pixels three quarters.
+  const quick = context({ antialias: options.antialias !== false, failIfMajorPerformanceCaveat: true });
+  const gl = quick || context({ antialias: options.antialias === true });
   const frames = new Frames(data.frames, options.kept);
   const note = element(canvas, 'ilon-scene-note');
   note.append(document.createElement('span'));
@@ -76,6 +76,7 @@ function ilonScene(canvas, data, given) {
   let fitted = 'follow';
   let waiting = 0;
   let bandsOf = -1;
+  let fed = false;
   let shown = options.selected;
 
   function refresh() {
@@ -109,7 +110,7 @@ function ilonScene(canvas, data, given) {
   }
 
   function sizes() {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const ratio = Math.min(window.devicePixelRatio || 1, quick ? 2 : 1);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(1, Math.round(side * ratio)));
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     return { width, height, ratio };
@@ -186,7 +187,8 @@ function ilonScene(canvas, data, given) {
   function draw() {
     if (!renderer || gl.isContextLost()) return;
     const { width, height, ratio } = sizes();
-    if (bandsOf !== frames.count) makeBands();
+    // While frames come, the last few are under the robot.
+    if (bandsOf < 0 || frames.count < bandsOf || frames.count > bandsOf + (fed ? 6 : 0)) makeBands();
     frames.seek(now);
     state = model.state(frames);
     const here = Number.isFinite(state.at[0]) ? [state.at[0], state.at[1], 0.3 * reach] : [0, 0, 0];
@@ -308,9 +310,14 @@ function ilonScene(canvas, data, given) {
     /// The robot from aside ('follow'), the whole run ('whole'), from above ('top').
     view,
     /// Calls a listener: 'pick' ({wheel, name}), 'select' (wheel), 'draw' (state), 'view' (mode).
-    on(name, listener) { heard[name].push(listener); return scene; },
+    on(name, listener) {
+      if (!heard[name]) throw new Error(`there is no event ${name}, but ${Object.keys(heard).join(', ')}`);
+      heard[name].push(listener);
+      return scene;
+    },
     /// Adds a frame and shows it: its values in the order of `data.frames.columns`, as an array, Float32Array or its bytes.
     push(frame) {
+      fed = true;
       frames.push(frame instanceof ArrayBuffer ? new Float32Array(frame) : frame);
       now = frames.end;
       refresh();
