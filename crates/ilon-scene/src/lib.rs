@@ -6,6 +6,21 @@
 //! `ilonScene(canvas, data)` draws it with WebGL 2. A page that shows a robot while it drives begins with [`Frames::live`], and gives
 //! each [`Frame`] as [`Frame::bytes`] to `push`.
 //!
+//! ```js
+//! const scene = ilonScene(canvas, data, { selected: 0 });
+//! scene.seek(3.2);                                         // the time belongs to the page: its slider calls this
+//! scene.on('pick', ({ wheel, name }) => {});               // and 'select', 'draw', 'view'
+//! scene.select(1);                                         // a wheel close up; null for none
+//! scene.view('whole');                                     // 'follow', 'whole', 'top'
+//! scene.set({ ghost: false });
+//! socket.binaryType = 'arraybuffer';                       // a WebSocket whose messages are `Frame::bytes`
+//! socket.onmessage = (message) => scene.push(message.data);
+//! ```
+//!
+//! The canvas fills its parent, which must be positioned (`position: relative`): the words of the close-up are laid over it. Colours are
+//! the style sheet's `--scene-...`, with a dark set under `:root[data-theme="dark"]`. Forces are drawn in proportion to the load of a
+//! wheel at rest.
+//!
 //! | module | answers |
 //! |---|---|
 //! | [`description`] | what is drawn: robot, floor, pushes |

@@ -129,10 +129,10 @@
     found.light_again = different(home, pixels());
     const { width } = canvas.parentElement.style;
     canvas.parentElement.style.width = '300px';
-    await picture();
+    scene.draw();
     found.width = [canvas.width, canvas.clientWidth];
     canvas.parentElement.style.width = width;
-    await picture();
+    scene.draw();
 
     // A context that is lost comes back with the same picture.
     const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');

@@ -112,7 +112,11 @@ function ilonScene(canvas, data, given) {
   function sizes() {
     const ratio = Math.min(window.devicePixelRatio || 1, quick ? 2 : 1);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(1, Math.round(side * ratio)));
-    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+      if (fitted && !glide) place(look(fitted));
+    }
     return { width, height, ratio };
   }
 
@@ -359,10 +363,7 @@ function ilonScene(canvas, data, given) {
   const themes = new MutationObserver(scene.recolor);
   themes.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme', 'class'] });
   // At once: a stretched picture would be seen for a moment.
-  const resized = new ResizeObserver(() => {
-    if (fitted && !glide) place(look(fitted));
-    draw();
-  });
+  const resized = new ResizeObserver(() => draw());
   resized.observe(canvas);
   cleaned.push(() => themes.disconnect(), () => resized.disconnect(), controls(canvas, act));
   place(look('follow'));
