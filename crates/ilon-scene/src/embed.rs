@@ -37,3 +37,27 @@ pub fn script() -> String {
 pub fn data(scene: &Scene) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string(scene)?.replace('<', "\\u003c"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_is_small_and_loads_nothing() {
+        let script = script();
+        // A fortieth of what a page may weigh.
+        assert!(script.len() < 50_000, "{} bytes", script.len());
+        for word in [
+            "http",
+            "fetch(",
+            "import ",
+            "import(",
+            "XMLHttpRequest",
+            "eval(",
+            "</script",
+        ] {
+            assert!(!script.contains(word), "{word}");
+        }
+        assert!(!STYLE.contains("url(") && !STYLE.contains("@import"));
+    }
+}

@@ -15,11 +15,12 @@ pub struct Thinning {
 }
 
 impl Default for Thinning {
-    /// As many as a screen shows, for a minute and a half.
+    /// As many as a screen shows, for fifty seconds; of longer runs fewer, so that a page stays small. Where a roller turns by more
+    /// than half a turn from frame to frame, it seems to turn the other way.
     fn default() -> Self {
         Self {
             rate_hz: 60.0,
-            most: 5400,
+            most: 3000,
         }
     }
 }

@@ -135,7 +135,7 @@ class Model {
       robot.wheels[wheel].rollers.forEach((roller, r) => {
         const color = paint(r);
         const at = turnedZ(mul(hub, roller.at), angles[r]);
-        if (color) put(color[3] < 1 ? 'glass' : layer, `lathe${roller.lathe}`, at, color, [4, 0.16, 0.25, 0]);
+        if (color) put(color[3] < 1 ? 'glass' : layer, `lathe${roller.lathe}`, at, color, [4, 0.16, 0.18, 0]);
       });
     };
     const hubs = (layer, hub, wheel, paint) => robot.wheels[wheel].hub.forEach((part) => {
