@@ -1,0 +1,250 @@
+//! What is drawn. All lengths are in metres, all angles in radians, in the frames of [`ilon_robot`]; the world's frame is that of the
+//! floor, whose z axis is the floor's normal.
+//!
+//! A pose is `[x, y, z, qx, qy, qz, qw]`: a place and a unit quaternion. Numbers are f32: what is seen needs no more, and it halves
+//! the text.
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+
+use crate::frames::Frames;
+
+/// All that a page needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Scene {
+    /// What there is.
+    #[serde(flatten)]
+    pub description: Description,
+    /// What happens.
+    pub frames: Frames,
+}
+
+impl Scene {
+    /// A scene of its parts.
+    pub fn new(description: Description, frames: Frames) -> Self {
+        Self {
+            description,
+            frames,
+        }
+    }
+}
+
+/// What there is: the robot, the floor with what lies on it, and what comes from outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Description {
+    /// The robot's shapes.
+    pub robot: RobotShape,
+    /// The ground.
+    pub floor: Floor,
+    /// Pushes on the chassis.
+    #[serde(default)]
+    pub pushes: Vec<Push>,
+    /// A path to be shown from the start, points in the world. The reference of a run comes with its frames.
+    #[serde(default)]
+    pub reference: Vec<[f32; 2]>,
+}
+
+/// The robot's shapes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RobotShape {
+    /// Its name.
+    pub name: String,
+    /// Its mass in kg: forces are drawn in proportion to the load of a wheel at rest.
+    pub mass_kg: f32,
+    /// How far it reaches from the body frame's origin in the plane.
+    pub reach_m: f32,
+    /// Height of the body frame's origin above the floor at rest.
+    pub ride_height_m: f32,
+    /// A point on top of its front, in the body frame, from which an arrow points ahead.
+    pub nose: [f32; 3],
+    /// The chassis, in the body frame.
+    pub chassis: Vec<Shape>,
+    /// The wheels, in the robot's order.
+    pub wheels: Vec<WheelShape>,
+    /// Outlines of rollers: points `[z, r]` along and across the axis, from one end to the other. Rollers share them.
+    pub lathes: Vec<Vec<[f32; 2]>>,
+    /// How many meshes of the file's `<visual>` elements are not drawn.
+    pub meshes_left_out: usize,
+}
+
+/// A shape and where it sits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shape {
+    /// Its pose in the frame of the body that carries it.
+    pub pose: [f32; 7],
+    /// What it is.
+    #[serde(flatten)]
+    pub form: Form,
+    /// Its colour, red, green, blue, opacity, from 0 to 1; without one it takes that of the page.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<[f32; 4]>,
+}
+
+/// What a shape is. All are centred on their own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "size", rename_all = "snake_case")]
+pub enum Form {
+    /// Half of its sides.
+    Box([f32; 3]),
+    /// Along z: radius and length.
+    Cylinder([f32; 2]),
+    /// Its radius.
+    Sphere([f32; 1]),
+}
+
+/// A wheel: hub and rollers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct WheelShape {
+    /// The name of its joint.
+    pub name: String,
+    /// Pose of the hub frame in the body frame at wheel angle zero.
+    pub body_from_hub: [f32; 7],
+    /// The wheel's radius.
+    pub radius_m: f32,
+    /// The angle gamma from the hub axis to the rolling direction of the lowest roller.
+    pub gamma_rad: f32,
+    /// The hub, in the hub frame.
+    pub hub: Vec<Shape>,
+    /// The rollers, in the wheel's order.
+    pub rollers: Vec<RollerShape>,
+}
+
+/// A roller: a body of revolution about the z axis of its frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RollerShape {
+    /// Pose of the roller frame in the hub frame.
+    pub hub_from_roller: [f32; 7],
+    /// Which of [`RobotShape::lathes`] is its outline.
+    pub lathe: usize,
+}
+
+/// The ground and what lies on it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Floor {
+    /// Its friction coefficient.
+    pub friction: f32,
+    /// The angle by which it falls towards +x.
+    #[serde(default)]
+    pub slope_rad: f32,
+    /// Places with a friction of their own.
+    #[serde(default)]
+    pub patches: Vec<Patch>,
+    /// Kerbs, thresholds, walls.
+    #[serde(default)]
+    pub boxes: Vec<GroundBox>,
+    /// A rough surface in place of the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relief: Option<Relief>,
+    /// Times at which the whole floor has another friction; of several at once the last counts.
+    #[serde(default)]
+    pub changes: Vec<FrictionChange>,
+}
+
+/// A rectangle along the world's axes with a friction of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Patch {
+    /// Its middle.
+    pub center_m: [f32; 2],
+    /// Half of its sides.
+    pub half_sides_m: [f32; 2],
+    /// Its friction coefficient.
+    pub friction: f32,
+    /// When it appears, in seconds.
+    #[serde(default)]
+    pub from_s: f32,
+    /// When it is gone, in seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f32>,
+}
+
+/// A box in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GroundBox {
+    /// Its middle.
+    pub center_m: [f32; 3],
+    /// Half of its sides along its own axes.
+    pub half_sides_m: [f32; 3],
+    /// Its heading.
+    #[serde(default)]
+    pub heading_rad: f32,
+}
+
+/// Another friction everywhere but on the patches, for a while.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionChange {
+    /// The friction coefficient.
+    pub friction: f32,
+    /// When it begins, in seconds.
+    pub from_s: f32,
+    /// When it ends, in seconds; without it, never.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f32>,
+}
+
+/// A push on the chassis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Push {
+    /// Its impulse in N s; only its direction is drawn.
+    pub impulse_n_s: [f32; 3],
+    /// Whether the impulse is given along the robot's axes, turned level, in place of the world's.
+    #[serde(default)]
+    pub in_body: bool,
+    /// Where on the chassis, in the body frame.
+    pub point_m: [f32; 3],
+    /// When it begins, in seconds.
+    pub from_s: f32,
+    /// When it ends, in seconds.
+    pub until_s: f32,
+}
+
+/// A rough surface: heights on a square grid around the world's origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Relief {
+    /// Distance between neighbouring heights.
+    pub cell_m: f32,
+    /// How many heights there are along a side.
+    pub points: usize,
+    /// Metres for each step of `data`.
+    pub scale: f32,
+    /// The heights, row by row from -y to +y, in each row from -x to +x: i16, little-endian, in base64.
+    pub data: String,
+}
+
+impl Relief {
+    /// A surface of heights in metres, row by row from -y to +y, in each row from -x to +x; `None` unless they are a square of at
+    /// least 2 x 2 finite heights.
+    pub fn new(cell_m: f64, heights_m: &[Vec<f64>]) -> Option<Self> {
+        let points = heights_m.len();
+        let heights = || heights_m.iter().flatten().copied();
+        let square = points >= 2 && heights_m.iter().all(|row| row.len() == points);
+        let sized = cell_m > 0.0 && cell_m.is_finite();
+        if !(square && sized && heights().all(f64::is_finite)) {
+            return None;
+        }
+        let highest_m = heights().map(f64::abs).fold(1e-9, f64::max);
+        let scale = (highest_m / f64::from(i16::MAX)) as f32;
+        let bytes: Vec<u8> = heights()
+            .flat_map(|h| ((h / f64::from(scale)).round() as i16).to_le_bytes())
+            .collect();
+        Some(Self {
+            cell_m: cell_m as f32,
+            points,
+            scale,
+            data: BASE64_STANDARD.encode(bytes),
+        })
+    }
+}
+
+/// A pose as the page reads it.
+pub(crate) fn pose(from: &Isometry3<f64>) -> [f32; 7] {
+    let (t, q) = (from.translation.vector, from.rotation.coords);
+    [t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|x| x as f32)
+}

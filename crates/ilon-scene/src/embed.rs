@@ -1,0 +1,63 @@
+//! How the scene comes into a page: a style sheet, a classic script without modules (a page from a file may load nothing), and data.
+
+use crate::description::Scene;
+
+/// The style sheet: the scene's colours by theme, and its parts.
+pub const STYLE: &str = include_str!("web/scene.css");
+
+/// The parts of the script, in the order in which they use each other.
+const PARTS: [&str; 7] = [
+    include_str!("web/math.js"),
+    include_str!("web/geometry.js"),
+    include_str!("web/frames.js"),
+    include_str!("web/camera.js"),
+    include_str!("web/renderer.js"),
+    include_str!("web/model.js"),
+    concat!(
+        include_str!("web/controls.js"),
+        include_str!("web/scene.js")
+    ),
+];
+
+/// The script: it defines `ilonScene(canvas, data, options)` and no other name. Comment lines and indentation are left out.
+pub fn script() -> String {
+    let lines = PARTS.iter().flat_map(|part| part.lines()).map(str::trim);
+    let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    let code: Vec<&str> = code.collect();
+    format!(
+        "(function () {{\n'use strict';\n{}\n}})();\n",
+        code.join("\n")
+    )
+}
+
+/// The data as JSON that can stand inside a `<script>` element.
+///
+/// # Errors
+/// Never of a scene that this crate made; those of serde else.
+pub fn data(scene: &Scene) -> Result<String, serde_json::Error> {
+    Ok(serde_json::to_string(scene)?.replace('<', "\\u003c"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_is_small_and_loads_nothing() {
+        let script = script();
+        // A fortieth of what a page may weigh.
+        assert!(script.len() < 50_000, "{} bytes", script.len());
+        for word in [
+            "http",
+            "fetch(",
+            "import ",
+            "import(",
+            "XMLHttpRequest",
+            "eval(",
+            "</script",
+        ] {
+            assert!(!script.contains(word), "{word}");
+        }
+        assert!(!STYLE.contains("url(") && !STYLE.contains("@import"));
+    }
+}

@@ -1,0 +1,200 @@
+//! The robot's shapes, from its model and from what its file shows.
+
+use ilon_robot::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+
+use crate::description::{
+    Description, Floor, Form, RobotShape, RollerShape, Shape, WheelShape, pose,
+};
+use crate::outline;
+use crate::visuals::{self, Visuals};
+
+impl Description {
+    /// A robot on a level floor. The chassis is drawn by the `<visual>` elements of the URDF that it was read from
+    /// ([`ilon_robot::Loaded::urdf`]), where that is given and shows boxes, cylinders or spheres; else by its collision shapes, and
+    /// without any by a plate between its wheels.
+    pub fn of_robot(robot: &Robot, urdf: Option<&str>) -> Self {
+        let visuals = urdf.map(|text| visuals::of_urdf(text, robot));
+        Self {
+            robot: robot_shape(robot, &visuals.unwrap_or_default()),
+            floor: Floor {
+                friction: 0.6,
+                ..Floor::default()
+            },
+            pushes: Vec::new(),
+            reference: Vec::new(),
+        }
+    }
+}
+
+fn robot_shape(robot: &Robot, visuals: &Visuals) -> RobotShape {
+    let mut chassis = visuals.chassis.clone();
+    if chassis.is_empty() {
+        let collisions = robot.chassis.collisions.iter();
+        chassis = collisions.flat_map(shapes_of_collision).collect();
+    }
+    if chassis.is_empty() {
+        chassis.push(plate(robot));
+    }
+    let mut lathes: Vec<Vec<[f32; 2]>> = Vec::new();
+    let wheels = robot.wheels.iter().enumerate().map(|(index, wheel)| {
+        let rollers = wheel.rollers.iter().map(|roller| {
+            let outline = match &roller.form {
+                RollerForm::Barrel => outline::of_barrel(&wheel.barrel(roller)),
+                RollerForm::AsModelled(modelled) => outline::of_profile(&modelled.profile),
+            };
+            let known = lathes.iter().position(|lathe| *lathe == outline);
+            RollerShape {
+                hub_from_roller: pose(&roller.hub_from_roller()),
+                lathe: known.unwrap_or_else(|| {
+                    lathes.push(outline);
+                    lathes.len() - 1
+                }),
+            }
+        });
+        WheelShape {
+            name: wheel.name.clone(),
+            body_from_hub: pose(&wheel.body_from_hub),
+            radius_m: wheel.radius_m as f32,
+            gamma_rad: wheel.gamma_rad as f32,
+            rollers: rollers.collect(),
+            hub: hub(wheel, visuals.hubs.get(index)),
+        }
+    });
+    let wheels: Vec<WheelShape> = wheels.collect();
+    let corners: Vec<Vector3<f64>> = chassis.iter().flat_map(corners).collect();
+    let at_wheels = robot
+        .wheels
+        .iter()
+        .map(|w| w.position_m().xy().norm() + w.radius_m);
+    let reach_m = corners
+        .iter()
+        .map(|c| c.xy().norm())
+        .chain(at_wheels)
+        .fold(0.0, f64::max);
+    let furthest = |axis: usize| corners.iter().map(|c| c[axis]).fold(f64::MIN, f64::max);
+    RobotShape {
+        name: robot.name.clone(),
+        mass_kg: robot.mass_kg() as f32,
+        reach_m: reach_m as f32,
+        ride_height_m: robot.ride_height_m() as f32,
+        nose: [
+            0.5 * furthest(0) as f32,
+            0.0,
+            (furthest(2) + 0.02 * reach_m) as f32,
+        ],
+        chassis,
+        wheels,
+        lathes,
+        meshes_left_out: visuals.meshes,
+    }
+}
+
+/// The hub as its file shows it; a drum inside its rollers where it shows nothing, or something as large as the wheel.
+fn hub(wheel: &Wheel, shown: Option<&Vec<Shape>>) -> Vec<Shape> {
+    let inside_m = |roller: &Roller| roller.ring_radius_m() - 0.8 * roller.radius_m;
+    let room_m = wheel
+        .rollers
+        .iter()
+        .map(inside_m)
+        .fold(f64::INFINITY, f64::min);
+    let room_m = room_m.clamp(0.1 * wheel.radius_m, wheel.radius_m);
+    let fits = |shape: &Shape| {
+        let corners = corners(shape);
+        corners
+            .iter()
+            .all(|c| c.xy().norm() < 1.5 * room_m.max(0.8 * wheel.radius_m))
+    };
+    if let Some(shown) = shown.filter(|s| !s.is_empty() && s.iter().all(fits)) {
+        return shown.clone();
+    }
+    let half_width_m = wheel
+        .rollers
+        .iter()
+        .map(|r| r.row_offset_m().abs() + 0.35 * r.length_m * r.axis_in_hub.z.abs())
+        .fold(0.3 * room_m, f64::max);
+    vec![Shape {
+        pose: pose(&Isometry3::identity()),
+        form: Form::Cylinder([room_m as f32, 2.0 * half_width_m as f32]),
+        color: None,
+    }]
+}
+
+/// A shape of the model as shapes that are drawn. A mesh is drawn as the box around it.
+fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
+    let at = |shape_from_part: Isometry3<f64>, form: Form| Shape {
+        pose: pose(&(collision.body_from_shape * shape_from_part)),
+        form,
+        color: None,
+    };
+    let here = Isometry3::identity();
+    match &collision.shape {
+        CollisionShape::Box { half_extents_m: h } => {
+            vec![at(here, Form::Box([h.x as f32, h.y as f32, h.z as f32]))]
+        }
+        CollisionShape::Cylinder { radius_m, length_m } => vec![at(
+            here,
+            Form::Cylinder([*radius_m as f32, *length_m as f32]),
+        )],
+        CollisionShape::Capsule { radius_m, length_m } => {
+            let end = |sign: f64| {
+                let up = Translation3::new(0.0, 0.0, sign * 0.5 * length_m);
+                at(up.into(), Form::Sphere([*radius_m as f32]))
+            };
+            let middle = Form::Cylinder([*radius_m as f32, *length_m as f32]);
+            vec![at(here, middle), end(-1.0), end(1.0)]
+        }
+        CollisionShape::Sphere { radius_m } => vec![at(here, Form::Sphere([*radius_m as f32]))],
+        CollisionShape::ConvexHull { points_m } => {
+            let Some(first) = points_m.first() else {
+                return Vec::new();
+            };
+            let (low, high) = points_m
+                .iter()
+                .fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+            let half = (high - low) * 0.5;
+            let middle = Translation3::from(nalgebra::center(&low, &high).coords);
+            let form = Form::Box([half.x as f32, half.y as f32, half.z as f32]);
+            vec![at(middle.into(), form)]
+        }
+    }
+}
+
+/// A plate between the wheels, for a robot whose file shows nothing.
+fn plate(robot: &Robot) -> Shape {
+    let places = || robot.wheels.iter().map(Wheel::position_m);
+    let first = places().next().unwrap_or_default();
+    let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+    let thick_m = robot.wheels.iter().map(|w| w.radius_m).fold(0.0, f64::max) * 0.3;
+    let half = (high - low) * 0.5;
+    let middle = 0.5 * (low + high) + Vector3::z() * thick_m;
+    Shape {
+        pose: pose(&Translation3::from(middle).into()),
+        form: Form::Box([
+            half.x.max(thick_m) as f32,
+            (0.8 * half.y).max(thick_m) as f32,
+            0.5 * thick_m as f32,
+        ]),
+        color: None,
+    }
+}
+
+/// The corners of the box around a shape along its own axes, in the frame of the body that carries it.
+fn corners(shape: &Shape) -> Vec<Vector3<f64>> {
+    let half = match shape.form {
+        Form::Box(half) => half,
+        Form::Cylinder([r, l]) => [r, r, 0.5 * l],
+        Form::Sphere([r]) => [r, r, r],
+    };
+    let [x, y, z, i, j, k, w] = shape.pose.map(f64::from);
+    let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+    let placed = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+    let half = half.map(f64::from);
+    (0..8)
+        .map(|corner| {
+            let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let point = Point3::new(sign(0) * half[0], sign(1) * half[1], sign(2) * half[2]);
+            (placed * point).coords
+        })
+        .collect()
+}

@@ -1,0 +1,128 @@
+//! The frames of a recorded run.
+
+use ilon_robot::Robot;
+use ilon_trace::{Record, Rows, WheelSample, Which};
+
+use crate::frames::{Contact, Frame, Frames, WheelFrame};
+
+/// How many frames of a run are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thinning {
+    /// Frames for each second, as far as there are rows.
+    pub rate_hz: f64,
+    /// The most frames of a run, beside its last.
+    pub most: usize,
+}
+
+impl Default for Thinning {
+    /// As many as a screen shows, for fifty seconds; of longer runs fewer, so that a page stays small. Where a roller turns by more
+    /// than half a turn from frame to frame, it seems to turn the other way.
+    fn default() -> Self {
+        Self {
+            rate_hz: 60.0,
+            most: 3000,
+        }
+    }
+}
+
+impl Thinning {
+    /// Every how many rows there is a frame.
+    fn stride(&self, rows: usize, period_s: f64) -> usize {
+        let by_rate = (1.0 / (self.rate_hz * period_s)).round();
+        let by_rate = if by_rate.is_finite() {
+            by_rate as usize
+        } else {
+            1
+        };
+        by_rate.max(rows.div_ceil(self.most.max(1))).max(1)
+    }
+}
+
+/// The frames of a run of this robot.
+///
+/// The rollers turn by the columns `wheel0_roller0_angle_rad` where the run has them. Where it has not, the roller that touches
+/// turns by its recorded spin, and the others stay as they were: so much less than they do, for nothing but their bearings stops them.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn frames_of_run<R: Rows>(
+    rows: &R,
+    robot: &Robot,
+    thinning: Thinning,
+) -> Result<Frames, R::Error> {
+    let period_s = rows.header().control_dt_s;
+    let row_count = rows.row_count();
+    let stride = thinning.stride(row_count, period_s);
+    let kept = |row: usize| row.is_multiple_of(stride) || row + 1 == row_count;
+    let mut angles: Vec<Vec<f64>> = robot
+        .wheels
+        .iter()
+        .map(|wheel| vec![0.0; wheel.rollers.len()])
+        .collect();
+    let mut frames: Vec<Frame> = Vec::with_capacity(row_count / stride + 2);
+    let mut row = 0;
+    rows.each_chunk(Which::All, &mut |chunk| {
+        for (record, wheels) in chunk.steps() {
+            if kept(row) {
+                frames.push(frame(record, wheels, &angles));
+            }
+            for (angles, wheel) in angles.iter_mut().zip(wheels) {
+                if let Some(angle) = angles
+                    .get_mut(wheel.roller as usize)
+                    .filter(|_| wheel.touching)
+                {
+                    *angle += wheel.roller_spin_rad_s * period_s;
+                }
+            }
+            row += 1;
+        }
+    })?;
+    for (w, wheel) in robot.wheels.iter().enumerate() {
+        for r in 0..wheel.rollers.len() {
+            let mut row = 0;
+            let mut frame = 0;
+            rows.each_value(&format!("wheel{w}_roller{r}_angle_rad"), &mut |value| {
+                if kept(row) {
+                    let wheel = frames.get_mut(frame).and_then(|f| f.wheels.get_mut(w));
+                    let angle = wheel.and_then(|w| w.roller_angles_rad.get_mut(r));
+                    if let Some((angle, value)) = angle.zip(value) {
+                        *angle = value;
+                    }
+                    frame += 1;
+                }
+                row += 1;
+            })?;
+        }
+    }
+    Ok(Frames::of(robot, frames))
+}
+
+/// A row as a frame, its rollers turned by these angles.
+fn frame(record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame {
+    let truth = &record.truth;
+    Frame {
+        t_s: record.t_s,
+        pose: truth.pose,
+        height_m: truth.height_m,
+        roll_rad: truth.roll_rad,
+        pitch_rad: truth.pitch_rad,
+        ghost: Some(record.odometry_ideal),
+        wanted: record.desired.map(|desired| desired.pose),
+        wheels: wheels
+            .iter()
+            .zip(angles)
+            .map(|(sample, angles)| WheelFrame {
+                angle_rad: sample.angle_rad,
+                contact: sample.touching.then_some(Contact {
+                    place_m: [sample.contact_x_m, sample.contact_y_m],
+                    normal_force_n: sample.normal_force_n,
+                    force_n: [sample.force_x_n, sample.force_y_n],
+                    slip_m_s: [sample.slip_x_m_s, sample.slip_y_m_s],
+                    friction: sample.friction,
+                }),
+                roller: sample.roller as usize,
+                roller_angles_rad: angles.clone(),
+            })
+            .collect(),
+    }
+}
