@@ -22,7 +22,7 @@ pub struct Frame {
     pub pitch_rad: f64,
     /// Where it would be by the ideal kinematics: dead reckoning by Indiveri 2009, eq. (7), from the real wheel angles.
     pub ghost: Option<Pose>,
-    /// Where the reference wants it.
+    /// Where the reference wants the body frame.
     pub wanted: Option<Pose>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelFrame>,

@@ -1,7 +1,7 @@
 //! The frames of a recorded run.
 
-use ilon_robot::Robot;
-use ilon_trace::{Record, Rows, WheelSample, Which};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::{Header, Record, Rows, WheelSample, Which};
 
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
@@ -64,7 +64,7 @@ pub fn frames_of_run<R: Rows>(
     rows.each_chunk(Which::All, &mut |chunk| {
         for (record, wheels) in chunk.steps() {
             if kept(row) {
-                frames.push(frame(record, wheels, &angles));
+                frames.push(frame(rows.header(), record, wheels, &angles));
             }
             for (angles, wheel) in angles.iter_mut().zip(wheels) {
                 if let Some(angle) = angles
@@ -98,8 +98,17 @@ pub fn frames_of_run<R: Rows>(
 }
 
 /// A row as a frame, its rollers turned by these angles.
-fn frame(record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame {
+fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame {
     let truth = &record.truth;
+    // The reference is that of a point of the body, the path that is drawn beside it is the body's own.
+    let body_of = |wanted: Pose| {
+        let point = header.reference_point_at(wanted);
+        Pose {
+            x_m: 2.0 * wanted.x_m - point.x_m,
+            y_m: 2.0 * wanted.y_m - point.y_m,
+            ..wanted
+        }
+    };
     Frame {
         t_s: record.t_s,
         pose: truth.pose,
@@ -107,7 +116,7 @@ fn frame(record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame 
         roll_rad: truth.roll_rad,
         pitch_rad: truth.pitch_rad,
         ghost: Some(record.odometry_ideal),
-        wanted: record.desired.map(|desired| desired.pose),
+        wanted: record.desired.map(|desired| body_of(desired.pose)),
         wheels: wheels
             .iter()
             .zip(angles)

@@ -163,6 +163,15 @@
     }
     live.draw();
     found.live = [live.start, live.end, live.state.at[0]];
+    const again = new Float32Array(names.length);
+    again.set([9.99, 7]);
+    live.push(again);
+    live.draw();
+    found.live_replaced = [live.start, live.state.at[0]];
+    again.set([0.5, 3]);
+    live.push(again);
+    found.live_begun_again = [live.start, live.end];
+    try { live.push(again.fill(NaN)); } catch (error) { found.timeless = error.message; }
     try { live.push([1, 2, 3]); } catch (error) { found.refused = error.message; }
     live.dispose();
     live.dispose();

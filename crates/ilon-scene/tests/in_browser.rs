@@ -213,6 +213,10 @@ fn assert_it_works(found: &Value, robot: &Robot) {
         (live(1) - 9.99).abs() < 1e-6 && (live(2) - 0.999).abs() < 1e-6,
         "{found:#}"
     );
+    assert_eq!(found["live_replaced"][0], found["live"][0]);
+    assert_eq!(found["live_replaced"][1], 7);
+    assert_eq!(found["live_begun_again"], serde_json::json!([0.5, 0.5]));
+    assert_eq!(found["timeless"], "a frame has no time");
     assert!(
         found["refused"]
             .as_str()

@@ -3,6 +3,7 @@
 use ilon_robot::{LoadOptions, Robot, RollerForms};
 use ilon_scene::description::{Form, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rstest::rstest;
 
 fn urdf(name: &str) -> String {
@@ -179,4 +180,49 @@ fn every_shipped_robot_is_described_in_few_bytes_without_a_number_that_is_none(#
     assert_finite(&description);
     let bytes = serde_json::to_string(&description).expect("JSON").len();
     assert!(bytes < 20_000, "{bytes}");
+}
+
+fn isometry(pose: [f32; 7]) -> Isometry3<f64> {
+    let [x, y, z, i, j, k, w] = pose.map(f64::from);
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    Isometry3::from_parts(Translation3::new(x, y, z), rotation)
+}
+
+#[rstest]
+#[case("mecanum4")]
+#[case("mecanum4_6_rollers")]
+#[case("mecanum6")]
+#[case("volksbot")]
+fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(#[case] name: &str) {
+    let robot = robot(&urdf(name));
+    let shape = Description::of_robot(&robot, None).robot;
+    for wheel in &shape.wheels {
+        let body_from_hub = isometry(wheel.body_from_hub);
+        for step in 0..20 {
+            let turned = Isometry3::rotation(Vector3::z() * 0.17 * f64::from(step));
+            let lowest_m = wheel
+                .rollers
+                .iter()
+                .flat_map(|roller| {
+                    let placed = body_from_hub * turned * isometry(roller.hub_from_roller);
+                    // The lowest point of a circle about the axis: down, without what lies along the axis.
+                    let axis = placed * Vector3::z();
+                    let down = (axis * axis.z - Vector3::z()).normalize();
+                    let circles = shape.lathes[roller.lathe].iter();
+                    circles.map(move |[z, r]| {
+                        let center = placed * Point3::new(0.0, 0.0, f64::from(*z));
+                        (center + down * f64::from(*r)).z
+                    })
+                })
+                .fold(f64::INFINITY, f64::min);
+            let above_m = lowest_m + robot.ride_height_m();
+            // Between the circles of the outline its chords lie at most a hundredth of the roller's radius inside; f32.
+            let most_m = 0.01 * robot.wheels[0].rollers[0].radius_m;
+            assert!(
+                (-1e-7..most_m).contains(&above_m),
+                "{above_m} of {} at {step}",
+                wheel.name
+            );
+        }
+    }
 }

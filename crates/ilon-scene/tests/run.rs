@@ -8,7 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_robot::{Pose, Robot};
 use ilon_scene::{Frame, Frames, Kind, Thinning, frames_of_run};
-use ilon_trace::{Header, Record, Rows, Trace, WheelSample, rows::Which};
+use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Which};
 
 const PERIOD_S: f64 = 0.01;
 
@@ -122,6 +122,31 @@ fn a_frame_holds_what_its_row_holds() {
         assert!(is("want_x").is_nan());
         assert_eq!(is("ghost_x"), 0.0);
     }
+}
+
+#[test]
+fn the_reference_of_a_point_ahead_is_drawn_where_it_wants_the_body() {
+    let robot = robot();
+    let mut trace = run(&robot, 0);
+    trace.header.reference_point_m = [0.2, 0.0];
+    let desired = Desired {
+        pose: Pose {
+            x_m: 1.0,
+            y_m: 1.0,
+            heading_rad: std::f64::consts::FRAC_PI_2,
+        },
+        ..Desired::default()
+    };
+    let record = Record {
+        desired: Some(desired),
+        ..Record::default()
+    };
+    trace.push(record, &vec![WheelSample::default(); robot.wheels.len()]);
+    let Ok(frames) = frames_of_run(&trace, &robot, Thinning::default());
+    let columns = read(&frames);
+    // Looking along y, the body stands 0.2 m lower than the point that it carries ahead of it.
+    assert!((columns["want_x"][0] - 1.0).abs() < 1e-6);
+    assert!((columns["want_y"][0] - 0.8).abs() < 1e-6);
 }
 
 #[test]

@@ -37,12 +37,15 @@ class Frames {
 
   get end() { return this.count ? this.values[0][this.count - 1] : 0; }
 
-  // Adds a frame: its values in the order of the columns. The oldest half is forgotten where there are too many.
+  // Adds a frame: its values in the order of the columns. An earlier time begins a new run, the same time replaces the last frame.
+  // The oldest half is forgotten where there are too many.
   push(frame) {
     if (frame.length !== this.columns.length) {
       throw new Error(`a frame has ${this.columns.length} values, not ${frame.length}`);
     }
-    if (this.count && !(frame[0] > this.end)) this.count = 0;
+    if (!Number.isFinite(frame[0])) throw new Error('a frame has no time');
+    if (this.count && frame[0] < this.end) this.count = 0;
+    else if (this.count && frame[0] === this.end) this.count--;
     if (this.count >= this.kept) {
       const half = this.count >> 1;
       for (const column of this.values) column.copyWithin(0, half, this.count);

@@ -94,7 +94,9 @@ function ilonScene(canvas, data, given) {
       if (!x) return;
       const points = [];
       const last = x.length - 1;
-      for (let k = 0; k <= last; k++) {
+      // More points than these nobody sees, and they are made again while frames come.
+      const stride = Math.ceil(x.length / 4000);
+      for (let k = 0; k <= last; k = k < last ? Math.min(k + stride, last) : k + 1) {
         const old = points[points.length - 1];
         const near = old && Math.hypot(x[k] - old[0], y[k] - old[1]) < 0.004;
         if (!near || k === last) points.push([x[k], y[k], Math.max(height(k), 0), t[k]]);
