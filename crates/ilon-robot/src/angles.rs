@@ -2,9 +2,9 @@
 
 use nalgebra::Rotation3;
 
-/// Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
+/// Roll, pitch and yaw, in radians, of R = Rz(yaw) Ry(pitch) Rx(roll). The arc sine of the textbook loses half of the digits near a
 /// pitch of 90 degrees, where the roller that points down stands; here yaw is taken first and undone, which loses none.
-pub(crate) fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
+pub fn roll_pitch_yaw(rotation: &Rotation3<f64>) -> [f64; 3] {
     let m = rotation.matrix();
     // At a pitch of 90 degrees yaw and roll do the same: then yaw is left at zero.
     let upright = libm::hypot(m[(0, 0)], m[(1, 0)]) < 1e-9;

@@ -67,6 +67,7 @@ mod urdf;
 mod xacro;
 mod xml;
 
+pub use angles::roll_pitch_yaw;
 pub use error::{Fault, Looked, MissingFile, Place, Remedy, RobotError};
 pub use files::{FileAccess, ReadError};
 pub use generate::generate;

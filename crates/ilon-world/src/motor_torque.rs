@@ -35,6 +35,11 @@ impl MotorTorque {
         }
     }
 
+    /// Whether the torque is the same all through the step, whatever the wheel does.
+    pub(crate) fn is_constant(&self) -> bool {
+        self.droop_n_m_s == 0.0 && self.rate_limit_rad_s == f64::INFINITY
+    }
+
     /// The same motor when the wheel has gained a rate, in rad/s.
     pub(crate) fn after_gaining(&self, gained_rad_s: f64) -> Self {
         Self {

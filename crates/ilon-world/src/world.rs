@@ -8,7 +8,9 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{MassProperties as RobotMass, Pose as PlanarPose, Robot, Twist, Wheel};
+use ilon_robot::{
+    MassProperties as RobotMass, Pose as PlanarPose, Robot, Twist, Wheel, roll_pitch_yaw,
+};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
@@ -62,6 +64,8 @@ pub struct World {
     /// Rates by degree of freedom when the step began, and at its end without reactions.
     rates_before: Vec<f64>,
     rates_free: Vec<f64>,
+    /// The torque of each wheel's motor that its gear takes a share of, in N m.
+    geared_n_m: Vec<f64>,
     /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
     held_n_m_s2: Vec<f64>,
     energies: Energies,
@@ -168,6 +172,7 @@ impl World {
             acted_n_m: vec![0.0; robot.wheels.len()],
             rates_before: vec![0.0; dofs],
             rates_free: vec![0.0; dofs],
+            geared_n_m: vec![0.0; robot.wheels.len()],
             held_n_m_s2: vec![0.0; robot.wheels.len()],
             energies: Energies::default(),
             bare_chassis: robot.chassis.mass.clone(),
@@ -289,7 +294,8 @@ impl World {
         let center_m = self.robot.chassis.mass.center_of_mass_m;
         let floor_from_body = self.state.floor_from_chassis() * Translation3::from(-center_m);
         let position = floor_from_body.translation.vector;
-        let (roll_rad, pitch_rad, heading_rad) = floor_from_body.rotation.euler_angles();
+        let rotation = floor_from_body.rotation.to_rotation_matrix();
+        let [roll_rad, pitch_rad, heading_rad] = roll_pitch_yaw(&rotation);
         let body_from_floor = floor_from_body.rotation.inverse();
         let angular_in_body = body_from_floor * self.state.angular_rad_s;
         let velocity_in_body =
@@ -487,6 +493,15 @@ impl World {
         for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
             *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
         }
+        let motors = self.motors.iter().zip(&self.acted_n_m);
+        for (geared_n_m, (motor, acted_n_m)) in self.geared_n_m.iter_mut().zip(motors) {
+            // Of a motor that gives way within the step only what it gave in the last one is known.
+            *geared_n_m = if motor.is_constant() {
+                motor.torque_n_m
+            } else {
+                *acted_n_m
+            };
+        }
         self.reactions.react(&Scene {
             rapier: &self.rapier,
             ground: &self.ground,
@@ -501,6 +516,7 @@ impl World {
             rates_before: &self.rates_before,
             rates_free: &self.rates_free,
             motors: &self.motors,
+            geared_n_m: &self.geared_n_m,
             held_n_m_s2: &self.held_n_m_s2,
         });
         for (rate, change) in self.rates_free.iter_mut().zip(self.reactions.change()) {

@@ -157,6 +157,8 @@ pub(crate) struct Scene<'a> {
     pub rates_free: &'a [f64],
     /// What the motors do.
     pub motors: &'a [MotorTorque],
+    /// The torque of each wheel's motor that its gear takes a share of, in N m.
+    pub geared_n_m: &'a [f64],
     /// What each wheel's motor and bearing lose of their impulse in the step per rate that it gains, in N m s per rad/s.
     pub held_n_m_s2: &'a [f64],
 }
@@ -327,8 +329,7 @@ impl Reactions {
         self.touch(scene);
         for (index, wheel) in scene.robot.wheels.iter().enumerate() {
             // A gear takes its share of the motor's torque, whichever of the two drives the other.
-            let gear_n_m =
-                (1.0 - wheel.drive.gear_efficiency) * scene.motors[index].torque_n_m.abs();
+            let gear_n_m = (1.0 - wheel.drive.gear_efficiency) * scene.geared_n_m[index].abs();
             let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
             self.limit_motor(scene, index);
             if friction_n_m > 0.0 {

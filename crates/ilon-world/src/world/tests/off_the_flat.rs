@@ -117,6 +117,33 @@ fn tilted_it_comes_down_onto_what_is_lowest() {
     }
 }
 
+/// A robot that stands nearly on its nose has a heading all the same: a turn about the vertical by so much.
+#[test]
+fn heading_and_roll_keep_their_digits_however_steep_it_stands() {
+    let robot = shipped("mecanum4");
+    let mut world = world(&robot, 1e-3, RollerBodies::Near);
+    for short_of_upright_rad in [1e-2_f64, 1e-3, 1e-5] {
+        let pitch_rad = std::f64::consts::FRAC_PI_2 - short_of_upright_rad;
+        place(
+            &mut world,
+            UnitQuaternion::from_euler_angles(0.4, pitch_rad, 1.1),
+            0.1,
+        );
+        let body = world.body();
+        let off = [
+            body.roll_rad - 0.4,
+            body.pitch_rad - pitch_rad,
+            body.pose.heading_rad - 1.1,
+        ];
+        // Heading and roll are as uncertain as the last digit of what is left of the cosine of the pitch.
+        let most = 1e-14 / short_of_upright_rad;
+        assert!(
+            off.iter().all(|off| off.abs() < most),
+            "{off:?} at {short_of_upright_rad}"
+        );
+    }
+}
+
 /// On its sides, its back and its ends; on its free wheels it would roll on.
 #[test]
 fn a_robot_that_lies_comes_to_rest_and_stays_there() {
