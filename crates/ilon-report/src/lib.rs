@@ -10,6 +10,7 @@ pub mod figure;
 mod figures;
 mod gathered;
 pub mod page;
+mod plot;
 #[cfg(test)]
 mod sample;
 mod shown;
@@ -89,7 +90,15 @@ fn page_of(shown: &Shown, summary: &Summary) -> String {
         },
         figures_section(trace, summary),
     ];
-    page::page(&head, &sections, &footer(shown), &[top_view::SCRIPT])
+    page::page(
+        &head,
+        &sections,
+        &footer(shown),
+        &page::Parts {
+            after: &[top_view::SCRIPT],
+            ..page::Parts::default()
+        },
+    )
 }
 
 /// What the run was, as HTML.

@@ -9,7 +9,7 @@ use super::shown::Shown;
 use super::thin::{evenly, short};
 
 /// The script that plays them.
-pub(super) const SCRIPT: &str = include_str!("top_view.js");
+pub(super) const SCRIPT: &str = include_str!("web/top_view.js");
 
 /// The most frames that the picture plays.
 const MAX_FRAMES: usize = 1500;

@@ -61,7 +61,7 @@ pub fn html(comparison: &Comparison) -> String {
                   double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
                   G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
                   Transactions on Robotics 25(1), 2009.</p>";
-    page::page(&head, &sections, footer, &[])
+    page::page(&head, &sections, footer, &page::Parts::default())
 }
 
 /// Writes the comparison to a file, whole or not at all.

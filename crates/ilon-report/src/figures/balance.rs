@@ -2,14 +2,13 @@
 
 use ilon_trace::ledger::{Integral, Terms};
 use ilon_trace::{Ledger, Record, Summary};
-use plotly::Bar;
-use plotly::common::{Marker, Orientation};
-use plotly::layout::{Axis, BarMode, Layout};
 
-use crate::figure::{Figure, Span, axis, curve, dashed, exact_curve, layout, plot, solid};
+use crate::figure::{
+    Curve, Figure, Layout, Span, axis, bars, curve, dashed, dots, exact_curve, layout, plot, solid,
+};
 use crate::gathered::{OfRobot, Way};
 use crate::shown::Shown;
-use crate::thin::{evenly, short};
+use crate::thin::evenly;
 
 /// A quantity of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;
@@ -33,7 +32,7 @@ pub(crate) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
             height_px: 260,
             span: Span::Half,
             over_time: false,
-            plot: bars(&summary.ledger, &position, mm, "mm"),
+            plot: bars_of(&summary.ledger, &position, mm, "mm"),
         },
         Figure {
             id: "ledger-heading".to_owned(),
@@ -42,7 +41,7 @@ pub(crate) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
             height_px: 260,
             span: Span::Half,
             over_time: false,
-            plot: bars(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+            plot: bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
         },
         growth(
             shown,
@@ -77,8 +76,7 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
     let stacked = |name, points: &mut dyn Iterator<Item = (f64, f64)>, color| {
         let points: Vec<_> = points.collect();
         let kept = evenly(points.len(), 800).into_iter().map(|k| points[k]);
-        exact_curve(name, kept, solid(color).width(0.8)).stack_group("energy")
-            as Box<dyn plotly::Trace>
+        exact_curve(name, kept, solid(color).width(0.8)).stacked()
     };
     let traces = vec![
         stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
@@ -124,46 +122,25 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
 }
 
 /// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
-fn bars(
+fn bars_of(
     ledger: &Ledger,
     rows: &[(&str, Quantity)],
     value: fn(&Integral, Quantity) -> f64,
     unit: &str,
 ) -> String {
-    let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
-    for ((name, term), color) in ledger.named().into_iter().zip(TERM_COLORS) {
-        let values = rows
-            .iter()
-            .map(|(_, f)| short(value(&term, *f), 5))
-            .collect();
-        traces.push(
-            Bar::new(values, names.clone())
-                .name(name)
-                .orientation(Orientation::Horizontal)
-                .marker(Marker::new().color(color)),
-        );
-    }
-    let totals = rows
-        .iter()
-        .map(|(_, f)| short(value(&ledger.total, *f), 5))
+    let names = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let terms = ledger.named().into_iter().zip(TERM_COLORS);
+    let mut curves: Vec<Curve> = terms
+        .map(|((name, term), color)| {
+            let values: Vec<_> = rows.iter().map(|(_, f)| Some(value(&term, *f))).collect();
+            bars(name, &values, color)
+        })
         .collect();
-    traces.push(
-        plotly::Scatter::new(totals, names)
-            .name("total")
-            .mode(plotly::common::Mode::Markers)
-            .marker(
-                Marker::new()
-                    .color("@fg")
-                    .size(13)
-                    .symbol(plotly::common::MarkerSymbol::DiamondTall),
-            ),
-    );
-    let layout = Layout::new()
-        .bar_mode(BarMode::Relative)
-        .x_axis(axis(&format!("asked minus real in {unit}")))
-        .y_axis(Axis::new().auto_margin(true));
-    plot(traces, layout)
+    let totals = rows.iter().enumerate();
+    let totals = totals.map(|(row, (_, f))| (value(&ledger.total, *f), row as f64));
+    curves.push(dots("total", totals, "@fg", 12).opacity(1.0));
+    let x = axis(&format!("asked minus real in {unit}"));
+    plot(curves, Layout::of(x, axis("").names(names)))
 }
 
 /// Each term's way so far, stacked.
@@ -175,12 +152,12 @@ fn growth(
     unit: &str,
     of: fn(&Way) -> f64,
 ) -> Figure {
-    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut traces: Vec<Curve> = Vec::new();
     let names = Terms::default().named().map(|(name, _)| name);
     for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
         let grown = shown.all.grown().iter();
         let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
-        traces.push(exact_curve(name, points, solid(color).width(0.8)).stack_group("terms"));
+        traces.push(exact_curve(name, points, solid(color).width(0.8)).stacked());
     }
     Figure {
         id: id.to_owned(),

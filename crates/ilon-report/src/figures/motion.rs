@@ -2,10 +2,10 @@
 
 use ilon_robot::{Pose, Twist};
 use ilon_trace::{Record, Settings};
-use plotly::layout::Layout;
 
 use crate::figure::{
-    Figure, Span, axis, curve, dashed, dotted, exact_curve, layout, map_layout, plot, solid,
+    Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, layout,
+    map_layout, plot, solid,
 };
 use crate::gathered::{OfRobot, TwistOf};
 use crate::shown::Shown;
@@ -16,7 +16,7 @@ pub(crate) fn path(shown: &Shown) -> Figure {
     let trace = &*shown.trace;
     let records = trace.records();
     let desired = || records.iter().filter_map(|r| r.desired).map(|d| d.pose);
-    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     if desired().next().is_some() {
         let reference: Vec<_> = desired().collect();
         curves.push(way("reference", &reference, dashed("@asked").width(2.2)));
@@ -33,7 +33,7 @@ pub(crate) fn path(shown: &Shown) -> Figure {
         .push(exact_curve("heading", arrows.into_iter(), solid("@real").width(1.4)).opacity(0.75));
     if let Some(start) = truth.first() {
         let here = std::iter::once((start.x_m, start.y_m));
-        curves.push(super::super::figure::dots("start", here, "@slip", 11).opacity(1.0));
+        curves.push(dots("start", here, "@slip", 11).opacity(1.0));
     }
     let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight way, \
                    the robot turns while it travels. The dot is the initial pose.";
@@ -54,7 +54,7 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
         return Vec::new();
     }
     let drawn = |real: OfRobot, seen: OfRobot, name: &str| {
-        let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+        let mut curves: Vec<Curve> = Vec::new();
         if shown.all.sees_otherwise {
             let pen = solid("@contact").width(1.0);
             curves.push(curve("as the robot saw it", shown.all.robot(seen), pen));
@@ -81,15 +81,12 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
         "heading error",
     );
     heading_curves.extend([
-        level(shown, "threshold", heading_threshold_deg, dotted("@limit"))
-            as Box<dyn plotly::Trace>,
-        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
+        level(shown, "threshold", heading_threshold_deg, dotted("@limit")),
+        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).unlisted(),
     ]);
     let position_plot = plot(
         position_curves,
-        Layout::new()
-            .x_axis(axis("t in s"))
-            .y_axis(axis("distance in m").range_mode(plotly::layout::RangeMode::ToZero)),
+        Layout::of(axis("t in s"), axis("distance in m").from_zero()),
     );
     let heading_plot = plot(heading_curves, layout("t in s", "angle in deg"));
     vec![
@@ -126,11 +123,11 @@ pub(crate) type Component = fn(&Twist) -> f64;
 
 /// The components of a twist: for the figure's id, its title, its axis, and the component as it is drawn there.
 pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
-    ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
-    ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
+    ("vx", "Velocity ahead", "ahead in m/s", |v| v.vx_m_s),
+    ("vy", "Velocity to the left", "to the left in m/s", |v| {
         v.vy_m_s
     }),
-    ("omega", "Yaw rate", "ω in deg/s", |v| {
+    ("omega", "Yaw rate", "yaw rate in deg/s", |v| {
         v.omega_rad_s.to_degrees()
     }),
 ];
@@ -242,22 +239,13 @@ pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
 }
 
 /// A way over the floor, evenly thinned: a map has no up and down to keep.
-pub(crate) fn way(
-    name: &str,
-    poses: &[Pose],
-    pen: super::super::figure::Pen,
-) -> Box<plotly::Scatter<f64, f64>> {
+pub(crate) fn way(name: &str, poses: &[Pose], pen: Pen) -> Curve {
     let kept = evenly(poses.len(), MAX_POINTS).into_iter();
     exact_curve(name, kept.map(|k| (poses[k].x_m, poses[k].y_m)), pen)
 }
 
 /// A horizontal line over the run.
-pub(super) fn level(
-    shown: &Shown,
-    name: &str,
-    y: f64,
-    pen: super::super::figure::Pen,
-) -> Box<plotly::Scatter<f64, f64>> {
+pub(super) fn level(shown: &Shown, name: &str, y: f64, pen: Pen) -> Curve {
     exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
 }
 
