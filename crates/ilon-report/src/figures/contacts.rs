@@ -25,7 +25,7 @@ pub(crate) fn slip_speed(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
-            layout("t in s", "sliding speed in mm/s"),
+            Layout::of(axis("t in s"), axis("sliding speed in mm/s").from_zero().least_span(2.0)),
         ),
     }
 }
@@ -43,7 +43,7 @@ pub(crate) fn normal_force(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::NormalForce, |v| v),
-            layout("t in s", "normal force in N"),
+            Layout::of(axis("t in s"), axis("normal force in N").from_zero().least_span(1.0)),
         ),
     }
 }
@@ -61,7 +61,7 @@ pub(crate) fn tangential_force(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::TangentialForce, |v| v),
-            layout("t in s", "tangential force in N"),
+            Layout::of(axis("t in s"), axis("tangential force in N").from_zero().least_span(0.1)),
         ),
     }
 }
@@ -78,7 +78,7 @@ pub(crate) fn grip_used(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::GripUsed, |v| v),
-            layout("t in s", "share of µN"),
+            Layout::of(axis("t in s"), axis("share of µN").from_zero().least_span(0.1)),
         ),
     }
 }
@@ -94,7 +94,7 @@ pub(crate) fn slip_energy(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SlipEnergy, |v| v),
-            layout("t in s", "energy in J"),
+            Layout::of(axis("t in s"), axis("energy in J").from_zero().least_span(0.01)),
         ),
     }
 }
@@ -112,7 +112,7 @@ pub(crate) fn residual(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
-            layout("t in s", "residual in mm/s"),
+            Layout::of(axis("t in s"), axis("residual in mm/s").least_span(1.0)),
         ),
     }
 }
@@ -269,7 +269,7 @@ pub(crate) fn roller_spin(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SpinError, |v| v),
-            layout("t in s", "spin in rad/s"),
+            Layout::of(axis("t in s"), axis("spin in rad/s").least_span(0.1)),
         ),
     }
 }

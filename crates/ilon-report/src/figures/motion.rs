@@ -4,11 +4,12 @@ use ilon_robot::{Pose, Twist};
 use ilon_trace::{Record, Settings};
 
 use crate::figure::{
-    Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, layout,
-    map_layout, plot, solid,
+    Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, map_layout,
+    plot, solid,
 };
 use crate::gathered::{OfRobot, TwistOf};
 use crate::shown::Shown;
+use crate::story::Budget;
 use crate::thin::{MAX_POINTS, evenly};
 
 /// The way over the floor, against the reference.
@@ -35,11 +36,11 @@ pub(crate) fn path(shown: &Shown) -> Figure {
         let here = std::iter::once((start.x_m, start.y_m));
         curves.push(dots("start", here, "@slip", 11).opacity(1.0));
     }
-    let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight way, \
+    let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight path, \
                    the robot turns while it travels. The dot is the initial pose.";
     Figure {
         id: "path".to_owned(),
-        title: "The way over the floor".to_owned(),
+        title: "The path over the floor".to_owned(),
         caption: caption.to_owned(),
         height_px: 440,
         span: Span::Half,
@@ -86,9 +87,15 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
     ]);
     let position_plot = plot(
         position_curves,
-        Layout::of(axis("t in s"), axis("distance in m").from_zero()),
+        Layout::of(
+            axis("t in s"),
+            axis("distance in m").from_zero().least_span(1e-3),
+        ),
     );
-    let heading_plot = plot(heading_curves, layout("t in s", "angle in deg"));
+    let heading_plot = plot(
+        heading_curves,
+        Layout::of(axis("t in s"), axis("angle in deg").least_span(0.05)),
+    );
     vec![
         Figure {
             id: "position-error".to_owned(),
@@ -118,6 +125,37 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
     ]
 }
 
+/// The position error and what happened around the worst instant.
+pub(crate) fn error_around(shown: &Shown, budget: &Budget) -> Figure {
+    let around_s = (budget.at_s - budget.from_s).max(0.2);
+    let (from_s, to_s) = (budget.from_s - 0.5 * around_s, budget.at_s + 0.7 * around_s);
+    let near = shown
+        .all
+        .robot(OfRobot::PositionError)
+        .filter(|(t_s, _)| (from_s..=to_s).contains(t_s))
+        .map(|(t_s, m)| (t_s, 1e3 * m));
+    let counted = [(budget.from_s, 0.0), (budget.at_s, 0.0)].into_iter();
+    let worst = std::iter::once((budget.at_s, 1e3 * budget.error_m));
+    let curves = vec![
+        exact_curve("position error", near, solid("@real").width(2.2)),
+        exact_curve("counted", counted, solid("@limit").width(4.0)),
+        dots("worst", worst, "@limit", 10).opacity(1.0),
+    ];
+    Figure {
+        id: "budget-error".to_owned(),
+        title: "The position error around it".to_owned(),
+        caption: "The budget counts from where the error was last a tenth of its peak, or least."
+            .to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(axis("t in s"), axis("position error in mm").from_zero()),
+        ),
+    }
+}
+
 /// A component of a twist.
 pub(crate) type Component = fn(&Twist) -> f64;
 
@@ -137,12 +175,12 @@ pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
         .enumerate()
-        .map(|(axis, (id, title, y_title, component))| {
+        .map(|(index, (id, title, y_title, component))| {
             let of = |twist: TwistOf| {
-                let points = shown.all.robot(OfRobot::Twist(twist, axis));
+                let points = shown.all.robot(OfRobot::Twist(twist, index));
                 points.map(move |(t_s, value)| {
                     let mut components = [0.0; 3];
-                    components[axis] = value;
+                    components[index] = value;
                     let [vx_m_s, vy_m_s, omega_rad_s] = components;
                     (t_s, component(&Twist::new(vx_m_s, vy_m_s, omega_rad_s)))
                 })
@@ -165,7 +203,7 @@ pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
                             solid("@contact").width(1.2),
                         ),
                     ],
-                    layout("t in s", y_title),
+                    Layout::of(axis("t in s"), axis(y_title).least_span(0.02)),
                 ),
             }
         })
@@ -210,13 +248,18 @@ pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
                 solid("@contact"),
             ),
         ],
-        layout("t in s", "distance from the truth in mm"),
+        Layout::of(
+            axis("t in s"),
+            axis("distance from the truth in mm")
+                .from_zero()
+                .least_span(0.5),
+        ),
     );
     vec![
         Figure {
             id: "odometry".to_owned(),
             title: "Dead reckoning".to_owned(),
-            caption: "The way as the wheel rates alone tell it, by the ideal kinematics (7) and by the kinematics of \
+            caption: "The path by the wheel rates alone, by the ideal kinematics (7) and by the kinematics of \
                       the rollers that really touch."
                 .to_owned(),
             height_px: 400,

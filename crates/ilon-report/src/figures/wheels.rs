@@ -2,7 +2,7 @@
 
 use super::motion::level;
 use crate::figure::{
-    Curve, Figure, Layout, Span, axis, curve, dashed, dotted, layout, plot, solid, wheel_pen,
+    Curve, Figure, Layout, Span, axis, curve, dashed, dotted, plot, solid, wheel_pen,
 };
 use crate::gathered::{OfRobot, OfWheel};
 use crate::shown::Shown;
@@ -68,7 +68,7 @@ pub(crate) fn torques(shown: &Shown) -> Figure {
         height_px: 320,
         span: Span::Half,
         over_time: true,
-        plot: plot(curves.collect(), layout("t in s", "torque in N m")),
+        plot: plot(curves.collect(), Layout::of(axis("t in s"), axis("torque in N m").least_span(0.01))),
     }
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
         ];
         Figure {
             id: "torque-weights".to_owned(),
-            title: "Which acceleration gives way".to_owned(),
+            title: "Accelerations at the torque limit".to_owned(),
             caption: "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
                       torques are at their limit, and the task of lower priority is held back."
                 .to_owned(),
@@ -124,7 +124,7 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
     vec![
         Figure {
             id: "task-weights".to_owned(),
-            title: "Which task gives way".to_owned(),
+            title: "Weights of the tasks".to_owned(),
             caption: "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
                       that it asks for; below, saturation holds it back; 0 also where it asks for nothing."
                 .to_owned(),
@@ -138,7 +138,7 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
         },
         Figure {
             id: "task-capacities".to_owned(),
-            title: "What is left for each task".to_owned(),
+            title: "Capacity for each task".to_owned(),
             caption: "The capacity of each task: the wheel rate that those above it leave (eq. (34)).".to_owned(),
             height_px: 300,
             span: Span::Half,

@@ -611,6 +611,16 @@
   }, { rootMargin: '300px' });
   everyFigure((figure) => seen.observe(figure.div));
 
+  // What nobody has seen yet is drawn while the page rests, so that it is there when it is scrolled to.
+  function rest(next) {
+    const figure = figures.slice(next).find((f) => !f.drawn && f.div.clientWidth);
+    if (!figure) return;
+    guarded(figure);
+    setTimeout(rest, 8, figures.indexOf(figure) + 1);
+  }
+  setTimeout(rest, 60, 0);
+  document.addEventListener('toggle', (event) => { if (event.target.open) setTimeout(rest, 0, 0); }, true);
+
   let width = root.clientWidth;
   window.addEventListener('resize', () => {
     if (root.clientWidth === width) return;

@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod claim;
 mod compare;
+mod context;
 mod escape;
 mod failure;
 mod fault;

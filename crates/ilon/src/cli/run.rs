@@ -57,23 +57,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })?;
     bar.done();
 
-    folder.write(&run)?;
+    let verdicts = judge_rows(&run)?;
+    let answer = folder.write(&run, &verdicts)?;
     for warning in &run.warnings[foreseen..] {
         say::note(&one_line(&format!("note: {warning}")));
     }
-    for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         say::note(&one_line(&format!("note: expected {verdict}")));
     }
     if arguments.json {
         say::data(&folder.summary_json(&run)?)?;
     } else {
         say::lines(&format!(
-            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            "{}\n{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
             summary_table(&run.summary),
+            verdict_lines(&answer),
             one_line(&folder.path().display().to_string())
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The two most important sentences of the answer, each on a line of its own.
+fn verdict_lines(answer: &[String]) -> String {
+    let lines = answer.iter().take(2);
+    lines.map(|line| format!("{}\n", one_line(line))).collect()
 }
 
 fn out_folder(out: &std::path::Path, scenario: &str) -> PathBuf {
@@ -97,6 +105,13 @@ fn summary_table(s: &Summary) -> String {
 
     if s.position_error_final_m.is_some() {
         table.heading("tracking");
+        table.row(
+            "position error, largest",
+            mm(s.position_error_max_m),
+            2,
+            "mm",
+        );
+        table.row("  at", s.position_error_max_at_s, 2, "s");
         table.row("position error, rms", mm(s.position_error_rms_m), 2, "mm");
         table.row(
             "position error, at the end",
@@ -135,7 +150,9 @@ fn summary_table(s: &Summary) -> String {
         table.row_of("vx", &component(|t| t.vx_m_s), 5, "m/s");
         table.row_of("vy", &component(|t| t.vy_m_s), 5, "m/s");
         table.row_of("omega", &component(|t| t.omega_rad_s), 5, "rad/s");
-        table.heading("real over ideal, real over touching rollers");
+        table.heading(
+            "real over ideal (geometry and slip), real over touching rollers (slip alone)",
+        );
         let (ideal, contact) = (&s.twist_ratio_ideal, &s.twist_ratio_contact);
         table.row_of("vx", &[ideal.vx, contact.vx], 5, "");
         table.row_of("vy", &[ideal.vy, contact.vy], 5, "");
@@ -161,15 +178,12 @@ fn summary_table(s: &Summary) -> String {
         2,
         "mm/s",
     );
-    table.row("energy lost", s.slip_energy_j, 4, "J");
-    table.row(
-        "odometry drift",
-        mm(s.odometry_drift_m_per_m),
-        2,
-        "mm per m",
-    );
+    table.row("lost to sliding", s.slip_energy_j, 4, "J");
+    table.row("roller spin-up at hand-over", s.energy.spin_up_j, 4, "J");
+    table.heading("odometry with the ideal kinematics");
+    table.row("drift", mm(s.odometry_drift_m_per_m), 2, "mm per m");
     let turned = s.odometry_drift_rad_per_m.map(f64::to_degrees);
-    table.row("odometry drift", turned, 3, "deg per m");
+    table.row("drift", turned, 3, "deg per m");
     table.to_string()
 }
 
