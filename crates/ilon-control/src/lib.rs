@@ -62,40 +62,32 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
-mod analysis;
-mod computed_torque;
-mod contact;
+mod actuation;
 mod dynamics;
 mod error;
+mod estimation;
 #[cfg(test)]
 mod fixtures;
 mod guidance;
 mod kinematics;
-mod loads;
-mod motor;
-mod odometry;
-mod pose_filter;
-mod prioritised_torque;
-mod priority;
-mod reference;
-mod singularity;
-mod traction;
-mod waypoints;
-mod wheel_loop;
 
-pub use analysis::{Arrangement, SpeedLimits};
-pub use computed_torque::{ComputedTorque, ComputedTorqueSettings};
-pub use contact::{ContactKinematics, RollerContact};
-pub use dynamics::DynamicModel;
+pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
+pub use actuation::motor::{Motor, MotorCurve, TorqueRange};
+pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
+pub use actuation::prioritised_torque::{
+    PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares,
+};
+pub use dynamics::loads::WheelLoads;
+pub use dynamics::model::DynamicModel;
 pub use error::ControlError;
-pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation};
-pub use kinematics::Kinematics;
-pub use loads::WheelLoads;
-pub use motor::{Motor, MotorCurve, TorqueRange};
-pub use odometry::Odometry;
-pub use pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
-pub use prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares};
-pub use priority::{Task, TaskShare, share_capacity, sigma};
-pub use reference::{Desired, Heading, Reference};
-pub use singularity::{Singularity, SingularityKind};
-pub use wheel_loop::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
+pub use estimation::odometry::Odometry;
+pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
+pub use guidance::law::{
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
+};
+pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
+pub use guidance::reference::{Desired, Heading, Reference};
+pub use kinematics::analysis::{Arrangement, SpeedLimits};
+pub use kinematics::contact::{ContactKinematics, RollerContact};
+pub use kinematics::ideal::Kinematics;
+pub use kinematics::singularity::{Singularity, SingularityKind};

@@ -10,8 +10,8 @@
 //! k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt J_ground / J_air. As there, a <= 1 is kept:
 //! k_p = min(w_b, J_air / (J_ground dt)).
 
+use crate::actuation::motor::TorqueRange;
 use crate::error::{not_negative, positive};
-use crate::motor::TorqueRange;
 use crate::{ControlError, DynamicModel};
 
 /// Settings of the computed torque.

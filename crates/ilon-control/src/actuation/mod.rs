@@ -1,0 +1,6 @@
+//! From wheel rates to torques, and what of a torque a motor gives.
+
+pub(crate) mod computed_torque;
+pub(crate) mod motor;
+pub(crate) mod pid;
+pub(crate) mod prioritised_torque;
