@@ -11,9 +11,8 @@
 //! 0. [`PoseFilter`] says where the robot is, from wheel odometry and late, noisy poses (section IV).
 //! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
-//! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel, or [`ComputedTorque::update`] all wheels
-//!    together, eqs. (11), (12) (section III-A).
-//!    [`PrioritisedTorque::update`] does so by priority under torque limits and limited grip.
+//! 3. A [`TorqueLaw`] turns wheel rates into torques (section III-A): [`WheelLoop`] by one PID a wheel, [`ComputedTorque`] for all
+//!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip.
 //! 4. [`Motor::limit`] says what of a torque the motor can give.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
@@ -71,6 +70,7 @@ mod fixtures;
 mod guidance;
 mod kinematics;
 
+pub use actuation::TorqueLaw;
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use actuation::motor::{Motor, MotorCurve, TorqueRange};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};

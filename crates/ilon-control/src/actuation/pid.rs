@@ -22,7 +22,9 @@
 //! plant that solves its step with that mean is stable for any gains and any dt (theta is at least one half), exact for one
 //! pole, and of second order in dt.
 
-use crate::actuation::motor::TorqueRange;
+use super::TorqueLaw;
+use super::derivative::{FilteredDerivative, weight};
+use super::motor::TorqueRange;
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -180,10 +182,8 @@ pub struct WheelLoop {
 struct WheelState {
     /// Integral part of the torque, in N m.
     integral_n_m: f64,
-    /// Filtered acceleration, in rad/s^2.
-    acceleration_rad_s2: f64,
-    /// The rate one step ago.
-    previous_rate_rad_s: Option<f64>,
+    /// The acceleration, filtered, in rad/s^2.
+    acceleration_rad_s2: FilteredDerivative<f64>,
     /// theta k_i dt of the step that has passed, where its integral was taken at the rate with which it began; in N m s/rad.
     taken_early_n_m_s: f64,
 }
@@ -233,11 +233,11 @@ impl WheelLoop {
     pub fn settings(&self) -> &WheelLoopSettings {
         &self.settings
     }
+}
 
-    /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s. The loop's period
-    /// `dt_s` may change from call to call; without a positive one the torques stay as they were. Of a continuous loop
-    /// they are those that it would hold if the rates stayed; [`Self::droops_n_m_s`] says how they fall.
-    pub fn update(
+impl TorqueLaw for WheelLoop {
+    /// Of a continuous loop the torques are those that it would hold if the rates stayed; the droops say how they fall.
+    fn update(
         &mut self,
         targets_rad_s: &[f64],
         rates_rad_s: &[f64],
@@ -257,22 +257,16 @@ impl WheelLoop {
         &self.torques_n_m
     }
 
-    /// The torques of the last update, in N m.
-    pub fn torques_n_m(&self) -> &[f64] {
-        &self.torques_n_m
+    /// Where the motor's limit cuts the torque, its droop is cut in proportion.
+    fn droops_n_m_s(&self) -> &[f64] {
+        match self.settings.timing {
+            LoopTiming::Sampled => &[],
+            LoopTiming::Continuous => &self.droops_n_m_s,
+        }
     }
 
-    /// D: how much torque each wheel loses per rate that it gains before the next update, in N m s/rad: zero for a sampled
-    /// loop. Where the motor's limit cuts the torque, its droop is cut in proportion.
-    pub fn droops_n_m_s(&self) -> &[f64] {
-        &self.droops_n_m_s
-    }
-
-    /// Forgets integrals and past rates.
-    pub fn reset(&mut self) {
-        self.wheels.fill(WheelState::default());
-        self.torques_n_m.fill(0.0);
-        self.droops_n_m_s.fill(0.0);
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
     }
 }
 
@@ -289,14 +283,9 @@ impl WheelState {
         let gains = &settings.gains;
         let e = target_rad_s - rate_rad_s;
 
-        // First-order low-pass, implicit Euler: stable for any time constant.
-        let previous = self
-            .previous_rate_rad_s
-            .replace(rate_rad_s)
-            .unwrap_or(rate_rad_s);
-        let raw = (rate_rad_s - previous) / dt_s;
-        let share = dt_s / (settings.derivative_filter_s + dt_s);
-        self.acceleration_rad_s2 += share * (raw - self.acceleration_rad_s2);
+        let weight = weight(settings.derivative_filter_s, dt_s);
+        let gained_rad_s = self.acceleration_rad_s2.update(rate_rad_s, weight, dt_s);
+        let acceleration_rad_s2 = self.acceleration_rad_s2.value;
 
         // No friction is made up for at a target of zero: its sign is unknown there.
         let friction_sign = if target_rad_s == 0.0 {
@@ -307,16 +296,16 @@ impl WheelState {
         // A continuous loop's torque is given as if the rate stayed as it is, and the droop holds what it does not stay:
         // of the proportional part, of the integral over the step, which is put right when the rate is known, and of the
         // filtered acceleration.
-        self.integral_n_m -= self.taken_early_n_m_s * (rate_rad_s - previous);
+        self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;
         let (held, droop, counted) = match settings.timing {
-            LoopTiming::Sampled => (self.acceleration_rad_s2, 0.0, 1.0),
+            LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
             LoopTiming::Continuous => (
-                (1.0 - share) * self.acceleration_rad_s2,
+                (1.0 - weight) * acceleration_rad_s2,
                 gains.proportional_n_m_s
                     + (5.0 * theta - 2.0) / (3.0 * theta) * step_n_m_s
-                    + gains.derivative_n_m_s2 * share / (theta * dt_s),
+                    + gains.derivative_n_m_s2 * weight / (theta * dt_s),
                 theta,
             ),
         };

@@ -19,7 +19,9 @@
 use ilon_robot::{Robot, Twist};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::actuation::motor::TorqueRange;
+use super::TorqueLaw;
+use super::derivative::{FilteredDerivative, weight};
+use super::motor::TorqueRange;
 use crate::dynamics::traction::{PushRange, TractionSet};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel, Kinematics, Priority, WheelLoads};
@@ -71,8 +73,7 @@ pub struct PrioritisedTorque {
     /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
     body: Matrix3<f64>,
     integral: Vector3<f64>,
-    target_rate: Vector3<f64>,
-    previous_target: Option<Vector3<f64>>,
+    target_rate: FilteredDerivative<Vector3<f64>>,
     shares: TorqueShares,
     // One number a wheel each, kept to save allocating.
     resistance_n_m: Vec<f64>,
@@ -133,8 +134,7 @@ impl PrioritisedTorque {
             settings: *settings,
             body,
             integral: Vector3::zeros(),
-            target_rate: Vector3::zeros(),
-            previous_target: None,
+            target_rate: FilteredDerivative::default(),
             shares: TorqueShares::default(),
             resistance_n_m: vec![0.0; n],
             own_n_m: vec![0.0; n],
@@ -150,11 +150,6 @@ impl PrioritisedTorque {
         })
     }
 
-    /// What of the two tasks the last update gave.
-    pub fn shares(&self) -> TorqueShares {
-        self.shares
-    }
-
     /// The model that it computes by.
     pub fn model(&self) -> &DynamicModel {
         &self.model
@@ -165,29 +160,6 @@ impl PrioritisedTorque {
         self.k_p
     }
 
-    /// Forgets integrals and past targets.
-    pub fn reset(&mut self) {
-        self.integral = Vector3::zeros();
-        self.target_rate = Vector3::zeros();
-        self.previous_target = None;
-        self.torques_n_m.fill(0.0);
-    }
-
-    /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s. Without a positive
-    /// `dt_s` the torques stay as they were.
-    pub fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
-        &self.torques_n_m
-    }
-
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
         let nu = self.model.kinematics().twist(rates);
@@ -196,11 +168,10 @@ impl PrioritisedTorque {
         let e = nu_d - vector(self.about.twist(rates));
         let k_i = 0.25 * self.k_p * self.k_p;
 
-        let previous = self.previous_target.replace(nu_d).unwrap_or(nu_d);
-        let share = dt_s / (self.settings.target_filter_s + dt_s);
-        self.target_rate += share * ((nu_d - previous) / dt_s - self.target_rate);
+        let weight = weight(self.settings.target_filter_s, dt_s);
+        self.target_rate.update(nu_d, weight, dt_s);
         let grown = self.integral + k_i * dt_s * e;
-        let y = self.target_rate + self.k_p * e + grown;
+        let y = self.target_rate.value + self.k_p * e + grown;
 
         let position = Vector3::new(y.x, y.y, 0.0);
         // A turn about c alone moves the origin by omega k x (-c).
@@ -332,6 +303,29 @@ impl PrioritisedTorque {
 
 /// A friction coefficient beyond any floor, which never limits.
 const UNLIMITED: f64 = 1e3;
+
+impl TorqueLaw for PrioritisedTorque {
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64] {
+        if dt_s > 0.0 {
+            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
+        }
+        &self.torques_n_m
+    }
+
+    fn shares(&self) -> Option<TorqueShares> {
+        Some(self.shares)
+    }
+
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
+    }
+}
 
 #[cfg(test)]
 mod tests;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use ilon_trace::Summary;
 use ilon_trace::quantities::{self, GROUPS};
+use ilon_trace::{Quantity, Summary};
 
 use super::escape::one_line;
 use super::output::{self, KeepingUp, OutputFolder};

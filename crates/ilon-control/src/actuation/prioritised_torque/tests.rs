@@ -77,7 +77,7 @@ fn with_torque_and_grip_to_spare_it_gives_the_acceleration_asked_for() {
             "{got:?} {wanted:?}"
         );
         assert!((got - wanted).omega_rad_s.abs() < 1e-8);
-        let shares = law.shares();
+        let shares = law.shares().unwrap();
         assert!(shares.position == 1.0 && shares.heading == 1.0 && shares.grip < 1.0);
     }
 }
@@ -94,7 +94,7 @@ fn a_saturating_motor_slows_the_lower_task_and_not_the_higher_one() {
             let run =
                 |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, torque_n_m), 1e-3).to_vec();
             let got = acceleration(&robot, run, NOW, target);
-            (got, law.shares())
+            (got, law.shares().unwrap())
         };
         let (alone, _) = position_first(linear);
         let (with_heading, shares) = position_first(both);
@@ -149,7 +149,7 @@ fn position_first_keeps_the_acceleration_of_the_reference_point() {
             );
             let run = |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, 0.3), 1e-3).to_vec();
             let got = acceleration(&robot, run, Twist::default(), target);
-            (got, law.shares())
+            (got, law.shares().unwrap())
         };
         let ((alone, _), (both, shares)) = (got(0.0), got(6.0));
         assert!(shares.heading < 1.0 && shares.position > 0.0, "{shares:?}");
@@ -169,7 +169,7 @@ fn heading_first_keeps_the_turn() {
             let mut law = law(&robot, Priority::Heading, f64::INFINITY);
             let run = |t: &[f64], r: &[f64]| law.update(t, r, &limits(n, 0.3), 1e-3).to_vec();
             let got = acceleration(&robot, run, NOW, target);
-            (got.omega_rad_s, law.shares())
+            (got.omega_rad_s, law.shares().unwrap())
         };
         let (alone, _) = run(Twist::new(0.2, -0.1, 0.8));
         let (with_position, shares) = run(Twist::new(3.0, 2.0, 0.8));
@@ -190,8 +190,8 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
             .kinematics()
             .wheel_rates(Twist::new(2.0, 1.0, 3.0), &mut targets);
         law.update(&targets, &rates, &limits(n, 50.0), 1e-3);
-        assert!(law.shares().position < 1.0);
-        assert!(law.shares().grip <= 1.0 + 1e-9);
+        assert!(law.shares().unwrap().position < 1.0);
+        assert!(law.shares().unwrap().grip <= 1.0 + 1e-9);
         for (push, load) in law.pushes_n.iter().zip(&law.loads_n) {
             assert!(push.abs() <= 0.1 * load + 1e-6);
         }
@@ -210,8 +210,8 @@ fn free_torques_spare_the_wheel_with_little_load() {
         .kinematics()
         .wheel_rates(Twist::new(0.06, 0.03, 0.0), &mut targets);
     law.update(&targets, &[0.0; 4], &limits(4, 50.0), 1e-3);
-    assert_eq!(law.shares().position, 1.0);
-    let spared = law.shares().grip;
+    assert_eq!(law.shares().unwrap().position, 1.0);
+    let spared = law.shares().unwrap().grip;
 
     let settings = ComputedTorqueSettings {
         bandwidth_rad_s: 10.0,
