@@ -13,7 +13,7 @@ mod robot;
 mod settings;
 mod world;
 
-pub use contact::readout::WheelContact;
+pub use contact::wheel_contact::WheelContact;
 pub use error::WorldError;
 pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use motor_torque::MotorTorque;

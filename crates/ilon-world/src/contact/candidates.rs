@@ -6,7 +6,7 @@ use rapier3d::prelude::*;
 use crate::RollerBodies;
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::Part;
-use crate::contact::solve::Scene;
+use crate::contact::scene::Scene;
 use crate::engine::convert;
 use crate::robot::state::State;
 use crate::robot::wheel::RollerState;

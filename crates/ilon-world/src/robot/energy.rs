@@ -8,6 +8,7 @@ use crate::robot::wheel::WheelBody;
 
 /// Kinetic and potential energy, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// Of all parts in the world, the rollers' spin included.
     pub kinetic_j: f64,

@@ -4,7 +4,7 @@
 //! motors + outside = stored + slip + bearings stays one.
 
 use ilon_robot::MassProperties;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::World;
 use crate::engine::convert;
@@ -158,26 +158,8 @@ impl World {
 
 /// A chassis and what it carries, as one rigid body.
 fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
-    let carried_kg: f64 = payloads.iter().map(|p| p.mass_kg).sum();
-    let mass_kg = bare.mass_kg + carried_kg;
-    let first_moment: Vector3<f64> = payloads
-        .iter()
-        .fold(bare.mass_kg * bare.center_of_mass_m, |sum, payload| {
-            sum + payload.mass_kg * payload.place_in_body_m
-        });
-    let center_of_mass_m = first_moment / mass_kg;
-    // Steiner: a mass at an offset r from the common centre adds m (r^2 1 - r r^T).
-    let about_center = |mass_kg: f64, at_m: &Vector3<f64>| {
-        let r = at_m - center_of_mass_m;
-        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
-    };
-    let inertia_kg_m2 = payloads.iter().fold(
-        bare.inertia_kg_m2 + about_center(bare.mass_kg, &bare.center_of_mass_m),
-        |sum, payload| sum + about_center(payload.mass_kg, &payload.place_in_body_m),
-    );
-    MassProperties {
-        mass_kg,
-        center_of_mass_m,
-        inertia_kg_m2,
-    }
+    let carried = payloads.iter();
+    let carried = carried.map(|load| MassProperties::point(load.mass_kg, load.place_in_body_m));
+    let parts: Vec<MassProperties> = [bare.clone()].into_iter().chain(carried).collect();
+    MassProperties::merged(&parts).unwrap_or_else(|| bare.clone())
 }
