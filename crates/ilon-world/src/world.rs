@@ -18,6 +18,7 @@ use crate::engine::convert;
 use crate::engine::copy::Engine;
 use crate::ground::Ground;
 use crate::robot::assembly::Assembly;
+use crate::robot::shared::SharedRobot;
 use crate::robot::state::State;
 use crate::robot::wheel::RollerState;
 use crate::{Floor, MotorTorque, Settings, WorldError};
@@ -35,7 +36,7 @@ pub use truth::BodyState;
 pub struct World {
     rapier: Engine,
     ground: Ground,
-    robot: Robot,
+    robot: SharedRobot,
     settings: Settings,
     assembly: Assembly,
     state: State,
@@ -61,8 +62,8 @@ pub struct World {
     /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
     held_n_m_s2: Vec<f64>,
     energies: Energies,
-    /// The chassis without what it carries.
-    bare_chassis: RobotMass,
+    /// The chassis with what it carries.
+    chassis_mass: RobotMass,
     payloads: Vec<Payload>,
     /// What pushes during the coming step.
     pushes: Vec<ActingPush>,
@@ -101,7 +102,8 @@ struct Energies {
 }
 
 impl World {
-    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just touching.
+    /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just touching. Many worlds of one
+    /// robot share it where they are given a [`SharedRobot`].
     ///
     /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered upright until the first of
     /// its wheels touches; the others fall the rest of the way in the first steps.
@@ -110,12 +112,21 @@ impl World {
     /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
     /// or leave a wheel hanging by more than its radius where it starts.
     pub fn new(
-        robot: &Robot,
+        robot: impl Into<SharedRobot>,
         floor: &Floor,
         start: PlanarPose,
         settings: &Settings,
     ) -> Result<Self, WorldError> {
-        check::check(robot, floor, settings)?;
+        Self::build(robot.into(), floor, start, settings)
+    }
+
+    fn build(
+        robot: SharedRobot,
+        floor: &Floor,
+        start: PlanarPose,
+        settings: &Settings,
+    ) -> Result<Self, WorldError> {
+        check::check(&robot, floor, settings)?;
         let mut rapier = PhysicsWorld {
             integration_parameters: integration_parameters(settings),
             narrow_phase: NarrowPhase::new(),
@@ -125,17 +136,15 @@ impl World {
 
         let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
         ground.follow(&start_m, &mut rapier.colliders);
-        let state = State::at_rest(robot, &standing::standing(robot, floor, &ground, start)?);
+        let state = State::at_rest(&robot, &standing::standing(&robot, floor, &ground, start)?);
         rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
-        let rollers: Vec<Vec<RollerState>> = robot
-            .wheels
-            .iter()
-            .map(|wheel| {
-                let state_of = |roller| RollerState::new(wheel, roller);
-                wheel.rollers.iter().map(state_of).collect()
-            })
-            .collect();
-        let assembly = Assembly::build(&mut rapier, robot, &state.seen_from(&ground), &rollers);
+        let chassis_mass = robot.chassis.mass.clone();
+        let assembly = Assembly::build(
+            &mut rapier,
+            (&robot, &chassis_mass),
+            &state.seen_from(&ground),
+            &robot.rollers_at_rest(),
+        );
         let dofs = assembly.dofs(&rapier);
         Ok(Self {
             ground,
@@ -152,7 +161,7 @@ impl World {
             geared_n_m: vec![0.0; robot.wheels.len()],
             held_n_m_s2: vec![0.0; robot.wheels.len()],
             energies: Energies::default(),
-            bare_chassis: robot.chassis.mass.clone(),
+            chassis_mass,
             payloads: Vec::new(),
             pushes: Vec::new(),
             reactions: Reactions::default(),
@@ -160,9 +169,9 @@ impl World {
             rates_asked_rad_s: vec![0.0; robot.wheels.len()],
             counts: vec![WheelCounts::default(); robot.wheels.len()],
             residual_m_s: 0.0,
-            wheel_inertia_kg_m2: wheel_inertia_kg_m2(robot),
+            wheel_inertia_kg_m2: wheel_inertia_kg_m2(&robot),
             steps: 0,
-            robot: robot.clone(),
+            robot,
             settings: settings.clone(),
             assembly,
             rapier: Engine(rapier),
@@ -235,7 +244,7 @@ impl World {
         self.assembly.remove(&mut self.rapier);
         self.assembly = Assembly::build(
             &mut self.rapier,
-            &self.robot,
+            (&self.robot, &self.chassis_mass),
             &self.state.seen_from(&self.ground),
             &rollers,
         );

@@ -5,6 +5,9 @@
 //! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
 //! roller one number instead of a body, a joint and a row of the mass matrix.
 
+use std::ops::Deref;
+use std::sync::Arc;
+
 use ilon_robot::{Barrel, MassProperties as RobotMass, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
@@ -50,9 +53,10 @@ pub(crate) struct RollerCollider {
     pub roller: usize,
 }
 
-/// A roller's place on its wheel and its motion about its axis.
-#[derive(Clone, Debug)]
-pub(crate) struct RollerState {
+/// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
+/// it.
+#[derive(Debug)]
+pub(crate) struct FixedRoller {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
@@ -61,6 +65,18 @@ pub(crate) struct RollerState {
     pub barrel: Option<Barrel>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
+    /// Inertia about its axis, in kg m^2.
+    axial_inertia_kg_m2: f64,
+    /// Bearing damping, in N m s/rad.
+    damping_n_m_s: f64,
+    /// Bearing dry friction, in N m.
+    pub friction_n_m: f64,
+}
+
+/// A roller and its motion about its axis.
+#[derive(Clone, Debug)]
+pub(crate) struct RollerState {
+    fixed: Arc<FixedRoller>,
     /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
     /// stays while nothing but its bearing touches it, however the hub turns.
     pub axial_rate_rad_s: f64,
@@ -78,16 +94,41 @@ pub(crate) struct RollerState {
     pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// Inertia about its axis, in kg m^2.
-    axial_inertia_kg_m2: f64,
-    /// Bearing damping, in N m s/rad.
-    damping_n_m_s: f64,
-    /// Bearing dry friction, in N m.
-    pub friction_n_m: f64,
     /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,
+}
+
+/// What stays as it is can be read of a roller as of itself.
+impl Deref for RollerState {
+    type Target = FixedRoller;
+
+    fn deref(&self) -> &FixedRoller {
+        &self.fixed
+    }
+}
+
+impl FixedRoller {
+    /// A roller of a wheel.
+    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
+        let barrel = match &roller.form {
+            RollerForm::AsModelled(_) => None,
+            _ => Some(wheel.barrel(roller)),
+        };
+        Self {
+            hub_from_roller: roller.hub_from_roller(),
+            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
+            bounding_radius_m: barrel.as_ref().map_or(
+                0.5 * roller.length_m + roller.radius_m,
+                PlacedBarrel::bounding_radius_m,
+            ),
+            barrel,
+            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
+            damping_n_m_s: roller.joint.damping_n_m_s,
+            friction_n_m: roller.joint.friction_n_m,
+        }
+    }
 }
 
 /// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
@@ -107,21 +148,10 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
 }
 
 impl RollerState {
-    /// A roller of a wheel at rest.
-    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
-        };
-        let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
+    /// A roller at rest.
+    pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
         Self {
-            hub_from_roller: roller.hub_from_roller(),
-            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
-            barrel,
+            fixed,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
             hub_carries_rad_s: 0.0,
@@ -130,9 +160,6 @@ impl RollerState {
             pressed: false,
             spin_up_left_j: 0.0,
             angle_rad: 0.0,
-            axial_inertia_kg_m2: inertia,
-            damping_n_m_s: damping,
-            friction_n_m: roller.joint.friction_n_m,
             damping_leaves: (1.0, 0.0),
             seized: false,
         }

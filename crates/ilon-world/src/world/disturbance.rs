@@ -64,7 +64,7 @@ pub(super) struct ActingPush {
 impl World {
     /// Pushes the chassis during the next step, and only then. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
-        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let center_m = self.chassis_mass.center_of_mass_m;
         let floor_from_body = self.state.floor_from_chassis().rotation;
         self.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
@@ -82,9 +82,9 @@ impl World {
         let come_j: f64 = payloads.iter().map(outside_j).sum();
         self.energies.outside_j += come_j - gone_j;
 
-        let center_before_m = self.robot.chassis.mass.center_of_mass_m;
-        self.robot.chassis.mass = loaded(&self.bare_chassis, payloads);
-        let moved_m = self.robot.chassis.mass.center_of_mass_m - center_before_m;
+        let center_before_m = self.chassis_mass.center_of_mass_m;
+        self.chassis_mass = loaded(&self.robot.chassis.mass, payloads);
+        let moved_m = self.chassis_mass.center_of_mass_m - center_before_m;
         self.state.recenter(moved_m);
         self.before.recenter(moved_m);
         self.middle.recenter(moved_m);
@@ -146,7 +146,7 @@ impl World {
 
     /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
     fn payload_energy_j(&self, payload: &Payload) -> f64 {
-        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let center_m = self.chassis_mass.center_of_mass_m;
         let lever_m =
             self.state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
         let place_m = self.state.center_m() + lever_m;

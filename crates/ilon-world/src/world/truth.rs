@@ -36,7 +36,7 @@ impl World {
 
     /// Pose and velocity of the body.
     pub fn body(&self) -> BodyState {
-        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let center_m = self.chassis_mass.center_of_mass_m;
         let floor_from_body = self.state.floor_from_chassis() * Translation3::from(-center_m);
         let position = floor_from_body.translation.vector;
         let rotation = floor_from_body.rotation.to_rotation_matrix();
@@ -147,12 +147,16 @@ impl World {
     }
 
     pub(super) fn kinetic_j(&self) -> f64 {
-        kinetic_j(&self.robot, &self.state, &self.assembly.wheels)
+        kinetic_j(
+            (&self.robot, &self.chassis_mass),
+            &self.state,
+            &self.assembly.wheels,
+        )
     }
 
     pub(super) fn potential_j(&self) -> f64 {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        potential_j(&self.robot, &self.state, &gravity)
+        potential_j((&self.robot, &self.chassis_mass), &self.state, &gravity)
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
