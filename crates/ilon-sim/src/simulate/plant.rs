@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ilon_control::{Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::Truth;
-use ilon_world::{Floor, MotorTorque, Settings, World};
+use ilon_world::{Floor, MotorTorque, Settings, SharedRobot, World};
 
 use super::clock::Clock;
 use super::disturbances::Disturbances;
@@ -86,7 +86,7 @@ pub struct Plant {
 /// What a plant is built from, again whenever it is reset.
 struct Plan {
     resolved: Resolved,
-    robot: Robot,
+    robot: SharedRobot,
     kinematics: Kinematics,
     floor: Floor,
     settings: Settings,
@@ -107,7 +107,7 @@ impl Plant {
             floor: floor::floor(&resolved.scenario().world.floor)?,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
-            robot: robot.clone(),
+            robot: SharedRobot::from(robot),
         };
         let seed = resolved.scenario().sensors.seed;
         Self::build(Arc::new(plan), seed, resolved.start())
