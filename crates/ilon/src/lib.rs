@@ -34,6 +34,7 @@ pub mod cli;
 pub mod pages;
 
 pub use ilon_control as control;
+pub use ilon_messages as messages;
 pub use ilon_report as report;
 pub use ilon_robot as robot;
 pub use ilon_sim as sim;

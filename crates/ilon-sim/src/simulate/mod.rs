@@ -188,6 +188,11 @@ impl Simulation {
         self.plant.resolved().scenario()
     }
 
+    /// What is simulated, apart from what drives it.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
     /// The world as it is now.
     pub fn world(&self) -> &World {
         self.plant.world()

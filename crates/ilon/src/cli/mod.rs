@@ -1,5 +1,6 @@
 //! The `ilon` command: what it takes, what it prints, and with which code it ends.
 
+mod bag;
 mod bench;
 mod check;
 mod claim;
