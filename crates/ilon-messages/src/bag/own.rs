@@ -22,7 +22,9 @@ pub fn is_own(folder: &Path) -> bool {
     };
     let mut entries = entries.peekable();
     entries.peek().is_some()
-        && entries.all(|entry| entry.is_ok_and(|entry| FILES.iter().any(|name| entry.file_name() == *name)))
+        && entries.all(|entry| {
+            entry.is_ok_and(|entry| FILES.iter().any(|name| entry.file_name() == *name))
+        })
         && begins_as_own(&folder.join(FILE)).unwrap_or(false)
 }
 
@@ -75,7 +77,10 @@ mod tests {
             assert!(!at(name).exists(), "{name}");
         }
 
-        BagWriter::create(&at("with_notes")).unwrap().finish().unwrap();
+        BagWriter::create(&at("with_notes"))
+            .unwrap()
+            .finish()
+            .unwrap();
         fs::write(at("with_notes/notes.txt"), "").unwrap();
         fs::create_dir(at("empty")).unwrap();
         fs::create_dir(at("other")).unwrap();

@@ -73,7 +73,9 @@ impl Contacts {
                 y: foot.y + y,
                 z: foot.z + z,
             };
-            let slides = sample.friction_used().is_some_and(|used| used > ON_THE_EDGE);
+            let slides = sample
+                .friction_used()
+                .is_some_and(|used| used > ON_THE_EDGE);
             let scale = self.metres_per_n;
             let [force_x, force_y] = turned(sample.force_x_n * scale, sample.force_y_n * scale);
             let height = sample.normal_force_n * scale;
@@ -111,8 +113,18 @@ impl Contacts {
             let tip = above(force_x, force_y, height);
             marker("force", Marker::ARROW, held, vec![foot, tip]);
             let rim_m = sample.friction * height;
-            marker("friction_cone", Marker::LINE_LIST, CONE, cone(above, rim_m, height));
-            marker("slip", Marker::ARROW, SLIDING, vec![foot, above(slip_x, slip_y, 0.0)]);
+            marker(
+                "friction_cone",
+                Marker::LINE_LIST,
+                CONE,
+                cone(above, rim_m, height),
+            );
+            marker(
+                "slip",
+                Marker::ARROW,
+                SLIDING,
+                vec![foot, above(slip_x, slip_y, 0.0)],
+            );
         }
         MarkerArray { markers }
     }
@@ -125,6 +137,8 @@ fn cone(at: impl Fn(f64, f64, f64) -> Point, rim_m: f64, height_m: f64) -> Vec<P
         at(rim_m * cos, rim_m * sin, height_m)
     };
     let around = (0..RIM).flat_map(|corner| [rim(corner), rim(corner + 1)]);
-    let flanks = (0..RIM).step_by(RIM / 4).flat_map(|corner| [at(0.0, 0.0, 0.0), rim(corner)]);
+    let flanks = (0..RIM)
+        .step_by(RIM / 4)
+        .flat_map(|corner| [at(0.0, 0.0, 0.0), rim(corner)]);
     around.chain(flanks).collect()
 }

@@ -58,7 +58,11 @@ impl Window {
         self.rows += 1;
         let terms = Terms::of(record);
         let named = terms.named().map(|(_, twist)| twist);
-        for (sum, twist) in self.terms.iter_mut().zip([terms.total].into_iter().chain(named)) {
+        for (sum, twist) in self
+            .terms
+            .iter_mut()
+            .zip([terms.total].into_iter().chain(named))
+        {
             *sum = *sum + twist;
         }
         for (rows, task) in self.saturated_rows.iter_mut().zip(&record.tasks) {
@@ -97,7 +101,13 @@ impl Window {
         message
     }
 
-    fn status(&self, name: &str, level: u8, message: String, values: Vec<(String, String)>) -> DiagnosticStatus {
+    fn status(
+        &self,
+        name: &str,
+        level: u8,
+        message: String,
+        values: Vec<(String, String)>,
+    ) -> DiagnosticStatus {
         let values = values.into_iter();
         DiagnosticStatus {
             level,
@@ -109,7 +119,14 @@ impl Window {
     }
 
     fn error_budget(&self) -> DiagnosticStatus {
-        const NAMES: [&str; 6] = ["total", "guidance", "compensation", "servo", "geometry", "slip"];
+        const NAMES: [&str; 6] = [
+            "total",
+            "guidance",
+            "compensation",
+            "servo",
+            "geometry",
+            "slip",
+        ];
         let means = self.terms.map(|sum| sum.scaled(1.0 / self.rows as f64));
         let speed = |twist: &Twist| libm::hypot(twist.vx_m_s, twist.vy_m_s);
         let mut largest = 1;
@@ -128,7 +145,10 @@ impl Window {
         for (name, mean) in NAMES.iter().zip(&means) {
             values.push((format!("{name} vx, m/s"), format!("{:.6}", mean.vx_m_s)));
             values.push((format!("{name} vy, m/s"), format!("{:.6}", mean.vy_m_s)));
-            values.push((format!("{name} omega, rad/s"), format!("{:.6}", mean.omega_rad_s)));
+            values.push((
+                format!("{name} omega, rad/s"),
+                format!("{:.6}", mean.omega_rad_s),
+            ));
         }
         let last = &self.last;
         for (name, joules) in [
@@ -150,7 +170,10 @@ impl Window {
             let radians = ilon_robot::wrap_angle(reckoned.heading_rad - truth.heading_rad);
             [
                 (format!("{name} position error, m"), format!("{metres:.6}")),
-                (format!("{name} heading error, rad"), format!("{radians:.6}")),
+                (
+                    format!("{name} heading error, rad"),
+                    format!("{radians:.6}"),
+                ),
             ]
         };
         let by_wheels = off("dead reckoning", self.last.odometry_ideal);
@@ -159,7 +182,10 @@ impl Window {
             by_wheels[0].1, by_wheels[1].1
         );
         let mut values = by_wheels.to_vec();
-        values.extend(off("dead reckoning by touching rollers", self.last.odometry_contact));
+        values.extend(off(
+            "dead reckoning by touching rollers",
+            self.last.odometry_contact,
+        ));
         values.extend(off("seen pose", self.last.seen_pose));
         self.status("odometry", DiagnosticStatus::OK, message, values)
     }
@@ -208,6 +234,11 @@ impl Window {
             ("at its grip limit, share of time", sliding),
         ];
         let values = values.map(|(key, value)| (key.to_owned(), format!("{value:.6}")));
-        self.status(&format!("wheels/{}", self.wheel_names[index]), level, message, values.into())
+        self.status(
+            &format!("wheels/{}", self.wheel_names[index]),
+            level,
+            message,
+            values.into(),
+        )
     }
 }

@@ -18,8 +18,12 @@ pub trait Outlet {
     ///
     /// # Errors
     /// Where it cannot be delivered.
-    fn send<M: Message>(&mut self, topic: &str, message: &M, time_ns: u64)
-    -> Result<(), Self::Error>;
+    fn send<M: Message>(
+        &mut self,
+        topic: &str,
+        message: &M,
+        time_ns: u64,
+    ) -> Result<(), Self::Error>;
 }
 
 impl Outlet for BagWriter {
@@ -29,12 +33,7 @@ impl Outlet for BagWriter {
         Self::declare::<M>(self, topic, qos)
     }
 
-    fn send<M: Message>(
-        &mut self,
-        topic: &str,
-        message: &M,
-        time_ns: u64,
-    ) -> Result<(), BagError> {
+    fn send<M: Message>(&mut self, topic: &str, message: &M, time_ns: u64) -> Result<(), BagError> {
         self.write(topic, message, time_ns)
     }
 }

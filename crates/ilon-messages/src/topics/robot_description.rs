@@ -120,7 +120,10 @@ fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) ->
         let along = 2.0 * index as f64 / (SPHERES - 1) as f64 - 1.0;
         let t_m = along * barrel.half_length_m;
         let at = link_from_roller * Isometry3::translation(0.0, 0.0, t_m);
-        let at = origin(&Isometry3::from_parts(at.translation, UnitQuaternion::identity()));
+        let at = origin(&Isometry3::from_parts(
+            at.translation,
+            UnitQuaternion::identity(),
+        ));
         let radius_m = barrel.sphere_radius_m(t_m);
         let _ = writeln!(
             shown,

@@ -214,7 +214,13 @@ impl RunTopics {
             twist: twist(record.command_twist_in_body),
         };
         outlet.send("/cmd_vel", &command, time_ns)?;
-        let odom = odometry(now, [&self.odom, &base], &reckoned, record.twist_ideal, RECKONED);
+        let odom = odometry(
+            now,
+            [&self.odom, &base],
+            &reckoned,
+            record.twist_ideal,
+            RECKONED,
+        );
         outlet.send("/odom", &odom, time_ns)?;
         let real_twist = truth.twist_in_body;
         let odom = odometry(now, [&self.world, &self.truth], &real, real_twist, TRUE);

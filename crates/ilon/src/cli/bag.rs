@@ -27,7 +27,9 @@ impl Bag {
                 claim::not_an_input(&folder.join(file), "--out", inputs)?;
             }
         }
-        let is_empty = folder.read_dir().is_ok_and(|mut entries| entries.next().is_none());
+        let is_empty = folder
+            .read_dir()
+            .is_ok_and(|mut entries| entries.next().is_none());
         if wanted && folder.exists() && !is_empty && !bag::is_own(&folder) {
             return Err(Failure::usage(
                 format!(

@@ -15,6 +15,7 @@ mod inspect;
 mod output;
 mod progress;
 mod robot;
+mod ros2;
 mod run;
 mod say;
 mod schema;
