@@ -226,7 +226,7 @@ def check(folder):
     planar = lambda m: (m.linear.x, m.linear.y, m.angular.z)
     for topic, prefix, of in (
         ("/cmd_vel", "command", lambda m: m.twist),
-        ("/odom", "twist_ideal", lambda m: m.twist.twist),
+        ("/odom", "ideal", lambda m: m.twist.twist),
         ("/ground_truth/odom", "truth", lambda m: m.twist.twist),
     ):
         columns = [trace[f"{prefix}_{c}"] for c in ("vx_m_s", "vy_m_s", "omega_rad_s")]
@@ -261,7 +261,8 @@ def check(folder):
 
     counts = Counter({topic: len(found) for topic, found in messages.items()})
     check_by_mcap(folder / "bag/bag_0.mcap", counts)
-    check_by_rerun(folder, counts)
+    transforms = {topic: sum(len(m.transforms) for _, m in messages[topic]) for topic in ("/tf", "/tf_static")}
+    check_by_rerun(folder, types, counts, transforms)
     print(f"{folder.name}: {sum(counts.values())} messages of {len(counts)} topics, {rows} rows, {looked_at} of them placed by the URDF")
 
 
@@ -273,8 +274,8 @@ def check_by_mcap(path, counts):
         assert dict((s.name, s.encoding) for s in reader.get_summary().schemas.values()).keys() >= {"tf2_msgs/msg/TFMessage"}
 
 
-def check_by_rerun(folder, counts):
-    """Rerun's own columns of what it understands, without a window."""
+def check_by_rerun(folder, types, counts, transforms):
+    """Rerun's own columns of what it understands, without a window: it has all transforms and joints, and the robot's shapes."""
     rerun = Path(sys.executable).with_name("rerun")
     recording = folder / "bag.rrd"
     path = folder / "bag/bag_0.mcap"
@@ -285,12 +286,18 @@ def check_by_rerun(folder, counts):
     recording.unlink()
     rows = Counter()
     for line in printed.splitlines():
-        if match := re.search(r"with (\d+) rows.*?- (/\S+) -", line):
-            rows[match[2], "Transform3D" in line, "Scalars" in line] += int(match[1])
-    found = Counter()
-    for (entity, _, _), count in rows.items():
-        found[entity] += count
-    return rows, printed
+        if match := re.match(r"Chunk\(\S+\) with (\d+) rows \(.*?\) - (/\S+) - data columns: \[(\S*)", line):
+            rows[match[2], match[3].split(":")[0]] += int(match[1])
+    assert rows["/tf", "Transform3D"] == transforms["/tf"], (rows["/tf", "Transform3D"], transforms["/tf"])
+    assert rows["/robot_description", "TextDocument"] == 1 and rows["/tf_static", "Transform3D"] > 0
+    for topic in ("/joint_states", "/robot_joint_commands"):
+        for what in ("position", "velocity", "effort"):
+            expected = 0 if (topic, what) == ("/robot_joint_commands", "effort") and not rows[f"{topic}/{what}", "Scalars"] else counts[topic]
+            assert rows[f"{topic}/{what}", "Scalars"] == expected, f"{topic} {what}"
+    # What it has no shapes for it keeps as tables.
+    for topic in ("/odom", "/ground_truth/odom", "/cmd_vel", "/contacts", "/diagnostics", "/clock"):
+        assert rows[topic, types[topic].replace("/", ".")] == counts[topic], topic
+    assert any("visual_geometries" in entity for entity, _ in rows), "nothing to see of the robot"
 
 
 def check_cut(folder):
