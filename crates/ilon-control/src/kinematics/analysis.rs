@@ -3,8 +3,8 @@
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
 
-use crate::kinematics::row_of_m;
-use crate::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::kinematics::matrix::row_of_m;
+use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
 use crate::{ControlError, Kinematics, Singularity};
 
 /// What can be said of any robot's M of eq. (8), singular or not.

@@ -10,7 +10,7 @@ use nalgebra::{Vector1, Vector2};
 
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
-use crate::waypoints::{Motion, Spline};
+use crate::guidance::spline::{Motion, Spline};
 
 /// What the guidance is asked to do at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,11 +8,12 @@
 //! wheels this is (7). M itself needs only the roller directions.
 
 use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Matrix3xX, MatrixXx3, RowVector3, Vector2, Vector3};
+use nalgebra::{Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
-use crate::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::kinematics::matrix::{multiply, row_of_m};
+use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
@@ -185,25 +186,11 @@ impl Kinematics {
     }
 }
 
-/// Row of M for a wheel about a reference point, eq. (8): -(n_gx, n_gy, b . u_g).
-pub(crate) fn row_of_m(wheel: &Wheel, reference_point_m: Vector2<f64>) -> RowVector3<f64> {
-    let b = wheel.position_m().xy() - reference_point_m;
-    let (n_g, u_g) = (wheel.roller_axis(), wheel.roller_rolling_direction());
-    -RowVector3::new(n_g.x, n_g.y, b.dot(&u_g))
-}
-
-/// out = matrix * twist, row by row.
-pub(crate) fn multiply(matrix: &MatrixXx3<f64>, twist: Twist, out: &mut [f64]) {
-    for (row, out) in matrix.row_iter().zip(out) {
-        *out = row[0] * twist.vx_m_s + row[1] * twist.vy_m_s + row[2] * twist.omega_rad_s;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
-    use crate::singularity::SingularityKind;
+    use crate::kinematics::singularity::SingularityKind;
     use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
     #[test]

@@ -10,8 +10,10 @@
 //! k_p dt I / J_air, the largest eigenvalue of which is a = k_p dt J_ground / J_air. As there, a <= 1 is kept:
 //! k_p = min(w_b, J_air / (J_ground dt)).
 
+use super::TorqueLaw;
+use super::derivative::{FilteredDerivative, weight};
+use super::motor::TorqueRange;
 use crate::error::{not_negative, positive};
-use crate::motor::TorqueRange;
 use crate::{ControlError, DynamicModel};
 
 /// Settings of the computed torque.
@@ -44,8 +46,7 @@ struct WheelState {
     /// k_i integral(e), in rad/s^2.
     integral_rad_s2: f64,
     /// q''_d through its filter, in rad/s^2.
-    target_acceleration_rad_s2: f64,
-    previous_target_rad_s: Option<f64>,
+    target_acceleration_rad_s2: FilteredDerivative<f64>,
 }
 
 impl ComputedTorque {
@@ -88,33 +89,9 @@ impl ComputedTorque {
         &self.model
     }
 
-    /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s: eq. (12), with the
-    /// rollers' drag and dry friction made up for as well (dry friction in the targets' direction, so that a wheel at
-    /// rest is left alone). Without a positive `dt_s` the torques stay as they were.
-    ///
-    /// The integral of a wheel stands still while its torque is at the limit and its error would drive it beyond.
-    pub fn update(
-        &mut self,
-        targets_rad_s: &[f64],
-        rates_rad_s: &[f64],
-        limits: &[TorqueRange],
-        dt_s: f64,
-    ) -> &[f64] {
-        if dt_s > 0.0 {
-            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
-        }
-        &self.torques_n_m
-    }
-
-    /// Forgets integrals and past targets.
-    pub fn reset(&mut self) {
-        self.wheels.fill(WheelState::default());
-        self.torques_n_m.fill(0.0);
-    }
-
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let (k_p, k_i) = (self.k_p, 0.25 * self.k_p * self.k_p);
-        let share = dt_s / (self.target_filter_s + dt_s);
+        let weight = weight(self.target_filter_s, dt_s);
         let errors = targets
             .iter()
             .zip(rates)
@@ -127,14 +104,10 @@ impl ComputedTorque {
             .zip(targets)
             .zip(errors.clone())
         {
-            let previous = wheel
-                .previous_target_rad_s
-                .replace(*target)
-                .unwrap_or(*target);
-            let raw = (target - previous) / dt_s;
-            wheel.target_acceleration_rad_s2 += share * (raw - wheel.target_acceleration_rad_s2);
+            let target_acceleration = &mut wheel.target_acceleration_rad_s2;
+            target_acceleration.update(*target, weight, dt_s);
             wheel.integral_rad_s2 += k_i * e * dt_s;
-            *y = wheel.target_acceleration_rad_s2 + k_p * e + wheel.integral_rad_s2;
+            *y = target_acceleration.value + k_p * e + wheel.integral_rad_s2;
         }
 
         // Eq. (12).
@@ -156,6 +129,28 @@ impl ComputedTorque {
             }
             *torque_n_m = limit.clamp(*torque_n_m);
         }
+    }
+}
+
+impl TorqueLaw for ComputedTorque {
+    /// Eq. (12), with the rollers' drag and dry friction made up for as well: dry friction in the targets' direction, so that
+    /// a wheel at rest is left alone. The integral of a wheel stands still while its torque is at the limit and its error
+    /// would drive it beyond.
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64] {
+        if dt_s > 0.0 {
+            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
+        }
+        &self.torques_n_m
+    }
+
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
     }
 }
 

@@ -16,8 +16,7 @@ use std::fmt;
 use ilon_robot::Wheel;
 use nalgebra::{MatrixXx3, Vector2, Vector3};
 
-use crate::error::quoted;
-use crate::kinematics::row_of_m;
+use crate::kinematics::matrix::row_of_m;
 
 /// Singular values below this share of the largest count as zero.
 ///
@@ -186,4 +185,10 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
     let omega = omega_length / length_m;
     let point_m = mean_m + Vector2::new(-v.y, v.x) / omega;
     Some(SingularityKind::Meet { point_m })
+}
+
+/// Names in backquotes, separated by commas.
+pub(crate) fn quoted(names: &[String]) -> String {
+    let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
+    names.join(", ")
 }

@@ -41,7 +41,7 @@
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3};
 
-use crate::kinematics::multiply;
+use crate::kinematics::matrix::multiply;
 use crate::{ControlError, Kinematics};
 
 /// I, C(omega) and F of eq. (11), and what they are made of.

@@ -9,7 +9,7 @@ use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::error::{finite, positive};
-use crate::priority::{Task, TaskShare, share_capacity, sigma};
+use crate::guidance::priority::{Task, TaskShare, share_capacity, sigma};
 use crate::{ContactKinematics, ControlError, Desired, Kinematics};
 
 /// Which task comes first where the wheels cannot serve both.
