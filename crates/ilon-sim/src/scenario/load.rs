@@ -100,6 +100,9 @@ impl Scenario {
         if let Some(super::Reference::Waypoints { file, .. }) = &mut moved.reference {
             from_there(file);
         }
+        if let Some(playback) = &mut moved.playback {
+            from_there(&mut playback.file);
+        }
         moved.folder = folder.to_owned();
         moved
     }

@@ -8,6 +8,7 @@ mod floor;
 mod fusion;
 mod pilot;
 mod plant;
+mod playback;
 mod recorder;
 mod remarks;
 mod resolve;
@@ -119,7 +120,7 @@ impl Simulation {
         let contact_kinematics = ContactKinematics::new(robot)?;
         let pilot = Pilot::new(
             scenario,
-            resolved.reference().cloned(),
+            (resolved.reference().cloned(), resolved.log()),
             (kinematics.clone(), contact_kinematics.clone()),
             robot,
             controller,
@@ -186,6 +187,11 @@ impl Simulation {
     /// The scenario as it is run: every default and everything chosen by the program spelled out.
     pub fn scenario(&self) -> &Scenario {
         self.plant.resolved().scenario()
+    }
+
+    /// What is simulated, apart from what drives it.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
     }
 
     /// The world as it is now.
@@ -333,6 +339,7 @@ fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Resu
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
         open_loop: resolved.is_open_loop(),
         roller_angles: scenario.run.roller_angles_hz.is_some(),
+        measured: pilot.is_measured(),
         urdf: urdf.to_owned(),
         ground: Some(floor::ground(&scenario.world.floor)),
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),

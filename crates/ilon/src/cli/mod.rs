@@ -1,5 +1,6 @@
 //! The `ilon` command: what it takes, what it prints, and with which code it ends.
 
+mod bag;
 mod bench;
 mod check;
 mod claim;
@@ -14,6 +15,7 @@ mod inspect;
 mod output;
 mod progress;
 mod robot;
+mod ros2;
 mod run;
 mod say;
 mod schema;

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use ilon_trace::quantities::{self, GROUPS};
-use ilon_trace::{Quantity, Summary};
+use ilon_trace::{Quantity, Sink, Summary};
 
+use super::bag::Bag;
 use super::escape::one_line;
 use super::output::{self, KeepingUp, OutputFolder};
 use super::progress::Bar;
@@ -31,6 +32,10 @@ pub(super) struct Arguments {
     /// Print the summary as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
+    /// Write a bag beside the other results, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and
+    /// PlotJuggler. Rollers turn in it where the scenario sets `run.roller_angles_hz`.
+    #[arg(long)]
+    mcap: bool,
 }
 
 /// Simulates, writes, prints.
@@ -39,7 +44,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
     let out = out_folder(&arguments.out, &scenario.name);
-    let folder = OutputFolder::prepare(out, "--out", &output::inputs(path, &scenario))?;
+    let inputs = output::inputs(path, &scenario);
+    let folder = OutputFolder::prepare(out, "--out", &inputs)?;
+    let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
     let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = simulate::Simulation::new(&scenario)?;
@@ -52,7 +59,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let recording = folder.begin(&simulation)?;
     let mut kept = KeepingUp::new();
-    let run = simulation.run_recorded(recording, |simulation, recording| {
+    let mut bag = bag.begin(&simulation)?;
+    let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
+    let run = simulation.run_recorded_beside(recording, &mut sinks, |simulation, recording| {
         bar.show(simulation.progress());
         kept.keep_up(simulation.progress().time_s, recording)
     })?;
@@ -69,9 +78,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         say::data(&folder.summary_json(&run)?)?;
     } else {
         say::lines(&format!(
-            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml{}\n",
             summary_table(&run.summary),
-            one_line(&folder.path().display().to_string())
+            one_line(&folder.path().display().to_string()),
+            if arguments.mcap { ", bag/" } else { "" },
         ))?;
     }
     Ok(Outcome::Done)
