@@ -94,6 +94,13 @@ impl Simulation {
         Self::of(&resolve(scenario, robot)?, robot, "", None)
     }
 
+    /// Puts a robot that was read before, for this scenario or one like it, into the scenario's world.
+    pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
+        let mut robot = loaded.robot.clone();
+        scenario.motors.apply(&mut robot);
+        Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
+    }
+
     /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
     /// scenario's `[reference]` tells that controller what is desired, and the summary what to measure against.
     ///
@@ -310,15 +317,19 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 }
 
 fn load(scenario: &Scenario) -> Result<Loaded, Error> {
+    let mut loaded = load_file(scenario)?;
+    scenario.motors.apply(&mut loaded.robot);
+    Ok(loaded)
+}
+
+/// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
+pub(crate) fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
     let path = scenario.resolve(&scenario.robot.file);
     match Robot::load_with(&path, &options) {
-        Ok(mut loaded) => {
-            scenario.motors.apply(&mut loaded.robot);
-            Ok(loaded)
-        }
+        Ok(loaded) => Ok(loaded),
         Err(fault) => Err(remedy::diagnosed(fault, &path, &options, &remedy::Keys)),
     }
 }

@@ -19,7 +19,10 @@ mod ros2;
 mod run;
 mod say;
 mod schema;
+mod sweep;
 mod table;
+
+pub(crate) use flags::shell;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,6 +51,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Run scenarios and hold each against its own `[expect]`.
     Check(check::Arguments),
+    /// Run a scenario many times under keys that vary, and say what comes of it.
+    Sweep(sweep::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -127,6 +132,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
