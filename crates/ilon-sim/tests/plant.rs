@@ -367,3 +367,54 @@ fn to_resolve_is_to_resolve_once() {
         |scenario: &Scenario| trace_hash(&ilon_sim::run(scenario).expect("it can be run").trace);
     assert_eq!(hash(&scenario), hash(once.scenario()));
 }
+
+#[test]
+fn a_push_from_outside_is_the_same_push_of_a_scenario() {
+    // 6 N for 0.2 s from 0.3 s on, given as its impulse in the scenario, and as a force when the time has come.
+    let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.2, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.2 }\n";
+    let of = |further: &str| {
+        let (scenario, robot) = eventful(further);
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        Plant::new(&resolved, &robot).expect("it stands")
+    };
+    let (mut scheduled, mut pushed, mut left_alone) = (of(fault), of(""), of(""));
+    for period in 0..60 {
+        if period == 30 {
+            let place_m = Some([0.1, 0.05, 0.0]);
+            pushed.push([6.0, 0.0, 0.0], place_m, 0.2).expect("a push");
+        }
+        for plant in [&mut scheduled, &mut pushed, &mut left_alone] {
+            plant
+                .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+                .expect("it drives");
+        }
+    }
+    assert_eq!(pushed.truth(), scheduled.truth());
+    assert_ne!(pushed.truth(), left_alone.truth());
+}
+
+#[test]
+fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
+    let (mut plant, start) = (plant(), Pose::default());
+    for (force_n, place_m, lasts_s) in [
+        ([f64::NAN, 0.0, 0.0], None, 1.0),
+        ([1.0, 0.0, 0.0], Some([f64::INFINITY, 0.0, 0.0]), 1.0),
+        ([1.0, 0.0, 0.0], None, 0.0),
+        ([1.0, 0.0, 0.0], None, f64::NAN),
+    ] {
+        assert!(plant.push(force_n, place_m, lasts_s).is_err());
+    }
+    plant.reset(7, start).expect("it stands");
+    let drive = |plant: &mut Plant| {
+        plant
+            .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+            .expect("it drives");
+        plant.truth()
+    };
+    let alone = drive(&mut plant);
+    plant.reset(7, start).expect("it stands");
+    plant.push([50.0, 0.0, 0.0], None, 5.0).expect("a push");
+    assert_ne!(drive(&mut plant), alone);
+    plant.reset(7, start).expect("it stands");
+    assert_eq!(drive(&mut plant), alone);
+}

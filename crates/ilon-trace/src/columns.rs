@@ -8,7 +8,7 @@ use crate::trace::{Header, RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// A real number.
     Real,
     /// A whole number >= 0.
@@ -162,7 +162,7 @@ enum Source {
 
 /// One recorded signal of a particular trace.
 #[derive(Debug)]
-pub(crate) struct Signal {
+pub struct Signal {
     /// Its name with the unit: `truth_x_m`, `wheel0_rate_rad_s`.
     pub name: String,
     /// How it is stored.
@@ -187,7 +187,7 @@ impl Signal {
     }
 
     /// Whether it is among those that are looked at.
-    pub fn is_among(&self, which: Which) -> bool {
+    pub(crate) fn is_among(&self, which: Which) -> bool {
         match (which, &self.source) {
             (Which::All, _) => true,
             (Which::Robot, Source::Wheel(..) | Source::Roller(..)) => false,
@@ -202,7 +202,7 @@ impl Signal {
     }
 
     /// Puts a value read from a file into a row.
-    pub fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
+    pub(crate) fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
         let RowMut {
             record,
             wheels,

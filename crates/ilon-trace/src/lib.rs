@@ -45,6 +45,7 @@ pub mod slip;
 mod tally;
 pub mod trace;
 
+pub use columns::{Kind, Signal};
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use hash::{hash_of_rows, trace_hash};

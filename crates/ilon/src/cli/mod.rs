@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod claim;
 mod compare;
+mod embed;
 mod escape;
 mod failure;
 mod fault;
@@ -32,6 +33,7 @@ use ilon_robot::FileAccess;
 
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
+pub use embed::{Explained, explain, run_arguments, write_results};
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
 #[derive(Debug, Parser)]
@@ -115,16 +117,7 @@ impl Sandbox {
 
 /// Runs the command of this process's arguments.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match dispatch(cli.command) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unexpected) => ExitCode::from(1),
-        Ok(Outcome::BadInput) => ExitCode::from(2),
-        Err(error) => {
-            fault::show(error);
-            ExitCode::from(2)
-        }
-    }
+    ExitCode::from(run_arguments(std::env::args_os()))
 }
 
 fn dispatch(command: Command) -> Result<Outcome, Failure> {
