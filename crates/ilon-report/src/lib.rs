@@ -17,6 +17,7 @@ mod sample;
 mod shown;
 mod stage;
 mod story;
+pub mod sweep;
 mod thin;
 mod words;
 
@@ -34,7 +35,6 @@ pub use provenance::{Expectation, Provenance};
 use shown::Shown;
 use story::Story;
 pub use thin::short;
-pub use words::unit_of;
 use words::{angle, length};
 
 /// What a report can say that a trace does not carry.
