@@ -98,6 +98,22 @@ pub fn write_recorded(
     Ok(answer)
 }
 
+/// What the report would say of a run, in plain sentences, the most important first.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, TraceError> {
+    let settings = Settings::default();
+    let story = match recorded {
+        Recorded::Memory(trace) => {
+            let Ok(shown) = Shown::of(trace);
+            Story::of(&shown, summary, &settings)
+        }
+        Recorded::File(file) => Story::of(&Shown::of_many(file, ROWS_A_GROUP)?, summary, &settings),
+    };
+    Ok(story.plain())
+}
+
 fn page_of(
     shown: &Shown,
     summary: &Summary,
