@@ -15,6 +15,8 @@ mod flags;
 mod gallery;
 mod generate;
 mod inspect;
+#[cfg(feature = "live")]
+mod live;
 mod open;
 mod output;
 mod progress;
@@ -69,6 +71,9 @@ enum Command {
     Generate(generate::Arguments),
     /// Measure how right and how fast the simulation is on this machine.
     Bench(bench::Arguments),
+    /// Drive a robot while it is simulated, from a page in the browser.
+    #[cfg(feature = "live")]
+    Live(live::Arguments),
     /// Print the JSON Schema of the scenario file.
     Schema,
 }
@@ -139,6 +144,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        #[cfg(feature = "live")]
+        Command::Live(arguments) => live::run(&arguments),
         Command::Schema => schema::run(),
     }
 }

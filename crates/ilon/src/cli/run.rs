@@ -206,7 +206,9 @@ fn twists(table: &mut Table, summary: &Summary) {
     row(table, &means, "vy_m_s", "vy");
     row(table, &means, "omega_rad_s", "omega");
     let ratios = ["twist_ratio_ideal", "twist_ratio_contact"];
-    table.heading("real over ideal, real over the rollers that touch");
+    table.heading(
+        "real over ideal (geometry and slip), real over the rollers that touch (slip alone)",
+    );
     for component in ["vx", "vy", "omega"] {
         row(table, &ratios, component, component);
     }
