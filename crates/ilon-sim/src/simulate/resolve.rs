@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{drive, pilot, reference, remarks, tuning};
+use super::{drive, reference, remarks, tuning};
 use crate::Error;
 use crate::scenario::{RollerBodies, Scenario, Step};
 
