@@ -162,22 +162,27 @@ fn rapier_sees_how_slippery_each_place_is() {
     let settings = by(ContactSolver::Rapier, 1000.0);
     let robot = mecanum4();
     let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("on a plane");
+    let (mut pulled, mut touched) = ([0.0_f64; 2], [0; 4]);
     for _ in 0..100 {
         world.apply(&[0.2; 4]);
         world.step();
+        for (index, contact) in world.contacts().iter().enumerate() {
+            if !contact.touching {
+                continue;
+            }
+            touched[index] += 1;
+            // f32 holds these numbers to 1e-7 of them.
+            let on_patch = index == 0;
+            let expected = if on_patch { 0.02 } else { 0.6 };
+            assert!((contact.friction - expected).abs() < 1e-7, "wheel {index}");
+            let pull = contact.force_in_body_n.norm() / contact.normal_force_n;
+            let most = &mut pulled[usize::from(!on_patch)];
+            *most = most.max(pull);
+        }
     }
-    let contacts = world.contacts();
-    // f32 holds 0.02 to 1e-9.
-    let frictions: Vec<f64> = contacts.iter().map(|c| c.friction).collect();
-    assert!(
-        (frictions[0] - 0.02).abs() < 1e-8 && (frictions[1] - 0.6).abs() < 1e-7,
-        "{frictions:?}"
-    );
-    let pull = |i: usize| contacts[i].force_in_body_n.norm() / contacts[i].normal_force_n;
-    // rapier holds each of the two directions of friction to the limit by itself, so that both together may reach sqrt 2 of it.
-    assert!(pull(0) <= 0.02 * 1.415, "{}", pull(0));
-    // Torque over the wheel's radius, over its load: (0.2 / 0.05) sqrt 2 / 27.9 is more than the patch gives.
-    assert!(pull(1) > 0.1, "{}", pull(1));
+    println!("touched in {touched:?} of 100 steps, pulled with {pulled:?} of the load");
+    assert!((pulled[0] / 0.02 - 1.0).abs() < 1e-6, "{pulled:?}");
+    assert!(pulled[1] > 0.1, "{pulled:?}");
 }
 
 /// A copy goes on to the bit, with rollers as bodies too.
