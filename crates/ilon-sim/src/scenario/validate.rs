@@ -277,6 +277,26 @@ mod tests {
     }
 
     #[test]
+    fn what_rapiers_solver_does_not_know_is_refused_beside_it() {
+        let rapier = "[world.solver]\ncontacts = \"rapier\"\n";
+        assert!(scenario(rapier).is_ok());
+        for (key, value) in [
+            ("split_dt_s", "0.0001"),
+            ("contact_stiffness_n_m", "1e6"),
+            ("contact_relaxation_s", "0.001"),
+        ] {
+            let (message, at) = told(&format!("{rapier}{key} = {value}\n"));
+            assert!(
+                message.contains("says how ilon solves contacts"),
+                "{message}"
+            );
+            assert_eq!(at, value);
+            let by_ilon = format!("[world.solver]\n{key} = {value}\n");
+            assert!(scenario(&by_ilon).is_ok(), "{key}");
+        }
+    }
+
+    #[test]
     fn what_a_setting_makes_wrong_is_shown_in_the_setting() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
