@@ -3,7 +3,6 @@
 /// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
 /// this is: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]

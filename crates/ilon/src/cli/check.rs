@@ -251,7 +251,8 @@ fn run_and_judge(
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
     {
-        OutputFolder::prepare(folder.join(name), "--keep", &[])?.write_all(&run)?;
+        OutputFolder::prepare(folder.join(name), "--keep", &[])?
+            .write_all(&run, &judged.verdicts)?;
     }
     Ok(judged)
 }

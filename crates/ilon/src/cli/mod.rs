@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod claim;
 mod compare;
+mod context;
 mod embed;
 mod escape;
 mod failure;
