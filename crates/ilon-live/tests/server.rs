@@ -84,13 +84,8 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
         );
         assert_eq!(controls.mode, Mode::Reference);
         let off_m = |session: &Session| {
-            session
-                .figures(&Controls {
-                    mode: Mode::Reference,
-                    ..Controls::default()
-                })
-                .reference_error_m
-                .expect("a reference")
+            let figures = session.figures(&controls);
+            figures.reference_error_m.expect("a reference")
         };
         // It starts 1.5 m off, and turns by 120 degrees before it hurries there where heading comes first.
         assert!(off_m(&session) > 1.0);
