@@ -24,6 +24,7 @@ use std::convert::Infallible;
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Loaded, Robot};
 use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
+pub use ilon_world::WheelContact;
 use ilon_world::World;
 
 pub use pilot::{Commanded, Controller, Moment};

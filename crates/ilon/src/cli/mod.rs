@@ -14,6 +14,8 @@ mod flags;
 mod gallery;
 mod generate;
 mod inspect;
+#[cfg(feature = "live")]
+mod live;
 mod output;
 mod progress;
 mod robot;
@@ -62,6 +64,9 @@ enum Command {
     Generate(generate::Arguments),
     /// Measure how right and how fast the simulation is on this machine.
     Bench(bench::Arguments),
+    /// Drive a robot while it is simulated, from a page in the browser.
+    #[cfg(feature = "live")]
+    Live(live::Arguments),
     /// Print the JSON Schema of the scenario file.
     Schema,
 }
@@ -130,6 +135,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        #[cfg(feature = "live")]
+        Command::Live(arguments) => live::run(&arguments),
         Command::Schema => schema::run(),
     }
 }
