@@ -3,7 +3,7 @@
 use divan::{AllocProfiler, Bencher, black_box};
 use ilon_control::{
     ContactKinematics, Gain, Guidance, GuidanceSettings, Kinematics, LoopTiming, Priority,
-    Reference, Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    Reference, Saturation, TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{Pose, Robot};
 

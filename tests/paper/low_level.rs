@@ -3,7 +3,7 @@
 
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, DynamicModel, Kinematics, PrioritisedTorque,
-    PrioritisedTorqueSettings, Priority, TorqueRange,
+    PrioritisedTorqueSettings, Priority, TorqueLaw, TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, Settings, World};
@@ -11,21 +11,17 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::robots::shipped;
 
-/// A low-level law: torques from targets, rates, limits and period.
-type Law<'a> = Box<dyn FnMut(&[f64], &[f64], &[TorqueRange], f64) -> Vec<f64> + 'a>;
-
-fn computed_torque(robot: &Robot, settings: &Settings) -> Law<'static> {
+fn computed_torque(robot: &Robot, settings: &Settings) -> Box<dyn TorqueLaw> {
     let model = DynamicModel::new(robot).unwrap();
     let law_settings = ComputedTorqueSettings {
         bandwidth_rad_s: 20.0,
         target_filter_s: 0.0,
         dt_s: settings.dt_s,
     };
-    let mut law = ComputedTorque::new(model, &law_settings).unwrap();
-    Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
+    Box::new(ComputedTorque::new(model, &law_settings).unwrap())
 }
 
-fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static> {
+fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Box<dyn TorqueLaw> {
     let law_settings = PrioritisedTorqueSettings {
         bandwidth_rad_s: 20.0,
         target_filter_s: 0.0,
@@ -35,8 +31,7 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Law<'static
         friction,
         gravity_m_s2: 9.81,
     };
-    let mut law = PrioritisedTorque::new(robot, &law_settings).unwrap();
-    Box::new(move |t, r, l, dt_s| law.update(t, r, l, dt_s).to_vec())
+    Box::new(PrioritisedTorque::new(robot, &law_settings).unwrap())
 }
 
 /// What a run ended with.
@@ -53,7 +48,7 @@ fn drive(
     torque_n_m: f64,
     acceleration: Twist,
     ramp_s: f64,
-    law: impl FnOnce(&Robot, &Settings) -> Law<'static>,
+    law: impl FnOnce(&Robot, &Settings) -> Box<dyn TorqueLaw>,
 ) -> Outcome {
     let settings = Settings::default();
     let floor = Floor {
@@ -75,7 +70,7 @@ fn drive(
     for k in 0..((0.2 + ramp_s) / settings.dt_s).round() as usize {
         let t_s = (k as f64 * settings.dt_s - 0.2).max(0.0);
         kinematics.wheel_rates(acceleration.scaled(t_s), &mut targets);
-        let torques = law(&targets, world.wheel_rates_rad_s(), &limits, settings.dt_s);
+        let torques = law.update(&targets, world.wheel_rates_rad_s(), &limits, settings.dt_s);
         world.apply(&torques);
         world.step();
     }

@@ -1,6 +1,6 @@
 //! The one error type of the crate.
 
-use crate::Singularity;
+use crate::kinematics::singularity::{Singularity, quoted};
 
 /// Why a controller, a reference or a motor cannot be made from what was given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -123,12 +123,6 @@ pub enum ControlError {
         "headings at waypoints need a path by waypoints; give a constant heading, a rate or the tangent instead"
     )]
     HeadingsWithoutWaypoints,
-}
-
-/// Names in backquotes, separated by commas.
-pub(crate) fn quoted(names: &[String]) -> String {
-    let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
-    names.join(", ")
 }
 
 /// `value` if it is finite and above zero.

@@ -11,9 +11,8 @@
 //! 0. [`PoseFilter`] says where the robot is, from wheel odometry and late, noisy poses (section IV).
 //! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
-//! 3. [`WheelLoop::update`] turns wheel rates into torques, one PID a wheel, or [`ComputedTorque::update`] all wheels
-//!    together, eqs. (11), (12) (section III-A).
-//!    [`PrioritisedTorque::update`] does so by priority under torque limits and limited grip.
+//! 3. A [`TorqueLaw`] turns wheel rates into torques (section III-A): [`WheelLoop`] by one PID a wheel, [`ComputedTorque`] for all
+//!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip.
 //! 4. [`Motor::limit`] says what of a torque the motor can give.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
@@ -62,40 +61,33 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
-mod analysis;
-mod computed_torque;
-mod contact;
+mod actuation;
 mod dynamics;
 mod error;
+mod estimation;
 #[cfg(test)]
 mod fixtures;
 mod guidance;
 mod kinematics;
-mod loads;
-mod motor;
-mod odometry;
-mod pose_filter;
-mod prioritised_torque;
-mod priority;
-mod reference;
-mod singularity;
-mod traction;
-mod waypoints;
-mod wheel_loop;
 
-pub use analysis::{Arrangement, SpeedLimits};
-pub use computed_torque::{ComputedTorque, ComputedTorqueSettings};
-pub use contact::{ContactKinematics, RollerContact};
-pub use dynamics::DynamicModel;
+pub use actuation::TorqueLaw;
+pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
+pub use actuation::motor::{Motor, MotorCurve, TorqueRange};
+pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
+pub use actuation::prioritised_torque::{
+    PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares,
+};
+pub use dynamics::loads::WheelLoads;
+pub use dynamics::model::DynamicModel;
 pub use error::ControlError;
-pub use guidance::{Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation};
-pub use kinematics::Kinematics;
-pub use loads::WheelLoads;
-pub use motor::{Motor, MotorCurve, TorqueRange};
-pub use odometry::Odometry;
-pub use pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
-pub use prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares};
-pub use priority::{Task, TaskShare, share_capacity, sigma};
-pub use reference::{Desired, Heading, Reference};
-pub use singularity::{Singularity, SingularityKind};
-pub use wheel_loop::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
+pub use estimation::odometry::Odometry;
+pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
+pub use guidance::law::{
+    Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
+};
+pub use guidance::priority::{Task, TaskShare, share_capacity, sigma};
+pub use guidance::reference::{Desired, Heading, Reference};
+pub use kinematics::analysis::{Arrangement, SpeedLimits};
+pub use kinematics::contact::{ContactKinematics, RollerContact};
+pub use kinematics::ideal::Kinematics;
+pub use kinematics::singularity::{Singularity, SingularityKind};

@@ -7,7 +7,7 @@ mod fixtures;
 
 use fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
 use ilon_control::{ContactKinematics, Kinematics, WheelGains, WheelLoop, WheelLoopSettings};
-use ilon_control::{Feasibility, TorqueRange};
+use ilon_control::{Feasibility, TorqueLaw, TorqueRange};
 use ilon_robot::{Robot, Twist};
 use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 
@@ -197,31 +197,6 @@ fn a_reference_that_takes_exactly_half_of_the_limit_is_not_feasible() {
     assert!(feasibility(3.999, 3.999).holds());
     assert!(!feasibility(4.0, 1.0).holds());
     assert!(!feasibility(1.0, 4.0).holds());
-}
-
-#[test]
-fn a_wheel_loop_that_was_reset_is_as_good_as_new() {
-    let gains = WheelGains {
-        proportional_n_m_s: 0.1,
-        integral_n_m: 2.0,
-        derivative_n_m_s2: 0.01,
-    };
-    let settings = WheelLoopSettings {
-        derivative_filter_s: 0.02,
-        ..WheelLoopSettings::new(gains)
-    };
-    let mut used = WheelLoop::new(1, settings).unwrap();
-    let mut fresh = WheelLoop::new(1, settings).unwrap();
-    let limits = [TorqueRange::UNLIMITED];
-    for rate_rad_s in [0.0, 1.0, 3.0] {
-        used.update(&[4.0], &[rate_rad_s], &limits, 0.01);
-    }
-    let after = used.update(&[4.0], &[3.0], &limits, 0.01).to_vec();
-    used.reset();
-    assert_eq!(used.torques_n_m(), [0.0]);
-    let renewed = used.update(&[4.0], &[3.0], &limits, 0.01).to_vec();
-    assert_eq!(renewed, fresh.update(&[4.0], &[3.0], &limits, 0.01));
-    assert_ne!(renewed, after);
 }
 
 /// A rate that rises evenly: the filtered acceleration a goes by a_k = a_(k-1) + s (a - a_(k-1)) towards a, so that after

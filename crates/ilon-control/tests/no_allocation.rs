@@ -9,7 +9,7 @@ use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, Gain, Guidance,
     GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve, PoseFilter,
     PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference,
-    Saturation, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    Saturation, TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
 use nalgebra::Vector2;

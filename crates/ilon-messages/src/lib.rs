@@ -5,6 +5,8 @@
 //! over the wire and into files as CDR ([`Message::encode`], [`Message::decode`]); through its `serde` implementations it goes
 //! into JSON, and into the middleware of others.
 //!
+//! A run of ilon becomes topics, and a bag, by [`topics`].
+//!
 //! The messages are the same on the wire in every distribution from Humble to Lyrical.
 //!
 //! ```
@@ -24,6 +26,7 @@ mod description;
 mod field;
 mod message;
 mod packages;
+pub mod topics;
 
 pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use description::{Constant, Description, FieldDescription, FieldType, Kind, Shape};

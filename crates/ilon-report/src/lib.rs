@@ -13,6 +13,7 @@ pub mod page;
 #[cfg(test)]
 mod sample;
 mod shown;
+pub mod sweep;
 mod thin;
 mod top_view;
 mod words;

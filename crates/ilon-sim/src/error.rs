@@ -80,6 +80,18 @@ pub enum Error {
         t_s: f64,
     },
 
+    /// A log cannot drive the robot.
+    #[error("{}: {message}", path.display())]
+    #[diagnostic(help("{help}"))]
+    Log {
+        /// The log.
+        path: PathBuf,
+        /// What is wrong, with its place.
+        message: String,
+        /// How to repair it.
+        help: String,
+    },
+
     /// A file of waypoints holds something else than waypoints.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]

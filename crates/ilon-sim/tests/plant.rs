@@ -225,6 +225,43 @@ fn sensors_asked_twice_say_the_same_and_asking_changes_nothing() {
     assert_eq!(asked.observe(), unasked.observe());
 }
 
+/// What a plant's encoders add to the real wheel rates at each sample of the control, in rad/s, with so many physics steps
+/// between two samples.
+fn encoder_errors_rad_s(steps_a_sample: u32) -> Vec<f64> {
+    let physics_dt_s = PERIOD_S / f64::from(steps_a_sample);
+    let text = format!(
+        "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\nvx_m_s = 0.2\n\
+         [sensors]\nseed = 7\nencoders.rate_noise_rad_s = 0.05\n\
+         [run]\nduration_s = 1.0\ncontrol_dt_s = {PERIOD_S}\nphysics_dt_s = {physics_dt_s}\n"
+    );
+    let scenario = Scenario::from_toml(&text, "noisy", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let mut errors_rad_s = Vec::new();
+    for _ in 0..100 {
+        let seen = plant.observe().wheel_rates_rad_s.clone();
+        let real = plant.world().wheel_rates_rad_s();
+        errors_rad_s.extend(seen.iter().zip(real).map(|(seen, real)| seen - real));
+        let command = WheelCommand::Rates(&[2.0; 4]);
+        plant.advance(command, PERIOD_S).expect("it drives");
+    }
+    errors_rad_s
+}
+
+#[test]
+fn encoder_noise_is_a_matter_of_samples_and_not_of_physics_steps() {
+    let [coarse, fine] = [4, 10].map(encoder_errors_rad_s);
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        // Rates of some rad/s: the sum of rate and noise is rounded at 1e-15.
+        assert!((coarse - fine).abs() < 1e-13, "{coarse} is not {fine}");
+    }
+    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about it: within four times that.
+    let squares: f64 = coarse.iter().map(|error| error * error).sum();
+    let rms_rad_s = (squares / coarse.len() as f64).sqrt();
+    assert!((rms_rad_s / 0.05 - 1.0).abs() < 0.14, "{rms_rad_s} rad/s");
+}
+
 #[test]
 fn one_long_advance_is_many_short_ones() {
     let (mut long, mut short) = (plant(), plant());

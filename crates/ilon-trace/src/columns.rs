@@ -1,5 +1,7 @@
 //! The table of all recorded signals: the one place that knows their names, order and types in files and hashes.
 
+use ilon_robot::Pose;
+
 use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
 use crate::rows::Which;
 use crate::trace::{Header, RowMut, Trace};
@@ -95,6 +97,12 @@ static DESIRED: [Column<Desired>; 6] = reals! { Desired;
     "desired_omega_rad_s" => velocity_in_world.omega_rad_s,
 };
 
+static MEASURED: [Column<Pose>; 3] = reals! { Pose;
+    "measured_x_m" => x_m,
+    "measured_y_m" => y_m,
+    "measured_heading_rad" => heading_rad,
+};
+
 static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_rad_s" => asked_rad_s,
     "capacity_rad_s" => capacity_rad_s,
@@ -145,6 +153,7 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
 enum Source {
     Record(&'static Column<Record>),
     Desired(&'static Column<Desired>),
+    Measured(&'static Column<Pose>),
     Task(usize, &'static Column<TaskShare>),
     Wheel(usize, &'static Column<WheelSample>),
     /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
@@ -170,6 +179,7 @@ impl Signal {
         match &self.source {
             Source::Record(column) => Some((column.get)(record)),
             Source::Desired(column) => record.desired.as_ref().map(column.get),
+            Source::Measured(column) => record.measured.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
             Source::Roller(_, roller) => *trace.roller_angles_at(step).get(*roller)?,
@@ -204,6 +214,9 @@ impl Signal {
             Source::Desired(column) => {
                 (column.set)(record.desired.get_or_insert_default(), value);
             }
+            Source::Measured(column) => {
+                (column.set)(record.measured.get_or_insert_default(), value);
+            }
             Source::Task(task, column) => {
                 if let Some(share) = record.tasks.get_mut(*task) {
                     (column.set)(share, value);
@@ -237,6 +250,13 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         nullable: true,
         source: Source::Desired(column),
     });
+    let measured = MEASURED.iter().filter(|_| header.measured);
+    let measured = measured.map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Measured(column),
+    });
     let task = (0..header.task_names.len().min(MAX_TASKS)).flat_map(|index| {
         TASK.iter().map(move |column| Signal {
             name: format!("task{index}_{}", column.name),
@@ -254,7 +274,12 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             source: Source::Wheel(index, column),
         })
     });
-    let mut all: Vec<Signal> = record.chain(desired).chain(task).chain(wheel).collect();
+    let mut all: Vec<Signal> = record
+        .chain(desired)
+        .chain(measured)
+        .chain(task)
+        .chain(wheel)
+        .collect();
     if header.roller_angles {
         let wheels = header.wheels.iter().enumerate();
         let rollers = wheels

@@ -8,6 +8,7 @@
 //! | [`record`] | what is recorded at one control step |
 //! | [`trace`] | the whole run: header and records |
 //! | [`metrics`] | the figures of a run, as in `summary.json` |
+//! | [`quantities`] | the names, words and units of those figures |
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
 //! | [`difference`] | where a trace leaves an earlier one |
@@ -32,6 +33,7 @@ pub mod ledger;
 pub mod metrics;
 pub mod odometry;
 pub mod parts;
+pub mod quantities;
 pub mod record;
 pub mod recording;
 pub mod rows;
@@ -49,6 +51,7 @@ pub use error::TraceError;
 pub use hash::{hash_of_rows, trace_hash};
 pub use ledger::Ledger;
 pub use metrics::{Settings, Summary};
+pub use quantities::Quantity;
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
 pub use rows::{Rows, Which};

@@ -111,6 +111,9 @@ pub struct Summary {
     pub slip_speed_max_m_s: Option<f64>,
     /// Energy lost to sliding, in J.
     pub slip_energy_j: Option<f64>,
+    /// The most grip that any wheel used: the friction force over what the floor can give, in [0, 1] but for rounding.
+    #[serde(default)]
+    pub friction_used_max: Option<f64>,
     /// The part of the wheels' time that they spent in the air, in [0, 1].
     #[serde(default)]
     pub airborne_share: Option<f64>,

@@ -30,6 +30,9 @@ pub struct Record {
     pub odometry_contact: Pose,
     /// What the reference wants; `None` in an open-loop run.
     pub desired: Option<Desired>,
+    /// Where a log says that the real robot was at the time, in the world frame; `None` of a run that has no such log, and where
+    /// the log says nothing.
+    pub measured: Option<Pose>,
     /// The twist in the body frame asked for, before any saturation.
     pub command_twist_in_body: Twist,
     /// The twist in the body frame that is left of it after saturation, by the kinematic model with which the

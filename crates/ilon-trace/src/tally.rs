@@ -76,6 +76,10 @@ impl Summary {
             slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
             slip_speed_max_m_s: all_wheels.slip_largest_m_s.get(),
             slip_energy_j: run.last.and_then(|r| finite(r.slip_energy_j)),
+            friction_used_max: wheels
+                .iter()
+                .filter_map(|wheel| wheel.friction_used_max)
+                .reduce(f64::max),
             airborne_share: all_wheels.airborne.get(),
             contact_residual_max_m_s: run.residual_m_s.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,

@@ -59,6 +59,9 @@ pub struct Header {
     /// Whether the angles of the rollers are recorded, in columns such as `wheel0_roller3_angle_rad`.
     #[serde(default)]
     pub roller_angles: bool,
+    /// Whether the pose that a log gives of the real robot is recorded, in columns such as `measured_x_m`.
+    #[serde(default)]
+    pub measured: bool,
     /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
     /// wheels were given beside it stands in the scenario's `[robot]`.
     #[serde(default)]

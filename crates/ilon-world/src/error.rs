@@ -2,6 +2,7 @@
 
 /// Why a world could not be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WorldError {
     /// A setting lies outside its range.
     #[error("{name} is {value}, but must be {range}")]

@@ -3,6 +3,7 @@
 /// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
 /// this is: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
@@ -29,7 +30,8 @@ pub struct Settings {
     /// times the stiffness. The default lets nothing bounce that weighs less than 300 kg, and lets little load change hands
     /// for the micrometres by which a robot leans while one of its wheels hands over.
     pub contact_relaxation_s: f64,
-    /// Contacts are foreseen at this distance, in metres, > 0, and further by what a wheel moves in a step.
+    /// Places of the robot that are nearer to the ground than this are contact candidates, in metres, > 0; the distance that a
+    /// wheel moves in a step comes on top.
     pub prediction_m: f64,
     /// Gravity along -z, in m/s^2.
     pub gravity_m_s2: f64,

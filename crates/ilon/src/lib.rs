@@ -23,6 +23,7 @@
 //! | [`mod@bench`] | how right and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`compare`] | several runs beside each other |
+//! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
 //! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
 //! | [`cli`] | the `ilon` command |
 
@@ -32,8 +33,10 @@
 pub mod bench;
 pub mod cli;
 pub mod pages;
+pub mod ros2_control;
 
 pub use ilon_control as control;
+pub use ilon_messages as messages;
 pub use ilon_report as report;
 pub use ilon_robot as robot;
 pub use ilon_sim as sim;

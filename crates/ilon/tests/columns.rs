@@ -129,6 +129,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             odometry_ideal,
             odometry_contact,
             desired,
+            measured,
             command_twist_in_body,
             granted_twist_in_body,
             twist_target_ideal,
@@ -168,6 +169,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             twist_contact,
             contact.twist(&now.angles_rad, &now.rates_rad_s)
         );
+        assert_eq!(measured, None, "no log");
         assert_eq!(seen_pose, pose, "exact sensors without latency");
 
         // Reckoned here by a sum over the steps, with the contact kinematics of their middle.

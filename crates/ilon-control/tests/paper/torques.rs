@@ -2,7 +2,7 @@
 
 use ilon_control::{
     Desired, DynamicModel, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Saturation,
-    TorqueRange,
+    TorqueLaw, TorqueRange,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::Vector2;
@@ -44,7 +44,7 @@ fn act(robot: &Robot, priority: Priority, moment: &Moment, desired: &Desired) ->
     let mut law = PrioritisedTorque::new(robot, &settings).unwrap();
     let limits = vec![moment.range; n];
     let torques_n_m = law.update(&targets, &rates, &limits, 1e-3).to_vec();
-    let shares = law.shares();
+    let shares = law.shares().unwrap();
     Outcome {
         weight: match priority {
             Priority::Position => shares.position,

@@ -18,10 +18,14 @@
 
 mod error;
 mod metadata;
+mod own;
 mod qos;
+mod reader;
 mod topic;
 mod writer;
 
 pub use error::BagError;
+pub use own::{is_own, remove_own};
 pub use qos::{Durability, Qos, Reliability};
+pub use reader::{BagReadError, ReadMessage, read};
 pub use writer::BagWriter;

@@ -20,9 +20,11 @@ const CHUNK_BYTES: usize = 1 << 20;
 const CHUNK_NANOSECONDS: u64 = 1_000_000_000;
 
 /// The files of a bag in its folder.
-const FILE: &str = "bag_0.mcap";
-const METADATA: &str = "metadata.yaml";
-const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
+pub(super) const FILE: &str = "bag_0.mcap";
+pub(super) const METADATA: &str = "metadata.yaml";
+pub(super) const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
+/// What wrote them.
+pub(super) const LIBRARY: &str = concat!("ilon ", env!("CARGO_PKG_VERSION"));
 
 /// Writes a bag while its messages come: the file grows by whole chunks, each of which can be read whatever happens after it.
 ///
@@ -71,7 +73,7 @@ impl BagWriter {
         growing.set_len(0).map_err(BagError::io(&path))?;
         let mcap = WriteOptions::new()
             .profile("ros2")
-            .library(concat!("ilon ", env!("CARGO_PKG_VERSION")))
+            .library(LIBRARY)
             .compression(None)
             // Chunks are ended here, and reach the file only whole.
             .chunk_size(None)

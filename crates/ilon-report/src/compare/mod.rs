@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use ilon_robot::FileAccess;
-use ilon_trace::TraceError;
-use ilon_trace::{Settings, Summary, Trace};
+use ilon_trace::quantities::GROUPS;
+use ilon_trace::{Quantity, Settings, Summary, Trace, TraceError};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -67,19 +67,6 @@ pub struct SettingRow {
     pub key: String,
     /// Its value in each run, as TOML; `None` where the run has no such key.
     pub values: Vec<Option<String>>,
-}
-
-/// A figure of the summary as a person compares it.
-#[derive(Clone, Copy)]
-pub struct Quantity {
-    /// What it is, in words.
-    pub name: &'static str,
-    /// The unit that it is shown in.
-    pub unit: &'static str,
-    /// Digits behind the point.
-    pub decimals: usize,
-    /// Its value in that unit; `None` where it does not apply.
-    pub of: fn(&Summary) -> Option<f64>,
 }
 
 impl Compared {
@@ -149,19 +136,21 @@ impl Comparison {
         Ok(Self { runs, differences })
     }
 
-    /// The figures that say something of at least one of the runs, in groups with a heading each. Ratios of mean twists
-    /// are for open-loop runs: a robot that tracks a path goes to and fro, and its mean is nothing to measure by.
-    pub fn groups(&self) -> Vec<(&'static str, Vec<Quantity>)> {
+    /// The main figures that say something of at least one of the runs, in groups with a heading each; what says
+    /// something of open-loop runs only, where all are.
+    pub fn groups(&self) -> Vec<(&'static str, Vec<&'static Quantity>)> {
         let open_loop = self.runs.iter().all(|run| run.trace.header.open_loop);
-        let told = |quantity: &Quantity| {
-            let mut values = self.runs.iter().map(|run| (quantity.of)(&run.summary));
-            values.any(|value| value.is_some())
+        let applies = |quantity: &&Quantity| {
+            let mut values = self.runs.iter().map(|run| quantity.value(&run.summary));
+            quantity.is_main && values.any(|value| value.is_some())
         };
-        let apply = GROUPS.iter().filter(|group| open_loop || !group.open_loop);
-        let groups = apply.map(|group| {
-            let quantities = group.quantities.iter().copied().filter(told);
-            (group.heading, quantities.collect::<Vec<_>>())
-        });
+        let groups = GROUPS
+            .iter()
+            .filter(|group| open_loop || !group.open_loop_only)
+            .map(|group| {
+                let quantities = group.quantities.iter().filter(applies);
+                (group.heading, quantities.collect::<Vec<_>>())
+            });
         groups
             .filter(|(_, quantities)| !quantities.is_empty())
             .collect()
@@ -257,151 +246,8 @@ fn collect(key: &str, value: &toml::Value, found: &mut BTreeMap<String, String>)
     }
 }
 
-const fn quantity(
-    name: &'static str,
-    unit: &'static str,
-    decimals: usize,
-    of: fn(&Summary) -> Option<f64>,
-) -> Quantity {
-    Quantity {
-        name,
-        unit,
-        decimals,
-        of,
-    }
-}
-
 /// The longest summary that is read, in bytes.
 const SUMMARY_BYTES: u64 = 64 << 20;
-
-/// Figures under one heading.
-struct Group {
-    heading: &'static str,
-    /// Whether they say something of open-loop runs only.
-    open_loop: bool,
-    quantities: &'static [Quantity],
-}
-
-/// All figures that are compared.
-const GROUPS: &[Group] = &[
-    Group {
-        heading: "tracking",
-        open_loop: false,
-        quantities: &[
-            quantity("position error, rms", "mm", 2, |s| {
-                mm(s.position_error_rms_m)
-            }),
-            quantity("position error, at the end", "mm", 2, |s| {
-                mm(s.position_error_final_m)
-            }),
-            quantity("position under 5 cm from", "s", 2, |s| {
-                s.position_converged_s
-            }),
-            quantity("heading error, rms", "deg", 3, |s| {
-                deg(s.heading_error_rms_rad)
-            }),
-            quantity("heading error, at the end", "deg", 3, |s| {
-                deg(s.heading_error_final_rad)
-            }),
-            quantity("heading under 3 deg from", "s", 2, |s| {
-                s.heading_converged_s
-            }),
-            quantity("a task gave way during", "%", 1, |s| {
-                percent(s.saturated_share)
-            }),
-        ],
-    },
-    Group {
-        heading: "real over ideal, equation (7)",
-        open_loop: true,
-        quantities: &[
-            quantity("ahead", "%", 2, |s| percent(s.twist_ratio_ideal.vx)),
-            quantity("sideways", "%", 2, |s| percent(s.twist_ratio_ideal.vy)),
-            quantity("yaw", "%", 2, |s| percent(s.twist_ratio_ideal.omega)),
-        ],
-    },
-    Group {
-        heading: "real over contact kinematics",
-        open_loop: true,
-        quantities: &[
-            quantity("ahead", "%", 2, |s| percent(s.twist_ratio_contact.vx)),
-            quantity("sideways", "%", 2, |s| percent(s.twist_ratio_contact.vy)),
-            quantity("yaw", "%", 2, |s| percent(s.twist_ratio_contact.omega)),
-        ],
-    },
-    Group {
-        heading: "where the motion went: the length of each term's way",
-        open_loop: false,
-        quantities: &[
-            quantity("guidance", "mm", 2, |s| {
-                Some(1e3 * s.ledger.guidance.path_m)
-            }),
-            quantity("compensation", "mm", 2, |s| {
-                Some(1e3 * s.ledger.compensation.path_m)
-            }),
-            quantity("servo", "mm", 2, |s| Some(1e3 * s.ledger.servo.path_m)),
-            quantity("roller geometry", "mm", 2, |s| {
-                Some(1e3 * s.ledger.geometry.path_m)
-            }),
-            quantity("slip", "mm", 2, |s| Some(1e3 * s.ledger.slip.path_m)),
-        ],
-    },
-    Group {
-        heading: "slip",
-        open_loop: false,
-        quantities: &[
-            quantity(
-                "sliding speed, rms",
-                "mm/s",
-                2,
-                |s| mm(s.slip_speed_rms_m_s),
-            ),
-            quantity("sliding speed, largest", "mm/s", 2, |s| {
-                mm(s.slip_speed_max_m_s)
-            }),
-            quantity("energy lost", "J", 4, |s| s.slip_energy_j),
-            quantity("most grip used by a wheel", "%", 1, |s| {
-                let used = s.wheels.iter().filter_map(|w| w.friction_used_max);
-                percent(used.reduce(f64::max))
-            }),
-        ],
-    },
-    Group {
-        heading: "wheels",
-        open_loop: false,
-        quantities: &[
-            quantity("largest rate commanded", "rad/s", 3, |s| {
-                s.wheel_rate_command_max_rad_s
-            }),
-            quantity("largest torque", "N m", 3, |s| s.wheel_torque_max_n_m),
-            quantity("hub ripple", "mm", 4, |s| mm(s.hub_ripple_m)),
-            quantity("motors' work", "J", 3, |s| s.energy.motor_j),
-            quantity("lost in bearings", "J", 4, |s| s.energy.bearing_j),
-        ],
-    },
-    Group {
-        heading: "dead reckoning: distance from the truth, per metre travelled",
-        open_loop: false,
-        quantities: &[
-            quantity("by equation (7)", "mm", 2, |s| mm(s.odometry_ideal.m_per_m)),
-            quantity("by the contact kinematics", "mm", 2, |s| {
-                mm(s.odometry_contact.m_per_m)
-            }),
-        ],
-    },
-];
-
-fn mm(metres: Option<f64>) -> Option<f64> {
-    metres.map(|metres| 1e3 * metres)
-}
-
-fn deg(radians: Option<f64>) -> Option<f64> {
-    radians.map(f64::to_degrees)
-}
-
-fn percent(share: Option<f64>) -> Option<f64> {
-    share.map(|share| 100.0 * share)
-}
 
 #[cfg(test)]
 mod tests {

@@ -7,7 +7,9 @@ use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
 
 use super::figures::{self, run_pen};
-use super::{Comparison, Quantity};
+use ilon_trace::Quantity;
+
+use super::Comparison;
 use crate::page::{self, Head, Section, card, escape, grid, panels};
 use crate::words::{angle, length};
 
@@ -125,7 +127,7 @@ fn figures_table(comparison: &Comparison) -> String {
             escape(heading)
         );
         for quantity in quantities {
-            rows.push_str(&figure_row(comparison, &quantity));
+            rows.push_str(&figure_row(comparison, quantity));
         }
     }
     table(
@@ -136,7 +138,7 @@ fn figures_table(comparison: &Comparison) -> String {
 }
 
 fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
-    let value = |index: usize| (quantity.of)(&comparison.runs[index].summary);
+    let value = |index: usize| quantity.shown(&comparison.runs[index].summary);
     let first = value(0);
     let cells: String = (0..comparison.runs.len())
         .map(|index| match value(index) {
@@ -153,8 +155,8 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
         .collect();
     format!(
         "<tr><th scope=\"row\">{}, {}</th>{cells}</tr>",
-        escape(quantity.name),
-        escape(quantity.unit)
+        escape(quantity.label),
+        escape(quantity.unit.symbol)
     )
 }
 

@@ -4,48 +4,11 @@ mod signals;
 
 pub use signals::check_names;
 
-use std::sync::OnceLock;
-
-use ilon_robot::Twist;
 pub use ilon_trace::{Difference, differences};
-use ilon_trace::{Rows, Summary, number};
-use serde_json::Value;
+use ilon_trace::{Rows, Summary, number, quantities};
 
 use crate::Run;
 use crate::scenario::{Bound, Expect};
-
-/// The dotted names of the numbers of `summary.json`, which an expectation can name.
-pub fn quantities() -> &'static [String] {
-    static NAMES: OnceLock<Vec<String>> = OnceLock::new();
-    NAMES.get_or_init(|| {
-        // With its optional groups present, so that their components show. Null stands for a number here: every
-        // quantity that may not apply is one.
-        let some = Some(Twist::default());
-        let summary = Summary {
-            twist_mean: some,
-            twist_ripple: some,
-            twist_ideal_mean: some,
-            twist_contact_mean: some,
-            ..Summary::default()
-        };
-        let mut names = Vec::new();
-        collect_numbers(&serde_json::json!(summary), "", &mut names);
-        names
-    })
-}
-
-fn collect_numbers(value: &Value, name: &str, names: &mut Vec<String>) {
-    match value {
-        Value::Number(_) | Value::Null => names.push(name.to_owned()),
-        Value::Object(members) => {
-            for (key, member) in members {
-                let dot = if name.is_empty() { "" } else { "." };
-                collect_numbers(member, &format!("{name}{dot}{key}"), names);
-            }
-        }
-        _ => {}
-    }
-}
 
 /// What came of one expectation.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,12 +36,17 @@ impl std::fmt::Display for Verdict {
         } = self;
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
-        match (measured, at_s) {
-            (Some(measured), Some(at_s)) => {
-                write!(f, "measured {} at {at_s} s", number(*measured))
-            }
-            (Some(measured), None) => write!(f, "measured {}", number(*measured)),
-            (None, _) => write!(f, "it does not apply to this run"),
+        let Some(measured) = measured else {
+            return write!(f, "it does not apply to this run");
+        };
+        write!(f, "measured {}", number(*measured))?;
+        match quantities::si_unit(quantity) {
+            "" => {}
+            unit => write!(f, " {unit}")?,
+        }
+        match at_s {
+            Some(at_s) => write!(f, " at {at_s} s"),
+            None => Ok(()),
         }
     }
 }
@@ -96,22 +64,20 @@ pub fn judge(run: &Run) -> Vec<Verdict> {
 /// Where the rows cannot be read.
 pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
     let expect = &run.scenario.expect;
-    let summary = serde_json::json!(run.summary);
-    let mut verdicts = judge_summary(expect, &summary);
+    let mut verdicts = judge_summary(expect, &run.summary);
     verdicts.extend(signals::judge(&expect.signals, &run.trace)?);
     Ok(verdicts)
 }
 
-/// Holds a summary, as the JSON of `summary.json`, against bounds, in the order of their names.
-pub fn judge_summary(expect: &Expect, summary: &Value) -> Vec<Verdict> {
+/// Holds the figures of a run against bounds, in the order of their names.
+fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
     expect
         .bounds
         .iter()
-        .map(|(quantity, bound)| {
-            let pointer = format!("/{}", quantity.replace('.', "/"));
-            let measured = summary.pointer(&pointer).and_then(Value::as_f64);
+        .map(|(key, bound)| {
+            let measured = quantities::by_key(key).and_then(|quantity| quantity.value(summary));
             Verdict {
-                quantity: quantity.clone(),
+                quantity: key.clone(),
                 bound: bound.to_string(),
                 measured,
                 at_s: None,
@@ -170,15 +136,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_can_be_expected_are_the_numbers_of_the_summary() {
-        let known = |name: &str| quantities().iter().any(|known| known == name);
-        assert!(known("position_error_final_m"));
-        assert!(known("twist_mean.omega_rad_s"));
-        assert!(known("twist_ratio_contact.vy"));
-        assert!(!known("scenario") && !known("wheels") && !known("twist_mean"));
-    }
-
-    #[test]
     fn a_bound_holds_on_its_edge_and_not_beyond() {
         let bound = Bound {
             min: Some(1.0),
@@ -193,8 +150,7 @@ mod tests {
     #[test]
     fn a_quantity_that_does_not_apply_fails_its_bound() {
         let expect: Expect = toml::from_str("position_error_final_m = { max = 0.01 }").unwrap();
-        let summary = serde_json::json!({ "position_error_final_m": null });
-        let verdicts = judge_summary(&expect, &summary);
+        let verdicts = judge_summary(&expect, &Summary::default());
         assert!(!verdicts[0].held);
         assert_eq!(
             verdicts[0].to_string(),

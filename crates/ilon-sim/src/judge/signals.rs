@@ -264,7 +264,7 @@ mod tests {
         assert_eq!(broken.quantity, "wheel1_rate_rad_s");
         assert_eq!(
             broken.to_string(),
-            "wheel1_rate_rad_s <= 1.5 always failed: measured 2 at 0 s"
+            "wheel1_rate_rad_s <= 1.5 always failed: measured 2 rad/s at 0 s"
         );
     }
 

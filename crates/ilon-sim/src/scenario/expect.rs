@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ilon_trace::quantities::{self, GROUPS};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -9,7 +10,6 @@ use toml::{Table, Value};
 use super::Run;
 use super::objection::Objection;
 use crate::Error;
-use crate::judge::quantities;
 
 /// Slack on times, in seconds: the rounding of `12.3` shall not leave a row out of a window that it edges.
 const TIME_SLACK_S: f64 = 1e-9;
@@ -278,7 +278,7 @@ fn collect(
     for (key, value) in table {
         let name = format!("{prefix}{key}");
         match value {
-            Value::Table(inner) if !quantities().contains(&name) => {
+            Value::Table(inner) if quantities::by_key(&name).is_none() => {
                 collect(inner, &format!("{name}."), bounds)?;
             }
             value => {
@@ -333,9 +333,11 @@ impl JsonSchema for Expect {
             "description": "Bounds on quantities of summary.json, by name.",
             "type": "object", "properties": {}, "additionalProperties": false,
         });
-        for name in quantities() {
+        let of_group =
+            |group: &'static quantities::Group| group.quantities.iter().map(move |q| (group, q));
+        for (group, quantity) in GROUPS.iter().flat_map(of_group) {
             let mut node = &mut root;
-            for part in name.split('.') {
+            for part in quantity.key.split('.') {
                 let object = &mut node["properties"][part];
                 if object.is_null() {
                     *object = serde_json::json!({
@@ -345,6 +347,11 @@ impl JsonSchema for Expect {
                 node = object;
             }
             *node = bound.clone();
+            let unit = match quantities::si_unit(quantity.key) {
+                "" => String::new(),
+                unit => format!(", in {unit}"),
+            };
+            node["description"] = format!("{}: {}{unit}", group.heading, quantity.label).into();
         }
         let signals = generator.subschema_for::<Vec<SignalBound>>().to_value();
         root["properties"]["signals"] = signals;

@@ -1,6 +1,7 @@
 //! From a file and settings to a checked [`Scenario`], and back to text.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::OnceLock;
 
 use ilon_robot::FileAccess;
 use miette::{NamedSource, SourceSpan};
@@ -44,9 +45,19 @@ impl Scenario {
         let path = path.as_ref();
         let text = files.read_text(path, MAX_BYTES);
         let text = text.map_err(|fault| Error::read(path, &fault))?;
+        Self::from_text(&text, path, settings, files)
+    }
+
+    /// The scenario of a file whose text was read before, with some of its keys changed.
+    pub(crate) fn from_text(
+        text: &str,
+        path: &Path,
+        settings: &[Setting],
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
         let name = path.display().to_string();
-        let parsed = parse(&text, &name, settings);
-        let mut scenario = parsed.map_err(|error| unless_foreign(error, &text, &name))?;
+        let parsed = parse(text, &name, settings);
+        let mut scenario = parsed.map_err(|error| unless_foreign(error, text, &name))?;
         let stem = path.file_stem().unwrap_or_default();
         // `...toml` is a file whose name without its ending is `..`.
         if stem == "." || stem == ".." {
@@ -99,6 +110,9 @@ impl Scenario {
         moved.robot.packages.values_mut().for_each(from_there);
         if let Some(super::Reference::Waypoints { file, .. }) = &mut moved.reference {
             from_there(file);
+        }
+        if let Some(playback) = &mut moved.playback {
+            from_there(&mut playback.file);
         }
         moved.folder = folder.to_owned();
         moved
@@ -171,8 +185,10 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
             .push((dotted_keys(setting.get_ref()), line));
         merge(document.get_mut(), setting.into_inner());
     }
-    let schema = Scenario::json_schema();
-    keys::check(&document, &schema).map_err(|fault| {
+    // Making it takes longer than all else here, and a thousand scenarios may be read.
+    static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
+    let schema = SCHEMA.get_or_init(Scenario::json_schema);
+    keys::check(&document, schema).map_err(|fault| {
         let (source, span) = origins.of(&fault.path, fault.span);
         Error::Scenario(Box::new(ScenarioFault {
             message: fault.message,

@@ -12,6 +12,7 @@ pub use load::MAX_BYTES;
 pub(crate) use load::toml_span;
 mod motion;
 mod objection;
+mod playback;
 mod robot;
 mod run;
 mod sensors;
@@ -25,8 +26,9 @@ pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
-pub(crate) use keys::{SIZES, is_computable};
+pub(crate) use keys::{SIZES, check, is_computable};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
+pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
@@ -55,6 +57,9 @@ pub struct Scenario {
     /// A body twist turned into wheel rates without feedback of the pose (open loop). Either this or `reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<Twist>,
+    /// What a log says drives the robot: its wheels, a twist, or a path for the guidance to track. In place of `reference` and `twist`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub playback: Option<Playback>,
     /// How the guidance tracks the reference; of no effect under `twist`, but for its kinematics and wheel rate limit.
     #[serde(default)]
     pub guidance: Guidance,
@@ -88,11 +93,12 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The motion asked for, whichever of `[reference]` and `[twist]` it is; `None` where both or neither stand.
+    /// The motion asked for, whichever of `[reference]`, `[twist]` and `[playback]` it is; `None` where several or none stand.
     pub fn motion(&self) -> Option<Motion<'_>> {
-        match (&self.reference, &self.twist) {
-            (Some(reference), None) => Some(Motion::Tracked(reference)),
-            (None, Some(twist)) => Some(Motion::OpenLoop(twist)),
+        match (&self.reference, &self.twist, &self.playback) {
+            (Some(reference), None, None) => Some(Motion::Tracked(reference)),
+            (None, Some(twist), None) => Some(Motion::OpenLoop(twist)),
+            (None, None, Some(playback)) => Some(Motion::Played(playback)),
             _ => None,
         }
     }

@@ -12,6 +12,8 @@ pub enum Motion<'a> {
     Tracked(&'a Reference),
     /// Open loop: a twist becomes wheel rates.
     OpenLoop(&'a Twist),
+    /// What a log says.
+    Played(&'a super::Playback),
 }
 
 /// A position and a heading in time, for the guidance to track.

@@ -51,17 +51,26 @@ impl Scenario {
     fn object_to_motion(&self) -> Result<(), Objection> {
         match self.motion() {
             Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
-            Some(Motion::Tracked(_)) => Ok(()),
+            Some(Motion::Tracked(_) | Motion::Played(_)) => Ok(()),
             None => {
-                let (key, stands) = if self.twist.is_some() {
-                    ("twist", "both `[reference]` and `[twist]` stand")
-                } else {
-                    ("", "neither `[reference]` nor `[twist]` stands")
+                let stand = [
+                    self.reference.is_some(),
+                    self.twist.is_some(),
+                    self.playback.is_some(),
+                ];
+                let (key, stands) = match stand {
+                    [false, false, false] => (
+                        "",
+                        "neither `[reference]` nor `[twist]` nor `[playback]` stands",
+                    ),
+                    [_, true, false] => ("twist", "both `[reference]` and `[twist]` stand"),
+                    [true, _, _] => ("playback", "both `[reference]` and `[playback]` stand"),
+                    _ => ("playback", "both `[twist]` and `[playback]` stand"),
                 };
                 Err(Objection::to(
                     key,
                     format!("{stands}, but a scenario asks for exactly one motion"),
-                    "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop",
+                    "write `[reference.circle]` or one of its kin for closed loop, `[twist]` for open loop, `[playback]` for what a log says",
                 ))
             }
         }

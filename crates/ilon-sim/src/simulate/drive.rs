@@ -2,8 +2,8 @@
 
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, DynamicModel, LoopTiming, Motor, MotorCurve,
-    PrioritisedTorque, PrioritisedTorqueSettings, TorqueRange, TorqueShares, WheelGains, WheelLoop,
-    WheelLoopSettings,
+    PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares, WheelGains,
+    WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::Robot;
 use ilon_world::MotorTorque;
@@ -16,7 +16,7 @@ use crate::scenario::{self, WheelLaw};
 /// The wheel loops of a robot and its motors.
 #[derive(Clone)]
 pub(super) struct Drive {
-    law: Law,
+    law: Box<dyn TorqueLaw>,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
     /// Targets within what the motors drive to, in rad/s.
@@ -24,20 +24,13 @@ pub(super) struct Drive {
     torques: Vec<MotorTorque>,
 }
 
-#[derive(Clone)]
-enum Law {
-    Pid(WheelLoop),
-    ComputedTorque(Box<ComputedTorque>),
-    PrioritisedTorque(Box<PrioritisedTorque>),
-}
-
 impl Drive {
     /// The drive of a resolved scenario.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
         let model = dynamic_model(robot)?;
-        let law = match scenario.wheel_loop.law {
-            WheelLaw::Pid => Law::Pid(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
+        let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
+            WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
             WheelLaw::ComputedTorque => {
                 let settings = ComputedTorqueSettings {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
@@ -45,7 +38,7 @@ impl Drive {
                     target_filter_s: scenario.run.control_dt_s,
                     dt_s: physics_dt_s,
                 };
-                Law::ComputedTorque(Box::new(ComputedTorque::new(model, &settings)?))
+                Box::new(ComputedTorque::new(model, &settings)?)
             }
             WheelLaw::PrioritisedTorque => {
                 let settings = PrioritisedTorqueSettings {
@@ -57,8 +50,7 @@ impl Drive {
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
-                let law = PrioritisedTorque::new(robot, &settings)?;
-                Law::PrioritisedTorque(Box::new(law))
+                Box::new(PrioritisedTorque::new(robot, &settings)?)
             }
         };
         let curve = match scenario.motors.dc {
@@ -81,10 +73,7 @@ impl Drive {
 
     /// How much of each task the last torques gave; `None` of a law that weighs none.
     pub fn shares(&self) -> Option<TorqueShares> {
-        match &self.law {
-            Law::PrioritisedTorque(law) => Some(law.shares()),
-            Law::Pid(_) | Law::ComputedTorque(_) => None,
-        }
+        self.law.shares()
     }
 
     /// The torques of the next physics step, within what each motor can give at its rate while a share of the supply is
@@ -120,19 +109,12 @@ impl Drive {
             *target = asked.clamp(-motor.rate_limit_rad_s, motor.rate_limit_rad_s);
         }
         let (targets, limits) = (&self.targets_rad_s, &self.limits);
-        let torques_n_m = match &mut self.law {
-            Law::Pid(pid) => {
-                pid.update(targets, rates_rad_s, limits, dt_s);
-                for (torque, droop_n_m_s) in self.torques.iter_mut().zip(pid.droops_n_m_s()) {
-                    torque.droop_n_m_s = *droop_n_m_s;
-                }
-                pid.torques_n_m()
-            }
-            Law::ComputedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
-            Law::PrioritisedTorque(law) => law.update(targets, rates_rad_s, limits, dt_s),
-        };
+        let torques_n_m = self.law.update(targets, rates_rad_s, limits, dt_s);
         for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
             torque.torque_n_m = *torque_n_m;
+        }
+        for (torque, droop_n_m_s) in self.torques.iter_mut().zip(self.law.droops_n_m_s()) {
+            torque.droop_n_m_s = *droop_n_m_s;
         }
         &self.torques
     }

@@ -8,6 +8,7 @@ mod floor;
 mod fusion;
 mod pilot;
 mod plant;
+mod playback;
 mod recorder;
 mod remarks;
 mod resolve;
@@ -93,6 +94,13 @@ impl Simulation {
         Self::of(&resolve(scenario, robot)?, robot, "", None)
     }
 
+    /// Puts a robot that was read before, for this scenario or one like it, into the scenario's world.
+    pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
+        let mut robot = loaded.robot.clone();
+        scenario.motors.apply(&mut robot);
+        Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
+    }
+
     /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
     /// scenario's `[reference]` tells that controller what is desired, and the summary what to measure against.
     ///
@@ -119,7 +127,7 @@ impl Simulation {
         let contact_kinematics = ContactKinematics::new(robot)?;
         let pilot = Pilot::new(
             scenario,
-            resolved.reference().cloned(),
+            (resolved.reference().cloned(), resolved.log()),
             (kinematics.clone(), contact_kinematics.clone()),
             robot,
             controller,
@@ -186,6 +194,11 @@ impl Simulation {
     /// The scenario as it is run: every default and everything chosen by the program spelled out.
     pub fn scenario(&self) -> &Scenario {
         self.plant.resolved().scenario()
+    }
+
+    /// What is simulated, apart from what drives it.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
     }
 
     /// The world as it is now.
@@ -304,15 +317,19 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 }
 
 fn load(scenario: &Scenario) -> Result<Loaded, Error> {
+    let mut loaded = load_file(scenario)?;
+    scenario.motors.apply(&mut loaded.robot);
+    Ok(loaded)
+}
+
+/// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
+pub(crate) fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
     let path = scenario.resolve(&scenario.robot.file);
     match Robot::load_with(&path, &options) {
-        Ok(mut loaded) => {
-            scenario.motors.apply(&mut loaded.robot);
-            Ok(loaded)
-        }
+        Ok(loaded) => Ok(loaded),
         Err(fault) => Err(remedy::diagnosed(fault, &path, &options, &remedy::Keys)),
     }
 }
@@ -333,6 +350,7 @@ fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Resu
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
         open_loop: resolved.is_open_loop(),
         roller_angles: scenario.run.roller_angles_hz.is_some(),
+        measured: pilot.is_measured(),
         urdf: urdf.to_owned(),
         ground: Some(floor::ground(&scenario.world.floor)),
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),

@@ -1,4 +1,6 @@
-//! What decides the wheel rates: the guidance on a reference, or a twist in open loop.
+//! What decides the wheel rates: the guidance on a reference, a twist in open loop, or a log.
+
+use std::sync::Arc;
 
 use ilon_control::{
     Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
@@ -8,6 +10,7 @@ use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use super::plant::WheelCommand;
+use super::playback::{Asked, Log};
 use super::resolve::start_pose;
 use super::sensors::Seen;
 use super::waypoints;
@@ -29,11 +32,15 @@ pub(super) struct Pilot {
     /// About the robot's origin.
     kinematics: Kinematics,
     decision: Decision,
+    /// The log of the scenario, if it has one.
+    log: Option<Arc<Log>>,
 }
 
 enum Planned {
     Reference(Box<Reference>),
     Twist(TwistProfile),
+    /// What a log asks of the wheels, or of the body.
+    Log(Arc<Log>),
     /// A controller of the caller's, and the reference that the scenario names, if it does.
     Own(Box<dyn Controller>, Option<Box<Reference>>),
 }
@@ -106,10 +113,10 @@ pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Err
 }
 
 impl Pilot {
-    /// What a resolved scenario says about how its robot is driven; `tracked` is its reference.
+    /// What a resolved scenario says about how its robot is driven; `tracked` is its reference, and `log` its log.
     pub fn new(
         scenario: &Scenario,
-        tracked: Option<Reference>,
+        (tracked, log): (Option<Reference>, Option<Arc<Log>>),
         (kinematics, contact_kinematics): (Kinematics, ContactKinematics),
         robot: &Robot,
         controller: Option<Box<dyn Controller>>,
@@ -132,15 +139,16 @@ impl Pilot {
         };
         let tracked = tracked.map(Box::new);
         let twist = scenario.twist.clone().unwrap_or_default();
-        let motion = match (controller, tracked) {
-            (Some(controller), tracked) => Planned::Own(controller, tracked),
-            (None, Some(reference)) => Planned::Reference(reference),
-            (None, None) => Planned::Twist(TwistProfile::new(&twist)),
+        let motion = match (controller, tracked, &log) {
+            (Some(controller), tracked, _) => Planned::Own(controller, tracked),
+            (None, Some(reference), _) => Planned::Reference(reference),
+            (None, None, Some(log)) => Planned::Log(Arc::clone(log)),
+            (None, None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
         let about_origin = kinematics.clone();
         // A twist in open loop, as any twist of a scenario, is the origin's.
         let kinematics = match (&motion, section.reference_point) {
-            (Planned::Twist(_), _) | (_, ReferencePoint::Origin) => kinematics,
+            (Planned::Twist(_) | Planned::Log(_), _) | (_, ReferencePoint::Origin) => kinematics,
             (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
             (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
         };
@@ -157,6 +165,7 @@ impl Pilot {
             robot: robot.clone(),
             kinematics: about_origin,
             decision: Decision::default(),
+            log,
         })
     }
 
@@ -181,17 +190,16 @@ impl Pilot {
                 self.decision.move_to_origin(point_m);
             }
             Planned::Twist(profile) => {
-                let task = Task {
-                    name: "twist",
-                    twist_in_body: profile.at(t_s),
-                };
-                let command = match &self.contact {
-                    Some(contact) => self.guidance.command_on_contact(&[task], contact),
-                    None => self.guidance.command(&[task]),
-                };
-                self.wheel_rates_rad_s
-                    .copy_from_slice(&command.wheel_rates_rad_s);
-                self.decision.take(command, None);
+                let twist = profile.at(t_s);
+                self.command_twist(twist);
+            }
+            Planned::Log(log) => {
+                let asked = log.ask(t_s, &seen.wheel_angles_rad, &mut self.torques_n_m);
+                match asked {
+                    Asked::Twist(twist) => self.command_twist(twist),
+                    Asked::Rates => self.command_wheels(Commanded::Rates),
+                    Asked::Torques => self.command_wheels(Commanded::Torques),
+                }
             }
             Planned::Own(controller, reference) => {
                 let desired = reference.as_ref().map(|reference| reference.at(t_s));
@@ -204,21 +212,43 @@ impl Pilot {
                 };
                 let numbers = &mut self.torques_n_m;
                 numbers.fill(0.0);
-                self.commanded = controller.command(&now, numbers);
-                match self.commanded {
-                    Commanded::Rates => self.wheel_rates_rad_s.copy_from_slice(numbers),
-                    Commanded::Torques => self.wheel_rates_rad_s.fill(0.0),
-                }
-                let kinematics = self.guidance.kinematics();
-                let twist_in_body = kinematics.twist(&self.wheel_rates_rad_s);
-                let point_m = kinematics.reference_point_m();
+                let commanded = controller.command(&now, numbers);
+                self.command_wheels(commanded);
                 self.decision.desired = desired;
-                self.decision.command_twist_in_body = twist_in_body;
-                self.decision.granted_twist_in_body = twist_in_body;
-                self.decision.tasks.clear();
-                self.decision.move_to_origin(point_m);
             }
         }
+    }
+
+    /// Commands the rates of a twist of the body's origin.
+    fn command_twist(&mut self, twist_in_body: Twist) {
+        let task = Task {
+            name: "twist",
+            twist_in_body,
+        };
+        let command = match &self.contact {
+            Some(contact) => self.guidance.command_on_contact(&[task], contact),
+            None => self.guidance.command(&[task]),
+        };
+        self.wheel_rates_rad_s
+            .copy_from_slice(&command.wheel_rates_rad_s);
+        self.decision.take(command, None);
+    }
+
+    /// Commands the wheels by the numbers that stand in `torques_n_m`, whatever they are.
+    fn command_wheels(&mut self, commanded: Commanded) {
+        self.commanded = commanded;
+        match commanded {
+            Commanded::Rates => self.wheel_rates_rad_s.copy_from_slice(&self.torques_n_m),
+            Commanded::Torques => self.wheel_rates_rad_s.fill(0.0),
+        }
+        let kinematics = self.guidance.kinematics();
+        let twist_in_body = kinematics.twist(&self.wheel_rates_rad_s);
+        let point_m = kinematics.reference_point_m();
+        self.decision.desired = None;
+        self.decision.command_twist_in_body = twist_in_body;
+        self.decision.granted_twist_in_body = twist_in_body;
+        self.decision.tasks.clear();
+        self.decision.move_to_origin(point_m);
     }
 
     /// The point of the body that follows the reference, in the body frame, in metres.
@@ -234,6 +264,16 @@ impl Pilot {
         }
     }
 
+    /// Where a log says that the real robot was at a time in seconds.
+    pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
+        self.log.as_ref()?.measured_at(t_s)
+    }
+
+    /// Whether a log says anything of where the real robot was.
+    pub fn is_measured(&self) -> bool {
+        self.log.as_ref().is_some_and(|log| log.has_measured())
+    }
+
     /// The wheel rates decided on, in rad/s.
     pub fn wheel_rates_rad_s(&self) -> &[f64] {
         &self.wheel_rates_rad_s
@@ -247,14 +287,14 @@ impl Pilot {
     pub fn task_names(&self) -> Vec<&'static str> {
         match &self.motion {
             Planned::Reference(_) => self.guidance.task_names().to_vec(),
-            Planned::Twist(_) | Planned::Own(..) => Vec::new(),
+            Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => Vec::new(),
         }
     }
 
     /// From when on means are taken, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {
-            Planned::Reference(_) | Planned::Own(..) => 0.0,
+            Planned::Reference(_) | Planned::Log(_) | Planned::Own(..) => 0.0,
             Planned::Twist(profile) => profile.settled_s(),
         }
     }
@@ -291,6 +331,11 @@ impl Pilot {
                 });
                 Some(fastest.fold(0.0, f64::max))
             }
+            Planned::Log(log) => {
+                let kinematics = self.guidance.kinematics();
+                let rates = |twist, out: &mut [f64]| kinematics.wheel_rates(twist, out);
+                log.fastest_rate_rad_s(rates, kinematics.wheel_count())
+            }
             Planned::Own(..) => None,
         }
     }
@@ -302,7 +347,7 @@ impl Pilot {
                 let (speed_m_s, rate_rad_s) = reference.peaks(duration_s, SAMPLES);
                 Some(self.guidance.feasibility(speed_m_s, rate_rad_s))
             }
-            Planned::Twist(_) | Planned::Own(..) => None,
+            Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ilon_control::{Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::Truth;
-use ilon_world::{Floor, MotorTorque, Settings, World};
+use ilon_world::{Floor, MotorTorque, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
 use super::clock::Clock;
@@ -87,7 +87,7 @@ pub struct Plant {
 /// What a plant is built from, again whenever it is reset.
 struct Plan {
     resolved: Resolved,
-    robot: Robot,
+    robot: SharedRobot,
     kinematics: Kinematics,
     floor: Floor,
     settings: Settings,
@@ -108,7 +108,7 @@ impl Plant {
             floor: floor::floor(&resolved.scenario().world.floor)?,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
-            robot: robot.clone(),
+            robot: SharedRobot::from(robot),
         };
         let seed = resolved.scenario().sensors.seed;
         Self::build(Arc::new(plan), seed, resolved.start())

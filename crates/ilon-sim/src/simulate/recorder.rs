@@ -108,6 +108,7 @@ impl Recorder {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
             }),
+            measured: pilot.measured_at(t_s),
             command_twist_in_body: decision.command_twist_in_body,
             granted_twist_in_body: decision.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),

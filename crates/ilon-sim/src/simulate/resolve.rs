@@ -1,13 +1,16 @@
 //! From a scenario as a person wrote it to one that leaves nothing open.
 
+use std::sync::Arc;
+
 use ilon_control::{ContactKinematics, Kinematics, Reference};
 use ilon_robot::{Pose, Robot};
 use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
+use super::playback::Log;
 use super::{drive, pilot, remarks, tuning};
 use crate::Error;
-use crate::scenario::{Motion, RollerBodies, Scenario, Step};
+use crate::scenario::{RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
@@ -16,6 +19,7 @@ pub struct Resolved {
     physics_dt_s: f64,
     wheel_rate_limit_rad_s: f64,
     reference: Option<Reference>,
+    log: Option<Arc<Log>>,
     reference_point_m: Vector2<f64>,
     warnings: Vec<String>,
 }
@@ -55,11 +59,13 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         None => robot.wheel_rate_limit_rad_s(),
     };
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
-    let reference = pilot::reference_of(&scenario)?;
+    let log = Log::read(&scenario, robot, start_pose(&scenario))?;
+    let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
+    let reference = pilot::reference_of(&scenario)?.or(path);
     // What it would decide says how fast the wheels are asked to turn.
     let pilot = Pilot::new(
         &scenario,
-        reference.clone(),
+        (reference.clone(), log.clone()),
         (kinematics, contact_kinematics),
         robot,
         match driver {
@@ -106,6 +112,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         physics_dt_s,
         wheel_rate_limit_rad_s: limit_rad_s,
         reference,
+        log,
         reference_point_m: pilot.reference_point_m(),
         warnings,
     })
@@ -132,9 +139,14 @@ impl Resolved {
         self.wheel_rate_limit_rad_s
     }
 
-    /// The path in time that is desired, where the scenario has a `[reference]`.
+    /// The path in time that is desired, where the scenario has a `[reference]`, or a log's path.
     pub fn reference(&self) -> Option<&Reference> {
         self.reference.as_ref()
+    }
+
+    /// What a log says, where the scenario has a `[playback]`.
+    pub(super) fn log(&self) -> Option<Arc<Log>> {
+        self.log.clone()
     }
 
     /// The point of the body frame that follows the reference, in metres.
@@ -152,9 +164,9 @@ impl Resolved {
         &self.warnings
     }
 
-    /// Whether a twist is commanded without feedback of the pose.
+    /// Whether the robot is driven without feedback of the pose.
     pub(super) fn is_open_loop(&self) -> bool {
-        matches!(self.scenario.motion(), Some(Motion::OpenLoop(_)))
+        self.reference.is_none()
     }
 
     /// The settings of the world.

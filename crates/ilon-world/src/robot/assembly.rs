@@ -24,12 +24,12 @@ pub(crate) struct Assembly {
 const HINGE: usize = 3;
 
 impl Assembly {
-    /// Builds the robot in a given state.
+    /// Builds the robot in a given state, its chassis with what it carries.
     ///
     /// Every velocity is the state's own, so that a robot which is taken apart and built again loses no momentum.
     pub fn build(
         rapier: &mut PhysicsWorld,
-        robot: &Robot,
+        (robot, chassis_mass): (&Robot, &RobotMass),
         state: &State,
         rollers: &[Vec<RollerState>],
     ) -> Self {
@@ -37,9 +37,9 @@ impl Assembly {
             RigidBodyBuilder::dynamic()
                 .pose(convert::pose(state.floor_from_chassis()))
                 .can_sleep(false)
-                .additional_mass_properties(chassis_mass_properties(&robot.chassis.mass)),
+                .additional_mass_properties(chassis_mass_properties(chassis_mass)),
         );
-        let chassis_from_body = Isometry3::from(-robot.chassis.mass.center_of_mass_m);
+        let chassis_from_body = Isometry3::from(-chassis_mass.center_of_mass_m);
         for collision in &robot.chassis.collisions {
             if let Some(collider) = chassis_collider(&chassis_from_body, collision) {
                 rapier.insert_collider(collider, Some(chassis));

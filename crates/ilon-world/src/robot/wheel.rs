@@ -5,7 +5,10 @@
 //! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
 //! roller one number instead of a body, a joint and a row of the mass matrix.
 
-use ilon_robot::{Barrel, Roller, RollerForm, Wheel};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use ilon_robot::{Barrel, MassProperties as RobotMass, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
@@ -29,17 +32,17 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers put on the hub in the last step beyond what was foreseen, in its frame, in N m: it
+    /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
     /// gets that in the next.
     pub owed_in_hub_n_m: Vector3<f64>,
 }
 
 /// What a bearing did in a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Borne {
+pub(crate) struct BearingStep {
     /// Energy that the bearing took, in J.
     pub lost_j: f64,
-    /// By how much its torque on the hub about the roller's axis was more than what was foreseen, in N m.
+    /// By how much its torque on the hub about the roller's axis was more than what was expected, in N m.
     pub owed_n_m: f64,
 }
 
@@ -50,9 +53,10 @@ pub(crate) struct RollerCollider {
     pub roller: usize,
 }
 
-/// A roller's place on its wheel and its motion about its axis.
-#[derive(Clone, Debug)]
-pub(crate) struct RollerState {
+/// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
+/// it.
+#[derive(Debug)]
+pub(crate) struct FixedRoller {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
@@ -61,6 +65,18 @@ pub(crate) struct RollerState {
     pub barrel: Option<Barrel>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
+    /// Inertia about its axis, in kg m^2.
+    axial_inertia_kg_m2: f64,
+    /// Bearing damping, in N m s/rad.
+    damping_n_m_s: f64,
+    /// Bearing dry friction, in N m.
+    pub friction_n_m: f64,
+}
+
+/// A roller and its motion about its axis.
+#[derive(Clone, Debug)]
+pub(crate) struct RollerState {
+    fixed: Arc<FixedRoller>,
     /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
     /// stays while nothing but its bearing touches it, however the hub turns.
     pub axial_rate_rad_s: f64,
@@ -68,8 +84,8 @@ pub(crate) struct RollerState {
     pub mean_rate_rad_s: f64,
     /// The hub's own rate about that axis when the step began, in rad/s.
     hub_carries_rad_s: f64,
-    /// What its bearing was foreseen to put on the hub in the step, in N m.
-    foreseen_n_m: f64,
+    /// What its bearing was expected to put on the hub in the step, in N m.
+    expected_n_m: f64,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
     /// Whether the ground pressed on it in the last step.
@@ -78,16 +94,41 @@ pub(crate) struct RollerState {
     pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// Inertia about its axis, in kg m^2.
-    axial_inertia_kg_m2: f64,
-    /// Bearing damping, in N m s/rad.
-    damping_n_m_s: f64,
-    /// Bearing dry friction, in N m.
-    pub friction_n_m: f64,
     /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,
+}
+
+/// What stays as it is can be read of a roller as of itself.
+impl Deref for RollerState {
+    type Target = FixedRoller;
+
+    fn deref(&self) -> &FixedRoller {
+        &self.fixed
+    }
+}
+
+impl FixedRoller {
+    /// A roller of a wheel.
+    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
+        let barrel = match &roller.form {
+            RollerForm::AsModelled(_) => None,
+            _ => Some(wheel.barrel(roller)),
+        };
+        Self {
+            hub_from_roller: roller.hub_from_roller(),
+            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
+            bounding_radius_m: barrel.as_ref().map_or(
+                0.5 * roller.length_m + roller.radius_m,
+                PlacedBarrel::bounding_radius_m,
+            ),
+            barrel,
+            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
+            damping_n_m_s: roller.joint.damping_n_m_s,
+            friction_n_m: roller.joint.friction_n_m,
+        }
+    }
 }
 
 /// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
@@ -107,32 +148,18 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
 }
 
 impl RollerState {
-    /// A roller of a wheel at rest.
-    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
-        };
-        let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
+    /// A roller at rest.
+    pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
         Self {
-            hub_from_roller: roller.hub_from_roller(),
-            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
-            barrel,
+            fixed,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
             hub_carries_rad_s: 0.0,
-            foreseen_n_m: 0.0,
+            expected_n_m: 0.0,
             touched: false,
             pressed: false,
             spin_up_left_j: 0.0,
             angle_rad: 0.0,
-            axial_inertia_kg_m2: inertia,
-            damping_n_m_s: damping,
-            friction_n_m: roller.joint.friction_n_m,
             damping_leaves: (1.0, 0.0),
             seized: false,
         }
@@ -191,14 +218,14 @@ impl RollerState {
     /// what slows it otherwise.
     pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
-        self.foreseen_n_m = if self.seized {
+        self.expected_n_m = if self.seized {
             0.0
         } else if self.touched {
             self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s)
         } else {
             self.coasting_torque_n_m(dt_s)
         };
-        self.foreseen_n_m
+        self.expected_n_m
     }
 
     /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
@@ -217,9 +244,9 @@ impl RollerState {
     /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
     /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
     /// reactions.
-    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> BearingStep {
         if self.seized {
-            return Borne::default();
+            return BearingStep::default();
         }
         let (torque_n_m, mean_rad_s) = if self.touched {
             let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
@@ -232,9 +259,9 @@ impl RollerState {
         };
         let spin_rad_s = mean_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s);
         self.angle_rad += spin_rad_s * dt_s;
-        Borne {
+        BearingStep {
             lost_j: torque_n_m * spin_rad_s * dt_s,
-            owed_n_m: torque_n_m - self.foreseen_n_m,
+            owed_n_m: torque_n_m - self.expected_n_m,
         }
     }
 
@@ -256,32 +283,25 @@ impl RollerState {
 /// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia
 /// across its axis; of a seized one all.
 fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
-    let mut mass_kg = wheel.hub.mass_kg;
-    let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
-    for roller in &wheel.rollers {
-        mass_kg += roller.mass_kg;
-        first_moment += roller.mass_kg * roller.center_in_hub_m;
-    }
-    let center_m = first_moment / mass_kg;
-    let about_center = |mass_kg: f64, at: &Vector3<f64>| {
-        let r = at - center_m;
-        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
-    };
-    let mut inertia =
-        wheel.hub.inertia_kg_m2 + about_center(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
-    for (roller, state) in wheel.rollers.iter().zip(states) {
+    let rollers = wheel.rollers.iter().zip(states);
+    let carried = rollers.map(|(roller, state)| {
         let d = roller.axis_in_hub.into_inner();
         let along = d * d.transpose();
-        inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
-            + roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
+        let mut inertia_kg_m2 = roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
         if state.seized {
-            inertia += roller.axial_inertia_kg_m2 * along;
+            inertia_kg_m2 += roller.axial_inertia_kg_m2 * along;
         }
-    }
+        RobotMass {
+            inertia_kg_m2,
+            ..RobotMass::point(roller.mass_kg, roller.center_in_hub_m)
+        }
+    });
+    let parts: Vec<RobotMass> = [wheel.hub.clone()].into_iter().chain(carried).collect();
+    let whole = RobotMass::merged(&parts).unwrap_or_else(|| wheel.hub.clone());
     MassProperties::with_inertia_matrix(
-        convert::vector(&center_m),
-        mass_kg as Real,
-        convert::matrix(&inertia),
+        convert::vector(&whole.center_of_mass_m),
+        whole.mass_kg as Real,
+        convert::matrix(&whole.inertia_kg_m2),
     )
 }
 

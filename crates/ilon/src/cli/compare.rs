@@ -115,9 +115,14 @@ fn table(comparison: &Comparison) -> Table {
             let values: Vec<_> = comparison
                 .runs
                 .iter()
-                .map(|run| (quantity.of)(&run.summary))
+                .map(|run| quantity.shown(&run.summary))
                 .collect();
-            table.row_of(quantity.name, &values, quantity.decimals, quantity.unit);
+            table.row_of(
+                quantity.label,
+                &values,
+                quantity.decimals,
+                quantity.unit.symbol,
+            );
         }
     }
     table

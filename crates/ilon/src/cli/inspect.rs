@@ -9,7 +9,7 @@ use super::escape::one_line;
 use super::flags::{Flags, shell};
 use super::robot::Reading;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, gallery, say};
+use super::{Outcome, Sandbox, claim, gallery, ros2, say};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::Inspection;
@@ -30,9 +30,16 @@ pub(super) struct Arguments {
     /// Write the URDF that was read: expanded, converted and repaired.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     urdf: Option<PathBuf>,
+    /// Write parameters for ros2_controllers' mecanum_drive_controller or omni_wheel_drive_controller, with the radius that the
+    /// wheels roll on, and speeds for Nav2's MPPI controller, as YAML.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    ros2_controllers: Option<PathBuf>,
+    /// Write the robot's URDF with a `<ros2_control>` block for its wheels.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    ros2_control: Option<PathBuf>,
     /// Show the robots of a folder and below side by side on one offline page: each from above, what it can do, and why a
     /// file is refused.
-    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["svg", "urdf", "json"])]
+    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["svg", "urdf", "json", "ros2_controllers", "ros2_control"])]
     html: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long, help_heading = "Output")]
@@ -50,6 +57,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let _svg = claimed(&arguments.svg, "--svg")?;
     let _urdf = claimed(&arguments.urdf, "--urdf")?;
+    let _controllers = claimed(&arguments.ros2_controllers, "--ros2-controllers")?;
+    let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
     if let Some(html) = &arguments.html {
         return gallery::run(path, &options, &arguments.sandbox.words(), html);
@@ -75,6 +84,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(urdf) = &arguments.urdf {
         ilon_trace::file::write_text(urdf, &loaded.urdf)?;
     }
+    ros2::write(
+        &loaded,
+        arguments.ros2_controllers.as_deref(),
+        arguments.ros2_control.as_deref(),
+    )?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
             .map_err(|error| Failure::encode("the inspection", &error))?;

@@ -1,5 +1,6 @@
 //! The `ilon` command: what it takes, what it prints, and with which code it ends.
 
+mod bag;
 mod bench;
 mod check;
 mod claim;
@@ -15,10 +16,14 @@ mod inspect;
 mod output;
 mod progress;
 mod robot;
+mod ros2;
 mod run;
 mod say;
 mod schema;
+mod sweep;
 mod table;
+
+pub(crate) use flags::shell;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,6 +53,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Run scenarios and hold each against its own `[expect]`.
     Check(check::Arguments),
+    /// Run a scenario many times under keys that vary, and say what comes of it.
+    Sweep(sweep::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -118,6 +125,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -81,6 +81,9 @@ pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
     if let Some(Reference::Waypoints { file, .. }) = &scenario.reference {
         inputs.push(scenario.resolve(file));
     }
+    if let Some(playback) = &scenario.playback {
+        inputs.push(scenario.resolve(&playback.file));
+    }
     inputs
 }
 

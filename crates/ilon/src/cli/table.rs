@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use ilon_trace::{Quantity, Summary};
+
 use super::escape::one_line;
 
 /// Rows of a name, numbers and a unit, under headings.
@@ -32,6 +34,23 @@ impl Table {
     /// A row of one number; a dash where it does not apply.
     pub fn row(&mut self, name: &str, value: Option<f64>, decimals: usize, unit: &str) {
         self.row_of(name, &[value], decimals, unit);
+    }
+
+    /// A row for each quantity of a run, in the unit that it is shown in; a dash where it does not apply.
+    pub fn quantities<'q>(
+        &mut self,
+        quantities: impl IntoIterator<Item = &'q Quantity>,
+        summary: &Summary,
+    ) {
+        for quantity in quantities {
+            let value = quantity.shown(summary);
+            self.row_of(
+                quantity.label,
+                &[value],
+                quantity.decimals,
+                quantity.unit.symbol,
+            );
+        }
     }
 
     /// A row of several numbers; dashes where they do not apply.

@@ -1,0 +1,10 @@
+//! From wheel rates to torques, and what of a torque a motor gives.
+
+pub(crate) mod computed_torque;
+mod derivative;
+pub(crate) mod motor;
+pub(crate) mod pid;
+pub(crate) mod prioritised_torque;
+mod torque_law;
+
+pub use torque_law::TorqueLaw;

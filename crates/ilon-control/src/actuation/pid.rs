@@ -1,0 +1,349 @@
+//! The low-level control of section III-A, decentralised: one PID on each wheel's rate, giving torque.
+//!
+//! **Gains from the plant.** A wheel under torque tau turns by J q'' = tau - d q', with J the inertia that the wheel
+//! feels. With tau = k_p e + k_i integral(e) and d left out, the error obeys J e'' + k_p e' + k_i e = 0. Asking for the
+//! loop bandwidth w_b sets k_p = J w_b, and k_i = k_p w_b / 4 puts both poles on w_b / 2: critically damped.
+//!
+//! J differs from moment to moment. On the ground a wheel feels its share of the robot, in the air only itself
+//! (J_air < J_ground). The damping ratio is sqrt(k_p^2 / (4 k_i J)): with gains set for the largest J it is 1 there and
+//! above 1 for every smaller one. But the loop is sampled. With the torque held over dt, the rate moves by
+//! dt/J (k_p e + k_i I) a step. With a = k_p dt / J and b = k_i dt^2 / J, and the integral updated before its use, the
+//! error's characteristic polynomial is z^2 - (2 - a - b) z + (1 - a), whose roots lie in the unit circle exactly when
+//! a > 0, b > 0 and 2 a + b < 4 (Jury). The smallest J decides: the wheel in the air. [`WheelGains::propose`] keeps
+//! a <= 1 there, half of the limit: a wheel in the air then reaches its target in one step and does not swing about it.
+//!
+//! **A loop that is faster than the simulation's steps** ([`LoopTiming::Continuous`]) has no such limit. Within a step its
+//! torque falls as the wheel gains rate, by a droop D per rate, and what the plant feels over the step is the mean. Where the
+//! wheel gains x over the step, the gain's own mean is theta x: half of x in a step that is short for the loop, nearly all of
+//! x in a long one. A wheel of inertia J under k_p nears its target as exp(-z), z = k_p dt / J, which gives
+//! theta = 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with
+//! theta D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in a short step the
+//! integral counts half of the error with which it began, and a sixth of what the rate gains; in a long one all of both. A
+//! plant that solves its step with that mean is stable for any gains and any dt (theta is at least one half), exact for one
+//! pole, and of second order in dt.
+
+use super::TorqueLaw;
+use super::derivative::{FilteredDerivative, weight};
+use super::motor::TorqueRange;
+use crate::error::{not_negative, positive};
+use crate::{ControlError, DynamicModel};
+
+/// Gains of one wheel's PID.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelGains {
+    /// k_p: torque per rate error, in N m s/rad.
+    pub proportional_n_m_s: f64,
+    /// k_i: torque per angle error, in N m/rad.
+    pub integral_n_m: f64,
+    /// k_d: torque per acceleration, in N m s^2/rad. Acts on the measured rate only, so that a step of the target
+    /// gives no kick.
+    pub derivative_n_m_s2: f64,
+}
+
+impl WheelGains {
+    /// Gains for a loop bandwidth in rad/s, from the largest inertia that a wheel feels (on the ground) and the
+    /// smallest (in the air), in kg m^2, and the loop's period in seconds: k_p = J_ground w_b, but at most
+    /// J_air / dt, for the stability of a wheel in the air; k_i = k_p w / 4 with w = k_p / J_ground the bandwidth
+    /// that this leaves; no derivative.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`].
+    pub fn propose(
+        ground_inertia_kg_m2: f64,
+        air_inertia_kg_m2: f64,
+        dt_s: f64,
+        bandwidth_rad_s: f64,
+    ) -> Result<Self, ControlError> {
+        let j_ground = ground_inertia_kg_m2;
+        let continuous = Self::propose_continuous(j_ground, bandwidth_rad_s)?;
+        let j_air = positive(
+            "the wheel's inertia in the air in kg m^2",
+            air_inertia_kg_m2,
+        )?;
+        let dt_s = positive("the wheel loop's period in s", dt_s)?;
+        let k_p = continuous.proportional_n_m_s.min(j_air / dt_s);
+        Ok(Self {
+            proportional_n_m_s: k_p,
+            integral_n_m: 0.25 * k_p * k_p / j_ground,
+            derivative_n_m_s2: 0.0,
+        })
+    }
+
+    /// Gains of a loop that is faster than the steps, for a bandwidth in rad/s, from the largest inertia that a wheel
+    /// feels in kg m^2: k_p = J_ground w_b, k_i = k_p w_b / 4, no derivative.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`].
+    pub fn propose_continuous(
+        ground_inertia_kg_m2: f64,
+        bandwidth_rad_s: f64,
+    ) -> Result<Self, ControlError> {
+        let j_ground = positive(
+            "the wheel's inertia on the ground in kg m^2",
+            ground_inertia_kg_m2,
+        )?;
+        let w_b = positive("the wheel loop's bandwidth in rad/s", bandwidth_rad_s)?;
+        Ok(Self {
+            proportional_n_m_s: j_ground * w_b,
+            integral_n_m: 0.25 * j_ground * w_b * w_b,
+            derivative_n_m_s2: 0.0,
+        })
+    }
+
+    /// Gains for a robot's wheels, from its [`DynamicModel`], as [`Self::propose`] or [`Self::propose_continuous`].
+    ///
+    /// # Errors
+    /// As those.
+    pub fn for_robot(
+        model: &DynamicModel,
+        timing: LoopTiming,
+        dt_s: f64,
+        bandwidth_rad_s: f64,
+    ) -> Result<Self, ControlError> {
+        let j_ground = model.ground_inertia_kg_m2();
+        match timing {
+            LoopTiming::Sampled => {
+                Self::propose(j_ground, model.air_inertia_kg_m2(), dt_s, bandwidth_rad_s)
+            }
+            LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
+        }
+    }
+
+    /// The loop bandwidth that these gains give a wheel of this inertia, in rad/s: k_p / J. Less than what was asked
+    /// of [`Self::propose`] where the wheel in the air held it down: a shorter period then gives more.
+    pub fn bandwidth_rad_s(&self, inertia_kg_m2: f64) -> f64 {
+        self.proportional_n_m_s / inertia_kg_m2
+    }
+
+    /// Whether a wheel of this inertia under these gains (without derivative) and this period is stable: a > 0, b >= 0
+    /// and 2 a + b < 4 of the module's derivation.
+    pub fn is_stable(&self, inertia_kg_m2: f64, dt_s: f64) -> bool {
+        let a = self.proportional_n_m_s * dt_s / inertia_kg_m2;
+        let b = self.integral_n_m * dt_s * dt_s / inertia_kg_m2;
+        a > 0.0 && b >= 0.0 && 2.0 * a + b < 4.0
+    }
+}
+
+/// How a wheel loop's torque goes with the simulation's steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LoopTiming {
+    /// Computed once a step and held over it: a digital loop whose period is the step.
+    Sampled,
+    /// Falling within the step as the wheel gains rate: a loop that is much faster than the step.
+    #[default]
+    Continuous,
+}
+
+/// Settings of the wheel loops, the same for every wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelLoopSettings {
+    /// Gains of the PID.
+    pub gains: WheelGains,
+    /// How the torque goes with the steps.
+    pub timing: LoopTiming,
+    /// The inertia that a wheel feels on the ground, in kg m^2: it says how long a step is for a continuous loop. 0 where it
+    /// is not known, and every step counts as long.
+    pub inertia_kg_m2: f64,
+    /// Time constant of the low-pass on the derivative, in seconds; 0 for none.
+    pub derivative_filter_s: f64,
+    /// Viscous damping of the wheel's joint made up for at the target rate, in N m s/rad; 0 for none.
+    pub feedforward_damping_n_m_s: f64,
+    /// Dry friction of the wheel's joint made up for in the target's direction, in N m; 0 for none.
+    pub feedforward_friction_n_m: f64,
+}
+
+impl WheelLoopSettings {
+    /// A PID with these gains, held over each step, without derivative filter and feedforward.
+    pub fn new(gains: WheelGains) -> Self {
+        Self {
+            gains,
+            timing: LoopTiming::Sampled,
+            inertia_kg_m2: 0.0,
+            derivative_filter_s: 0.0,
+            feedforward_damping_n_m_s: 0.0,
+            feedforward_friction_n_m: 0.0,
+        }
+    }
+}
+
+/// One PID a wheel, from wheel rates to torques.
+///
+/// The integral stands still while the torque is at the motor's limit and the error would drive it further beyond
+/// (conditional integration), so that it never winds up on what the motor cannot give.
+#[derive(Clone, Debug)]
+pub struct WheelLoop {
+    settings: WheelLoopSettings,
+    wheels: Vec<WheelState>,
+    torques_n_m: Vec<f64>,
+    droops_n_m_s: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct WheelState {
+    /// Integral part of the torque, in N m.
+    integral_n_m: f64,
+    /// The acceleration, filtered, in rad/s^2.
+    acceleration_rad_s2: FilteredDerivative<f64>,
+    /// theta k_i dt of the step that has passed, where its integral was taken at the rate with which it began; in N m s/rad.
+    taken_early_n_m_s: f64,
+}
+
+impl WheelLoop {
+    /// Loops for `wheel_count` wheels.
+    ///
+    /// # Errors
+    /// [`ControlError::Negative`] where a gain or a setting is negative or not finite.
+    pub fn new(wheel_count: usize, settings: WheelLoopSettings) -> Result<Self, ControlError> {
+        let gains = &settings.gains;
+        for (what, value) in [
+            (
+                "the proportional gain in N m s/rad",
+                gains.proportional_n_m_s,
+            ),
+            ("the integral gain in N m/rad", gains.integral_n_m),
+            (
+                "the derivative gain in N m s^2/rad",
+                gains.derivative_n_m_s2,
+            ),
+            ("the wheel's inertia in kg m^2", settings.inertia_kg_m2),
+            (
+                "the derivative filter's time constant in s",
+                settings.derivative_filter_s,
+            ),
+            (
+                "the damping feedforward in N m s/rad",
+                settings.feedforward_damping_n_m_s,
+            ),
+            (
+                "the friction feedforward in N m",
+                settings.feedforward_friction_n_m,
+            ),
+        ] {
+            not_negative(what, value)?;
+        }
+        Ok(Self {
+            settings,
+            wheels: vec![WheelState::default(); wheel_count],
+            torques_n_m: vec![0.0; wheel_count],
+            droops_n_m_s: vec![0.0; wheel_count],
+        })
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &WheelLoopSettings {
+        &self.settings
+    }
+}
+
+impl TorqueLaw for WheelLoop {
+    /// Of a continuous loop the torques are those that it would hold if the rates stayed; the droops say how they fall.
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64] {
+        if dt_s > 0.0 {
+            let inputs = targets_rad_s.iter().zip(rates_rad_s).zip(limits);
+            let outputs = self.torques_n_m.iter_mut().zip(&mut self.droops_n_m_s);
+            let wheels = self.wheels.iter_mut().zip(outputs);
+            for ((wheel, (torque_n_m, droop_n_m_s)), ((target, rate), limit)) in wheels.zip(inputs)
+            {
+                (*torque_n_m, *droop_n_m_s) =
+                    wheel.update(&self.settings, *target, *rate, limit, dt_s);
+            }
+        }
+        &self.torques_n_m
+    }
+
+    /// Where the motor's limit cuts the torque, its droop is cut in proportion.
+    fn droops_n_m_s(&self) -> &[f64] {
+        match self.settings.timing {
+            LoopTiming::Sampled => &[],
+            LoopTiming::Continuous => &self.droops_n_m_s,
+        }
+    }
+
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
+    }
+}
+
+impl WheelState {
+    /// The torque at the rate now, and its droop.
+    fn update(
+        &mut self,
+        settings: &WheelLoopSettings,
+        target_rad_s: f64,
+        rate_rad_s: f64,
+        limit: &TorqueRange,
+        dt_s: f64,
+    ) -> (f64, f64) {
+        let gains = &settings.gains;
+        let e = target_rad_s - rate_rad_s;
+
+        let weight = weight(settings.derivative_filter_s, dt_s);
+        let gained_rad_s = self.acceleration_rad_s2.update(rate_rad_s, weight, dt_s);
+        let acceleration_rad_s2 = self.acceleration_rad_s2.value;
+
+        // No friction is made up for at a target of zero: its sign is unknown there.
+        let friction_sign = if target_rad_s == 0.0 {
+            0.0
+        } else {
+            target_rad_s.signum()
+        };
+        // A continuous loop's torque is given as if the rate stayed as it is, and the droop holds what it does not stay:
+        // of the proportional part, of the integral over the step, which is put right when the rate is known, and of the
+        // filtered acceleration.
+        self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
+        let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
+        let step_n_m_s = gains.integral_n_m * dt_s;
+        let (held, droop, counted) = match settings.timing {
+            LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
+            LoopTiming::Continuous => (
+                (1.0 - weight) * acceleration_rad_s2,
+                gains.proportional_n_m_s
+                    + (5.0 * theta - 2.0) / (3.0 * theta) * step_n_m_s
+                    + gains.derivative_n_m_s2 * weight / (theta * dt_s),
+                theta,
+            ),
+        };
+        let direct = gains.proportional_n_m_s * e - gains.derivative_n_m_s2 * held
+            + settings.feedforward_damping_n_m_s * target_rad_s
+            + settings.feedforward_friction_n_m * friction_sign;
+
+        let integral = self.integral_n_m + step_n_m_s * e;
+        let wanted = direct + self.integral_n_m + counted * step_n_m_s * e;
+        let winds_up = (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
+        if !winds_up {
+            self.integral_n_m = integral;
+        }
+        let given = limit.clamp(wanted);
+        // Cut by the motor's limit, the torque is zero at the same rate as uncut, and no light wheel that breaks loose
+        // shoots beyond it within the step.
+        let share = if wanted == 0.0 { 1.0 } else { given / wanted };
+        self.taken_early_n_m_s = match settings.timing {
+            LoopTiming::Continuous if !winds_up => theta * step_n_m_s,
+            _ => 0.0,
+        };
+        (given, droop * share.clamp(0.0, 1.0))
+    }
+}
+
+/// theta: the mean over a step of what a wheel gains in it, as a part of the whole, where it nears its target as
+/// exp(-z t / dt). 1 for a step that is endless.
+fn mean_of_gain(z: f64) -> f64 {
+    // Below, the difference of two large numbers would lose what the series has: 1/2 + z/12 - z^3/720.
+    const SMALL: f64 = 0.05;
+    if !z.is_finite() {
+        1.0
+    } else if z < SMALL {
+        0.5 + z / 12.0
+    } else {
+        1.0 / (1.0 - libm::exp(-z)) - 1.0 / z
+    }
+}
+
+#[cfg(test)]
+mod tests;

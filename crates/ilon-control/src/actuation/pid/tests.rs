@@ -1,0 +1,206 @@
+use super::*;
+const LIMIT: TorqueRange = TorqueRange {
+    min_n_m: -1.0,
+    max_n_m: 1.0,
+};
+
+/// A wheel of inertia `j` under its loop, the torque held over each step: rates after each.
+fn run(gains: WheelGains, j: f64, damping: f64, dt_s: f64, steps: usize) -> Vec<f64> {
+    let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
+    let mut rate = 0.0;
+    (0..steps)
+        .map(|_| {
+            let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+            rate += dt_s / j * (torque - damping * rate);
+            rate
+        })
+        .collect()
+}
+
+#[test]
+fn proposed_gains_reach_the_target_in_about_one_over_the_bandwidth() {
+    let gains = WheelGains::propose(7e-3, 2.4e-4, 1e-3, 30.0).unwrap();
+    assert!((gains.bandwidth_rad_s(7e-3) - 30.0).abs() < 1e-12);
+    let rates = run(gains, 7e-3, 1e-3, 1e-3, 1000);
+    // Critically damped with both poles at 15 rad/s and a zero at 7.5: e(t) = (1 - 15 t) exp(-15 t) plus the
+    // response of the zero; within 15 % after 4/15 s, within 0.1 % after 1 s, damping included.
+    assert!((rates[266] / 5.0 - 1.0).abs() < 0.15, "{}", rates[266]);
+    assert!((rates[999] / 5.0 - 1.0).abs() < 1e-3, "{}", rates[999]);
+}
+
+#[test]
+fn proposed_gains_hold_a_wheel_in_the_air_without_swinging() {
+    for dt_s in [1.0 / 1000.0, 1.0 / 240.0, 1.0 / 60.0] {
+        let gains = WheelGains::propose(7e-3, 2.4e-4, dt_s, 50.0).unwrap();
+        assert!(gains.is_stable(2.4e-4, dt_s) && gains.is_stable(7e-3, dt_s));
+        let rates = run(gains, 2.4e-4, 0.0, dt_s, 2000);
+        // The integral overshoots by a few per cent; beyond that a swing from step to step would show.
+        assert!(rates.iter().all(|r| *r > 0.0 && *r < 5.0 * 1.2));
+        assert!((rates[1999] / 5.0 - 1.0).abs() < 0.02);
+    }
+}
+
+#[test]
+fn the_stability_limit_is_where_the_simulated_loop_starts_to_grow() {
+    let (j, dt_s) = (2e-4, 1e-3);
+    for (integral, share) in [(0.0, 0.99), (0.0, 1.01), (20.0, 0.99), (20.0, 1.01)] {
+        // 2 a + b = 4 share.
+        let b = integral * dt_s * dt_s / j;
+        let a = (4.0 * share - b) / 2.0;
+        let gains = WheelGains {
+            proportional_n_m_s: a * j / dt_s,
+            integral_n_m: integral,
+            derivative_n_m_s2: 0.0,
+        };
+        let rates = run(gains, j, 0.0, dt_s, 4000);
+        let off = (rates[3999] - 5.0).abs();
+        assert_eq!(gains.is_stable(j, dt_s), share < 1.0);
+        assert_eq!(off < 5.0, share < 1.0, "{integral} {share}: {off}");
+    }
+}
+
+/// The same wheel under a continuous loop: J x = dt (tau - theta D x) for the rate x gained.
+fn run_continuous(settings: WheelLoopSettings, j: f64, dt_s: f64, steps: usize) -> Vec<f64> {
+    let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+    let theta = mean_of_gain(settings.gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
+    let mut rate = 0.0;
+    (0..steps)
+        .map(|_| {
+            let torque = wheel_loop.update(&[5.0], &[rate], &[TorqueRange::UNLIMITED], dt_s)[0];
+            rate += dt_s * torque / (j + dt_s * theta * wheel_loop.droops_n_m_s()[0]);
+            rate
+        })
+        .collect()
+}
+
+#[test]
+fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_does() {
+    let (j_ground, j_air) = (7e-3, 2.4e-4);
+    let gains = WheelGains::propose_continuous(j_ground, 60.0).unwrap();
+    for derivative in [0.0, 1e-3] {
+        let settings = WheelLoopSettings {
+            gains: WheelGains {
+                derivative_n_m_s2: derivative,
+                ..gains
+            },
+            timing: LoopTiming::Continuous,
+            inertia_kg_m2: j_ground,
+            derivative_filter_s: 0.01,
+            ..WheelLoopSettings::new(gains)
+        };
+        for dt_s in [1e-3, 1e-2, 0.1] {
+            // A sampled loop of these gains swings itself to pieces at 1 ms already: 60 J_ground / J_air dt > 1.
+            let rates = run_continuous(settings, j_air, dt_s, 2000);
+            // Closing in on the target at 5 rad/s. A wheel in the air, for which theta is too small, swings over it by
+            // (1 - theta) / theta of what was missing at most, and by the integral's overshoot.
+            let theta = mean_of_gain(60.0 * dt_s);
+            let over = 1.2 + (1.0 - theta) / theta;
+            let lies_within = |r: &f64| *r > 5.0 * (2.0 - over) && *r < 5.0 * over;
+            assert!(rates[1..].iter().all(lies_within), "{dt_s}");
+            assert!((rates[1999] / 5.0 - 1.0).abs() < 1e-6, "{dt_s}");
+        }
+    }
+    // On the ground, 0.05 s after the start, against the exact answer of J e'' + k_p e' + k_i e = 0 with
+    // e(0) = 5 and e'(0) = -60 e(0), both poles on 30 rad/s: e(t) = 5 (1 - 30 t) exp(-30 t). Of second order: a
+    // quarter as much for half the step.
+    let settings = WheelLoopSettings {
+        timing: LoopTiming::Continuous,
+        inertia_kg_m2: j_ground,
+        ..WheelLoopSettings::new(gains)
+    };
+    let exact = 5.0 - 5.0 * (1.0 - 30.0 * 0.05) * (-30.0f64 * 0.05).exp();
+    let off = |dt_s: f64| {
+        let steps = (0.05 / dt_s).round() as usize;
+        run_continuous(settings, j_ground, dt_s, steps)[steps - 1] - exact
+    };
+    let (coarse, fine) = (off(1e-3), off(5e-4));
+    assert!(coarse.abs() < 1e-3, "{coarse}");
+    assert!((coarse / fine - 4.0).abs() < 0.2, "{coarse} {fine}");
+}
+
+#[test]
+fn a_light_wheel_at_the_motors_limit_does_not_shoot_beyond_its_target() {
+    let gains = WheelGains::propose_continuous(7e-3, 60.0).unwrap();
+    let settings = WheelLoopSettings {
+        timing: LoopTiming::Continuous,
+        ..WheelLoopSettings::new(gains)
+    };
+    let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+    let (j, dt_s) = (2.4e-4, 0.01);
+    // 1 N m held over 10 ms would take it to 42 rad/s; it asks for 5.
+    let torque = wheel_loop.update(&[5.0], &[0.0], &[LIMIT], dt_s)[0];
+    let droop = wheel_loop.droops_n_m_s()[0];
+    assert_eq!(torque, 1.0);
+    let reached = dt_s * torque / (j + dt_s * droop);
+    assert!(reached > 4.0 && reached < 5.0 * 1.2, "{reached} rad/s");
+    // A heavy one feels the limit all through: 1 % of 10 ms at 1 N m goes to the droop.
+    let heavy = dt_s * torque / (1.0 + dt_s * droop);
+    assert!((heavy / (dt_s * torque) - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn the_integral_does_not_wind_up_while_the_motor_is_at_its_limit() {
+    let gains = WheelGains {
+        proportional_n_m_s: 0.1,
+        integral_n_m: 1.0,
+        derivative_n_m_s2: 0.0,
+    };
+    let mut wheel_loop = WheelLoop::new(1, WheelLoopSettings::new(gains)).unwrap();
+    // Stalled for 100 s at an error of 50 rad/s: an integral that went on would hold 5000 N m.
+    for _ in 0..10_000 {
+        let torque = wheel_loop.update(&[50.0], &[0.0], &[LIMIT], 0.01)[0];
+        assert_eq!(torque, 1.0);
+    }
+    // Let go and a little beyond the target: the torque comes off the limit at once.
+    let torque = wheel_loop.update(&[50.0], &[50.1], &[LIMIT], 0.01)[0];
+    assert!(torque < 1.0, "{torque}");
+}
+
+#[test]
+fn the_derivative_acts_on_the_rate_and_is_filtered() {
+    let gains = WheelGains {
+        proportional_n_m_s: 0.0,
+        integral_n_m: 0.0,
+        derivative_n_m_s2: 0.5,
+    };
+    let mut settings = WheelLoopSettings::new(gains);
+    settings.derivative_filter_s = 0.03;
+    let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+    let open = [TorqueRange::UNLIMITED];
+    assert_eq!(wheel_loop.update(&[0.0], &[0.0], &open, 0.01)[0], 0.0);
+    // A step of the target alone gives no torque.
+    assert_eq!(wheel_loop.update(&[9.0], &[0.0], &open, 0.01)[0], 0.0);
+    // The rate rises by 10 rad/s^2: a quarter of it passes the filter in the first step, dt / (T + dt).
+    let first = wheel_loop.update(&[9.0], &[0.1], &open, 0.01)[0];
+    assert!((first + 0.5 * 10.0 * 0.25).abs() < 1e-12, "{first}");
+}
+
+#[test]
+fn feedforward_makes_up_for_damping_and_dry_friction() {
+    let gains = WheelGains {
+        proportional_n_m_s: 0.0,
+        integral_n_m: 0.0,
+        derivative_n_m_s2: 0.0,
+    };
+    let settings = WheelLoopSettings {
+        feedforward_damping_n_m_s: 0.02,
+        feedforward_friction_n_m: 0.3,
+        ..WheelLoopSettings::new(gains)
+    };
+    let mut wheel_loop = WheelLoop::new(3, settings).unwrap();
+    let torques = wheel_loop.update(&[5.0, -5.0, 0.0], &[0.0; 3], &[LIMIT; 3], 0.01);
+    for (torque, expected) in torques.iter().zip([0.4, -0.4, 0.0]) {
+        assert!((torque - expected).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn settings_that_are_negative_or_not_numbers_are_refused() {
+    let mut settings = WheelLoopSettings::new(WheelGains::propose(1e-2, 1e-3, 1e-3, 10.0).unwrap());
+    settings.derivative_filter_s = -1.0;
+    assert_eq!(
+        WheelLoop::new(3, settings).unwrap_err().to_string(),
+        "the derivative filter's time constant in s is -1; it must be finite and not below zero"
+    );
+    assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
+}

@@ -1,0 +1,331 @@
+//! Priorities under torque limits and limited grip: what section V leaves to future research.
+//!
+//! The guidance shares out wheel *rates* by priority. If a motor then lacks torque, or a wheel grip, plain clipping
+//! bends the acceleration in a way that no priority chose. Here the same idea is applied one level down.
+//!
+//! **Tasks.** Computed torque, eq. (12), asks for the body acceleration nu' = nu'_d + k_p e + k_i integral(e), with
+//! e = nu_d - nu the twist error that the rate errors stand for. It splits into a linear and an angular task. Before both
+//! comes what must be spent anyway: the torques (C + F) q' that keep the motion.
+//!
+//! **Capacity.** The paper measures a task by its infinity norm, which a single wheel decides. Torque limits differ by
+//! wheel, by direction and by rate, and for N > 3 the wheels can step in for each other. So a task's weight is taken from
+//! the set of forces that motors and friction can give (see [`crate::dynamics::traction`]): the largest w in [0, 1] for which the
+//! tasks above it and w times this one are within the set together. As in eqs. (33), (34), a task changes nothing above
+//! it and gets what they leave. The set contains what the infinity norm would allow, so weights are never smaller.
+//!
+//! **Redundancy.** N - 3 torques are free. They are chosen such that the worst use of grip, push over friction times
+//! load, is least.
+
+use ilon_robot::{Robot, Twist};
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::TorqueLaw;
+use super::derivative::{FilteredDerivative, weight};
+use super::motor::TorqueRange;
+use crate::dynamics::traction::{PushRange, TractionSet};
+use crate::error::{not_negative, positive};
+use crate::{ControlError, DynamicModel, Kinematics, Priority, WheelLoads};
+
+/// Settings of the prioritised torques.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrioritisedTorqueSettings {
+    /// Bandwidth asked of the twist loop, in rad/s; kept below what wheels in the air allow, as for
+    /// [`ComputedTorque`](crate::ComputedTorque).
+    pub bandwidth_rad_s: f64,
+    /// Time constant of the low-pass through which the targets' derivative is taken, in seconds; 0 for none.
+    pub target_filter_s: f64,
+    /// The longest period at which it will be updated, in seconds.
+    pub dt_s: f64,
+    /// Which task keeps its acceleration where motors or grip cannot give both.
+    pub priority: Priority,
+    /// The point of the body that the linear task accelerates, in the body frame, in metres: that of the guidance.
+    pub reference_point_m: Vector2<f64>,
+    /// Friction coefficient to count on; infinite to leave grip out of the weights (loads alone then decide the
+    /// distribution).
+    pub friction: f64,
+    /// Gravity in m/s^2.
+    pub gravity_m_s2: f64,
+}
+
+/// How much of each acceleration task was given in the last update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TorqueShares {
+    /// Weight of the linear acceleration, in [0, 1].
+    pub position: f64,
+    /// Weight of the angular acceleration, in [0, 1].
+    pub heading: f64,
+    /// The worst use of grip of any wheel, in [0, 1]: its push over friction times load. Not a number where friction
+    /// is infinite.
+    pub grip: f64,
+}
+
+/// Computed torque under torque and friction limits, by priority. It takes the place of a
+/// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
+#[derive(Clone, Debug)]
+pub struct PrioritisedTorque {
+    model: DynamicModel,
+    /// About the reference point; the model's own is about the body's origin.
+    about: Kinematics,
+    loads: WheelLoads,
+    set: TractionSet,
+    settings: PrioritisedTorqueSettings,
+    k_p: f64,
+    /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
+    body: Matrix3<f64>,
+    integral: Vector3<f64>,
+    target_rate: FilteredDerivative<Vector3<f64>>,
+    shares: TorqueShares,
+    // One number a wheel each, kept to save allocating.
+    resistance_n_m: Vec<f64>,
+    own_n_m: Vec<f64>,
+    accelerations_rad_s2: Vec<f64>,
+    loads_n: Vec<f64>,
+    motor: Vec<PushRange>,
+    grips_n: Vec<f64>,
+    pushes_n: Vec<f64>,
+    rates_back_rad_s: Vec<f64>,
+    torques_n_m: Vec<f64>,
+}
+
+/// A state of the robot at which forces are weighed.
+struct Moment<'a> {
+    rates: &'a [f64],
+    targets: &'a [f64],
+    limits: &'a [TorqueRange],
+    nu: Twist,
+}
+
+impl PrioritisedTorque {
+    /// The law for a robot.
+    ///
+    /// # Errors
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
+    /// [`ControlError::NotFinite`] for settings.
+    pub fn new(robot: &Robot, settings: &PrioritisedTorqueSettings) -> Result<Self, ControlError> {
+        let w_b = positive(
+            "the torque law's bandwidth in rad/s",
+            settings.bandwidth_rad_s,
+        )?;
+        let dt_s = positive("the torque law's period in s", settings.dt_s)?;
+        not_negative(
+            "the target filter's time constant in s",
+            settings.target_filter_s,
+        )?;
+        positive("gravity in m/s^2", settings.gravity_m_s2)?;
+        if settings.friction != f64::INFINITY {
+            positive("the friction coefficient", settings.friction)?;
+        }
+        let model = DynamicModel::new(robot)?;
+        let about = model.kinematics().about(settings.reference_point_m)?;
+        let n = model.kinematics().wheel_count();
+        let r = model.kinematics().rate_matrix();
+        let mut beyond_own = model.inertia().clone();
+        for (h, own) in model.wheel_inertias_kg_m2().iter().enumerate() {
+            beyond_own[(h, h)] -= own;
+        }
+        let body: Matrix3<f64> = (r.transpose() * beyond_own * r)
+            .fixed_view::<3, 3>(0, 0)
+            .into();
+        let air_share = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
+        Ok(Self {
+            loads: WheelLoads::new(robot, settings.gravity_m_s2),
+            set: TractionSet::new(model.kinematics()),
+            k_p: w_b.min(air_share / dt_s),
+            settings: *settings,
+            body,
+            integral: Vector3::zeros(),
+            target_rate: FilteredDerivative::default(),
+            shares: TorqueShares::default(),
+            resistance_n_m: vec![0.0; n],
+            own_n_m: vec![0.0; n],
+            accelerations_rad_s2: vec![0.0; n],
+            loads_n: vec![0.0; n],
+            motor: vec![PushRange::default(); n],
+            grips_n: vec![0.0; n],
+            pushes_n: vec![0.0; n],
+            rates_back_rad_s: vec![0.0; n],
+            torques_n_m: vec![0.0; n],
+            about,
+            model,
+        })
+    }
+
+    /// The model that it computes by.
+    pub fn model(&self) -> &DynamicModel {
+        &self.model
+    }
+
+    /// The bandwidth that it runs at, in rad/s.
+    pub fn bandwidth_rad_s(&self) -> f64 {
+        self.k_p
+    }
+
+    fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
+        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
+        let nu = self.model.kinematics().twist(rates);
+        // Errors and tasks are those of the reference point c, in components of the body frame.
+        let nu_d = vector(self.about.twist(targets));
+        let e = nu_d - vector(self.about.twist(rates));
+        let k_i = 0.25 * self.k_p * self.k_p;
+
+        let weight = weight(self.settings.target_filter_s, dt_s);
+        self.target_rate.update(nu_d, weight, dt_s);
+        let grown = self.integral + k_i * dt_s * e;
+        let y = self.target_rate.value + self.k_p * e + grown;
+
+        let position = Vector3::new(y.x, y.y, 0.0);
+        // A turn about c alone moves the origin by omega k x (-c).
+        let c = self.settings.reference_point_m;
+        let heading = y.z * Vector3::new(c.y, -c.x, 1.0);
+        self.model
+            .resistance_towards(rates, targets, &mut self.resistance_n_m);
+        let moment = Moment {
+            rates,
+            targets,
+            limits,
+            nu,
+        };
+        let (nu_rate, shares) = match self.settings.priority {
+            Priority::Position => {
+                let w_1 = self.weight(&moment, Vector3::zeros(), position);
+                let w_2 = self.weight(&moment, w_1 * position, heading);
+                (w_1 * position + w_2 * heading, (w_1, w_2))
+            }
+            Priority::Heading => {
+                let w_1 = self.weight(&moment, Vector3::zeros(), heading);
+                let w_2 = self.weight(&moment, w_1 * heading, position);
+                (w_1 * heading + w_2 * position, (w_2, w_1))
+            }
+        };
+        (self.shares.position, self.shares.heading) = shares;
+
+        // A task that gave way does not wind up.
+        if shares.0 >= 1.0 {
+            (self.integral.x, self.integral.y) = (grown.x, grown.y);
+        }
+        if shares.1 >= 1.0 {
+            self.integral.z = grown.z;
+        }
+
+        let force = self.weigh(&moment, nu_rate);
+        self.shares.grip =
+            self.set
+                .distribute(&force, &self.motor, &self.grips_n, &mut self.pushes_n);
+        if self.settings.friction.is_infinite() {
+            self.shares.grip = f64::NAN;
+        }
+
+        // What of the rate errors is no motion of the body, each wheel damps by its own inertia: it is all that a wheel
+        // in the air feels.
+        self.about
+            .wheel_rates(Twist::new(e.x, e.y, e.z), &mut self.rates_back_rad_s);
+        let levers = self.model.kinematics().lever_m();
+        let inertias = self.model.wheel_inertias_kg_m2();
+        for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
+            let astray = targets[h] - rates[h] - self.rates_back_rad_s[h];
+            let wanted =
+                levers[h] * self.pushes_n[h] + self.own_n_m[h] + self.k_p * inertias[h] * astray;
+            *torque_n_m = limits[h].clamp(wanted);
+        }
+    }
+
+    /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
+    fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
+        if self.within(moment, given + task) {
+            return 1.0;
+        }
+        // The set is convex and its ranges move linearly with the acceleration, but for a lifted wheel's load: what is
+        // within is an interval from zero. Thirty halvings leave 1e-9 of the task.
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if self.within(moment, given + middle * task) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    fn within(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> bool {
+        let force = self.weigh(moment, nu_rate);
+        let ranges = self.motor.iter().zip(&self.grips_n).map(|(motor, grip_n)| {
+            motor.within(PushRange {
+                min_n: -grip_n,
+                max_n: *grip_n,
+            })
+        });
+        // A billionth of a newton: rounding at the edge is no reason to give way.
+        self.set.reaches(&force, ranges, 1e-9)
+    }
+
+    /// The force on the body that an acceleration needs, with the torque that each wheel needs for itself, and what
+    /// motors and grips leave for pushing.
+    fn weigh(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> Vector3<f64> {
+        let kinematics = self.model.kinematics();
+        let twist_rate = Twist::new(nu_rate.x, nu_rate.y, nu_rate.z);
+        kinematics.wheel_rates(twist_rate, &mut self.accelerations_rad_s2);
+        self.model
+            .own_resistance(moment.rates, moment.targets, &mut self.own_n_m);
+
+        let mut force = self.body * nu_rate;
+        let rows = kinematics.rate_matrix().row_iter();
+        for (row, (resistance, own)) in rows.zip(self.resistance_n_m.iter().zip(&self.own_n_m)) {
+            force += row.transpose() * (resistance - own);
+        }
+        let inertias = self.model.wheel_inertias_kg_m2();
+        for (h, own) in self.own_n_m.iter_mut().enumerate() {
+            *own += inertias[h] * self.accelerations_rad_s2[h];
+            let lever_m = kinematics.lever_m()[h];
+            self.motor[h] = PushRange {
+                min_n: (moment.limits[h].min_n_m - *own) / lever_m,
+                max_n: (moment.limits[h].max_n_m - *own) / lever_m,
+            };
+        }
+
+        // v' + omega k x v: the acceleration in space that shifts the load.
+        let omega = moment.nu.omega_rad_s;
+        let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
+        self.loads.fill_n(nu_rate.xy() + turning, &mut self.loads_n);
+        // Without a friction coefficient any grip in proportion to the loads gives the same distribution.
+        let friction = if self.settings.friction.is_finite() {
+            self.settings.friction
+        } else {
+            UNLIMITED
+        };
+        for (grip_n, load_n) in self.grips_n.iter_mut().zip(&self.loads_n) {
+            *grip_n = friction * load_n;
+        }
+        force
+    }
+}
+
+/// A friction coefficient beyond any floor, which never limits.
+const UNLIMITED: f64 = 1e3;
+
+impl TorqueLaw for PrioritisedTorque {
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64] {
+        if dt_s > 0.0 {
+            self.step(targets_rad_s, rates_rad_s, limits, dt_s);
+        }
+        &self.torques_n_m
+    }
+
+    fn shares(&self) -> Option<TorqueShares> {
+        Some(self.shares)
+    }
+
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests;

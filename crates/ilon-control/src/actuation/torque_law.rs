@@ -1,0 +1,40 @@
+//! What the laws that turn wheel rates into torques have in common.
+
+use std::fmt::Debug;
+
+use super::motor::TorqueRange;
+use super::prioritised_torque::TorqueShares;
+
+/// A law that turns wheel rates into wheel torques, step by step: one PID a wheel, computed torque, torque by priority, or one
+/// of a person's own. A copy that has not run is how to begin anew.
+pub trait TorqueLaw: Debug + Send + Sync {
+    /// Torques in N m, one a wheel and within `limits`, from target and measured rates in rad/s. The period `dt_s`, in seconds,
+    /// may change from call to call; without a positive one the torques stay as they were.
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64];
+
+    /// How much torque each wheel loses per rate that it gains before the next update, in N m s/rad; empty of a law whose
+    /// torques are held.
+    fn droops_n_m_s(&self) -> &[f64] {
+        &[]
+    }
+
+    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    fn shares(&self) -> Option<TorqueShares> {
+        None
+    }
+
+    /// A copy in the same state.
+    fn boxed(&self) -> Box<dyn TorqueLaw>;
+}
+
+impl Clone for Box<dyn TorqueLaw> {
+    fn clone(&self) -> Self {
+        self.as_ref().boxed()
+    }
+}

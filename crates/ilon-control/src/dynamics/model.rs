@@ -1,0 +1,355 @@
+//! The dynamic model (11) of a robot with N >= 3 wheels, derived from its own masses.
+//!
+//! **Coordinates.** nu = (v_c, omega) is the body's twist about the origin of its frame, q' the wheel rates. While the
+//! wheels roll, q' = R nu with R the matrix of eq. (9), and nu = P q' with P its left inverse.
+//!
+//! **The rigid part.** All masses (chassis, hubs, rollers) move with the body. With the mass m, the common centre of
+//! mass c and the inertia J_z about the vertical through the origin, Newton and Euler in the body frame give for the
+//! force f and the moment mu on it
+//!
+//!   f  = m (v' + omega k x v + omega' k x c - omega^2 c),
+//!   mu = J_z omega' + m c x (v' + omega k x v),
+//!
+//! that is f = G nu' + omega S nu with, writing the plane's components out,
+//!
+//!   G = [ m 0 -m c_y; 0 m m c_x; -m c_y m c_x J_z ],   S = [ 0 -m -m c_x; m 0 -m c_y; m c_x m c_y 0 ].
+//!
+//! G is symmetric positive definite, S is skew.
+//!
+//! **The wheels' spin.** Each wheel turns about its axis with the inertia J_h of hub and rollers: a torque J_h q''_h.
+//!
+//! **The touching rollers' spin.** By eq. (3) the roller carries alpha = n . v_h / cos(gamma) along u_gamma, so it
+//! spins with alpha / r about n_gamma against its hub: a row t_h nu. About its own axis it turns with
+//! t_h nu + (n . n_gamma) q'_h in space, with the axial inertia J_r, and against its bearing with t_h nu, where the
+//! bearing's damping and friction act. A spin is a scalar coordinate: by d'Alembert it
+//! adds its inertia times its row's square to the inertia matrix and nothing to the Coriolis matrix. The other rollers
+//! turn with their hub. That a roller has to be spun up when its turn comes is a loss that this mean model leaves out.
+//!
+//! **Together**, with P nu = q' put in and the body's equation multiplied by P^T:
+//!
+//!   I = diag(J_h) + P^T G P + sum of the spins,   C(omega) = omega P^T S P,   F = diag(wheel damping),
+//!
+//! I symmetric positive definite, C skew and linear in omega, F diagonal: the structure that the paper names. Roller
+//! damping enters as a full matrix D = sum d_r (t_h P)^T (t_h P), symmetric and positive semidefinite, which the paper's
+//! diagonal F has no room for; we keep it apart.
+//!
+//! **N > 3.** Rolling leaves q' only three freedoms, while (11) has N equations. The N - 3 others are not motion but
+//! forces between the wheels: torques tau with R^T tau = 0 strain the floor and accelerate nothing. Equation (11) is
+//! to be read after multiplication by R^T, and [`DynamicModel::accelerations`] solves it that way. Solving (11) as
+//! printed, q'' = I^-1 (tau - ...), would let the wheels of a rolling robot accelerate out of the range of M.
+
+use ilon_robot::{Robot, Twist, Wheel};
+use nalgebra::{Cholesky, Const, DMatrix, Matrix3, MatrixXx3, RowVector3, Vector3};
+
+use crate::kinematics::matrix::multiply;
+use crate::{ControlError, Kinematics};
+
+/// I, C(omega) and F of eq. (11), and what they are made of.
+#[derive(Clone, Debug)]
+pub struct DynamicModel {
+    kinematics: Kinematics,
+    /// I.
+    inertia: DMatrix<f64>,
+    /// C(1).
+    coriolis: DMatrix<f64>,
+    /// The diagonal of F, in N m s/rad.
+    damping_n_m_s: Vec<f64>,
+    /// Dry friction of the wheels' joints, in N m.
+    friction_n_m: Vec<f64>,
+    /// D.
+    roller_drag: DMatrix<f64>,
+    /// t_h P, N x N: the touching rollers' spins from the wheel rates.
+    roller_spins: DMatrix<f64>,
+    /// Dry friction of the touching rollers' joints, in N m.
+    roller_friction_n_m: Vec<f64>,
+    /// R^T I R, factorised: the body's inertia with all that turns with it.
+    body_inertia: Cholesky<f64, Const<3>>,
+    /// The inertia of each wheel by itself, in kg m^2.
+    wheel_inertias_kg_m2: Vec<f64>,
+}
+
+impl DynamicModel {
+    /// The model of a robot on flat ground.
+    ///
+    /// # Errors
+    /// Those of [`Kinematics::new`]; [`ControlError::NoRollers`]; [`ControlError::NotPositive`] where the masses make no
+    /// positive definite inertia.
+    pub fn new(robot: &Robot) -> Result<Self, ControlError> {
+        let kinematics = Kinematics::new(robot)?;
+        let n = kinematics.wheel_count();
+        let p = kinematics.twist_matrix();
+        let spins: Vec<_> = robot
+            .wheels
+            .iter()
+            .map(wheel_spin)
+            .collect::<Result<_, _>>()?;
+
+        let body = rigid_part(robot);
+        let mut inertia = p.transpose() * body.g * p;
+        let coriolis = p.transpose() * body.s * p;
+        let roller_spins =
+            MatrixXx3::from_rows(&spins.iter().map(|spin| spin.roller).collect::<Vec<_>>()) * p;
+        let mut roller_drag = DMatrix::zeros(n, n);
+        for (h, spin) in spins.iter().enumerate() {
+            let against_hub = roller_spins.row(h);
+            let mut in_space = against_hub.clone_owned();
+            in_space[h] += spin.roller_on_axis;
+            inertia[(h, h)] += spin.wheel_inertia_kg_m2;
+            inertia += in_space.transpose() * &in_space * spin.roller_inertia_kg_m2;
+            roller_drag += against_hub.transpose() * against_hub * spin.roller_damping_n_m_s;
+        }
+        let r = kinematics.rate_matrix();
+        let body_inertia: Matrix3<f64> = (r.transpose() * &inertia * r)
+            .fixed_view::<3, 3>(0, 0)
+            .into();
+        let smallest = body_inertia.symmetric_eigenvalues().min();
+        let body_inertia = body_inertia
+            .cholesky()
+            .ok_or_else(|| ControlError::NotPositive {
+                what: "the smallest eigenvalue of the robot's inertia".to_owned(),
+                value: smallest,
+            })?;
+        let alone = spins.iter().map(|spin| spin.wheel_inertia_kg_m2).collect();
+        Ok(Self {
+            inertia,
+            coriolis,
+            damping_n_m_s: robot.wheels.iter().map(|w| w.joint.damping_n_m_s).collect(),
+            friction_n_m: robot.wheels.iter().map(Wheel::dry_friction_n_m).collect(),
+            roller_drag,
+            roller_spins,
+            roller_friction_n_m: spins.iter().map(|spin| spin.roller_friction_n_m).collect(),
+            body_inertia,
+            wheel_inertias_kg_m2: alone,
+            kinematics,
+        })
+    }
+
+    /// The kinematics underneath, about the origin of the body frame.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// I of eq. (11), N x N, in kg m^2: symmetric positive definite.
+    pub fn inertia(&self) -> &DMatrix<f64> {
+        &self.inertia
+    }
+
+    /// C(omega) of eq. (11), N x N, in N m s/rad: skew, linear in omega (rad/s).
+    pub fn coriolis(&self, omega_rad_s: f64) -> DMatrix<f64> {
+        &self.coriolis * omega_rad_s
+    }
+
+    /// The diagonal of F of eq. (11), in N m s/rad: the viscous damping of the wheels' joints.
+    pub fn damping_n_m_s(&self) -> &[f64] {
+        &self.damping_n_m_s
+    }
+
+    /// D, N x N, in N m s/rad: the viscous damping of the touching rollers' bearings as the wheels feel it; symmetric
+    /// positive semidefinite.
+    pub fn roller_drag(&self) -> &DMatrix<f64> {
+        &self.roller_drag
+    }
+
+    /// The largest inertia that a wheel's loop can feel, in kg m^2: the largest eigenvalue of I.
+    pub fn ground_inertia_kg_m2(&self) -> f64 {
+        self.inertia.symmetric_eigenvalues().max()
+    }
+
+    /// The least inertia of a wheel in the air, in kg m^2.
+    pub fn air_inertia_kg_m2(&self) -> f64 {
+        let inertias = self.wheel_inertias_kg_m2.iter().copied();
+        inertias.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The inertia of each wheel about its axis by itself, J_h of the module's derivation, in kg m^2.
+    pub fn wheel_inertias_kg_m2(&self) -> &[f64] {
+        &self.wheel_inertias_kg_m2
+    }
+
+    /// Torques in N m for wheel rates in rad/s and accelerations in rad/s^2: eq. (11), with the rollers' drag and all
+    /// dry friction added to F q'.
+    pub fn torques(&self, rates_rad_s: &[f64], accelerations_rad_s2: &[f64], out: &mut [f64]) {
+        self.resistance(rates_rad_s, out);
+        self.add_inertia_times(accelerations_rad_s2, out);
+    }
+
+    /// The torques that keep the wheel rates as they are, in N m: (C(omega) + F) q' of eq. (11), with the rollers'
+    /// drag and all dry friction.
+    pub fn resistance(&self, rates_rad_s: &[f64], out: &mut [f64]) {
+        self.resistance_towards(rates_rad_s, rates_rad_s, out);
+    }
+
+    /// As [`Self::resistance`], with dry friction against `towards_rad_s` instead of the rates.
+    pub(crate) fn resistance_towards(
+        &self,
+        rates_rad_s: &[f64],
+        towards_rad_s: &[f64],
+        out: &mut [f64],
+    ) {
+        let omega = self.kinematics.twist(rates_rad_s).omega_rad_s;
+        let inputs = rates_rad_s.iter().zip(towards_rad_s);
+        for ((h, out), (rate, towards)) in out.iter_mut().enumerate().zip(inputs) {
+            *out = omega * dot(self.coriolis.row(h).iter(), rates_rad_s)
+                + self.damping_n_m_s[h] * rate
+                + self.friction_n_m[h] * sign(*towards)
+                + dot(self.roller_drag.row(h).iter(), rates_rad_s);
+        }
+        for (spin_row, friction_n_m) in self.roller_spins.row_iter().zip(&self.roller_friction_n_m)
+        {
+            let torque = friction_n_m * sign(dot(spin_row.iter(), towards_rad_s));
+            for (out, share) in out.iter_mut().zip(spin_row.iter()) {
+                *out += torque * share;
+            }
+        }
+    }
+
+    /// The part of the resistance that the wheels' own joints make, in N m: damping and dry friction against
+    /// `towards_rad_s`.
+    pub(crate) fn own_resistance(
+        &self,
+        rates_rad_s: &[f64],
+        towards_rad_s: &[f64],
+        out: &mut [f64],
+    ) {
+        let inputs = rates_rad_s.iter().zip(towards_rad_s);
+        for ((h, out), (rate, towards)) in out.iter_mut().enumerate().zip(inputs) {
+            *out = self.damping_n_m_s[h] * rate + self.friction_n_m[h] * sign(*towards);
+        }
+    }
+
+    /// out += I y.
+    pub(crate) fn add_inertia_times(&self, y_rad_s2: &[f64], out: &mut [f64]) {
+        for (out, row) in out.iter_mut().zip(self.inertia.row_iter()) {
+            *out += dot(row.iter(), y_rad_s2);
+        }
+    }
+
+    /// The accelerations in rad/s^2 of wheels that roll at `rates_rad_s` under torques in N m: eq. (11) solved in the
+    /// range of M. `scratch` holds one number a wheel.
+    pub fn accelerations(
+        &self,
+        rates_rad_s: &[f64],
+        torques_n_m: &[f64],
+        scratch: &mut [f64],
+        out: &mut [f64],
+    ) {
+        let twist_rate = self.twist_rate(rates_rad_s, torques_n_m, scratch);
+        multiply(self.kinematics.rate_matrix(), twist_rate, out);
+    }
+
+    /// The same as the rate of change of the body's twist, d/dt of (v_c, omega) as components in the body frame, in
+    /// m/s^2 and rad/s^2: (R^T I R) nu' = R^T (tau - (C + F) q').
+    ///
+    /// These are derivatives of components. The acceleration of the origin in space is v' + omega k x v.
+    pub fn twist_rate(
+        &self,
+        rates_rad_s: &[f64],
+        torques_n_m: &[f64],
+        scratch: &mut [f64],
+    ) -> Twist {
+        self.resistance(rates_rad_s, scratch);
+        let mut force = Vector3::zeros();
+        let rows = self.kinematics.rate_matrix().row_iter();
+        for ((row, torque_n_m), resistance) in rows.zip(torques_n_m).zip(scratch) {
+            force += row.transpose() * (torque_n_m - *resistance);
+        }
+        let rate = self.body_inertia.solve(&force);
+        Twist::new(rate.x, rate.y, rate.z)
+    }
+
+    /// Kinetic energy at wheel rates in rad/s, in J: q'^T I q' / 2.
+    pub fn kinetic_energy_j(&self, rates_rad_s: &[f64]) -> f64 {
+        let rows = self.inertia.row_iter().zip(rates_rad_s);
+        0.5 * rows
+            .map(|(row, rate)| rate * dot(row.iter(), rates_rad_s))
+            .sum::<f64>()
+    }
+}
+
+/// G and S of the module's derivation.
+struct RigidPart {
+    g: Matrix3<f64>,
+    s: Matrix3<f64>,
+}
+
+/// Every mass of the robot as one rigid body in the plane, about the origin of the body frame.
+fn rigid_part(robot: &Robot) -> RigidPart {
+    let chassis = &robot.chassis.mass;
+    let mut m = chassis.mass_kg;
+    let mut mc = m * chassis.center_of_mass_m.xy();
+    let mut j_z = chassis.inertia_kg_m2.m33 + m * chassis.center_of_mass_m.xy().norm_squared();
+    for wheel in &robot.wheels {
+        let (wheel_kg, tensor) = wheel_about_center(wheel);
+        // As the wheel turns, its inertia about the vertical swings about the mean of the two across its axis.
+        let across = 0.5 * (tensor.m11 + tensor.m22);
+        let b = wheel.position_m().xy();
+        m += wheel_kg;
+        mc += wheel_kg * b;
+        j_z += across + wheel_kg * b.norm_squared();
+    }
+    let (mx, my) = (mc.x, mc.y);
+    RigidPart {
+        g: Matrix3::new(m, 0.0, -my, 0.0, m, mx, -my, mx, j_z),
+        s: Matrix3::new(0.0, -m, -mx, m, 0.0, -my, mx, my, 0.0),
+    }
+}
+
+/// Mass of a wheel in kg and its inertia about its centre along the hub frame's axes, in kg m^2, rollers and all, as
+/// if its centre of mass lay on the hub axis (balanced wheels).
+fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
+    let center = Vector3::zeros();
+    let mut mass_kg = wheel.hub.mass_kg;
+    let mut tensor = wheel.hub.inertia_about(&center);
+    for r in &wheel.rollers {
+        tensor += r.mass_in_hub().inertia_about(&center);
+        mass_kg += r.mass_kg;
+    }
+    (mass_kg, tensor)
+}
+
+/// What a wheel and its touching roller add by turning.
+struct WheelSpin {
+    /// J_h: the wheel about its axis, without the touching roller's turn about its own, in kg m^2.
+    wheel_inertia_kg_m2: f64,
+    /// t_h: the touching roller's spin against its hub per twist, in rad/s.
+    roller: RowVector3<f64>,
+    /// n . n_gamma: the hub axis's share along the roller's axis.
+    roller_on_axis: f64,
+    roller_inertia_kg_m2: f64,
+    roller_damping_n_m_s: f64,
+    roller_friction_n_m: f64,
+}
+
+fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
+    // All rollers of a wheel are alike in any robot that rolls; the first stands for the one that touches.
+    let Some(roller) = wheel.rollers.first() else {
+        return Err(ControlError::NoRollers {
+            wheel: wheel.name.clone(),
+        });
+    };
+    let (n, n_g, b) = (wheel.axis(), wheel.roller_axis(), wheel.position_m().xy());
+    let (_, tensor) = wheel_about_center(wheel);
+    let roller_on_axis = n.dot(&n_g);
+    let j_r = roller.axial_inertia_kg_m2;
+    // n . v_h / (r cos gamma) with v_h of eq. (2).
+    let per_m_s = 1.0 / (roller.radius_m * libm::cos(wheel.gamma_rad));
+    Ok(WheelSpin {
+        wheel_inertia_kg_m2: tensor.m33 - j_r * roller_on_axis * roller_on_axis
+            + wheel.drive.reflected_inertia_kg_m2(),
+        roller: RowVector3::new(n.x, n.y, b.x * n.y - b.y * n.x) * per_m_s,
+        roller_on_axis,
+        roller_inertia_kg_m2: j_r,
+        roller_damping_n_m_s: roller.joint.damping_n_m_s,
+        roller_friction_n_m: roller.joint.friction_n_m,
+    })
+}
+
+/// Sum of products; what is longer is left out.
+fn dot<'a>(left: impl Iterator<Item = &'a f64>, right: &[f64]) -> f64 {
+    left.zip(right).map(|(a, b)| a * b).sum()
+}
+
+/// -1, 0 or 1: no friction at rest, where its amount is whatever holds the joint.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}

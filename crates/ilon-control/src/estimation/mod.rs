@@ -1,0 +1,4 @@
+//! Where the robot takes itself to be.
+
+pub(crate) mod odometry;
+pub(crate) mod pose_filter;

@@ -1,0 +1,468 @@
+//! The guidance law of section III: from where the robot is and where it should be to wheel rates within their limit,
+//! eqs. (26)-(50).
+//!
+//! **Frames.** The reference and the errors (16), (17) live in the world frame, and so does K_r. M acts on vectors
+//! resolved in the body frame (the paper: "on a common body-fixed frame"). So wherever the paper writes M_l r_d' or
+//! M_l K_r e_r, the vector is turned into the body frame first, by minus the heading.
+
+use ilon_robot::{Pose, Twist, wrap_angle};
+use nalgebra::{Matrix2, Vector2};
+
+use crate::error::{finite, positive};
+use crate::guidance::priority::{Task, TaskShare, share_capacity, sigma};
+use crate::{ContactKinematics, ControlError, Desired, Kinematics};
+
+/// Which task comes first where the wheels cannot serve both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Priority {
+    /// Position before heading: the tasks (38)-(41).
+    Position,
+    /// Heading before position: the tasks (47)-(50).
+    Heading,
+}
+
+/// What happens to wheel rates beyond the limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saturation {
+    /// The paper's law, eqs. (33), (34): tasks of lower priority give way first.
+    Prioritised(Priority),
+    /// Each wheel clipped on its own, which bends the motion: what drives do that know of no limit.
+    Clip,
+    /// All wheels scaled down together, which keeps the direction of the motion but lets a low task slow a high one:
+    /// the "quick and dirty way out" of section III-D.
+    Scale,
+    /// No limit: the plain law (26).
+    None,
+}
+
+/// The position gain K_r of eq. (23), in 1/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gain {
+    /// The same in every direction.
+    Scalar(f64),
+    /// A symmetric positive definite matrix in the world frame.
+    Matrix(Matrix2<f64>),
+}
+
+/// Gains and limits of the guidance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidanceSettings {
+    /// K_r of eq. (23), in 1/s.
+    pub position_gain: Gain,
+    /// K_phi of eq. (24), in 1/s.
+    pub heading_gain: f64,
+    /// q'_max of eq. (29), the smallest limit of all wheels, in rad/s; infinite for none.
+    pub wheel_rate_limit_rad_s: f64,
+    /// What happens beyond the limit.
+    pub saturation: Saturation,
+}
+
+/// What the guidance commands, and which task gave way for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Command {
+    /// q'_d: the wheel rates, in rad/s.
+    pub wheel_rates_rad_s: Vec<f64>,
+    /// The motion of the reference point that all tasks together ask for, in the body frame, before any limit:
+    /// (v_c, omega) of eqs. (23), (24).
+    pub twist_in_body: Twist,
+    /// The motion that the commanded rates stand for, in the body frame: eqs. (42), (43). Where each wheel was
+    /// clipped on its own, the one that fits the rates best.
+    pub saturated_twist_in_body: Twist,
+    /// Each task in the order of its priority: what it asked for, its capacity and its weight. Where wheels are
+    /// clipped on their own, or nothing is limited, the weights are 1.
+    pub tasks: Vec<TaskShare>,
+}
+
+/// The feasibility conditions (36) and (37).
+///
+/// The paper calls them necessary. They are sufficient: each keeps its feedforward below half of the limit, so that
+/// both together fit. A feedforward of 0.6 and one of 0.1 of the limit fit as well, yet break (36).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feasibility {
+    /// Left-hand side of (36), in rad/s: the largest wheel rate that the reference velocity can ask for, over all
+    /// headings of the robot.
+    pub position_rad_s: f64,
+    /// Left-hand side of (37), in rad/s: the largest wheel rate that the reference heading rate asks for.
+    pub heading_rad_s: f64,
+    /// q'_max, in rad/s: each of the above must stay below half of it.
+    pub limit_rad_s: f64,
+}
+
+impl Feasibility {
+    /// Whether both conditions hold.
+    pub fn holds(&self) -> bool {
+        let half_rad_s = 0.5 * self.limit_rad_s;
+        self.position_rad_s < half_rad_s && self.heading_rad_s < half_rad_s
+    }
+}
+
+/// The guidance law: trajectory tracking and pose regulation under wheel rate limits.
+#[derive(Clone, Debug)]
+pub struct Guidance {
+    kinematics: Kinematics,
+    k_r: Matrix2<f64>,
+    k_phi: f64,
+    limit_rad_s: f64,
+    saturation: Saturation,
+    command: Command,
+    /// Wheel rates of each task in turn, N numbers a task.
+    task_rates: Vec<f64>,
+}
+
+impl Guidance {
+    /// The law for a robot. The reference point of `kinematics` is the point that follows the reference.
+    ///
+    /// # Errors
+    /// [`ControlError::PositionGain`], [`ControlError::NotPositive`], [`ControlError::NotFinite`].
+    pub fn new(kinematics: Kinematics, settings: &GuidanceSettings) -> Result<Self, ControlError> {
+        let k_r = match settings.position_gain {
+            Gain::Scalar(gain) => Matrix2::identity() * positive("the position gain in 1/s", gain)?,
+            Gain::Matrix(gain) => checked_gain(gain)?,
+        };
+        let limit_rad_s = match settings.wheel_rate_limit_rad_s {
+            f64::INFINITY => f64::INFINITY,
+            limit => positive("the wheel rate limit in rad/s", limit)?,
+        };
+        let count = kinematics.wheel_count();
+        Ok(Self {
+            kinematics,
+            k_r,
+            k_phi: positive("the heading gain in 1/s", settings.heading_gain)?,
+            limit_rad_s,
+            saturation: settings.saturation,
+            command: Command {
+                wheel_rates_rad_s: vec![0.0; count],
+                twist_in_body: Twist::default(),
+                saturated_twist_in_body: Twist::default(),
+                tasks: Vec::with_capacity(4),
+            },
+            task_rates: Vec::with_capacity(4 * count),
+        })
+    }
+
+    /// The kinematics that it commands by.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// Wheel rates for the body frame's pose as it is seen and the desired motion of the reference point.
+    pub fn update(&mut self, seen: &Pose, desired: &Desired) -> &Command {
+        let tasks = self.tasks(seen, desired);
+        self.combine(&tasks, None)
+    }
+
+    /// As [`Self::update`], with the wheel rates taken from the rollers that touch at the wheel angles of the last
+    /// [`ContactKinematics::update`], so that the ripple of few rollers is cancelled. The limit holds all the same.
+    pub fn update_on_contact(
+        &mut self,
+        seen: &Pose,
+        desired: &Desired,
+        contact: &ContactKinematics,
+    ) -> &Command {
+        let tasks = self.tasks(seen, desired);
+        self.combine(&tasks, Some(contact))
+    }
+
+    /// Wheel rates for any tasks in the order of their priority: eqs. (32)-(34) for n tasks. More tasks than ever
+    /// before make it allocate once.
+    pub fn command(&mut self, tasks: &[Task]) -> &Command {
+        self.combine(tasks, None)
+    }
+
+    /// As [`Self::command`], with the wheel rates of [`Self::update_on_contact`].
+    pub fn command_on_contact(&mut self, tasks: &[Task], contact: &ContactKinematics) -> &Command {
+        self.combine(tasks, Some(contact))
+    }
+
+    /// The left-hand sides of (36) and (37) for a reference speed in m/s and heading rate in rad/s.
+    ///
+    /// M_l acts in the body frame, so what a reference velocity asks of a wheel depends on the robot's heading. The
+    /// figure is the largest over all headings: |row h of M_l| is 1, hence |r_d'| / (rho_h |cos gamma_h|).
+    pub fn feasibility(&self, speed_m_s: f64, heading_rate_rad_s: f64) -> Feasibility {
+        let rates = self.kinematics.rate_matrix();
+        let worst = |of: &dyn Fn(f64, f64, f64) -> f64| {
+            rates
+                .row_iter()
+                .map(|row| of(row[0], row[1], row[2]))
+                .fold(0.0, f64::max)
+        };
+        Feasibility {
+            position_rad_s: worst(&|x, y, _| libm::hypot(x, y)) * speed_m_s.abs(),
+            heading_rad_s: worst(&|_, _, a| a.abs()) * heading_rate_rad_s.abs(),
+            limit_rad_s: self.limit_rad_s,
+        }
+    }
+
+    /// The names of the tasks of a reference, highest priority first.
+    pub fn task_names(&self) -> [&'static str; 4] {
+        let (position, heading) = (POSITION_TASKS, HEADING_TASKS);
+        match self.saturation {
+            Saturation::Prioritised(Priority::Heading) => {
+                [heading[0], heading[1], position[0], position[1]]
+            }
+            _ => [position[0], position[1], heading[0], heading[1]],
+        }
+    }
+
+    /// The four tasks of (38)-(41) or (47)-(50) as twists of the reference point in the body frame.
+    fn tasks(&self, seen: &Pose, desired: &Desired) -> [Task; 4] {
+        let phi = seen.heading_rad;
+        // r_c: where the reference point is in the world frame.
+        let arm = self.kinematics.reference_point_m();
+        let (s, c) = libm::sincos(phi);
+        let r_c = seen.position_m() + Vector2::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y);
+        // Eqs. (16), (17), the heading error wrapped: the shorter way round.
+        let e_r = desired.pose.position_m() - r_c;
+        let e_phi = wrap_angle(desired.pose.heading_rad - phi);
+
+        let r_d_dot = desired.velocity_in_world.linear_m_s();
+        let k_r_e_r = self.k_r * e_r;
+        let linear_in_body = |v: Vector2<f64>| Twist::new(v.x, v.y, 0.0).rotated(-phi);
+        let task = |name, twist_in_body| Task {
+            name,
+            twist_in_body,
+        };
+        let position = [
+            task(POSITION_TASKS[0], linear_in_body(r_d_dot)),
+            task(POSITION_TASKS[1], linear_in_body(k_r_e_r)),
+        ];
+        let phi_d_dot = desired.velocity_in_world.omega_rad_s;
+        let heading = [
+            task(HEADING_TASKS[0], Twist::new(0.0, 0.0, phi_d_dot)),
+            task(HEADING_TASKS[1], Twist::new(0.0, 0.0, self.k_phi * e_phi)),
+        ];
+        match self.saturation {
+            Saturation::Prioritised(Priority::Heading) => {
+                [heading[0], heading[1], position[0], position[1]]
+            }
+            _ => [position[0], position[1], heading[0], heading[1]],
+        }
+    }
+
+    /// Eq. (33), or one of its alternatives, over the wheel rates of the tasks.
+    fn combine(&mut self, tasks: &[Task], contact: Option<&ContactKinematics>) -> &Command {
+        let count = self.kinematics.wheel_count();
+        let q_max = self.limit_rad_s;
+        let command = &mut self.command;
+        self.task_rates.resize(tasks.len() * count, 0.0);
+        command.tasks.clear();
+        command.twist_in_body = Twist::default();
+        let map = RateMap {
+            kinematics: &self.kinematics,
+            contact,
+        };
+
+        // q'_h of each task, eqs. (38)-(41) or (47)-(50), and its infinity norm.
+        for (task, rates) in tasks.iter().zip(self.task_rates.chunks_mut(count)) {
+            map.wheel_rates(task.twist_in_body, rates);
+            command.twist_in_body = command.twist_in_body + task.twist_in_body;
+            command.tasks.push(TaskShare {
+                name: task.name,
+                twist_in_body: task.twist_in_body,
+                asked_rad_s: infinity_norm(rates),
+                capacity_rad_s: q_max,
+                weight: 1.0,
+            });
+        }
+
+        match self.saturation {
+            Saturation::Prioritised(_) => share_capacity(q_max, &mut command.tasks),
+            Saturation::Scale => {
+                map.wheel_rates(command.twist_in_body, &mut command.wheel_rates_rad_s);
+                let asked_rad_s = infinity_norm(&command.wheel_rates_rad_s);
+                // Nothing asked for is nothing held back: weight 1, unlike sigma(0, c).
+                let weight = if asked_rad_s == 0.0 {
+                    1.0
+                } else {
+                    sigma(asked_rad_s, q_max)
+                };
+                for share in &mut command.tasks {
+                    share.weight = weight;
+                }
+            }
+            Saturation::Clip | Saturation::None => {}
+        }
+
+        // Eq. (33). A task that is not finite (a pose that was not a number) is left out.
+        command.wheel_rates_rad_s.fill(0.0);
+        command.saturated_twist_in_body = Twist::default();
+        let shares = command.tasks.iter_mut();
+        for ((share, task), rates) in shares.zip(tasks).zip(self.task_rates.chunks(count)) {
+            if !share.asked_rad_s.is_finite() {
+                share.weight = 0.0;
+                continue;
+            }
+            let weighted = task.twist_in_body.scaled(share.weight);
+            command.saturated_twist_in_body = command.saturated_twist_in_body + weighted;
+            for (sum, rate) in command.wheel_rates_rad_s.iter_mut().zip(rates) {
+                *sum += share.weight * rate;
+            }
+        }
+        if self.saturation != Saturation::None {
+            // For Clip this is the law. For the others (35) holds already, and it only takes off the last rounding.
+            let before = infinity_norm(&command.wheel_rates_rad_s);
+            for rate in &mut command.wheel_rates_rad_s {
+                *rate = rate.clamp(-q_max, q_max);
+            }
+            if self.saturation == Saturation::Clip && before > q_max {
+                command.saturated_twist_in_body = map.twist(&command.wheel_rates_rad_s);
+            }
+        }
+        command
+    }
+}
+
+/// Names of the tasks of the position and of the heading.
+const POSITION_TASKS: [&str; 2] = ["position feedforward", "position feedback"];
+const HEADING_TASKS: [&str; 2] = ["heading feedforward", "heading feedback"];
+
+/// How a twist of the guidance's reference point maps to wheel rates.
+struct RateMap<'a> {
+    kinematics: &'a Kinematics,
+    contact: Option<&'a ContactKinematics>,
+}
+
+impl RateMap<'_> {
+    /// From the guidance's reference point to the one of the contact kinematics, in the body frame.
+    fn offset_m(&self, contact: &ContactKinematics) -> Vector2<f64> {
+        contact.reference_point_m() - self.kinematics.reference_point_m()
+    }
+
+    fn wheel_rates(&self, twist_in_body: Twist, out: &mut [f64]) {
+        match self.contact {
+            None => self.kinematics.wheel_rates(twist_in_body, out),
+            Some(contact) => {
+                let there = moved(twist_in_body, self.offset_m(contact));
+                contact.wheel_rates_here(there, out);
+            }
+        }
+    }
+
+    fn twist(&self, rates_rad_s: &[f64]) -> Twist {
+        match self.contact {
+            None => self.kinematics.twist(rates_rad_s),
+            Some(contact) => moved(contact.twist_here(rates_rad_s), -self.offset_m(contact)),
+        }
+    }
+}
+
+/// The twist of a point of the same body `offset_m` away, eq. (2).
+fn moved(twist: Twist, offset_m: Vector2<f64>) -> Twist {
+    let omega = twist.omega_rad_s;
+    twist + Twist::new(-omega * offset_m.y, omega * offset_m.x, 0.0)
+}
+
+/// The largest amount of all; not finite where one of them is not.
+fn infinity_norm(rates: &[f64]) -> f64 {
+    rates.iter().fold(0.0, |norm: f64, rate| {
+        // f64::max would drop a NaN.
+        if rate.is_nan() {
+            f64::NAN
+        } else if norm.is_nan() {
+            norm
+        } else {
+            norm.max(rate.abs())
+        }
+    })
+}
+
+/// K_r if it is symmetric positive definite, as eq. (21) needs.
+fn checked_gain(gain: Matrix2<f64>) -> Result<Matrix2<f64>, ControlError> {
+    for value in gain.iter() {
+        finite("an entry of the position gain in 1/s", *value)?;
+    }
+    let symmetric = (gain.m12 - gain.m21).abs() <= 1e-9 * gain.norm();
+    if symmetric && gain.m11 > 0.0 && gain.determinant() > 0.0 {
+        return Ok(gain);
+    }
+    Err(ControlError::PositionGain {
+        xx: gain.m11,
+        xy: gain.m12,
+        yx: gain.m21,
+        yy: gain.m22,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+
+    fn settings(saturation: Saturation, wheel_rate_limit_rad_s: f64) -> GuidanceSettings {
+        GuidanceSettings {
+            position_gain: Gain::Scalar(1.0),
+            heading_gain: 1.0,
+            wheel_rate_limit_rad_s,
+            saturation,
+        }
+    }
+
+    #[test]
+    fn on_contact_the_limit_holds_and_the_touching_rollers_roll_the_weighted_twist() {
+        let seen = Pose {
+            x_m: 0.2,
+            y_m: -0.4,
+            heading_rad: 0.7,
+        };
+        let desired = Desired {
+            pose: Pose {
+                x_m: 1.0,
+                y_m: 0.6,
+                heading_rad: -1.0,
+            },
+            velocity_in_world: Twist::new(0.1, 0.05, 0.2),
+        };
+        for robot in [mecanum4(), six_wheels(), volksbot()] {
+            // The guidance about a point of its own, the contact kinematics about the body frame's origin.
+            let point = Vector2::new(0.1, 0.05);
+            let kinematics = Kinematics::new(&robot).unwrap().about(point).unwrap();
+            let first = Saturation::Prioritised(Priority::Position);
+            let mut guidance = Guidance::new(kinematics, &settings(first, 8.7)).unwrap();
+            let mut contact = ContactKinematics::new(&robot).unwrap();
+            let n = robot.wheels.len();
+            for k in 0..300 {
+                let angles: Vec<f64> = (0..n).map(|h| 0.031 * (k * (h + 2)) as f64).collect();
+                contact.update(&angles);
+                let command = guidance.update_on_contact(&seen, &desired, &contact);
+                let rates = &command.wheel_rates_rad_s;
+                assert!(rates.iter().all(|rate| rate.abs() <= 8.7));
+                let of_point = moved(contact.twist_here(rates), point);
+                let off = of_point - command.saturated_twist_in_body;
+                assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-11);
+                assert!(command.tasks.iter().any(TaskShare::gave_way));
+            }
+        }
+    }
+
+    #[test]
+    fn settings_that_make_no_law_are_refused_by_name() {
+        let kinematics = Kinematics::new(&volksbot()).unwrap();
+        let message = |settings: &GuidanceSettings| {
+            Guidance::new(kinematics.clone(), settings)
+                .unwrap_err()
+                .to_string()
+        };
+        let good = settings(Saturation::Scale, 8.7);
+        assert_eq!(
+            message(&GuidanceSettings {
+                wheel_rate_limit_rad_s: 0.0,
+                ..good
+            }),
+            "the wheel rate limit in rad/s is 0; it must be finite and above zero"
+        );
+        assert_eq!(
+            message(&GuidanceSettings {
+                heading_gain: -1.0,
+                ..good
+            }),
+            "the heading gain in 1/s is -1; it must be finite and above zero"
+        );
+        assert_eq!(
+            message(&GuidanceSettings {
+                position_gain: Gain::Matrix(Matrix2::new(1.0, 2.0, 2.0, 1.0)),
+                ..good
+            }),
+            "the position gain [[1, 2], [2, 1]] must be symmetric and positive definite"
+        );
+    }
+}

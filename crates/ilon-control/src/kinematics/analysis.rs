@@ -1,0 +1,377 @@
+//! What a wheel arrangement is good for: rank, condition, decoupling, and the speeds within the wheels' limits.
+
+use ilon_robot::{Robot, Twist, Wheel};
+use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
+
+use crate::kinematics::matrix::row_of_m;
+use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::{ControlError, Kinematics, Singularity};
+
+/// What can be said of any robot's M of eq. (8), singular or not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrangement {
+    /// M of eq. (8) about the origin of the body frame.
+    pub m: MatrixXx3<f64>,
+    /// Its singular values, falling. The last column is in metres and the others have no unit, so they depend on the
+    /// unit of length; for comparisons take [`Self::condition`].
+    pub singular_values: [f64; 3],
+    /// The ratio of the largest to the smallest singular value of M with its last column divided by the distance of
+    /// the furthest wheel from the wheels' middle, taken about that middle: free of units and of the choice of frame.
+    /// Infinite where the rank is below 3.
+    pub condition: f64,
+    /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the largest counts as
+    /// zero.
+    pub rank: usize,
+    /// What makes the rank fall below 3.
+    pub singularity: Option<Singularity>,
+}
+
+impl Arrangement {
+    /// The arrangement of a robot's wheels.
+    ///
+    /// # Errors
+    /// [`ControlError::TooFewWheels`].
+    pub fn of(robot: &Robot) -> Result<Self, ControlError> {
+        let wheels = &robot.wheels;
+        let count = wheels.len();
+        if count < 3 {
+            return Err(ControlError::TooFewWheels { count });
+        }
+        let m = matrix(wheels, Vector2::zeros());
+        let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
+        let mean_m = sum / count as f64;
+        let (about_mean, _) = scaled(&matrix(wheels, mean_m), wheels, mean_m);
+        let s = singular_values(&about_mean).map(|(s, _)| s);
+        let rank = s
+            .iter()
+            .filter(|value| **value > RANK_TOLERANCE * s[0])
+            .count();
+        Ok(Self {
+            singular_values: singular_values(&m).map(|(s, _)| s),
+            condition: if rank == 3 {
+                s[0] / s[2]
+            } else {
+                f64::INFINITY
+            },
+            rank,
+            singularity: singularity_of(wheels),
+            m,
+        })
+    }
+}
+
+fn matrix(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
+    let rows: Vec<_> = wheels.iter().map(|w| row_of_m(w, about_m)).collect();
+    MatrixXx3::from_rows(&rows)
+}
+
+impl Kinematics {
+    /// The point d of the body about which M_a is orthogonal to span(M_l), in the body frame, in metres. It exists and
+    /// is the only one for every robot that meets Lemma 1.
+    ///
+    /// About d a row of M_a is -(b - d) . u_g. M_l^T M_a = sum n_g ((b - d) . u_g) = 0 asks for
+    /// (sum n_g u_g^T) d = sum n_g (b . u_g). Since u_g = n_g x k is n_g turned by a quarter, the matrix is
+    /// (sum n_g n_g^T) times a rotation: regular exactly when the roller axes are not all parallel.
+    ///
+    /// What the paper rests on this orthogonality, that linear and angular commands do not disturb each other, holds
+    /// about any point (rank 3 is enough). What d adds is that they do not compete in a least-squares sense: rates that
+    /// no motion fits, from slip or clipping, split into both without crosstalk.
+    pub fn decoupling_point_m(&self) -> Vector2<f64> {
+        let (mut left, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for w in self.wheels() {
+            let (n_g, u_g) = (w.roller_axis(), w.roller_rolling_direction());
+            left += n_g * u_g.transpose();
+            right += n_g * w.position_m().xy().dot(&u_g);
+        }
+        // Regular, because Lemma 1 was checked: parallel axes are refused.
+        left.try_inverse()
+            .map_or(self.reference_point_m(), |inverse| inverse * right)
+    }
+
+    /// Whether M_a is orthogonal to span(M_l) about the reference point of this kinematics: the paper's assumption.
+    /// A reference point within 1e-4 of the robot's size from [`Self::decoupling_point_m`] counts: files round.
+    pub fn is_decoupled(&self) -> bool {
+        let d = self.decoupling_point_m();
+        let far = |w: &Wheel| (w.position_m().xy() - d).norm();
+        let size_m = self.wheels().iter().map(far).fold(0.0, f64::max);
+        (self.reference_point_m() - d).norm() <= RANK_TOLERANCE * size_m
+    }
+}
+
+/// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq. (9) . twist| <=
+/// q'_max_h in (vx, vy, omega), symmetric about rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpeedLimits {
+    /// Row h of eq. (9) over its wheel's limit: the polytope is where no row exceeds 1 in amount.
+    rows: Vec<Vector3<f64>>,
+}
+
+impl SpeedLimits {
+    /// The limits of a robot whose wheels each have their own rate limit in rad/s, infinite for none; wheels beyond
+    /// the length of `limits_rad_s` have none.
+    pub fn new(kinematics: &Kinematics, limits_rad_s: &[f64]) -> Self {
+        let rows = kinematics.rate_matrix().row_iter().zip(limits_rad_s);
+        Self {
+            rows: rows
+                .filter(|(_, limit_rad_s)| limit_rad_s.is_finite() && **limit_rad_s > 0.0)
+                .map(|(row, limit_rad_s)| row.transpose() / *limit_rad_s)
+                .collect(),
+        }
+    }
+
+    /// The same limit in rad/s on every wheel: the paper's q'_max.
+    pub fn uniform(kinematics: &Kinematics, limit_rad_s: f64) -> Self {
+        Self::new(kinematics, &vec![limit_rad_s; kinematics.wheel_count()])
+    }
+
+    /// Whether a twist in the body frame is within the limits.
+    pub fn allows(&self, twist_in_body: Twist) -> bool {
+        self.share(twist_in_body) <= 1.0
+    }
+
+    /// What share of its limit the busiest wheel needs for a twist in the body frame: 1 is the edge of the polytope.
+    pub fn share(&self, twist_in_body: Twist) -> f64 {
+        let twist = Vector3::new(
+            twist_in_body.vx_m_s,
+            twist_in_body.vy_m_s,
+            twist_in_body.omega_rad_s,
+        );
+        self.rows
+            .iter()
+            .map(|row| row.dot(&twist).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// Top speed in m/s without turning, in a direction of the body frame given in radians from x; infinite where no
+    /// wheel limits it.
+    pub fn top_speed_m_s(&self, direction_rad: f64) -> f64 {
+        let (s, c) = libm::sincos(direction_rad);
+        1.0 / self.share(Twist::new(c, s, 0.0))
+    }
+
+    /// The least and the largest top speed over all directions, without turning, in m/s.
+    pub fn top_speed_range_m_s(&self) -> (f64, f64) {
+        let steepest = self
+            .rows
+            .iter()
+            .map(|row| row.xy().norm())
+            .fold(0.0, f64::max);
+        let corners = self.at_yaw_rate(0.0);
+        let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        (
+            1.0 / steepest,
+            if corners.is_empty() {
+                f64::INFINITY
+            } else {
+                furthest
+            },
+        )
+    }
+
+    /// Top yaw rate in rad/s about the reference point, without moving it; infinite where no wheel limits it.
+    pub fn top_yaw_rate_rad_s(&self) -> f64 {
+        1.0 / self.share(Twist::new(0.0, 0.0, 1.0))
+    }
+
+    /// The velocities in m/s that are possible while turning at a yaw rate in rad/s: the corners of a convex polygon
+    /// in the body frame, counter-clockwise. Empty where the yaw rate is beyond reach or the velocity has no limit.
+    pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
+        let mut corners: Vec<Vector2<f64>> = Vec::new();
+        for (i, a) in self.rows.iter().enumerate() {
+            for b in &self.rows[i + 1..] {
+                let sides = Matrix2::new(a.x, a.y, b.x, b.y);
+                // Parallel sides have no corner.
+                let size = a.xy().norm() * b.xy().norm();
+                if sides.determinant().abs() <= 1e-9 * size {
+                    continue;
+                }
+                let Some(inverse) = sides.try_inverse() else {
+                    continue;
+                };
+                for (sign_a, sign_b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)] {
+                    let right =
+                        Vector2::new(sign_a - a.z * omega_rad_s, sign_b - b.z * omega_rad_s);
+                    let v = inverse * right;
+                    if self.share(Twist::new(v.x, v.y, omega_rad_s)) <= EDGE
+                        && corners
+                            .iter()
+                            .all(|c| (c - v).norm() > 1e-9 * (c.norm() + v.norm()))
+                    {
+                        corners.push(v);
+                    }
+                }
+            }
+        }
+        let middle = corners.iter().sum::<Vector2<f64>>() / corners.len().max(1) as f64;
+        let angle = |v: &Vector2<f64>| libm::atan2(v.y - middle.y, v.x - middle.x);
+        corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+        corners
+    }
+
+    /// The corners of the polytope: twists in the body frame at which at least three wheels are at their limits. Empty
+    /// where the limited wheels leave a motion unlimited.
+    pub fn corners(&self) -> Vec<Twist> {
+        let n = self.rows.len();
+        let mut corners: Vec<Vector3<f64>> = Vec::new();
+        for i in 0..n {
+            for j in i + 1..n {
+                for k in j + 1..n {
+                    let (a, b, c) = (&self.rows[i], &self.rows[j], &self.rows[k]);
+                    let faces = Matrix3::from_rows(&[a.transpose(), b.transpose(), c.transpose()]);
+                    let size = a.norm() * b.norm() * c.norm();
+                    if faces.determinant().abs() <= 1e-9 * size {
+                        continue;
+                    }
+                    let Some(inverse) = faces.try_inverse() else {
+                        continue;
+                    };
+                    for signs in 0..8_u8 {
+                        let sign = |bit: u8| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
+                        let x = inverse * Vector3::new(sign(0), sign(1), sign(2));
+                        if self.share(Twist::new(x.x, x.y, x.z)) <= EDGE
+                            && corners
+                                .iter()
+                                .all(|c| (c - x).norm() > 1e-9 * (c.norm() + x.norm()))
+                        {
+                            corners.push(x);
+                        }
+                    }
+                }
+            }
+        }
+        corners.iter().map(|x| Twist::new(x.x, x.y, x.z)).collect()
+    }
+}
+
+/// The edge of the polytope with room for the rounding of a solved corner.
+const EDGE: f64 = 1.0 + 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use std::f64::consts::{FRAC_PI_6, PI};
+
+    #[test]
+    fn section_4_the_volksbots_speeds_at_8_7_rad_per_s() {
+        let kinematics = Kinematics::new(&volksbot()).unwrap();
+        let limits = SpeedLimits::uniform(&kinematics, 8.7);
+        // rho q' / |b| = 0.05 * 8.7 / 0.25 = 1.74 rad/s = 99.7 deg/s, as the paper states.
+        assert!((limits.top_yaw_rate_rad_s() - 1.74).abs() < 1e-14);
+        assert!((limits.top_yaw_rate_rad_s().to_degrees() - 99.7).abs() < 0.05);
+        // rho q' = 0.435 m/s along a wheel's rolling direction; over cos 30 deg = 0.5023 m/s between two.
+        let (least, largest) = limits.top_speed_range_m_s();
+        assert!((least - 0.435).abs() < 1e-14);
+        assert!((largest - 0.435 / FRAC_PI_6.cos()).abs() < 1e-14);
+        assert!((limits.top_speed_m_s(0.0) - 0.502_3).abs() < 5e-5);
+        assert!((limits.top_speed_m_s(PI / 2.0) - 0.435).abs() < 1e-14);
+        // A hexagon while not turning, and a cube-like body of eight corners.
+        assert_eq!(limits.at_yaw_rate(0.0).len(), 6);
+        assert_eq!(limits.corners().len(), 8);
+        assert!(limits.at_yaw_rate(1.75).is_empty());
+    }
+
+    #[test]
+    fn the_mecanum_robot_reaches_the_textbook_speeds() {
+        let kinematics = Kinematics::new(&mecanum4()).unwrap();
+        let limits = SpeedLimits::uniform(&kinematics, 10.0);
+        // |vx| + |vy| + 0.31 |omega| <= rho q': an octahedron.
+        assert_eq!(limits.corners().len(), 6);
+        assert!((limits.top_speed_m_s(0.0) - 0.5).abs() < 1e-14);
+        assert!((limits.top_speed_m_s(PI / 4.0) - 0.5 / 2.0_f64.sqrt()).abs() < 1e-14);
+        assert!((limits.top_yaw_rate_rad_s() - 0.5 / 0.31).abs() < 1e-14);
+    }
+
+    #[test]
+    fn corners_and_slices_are_the_edge_of_what_is_allowed() {
+        let kinematics = Kinematics::new(&six_wheels()).unwrap();
+        let limits = SpeedLimits::new(&kinematics, &[8.0, 9.0, 10.0, 8.0, 9.0, 10.0]);
+        let corners = limits.corners();
+        assert!(corners.len() >= 8);
+        for corner in corners {
+            assert!((limits.share(corner) - 1.0).abs() < 1e-9);
+            let mut rates = [0.0; 6];
+            kinematics.wheel_rates(corner, &mut rates);
+            let bounds = [8.0, 9.0, 10.0, 8.0, 9.0, 10.0];
+            let at_limit = rates
+                .iter()
+                .zip(bounds)
+                .filter(|(r, b)| (r.abs() - b).abs() < 1e-6);
+            assert!(at_limit.count() >= 3);
+        }
+        let slice = limits.at_yaw_rate(0.5);
+        for (i, v) in slice.iter().enumerate() {
+            assert!((limits.share(Twist::new(v.x, v.y, 0.5)) - 1.0).abs() < 1e-9);
+            // Convex and counter-clockwise.
+            let (next, after) = (slice[(i + 1) % slice.len()], slice[(i + 2) % slice.len()]);
+            assert!((next - v).perp(&(after - next)) > 0.0);
+        }
+    }
+
+    #[test]
+    fn without_limits_nothing_is_out_of_reach() {
+        let kinematics = Kinematics::new(&volksbot()).unwrap();
+        let limits = SpeedLimits::uniform(&kinematics, f64::INFINITY);
+        assert_eq!(limits.top_speed_range_m_s(), (f64::INFINITY, f64::INFINITY));
+        assert!(limits.allows(Twist::new(1e6, 0.0, 0.0)));
+        assert!(limits.corners().is_empty());
+    }
+
+    #[test]
+    fn the_decoupling_point_decouples_and_no_other_does() {
+        let mut specs = mecanum4_specs(-1.0);
+        specs.truncate(3);
+        for kinematics in [
+            Kinematics::new(&six_wheels()).unwrap(),
+            Kinematics::new(&robot(10.0, &specs)).unwrap(),
+        ] {
+            let d = kinematics.decoupling_point_m();
+            let crosstalk = |about: Vector2<f64>| {
+                let there = kinematics.about(about).unwrap();
+                let m = there.m();
+                (m.columns(0, 2).transpose() * m.column(2)).norm()
+            };
+            assert!(crosstalk(d) < 1e-14);
+            assert!(kinematics.about(d).unwrap().is_decoupled());
+            for off in [Vector2::new(0.01, 0.0), Vector2::new(0.0, 0.01)] {
+                assert!(crosstalk(d + off) > 1e-3);
+                assert!(!kinematics.about(d + off).unwrap().is_decoupled());
+            }
+        }
+    }
+
+    #[test]
+    fn the_symmetric_robots_are_decoupled_about_their_middle() {
+        for robot in [mecanum4(), volksbot()] {
+            let kinematics = Kinematics::new(&robot).unwrap();
+            assert!(kinematics.decoupling_point_m().norm() < 1e-14);
+            assert!(kinematics.is_decoupled());
+        }
+    }
+
+    #[test]
+    fn condition_is_free_of_units_and_frame() {
+        let here = Arrangement::of(&six_wheels()).unwrap();
+        let mut larger = six_wheels();
+        for wheel in &mut larger.wheels {
+            let at = &mut wheel.body_from_hub.translation.vector;
+            *at = *at * 7.0 + Vector3::new(3.0, -1.0, 0.0);
+        }
+        let there = Arrangement::of(&larger).unwrap();
+        assert_eq!((here.rank, there.rank), (3, 3));
+        assert!((here.condition / there.condition - 1.0).abs() < 1e-10);
+        assert!(there.singularity.is_none());
+    }
+
+    #[test]
+    fn singular_arrangements_are_described_as_well() {
+        let mut specs = mecanum4_specs(1.0);
+        for spec in &mut specs {
+            (spec.x_m, spec.y_m) = (0.2 * spec.x_m.signum(), 0.2 * spec.y_m.signum());
+        }
+        let found = Arrangement::of(&robot(10.0, &specs)).unwrap();
+        assert_eq!(found.rank, 2);
+        assert_eq!(found.condition, f64::INFINITY);
+        assert!(found.singularity.is_some() && found.singular_values[2] < 1e-15);
+    }
+}

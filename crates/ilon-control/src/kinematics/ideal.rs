@@ -1,0 +1,346 @@
+//! The ideal kinematics of section II: eqs. (2)-(10), one constant roller angle a wheel.
+//!
+//! All vectors are resolved in the body frame, as in the paper ("a common body-fixed frame").
+//!
+//! **Wheels that differ.** The paper takes identical wheels, so that rho cos(gamma) is one number. Eq. (5) is derived
+//! for a single wheel and holds with that wheel's own rho_h and gamma_h. Multiplying it by cos(gamma_h) gives row h of
+//! (7) with rho_h cos(gamma_h) on its right-hand side: M (v_c, omega)^T = diag(rho_h cos gamma_h) q'. For identical
+//! wheels this is (7). M itself needs only the roller directions.
+
+use ilon_robot::{Robot, Twist, Wheel};
+use nalgebra::{Matrix3xX, MatrixXx3, Vector2, Vector3};
+
+use crate::ControlError;
+use crate::error::finite;
+use crate::kinematics::matrix::{multiply, row_of_m};
+use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+
+/// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
+#[derive(Clone, Debug)]
+pub struct Kinematics {
+    wheels: Vec<Wheel>,
+    reference_point_m: Vector2<f64>,
+    /// M of eq. (8).
+    m: MatrixXx3<f64>,
+    /// rho_h cos(gamma_h) of each wheel, in metres.
+    lever_m: Vec<f64>,
+    /// Eq. (9): rates = rate_matrix * twist.
+    rate_matrix: MatrixXx3<f64>,
+    /// Least squares of eq. (7): twist = twist_matrix * rates.
+    twist_matrix: Matrix3xX<f64>,
+}
+
+impl Kinematics {
+    /// The kinematics of a robot about its body frame's origin.
+    ///
+    /// # Errors
+    /// The conditions of Lemma 1: [`ControlError::TooFewWheels`], [`ControlError::NoControlAuthority`] (c.1),
+    /// [`ControlError::Uncontrollable`] (c.2).
+    pub fn new(robot: &Robot) -> Result<Self, ControlError> {
+        Self::assemble(robot.wheels.clone(), Vector2::zeros())
+    }
+
+    /// The same robot with another reference point c, given in the body frame in metres: twists then hold the
+    /// velocity of that point, and b in eq. (2) is counted from it.
+    ///
+    /// # Errors
+    /// [`ControlError::NotFinite`] for a point that is not finite.
+    pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
+        finite("x of the reference point", point_m.x)?;
+        finite("y of the reference point", point_m.y)?;
+        Self::assemble(self.wheels.clone(), point_m)
+    }
+
+    fn assemble(wheels: Vec<Wheel>, reference_point_m: Vector2<f64>) -> Result<Self, ControlError> {
+        let count = wheels.len();
+        if count < 3 {
+            return Err(ControlError::TooFewWheels { count });
+        }
+        let powerless: Vec<_> = wheels
+            .iter()
+            .filter(|w| libm::cos(w.gamma_rad).abs() <= RANK_TOLERANCE)
+            .map(|w| w.name.clone())
+            .collect();
+        if !powerless.is_empty() {
+            return Err(ControlError::NoControlAuthority { wheels: powerless });
+        }
+        if let Some(singularity) = singularity_of(&wheels) {
+            return Err(ControlError::Uncontrollable { singularity });
+        }
+
+        let rows: Vec<_> = wheels
+            .iter()
+            .map(|w| row_of_m(w, reference_point_m))
+            .collect();
+        let m = MatrixXx3::from_rows(&rows);
+        let lever_m: Vec<f64> = wheels
+            .iter()
+            .map(|w| w.radius_m * libm::cos(w.gamma_rad))
+            .collect();
+        let mut rate_matrix = m.clone();
+        for (mut row, lever_m) in rate_matrix.row_iter_mut().zip(&lever_m) {
+            row /= *lever_m;
+        }
+
+        // M^+ = V S^-2 V^T M^T with the last column scaled to the robot's size, which changes no least-squares
+        // solution of a full-rank system but keeps it well conditioned. S has no zero: rank M = 3 was checked.
+        let (m_scaled, length_m) = scaled(&m, &wheels, reference_point_m);
+        let mut twist_matrix = Matrix3xX::zeros(count);
+        for (s, v) in singular_values(&m_scaled) {
+            let u = &m_scaled * v / s;
+            twist_matrix += v / s * u.transpose();
+        }
+        twist_matrix.row_mut(2).scale_mut(1.0 / length_m);
+        for (mut column, lever_m) in twist_matrix.column_iter_mut().zip(&lever_m) {
+            column *= *lever_m;
+        }
+
+        Ok(Self {
+            wheels,
+            reference_point_m,
+            m,
+            lever_m,
+            rate_matrix,
+            twist_matrix,
+        })
+    }
+
+    /// The number N of wheels.
+    pub fn wheel_count(&self) -> usize {
+        self.wheels.len()
+    }
+
+    /// The wheels, in the robot's order.
+    pub fn wheels(&self) -> &[Wheel] {
+        &self.wheels
+    }
+
+    /// The reference point c in the body frame, in metres: whose velocity the twists of this kinematics hold.
+    pub fn reference_point_m(&self) -> Vector2<f64> {
+        self.reference_point_m
+    }
+
+    /// M of eq. (8), N x 3: columns 1 and 2 are M_l (without unit), column 3 is M_a (metres).
+    pub fn m(&self) -> &MatrixXx3<f64> {
+        &self.m
+    }
+
+    /// rho_h cos(gamma_h) of each wheel, in metres: the right-hand side of eq. (7) per rad/s.
+    pub fn lever_m(&self) -> &[f64] {
+        &self.lever_m
+    }
+
+    /// The matrix of eq. (9), N x 3: row h is row h of M over rho_h cos(gamma_h); rad/s per m/s and rad/s per rad/s.
+    pub fn rate_matrix(&self) -> &MatrixXx3<f64> {
+        &self.rate_matrix
+    }
+
+    /// The left inverse of [`Self::rate_matrix`], 3 x N: M^+ diag(rho_h cos gamma_h), which solves eq. (7) by least
+    /// squares.
+    pub fn twist_matrix(&self) -> &Matrix3xX<f64> {
+        &self.twist_matrix
+    }
+
+    /// The wheel rates that realise a twist of the reference point in the body frame, in rad/s: eq. (9).
+    ///
+    /// `out` holds one rate a wheel; wheels beyond its length are left out.
+    pub fn wheel_rates(&self, twist_in_body: Twist, out: &mut [f64]) {
+        multiply(&self.rate_matrix, twist_in_body, out);
+    }
+
+    /// The twist of the reference point in the body frame that fits wheel rates in rad/s best: least squares of
+    /// eq. (7), with the misfit measured in m/s along the roller axes. Exact where the rates can be rolled.
+    pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
+        let sum: Vector3<f64> = self
+            .twist_matrix
+            .column_iter()
+            .zip(rates_rad_s)
+            .map(|(column, rate_rad_s)| column * *rate_rad_s)
+            .sum();
+        Twist::new(sum.x, sum.y, sum.z)
+    }
+
+    /// By how much each wheel misses eq. (5), in m/s: its left-hand side for `twist_in_body` less rho q'. Zero is
+    /// perfect rolling; the velocity at which the wheel slides along its roller's axis is cos(gamma) times this.
+    pub fn residuals(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
+        multiply(&self.rate_matrix, twist_in_body, out);
+        for ((out, rate_rad_s), wheel) in out.iter_mut().zip(rates_rad_s).zip(&self.wheels) {
+            *out = wheel.radius_m * (*out - rate_rad_s);
+        }
+    }
+
+    /// The velocity of a wheel's hub in the body frame, in m/s: eq. (2), v_h = v_c + omega k x b_h.
+    pub fn hub_velocity_m_s(&self, wheel: usize, twist_in_body: Twist) -> Option<Vector2<f64>> {
+        let b = self.wheels.get(wheel)?.position_m().xy() - self.reference_point_m;
+        Some(twist_in_body.linear_m_s() + twist_in_body.omega_rad_s * Vector2::new(-b.y, b.x))
+    }
+
+    /// How a wheel's hub velocity splits into what its roller gives and what its motor gives, in m/s: (alpha, beta)
+    /// of eq. (3), v = alpha u_gamma + beta u. Without slip beta = rho q', eq. (4).
+    pub fn rolling_split_m_s(&self, wheel: usize, twist_in_body: Twist) -> Option<(f64, f64)> {
+        let v = self.hub_velocity_m_s(wheel, twist_in_body)?;
+        let w = self.wheels.get(wheel)?;
+        let (n, n_g, u_g) = (w.axis(), w.roller_axis(), w.roller_rolling_direction());
+        let u = Vector2::new(n.y, -n.x);
+        Some((n.dot(&v) / n.dot(&u_g), n_g.dot(&v) / n_g.dot(&u)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use crate::kinematics::singularity::SingularityKind;
+    use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
+
+    #[test]
+    fn eq_08_the_mecanum_robot_has_the_textbook_matrix() {
+        // Rows (1, -+1, -+0.31)/sqrt 2: the arm is 0.15 + 0.16, the textbook l_x + l_y.
+        let expected = MatrixXx3::from_row_slice(&[
+            1.0, -1.0, -0.31, //
+            1.0, 1.0, 0.31, //
+            1.0, 1.0, -0.31, //
+            1.0, -1.0, 0.31,
+        ]) * FRAC_1_SQRT_2;
+        let kinematics = Kinematics::new(&mecanum4()).unwrap();
+        assert!((kinematics.m() - expected).norm() < 1e-15);
+    }
+
+    #[test]
+    fn eq_09_the_mecanum_robot_has_the_textbook_rates() {
+        // Front left: (vx - vy - 0.31 omega) / rho and its kin, from any textbook.
+        let kinematics = Kinematics::new(&mecanum4()).unwrap();
+        let mut rates = [0.0; 4];
+        kinematics.wheel_rates(Twist::new(0.3, 0.1, 0.5), &mut rates);
+        for (rate, expected) in rates.iter().zip([0.045, 0.555, 0.245, 0.355]) {
+            assert!((rate - expected / 0.05).abs() < 1e-13, "{rates:?}");
+        }
+    }
+
+    #[test]
+    fn eq_07_least_squares_gives_back_the_twist_that_made_the_rates() {
+        for robot in [mecanum4(), volksbot(), six_wheels()] {
+            let kinematics = Kinematics::new(&robot).unwrap();
+            let twist = Twist::new(0.3, -0.2, 0.7);
+            let mut rates = vec![0.0; kinematics.wheel_count()];
+            kinematics.wheel_rates(twist, &mut rates);
+            let off = kinematics.twist(&rates) - twist;
+            assert!(off.linear_m_s().norm() < 1e-14 && off.omega_rad_s.abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn another_reference_point_gives_the_same_rates_for_the_same_motion() {
+        let kinematics = Kinematics::new(&six_wheels()).unwrap();
+        let p = Vector2::new(0.2, -0.1);
+        let there = kinematics.about(p).unwrap();
+        let omega = 0.9;
+        let (mut here_rates, mut there_rates) = ([0.0; 6], [0.0; 6]);
+        kinematics.wheel_rates(Twist::new(0.3, -0.2, omega), &mut here_rates);
+        // The velocity of p: v + omega k x p.
+        let at_p = Twist::new(0.3 - omega * p.y, -0.2 + omega * p.x, omega);
+        there.wheel_rates(at_p, &mut there_rates);
+        for (here, there) in here_rates.iter().zip(there_rates) {
+            assert!((here - there).abs() < 1e-13);
+        }
+        let off = there.twist(&there_rates) - at_p;
+        assert!(off.linear_m_s().norm() < 1e-14 && off.omega_rad_s.abs() < 1e-14);
+        assert!(kinematics.about(Vector2::new(f64::NAN, 0.0)).is_err());
+    }
+
+    #[test]
+    fn lemma_1_condition_1_names_the_wheels_whose_rollers_roll_the_wrong_way() {
+        let mut specs = mecanum4_specs(1.0);
+        specs[2].gamma_rad = FRAC_PI_2;
+        let error = Kinematics::new(&robot(10.0, &specs)).unwrap_err();
+        assert_eq!(
+            error,
+            ControlError::NoControlAuthority {
+                wheels: vec!["wheel_2".to_owned()]
+            }
+        );
+        assert!(error.to_string().starts_with(
+            "loss of control authority: the rollers of `wheel_2` roll the way the wheel drives"
+        ));
+    }
+
+    /// The singularity that construction reports.
+    fn singularity(specs: &[WheelSpec]) -> crate::Singularity {
+        match Kinematics::new(&robot(10.0, specs)) {
+            Err(ControlError::Uncontrollable { singularity }) => singularity,
+            other => panic!("expected a singularity, got {other:?}"),
+        }
+    }
+
+    #[test]
+    fn lemma_1_condition_2_finds_the_point_where_a_square_mecanum_robots_wrong_axes_meet() {
+        // Square and with its diagonals' roller axes through the middle: every axis passes (0.05, 0).
+        let mut specs = mecanum4_specs(1.0);
+        for spec in &mut specs {
+            spec.x_m = 0.05 + 0.2 * spec.x_m.signum();
+            spec.y_m = 0.2 * spec.y_m.signum();
+        }
+        let found = singularity(&specs);
+        let SingularityKind::Meet { point_m } = found.kind else {
+            panic!("{found:?}");
+        };
+        assert!((point_m - Vector2::new(0.05, 0.0)).norm() < 1e-9);
+        assert_eq!(found.wheels.len(), 4);
+        assert!(found.mended_by_reversing_all);
+        assert_eq!(
+            ControlError::Uncontrollable { singularity: found }.to_string(),
+            "loss of controllability: all roller axes meet at (0.0500, 0.0000) m: the robot cannot control its \
+             rotation about it; wheels `wheel_0`, `wheel_1`, `wheel_2`, `wheel_3`; the wheels are probably on the \
+             wrong sides: reversing the handedness of all of them mends it (Lemma 1, condition c.2: rank M < 3)"
+        );
+    }
+
+    #[test]
+    fn lemma_1_condition_2_tells_parallel_axes_and_one_line_apart() {
+        let parallel: Vec<_> = [(0.2, 0.1), (0.0, -0.2), (-0.2, 0.15)]
+            .iter()
+            .map(|&(x, y)| WheelSpec::new(x, y, 0.3, 0.4, 8))
+            .collect();
+        let found = singularity(&parallel);
+        let SingularityKind::Parallel { direction } = found.kind else {
+            panic!("{found:?}");
+        };
+        // The roller axis stands at axis + gamma + 90 deg.
+        let angle = 0.7 + FRAC_PI_2;
+        assert!((direction - Vector2::new(angle.cos(), angle.sin())).norm() < 1e-12);
+        assert_eq!(found.mended_by_reversing.len(), 3);
+
+        // gamma = 0 and hub axes along y: the roller axes lie along x, all through y = 0.
+        let line: Vec<_> = [0.2, 0.0, -0.2]
+            .iter()
+            .map(|&x| WheelSpec::new(x, 0.0, FRAC_PI_2, 0.0, 8))
+            .collect();
+        assert!(matches!(
+            singularity(&line).kind,
+            SingularityKind::OneLine { .. }
+        ));
+    }
+
+    #[test]
+    fn fewer_than_three_wheels_are_refused() {
+        let specs = mecanum4_specs(1.0);
+        let error = Kinematics::new(&robot(10.0, &specs[..2])).unwrap_err();
+        assert_eq!(error, ControlError::TooFewWheels { count: 2 });
+    }
+
+    #[test]
+    fn the_volksbots_hub_axes_may_point_any_way() {
+        // Turning a hub axis by half a turn and gamma's line with it reverses the wheel's rate and nothing else.
+        let specs: Vec<_> = (0..3)
+            .map(|i| {
+                let a = TAU * f64::from(i) / 3.0;
+                WheelSpec::new(0.25 * a.cos(), 0.25 * a.sin(), a + TAU / 2.0, 0.0, 8)
+            })
+            .collect();
+        let (out, inwards) = (
+            Kinematics::new(&volksbot()).unwrap(),
+            Kinematics::new(&robot(8.0, &specs)).unwrap(),
+        );
+        assert!((out.rate_matrix() + inwards.rate_matrix()).norm() < 1e-13);
+    }
+}

@@ -1,0 +1,18 @@
+//! The rows of the matrix M, Indiveri 2009, eq. (8).
+
+use ilon_robot::{Twist, Wheel};
+use nalgebra::{MatrixXx3, RowVector3, Vector2};
+
+/// Row of M for a wheel about a reference point, eq. (8): -(n_gx, n_gy, b . u_g).
+pub(crate) fn row_of_m(wheel: &Wheel, reference_point_m: Vector2<f64>) -> RowVector3<f64> {
+    let b = wheel.position_m().xy() - reference_point_m;
+    let (n_g, u_g) = (wheel.roller_axis(), wheel.roller_rolling_direction());
+    -RowVector3::new(n_g.x, n_g.y, b.dot(&u_g))
+}
+
+/// out = matrix * twist, row by row.
+pub(crate) fn multiply(matrix: &MatrixXx3<f64>, twist: Twist, out: &mut [f64]) {
+    for (row, out) in matrix.row_iter().zip(out) {
+        *out = row[0] * twist.vx_m_s + row[1] * twist.vy_m_s + row[2] * twist.omega_rad_s;
+    }
+}

@@ -1,0 +1,194 @@
+//! Lemma 1, condition c.2: the geometry of rank M < 3.
+//!
+//! A row of M, eq. (8), is -(n_gx, n_gy, b . u_g). The line through the wheel's centre **b** along its roller axis
+//! **n_g** has the direction n_g and the moment **b** x **n_g** = b_x n_gy - b_y n_gx = **b** . **u_g** about the
+//! reference point (because u_g = n_g x k = (n_gy, -n_gx)). So a row of M is, up to its sign, the pair (direction,
+//! moment) of that line: its Pluecker coordinates in the plane.
+//!
+//! M (v, omega) = 0 for some motion that is not zero means that no wheel resists it. If omega is not zero the motion
+//! is a turn about the point c where v + omega k x c = 0. Then n_g . (v + omega k x b) = omega n_g . (k x (b - c)) = 0
+//! says that b - c is along n_g: every line passes through c. If omega = 0, n_g . v = 0 for every wheel says that all
+//! lines are parallel. Both arguments run backwards as well. Hence **rank M < 3 exactly when all roller axes,
+//! prolonged, meet in one point or are all parallel**, and rank M = 1 when they all lie on one line.
+
+use std::fmt;
+
+use ilon_robot::Wheel;
+use nalgebra::{MatrixXx3, Vector2, Vector3};
+
+use crate::kinematics::matrix::row_of_m;
+
+/// Singular values below this share of the largest count as zero.
+///
+/// A robot's file often holds angles to four digits (0.7854), which turns an exactly singular arrangement into one
+/// with a smallest singular value near 1e-5; and a robot conditioned worse than 1e4 would turn a slip of 0.1 mm/s at
+/// a wheel into 1 m/s of the body. Neither can be driven.
+pub(crate) const RANK_TOLERANCE: f64 = 1e-4;
+
+/// Why M has a rank below 3.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Singularity {
+    /// The geometry of the roller axes.
+    pub kind: SingularityKind,
+    /// The wheels whose roller axes share that geometry: all of the robot's.
+    pub wheels: Vec<String>,
+    /// Wheels of which reversing a single one's handedness (the sign of gamma) gives M the rank 3.
+    pub mended_by_reversing: Vec<String>,
+    /// Whether reversing the handedness of every wheel gives M the rank 3: the wheels were put on the wrong sides.
+    pub mended_by_reversing_all: bool,
+}
+
+/// The geometry behind a rank below 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SingularityKind {
+    /// All roller axes meet in one point: nothing resists a rotation about it.
+    Meet {
+        /// The point in the body frame, in metres.
+        point_m: Vector2<f64>,
+    },
+    /// All roller axes are parallel: nothing resists a translation across them.
+    Parallel {
+        /// Their direction in the body frame, a unit vector.
+        direction: Vector2<f64>,
+    },
+    /// All roller axes lie on one line: nothing resists either motion (rank 1).
+    OneLine {
+        /// The line's direction in the body frame, a unit vector.
+        direction: Vector2<f64>,
+    },
+}
+
+impl fmt::Display for Singularity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = quoted(&self.wheels);
+        match self.kind {
+            SingularityKind::Meet { point_m } => write!(
+                f,
+                "all roller axes meet at ({:.4}, {:.4}) m: the robot cannot control its rotation about it; wheels {names}",
+                // Adding zero turns a negative zero into a positive one.
+                (point_m.x * 1e4).round() / 1e4 + 0.0,
+                (point_m.y * 1e4).round() / 1e4 + 0.0,
+            )?,
+            SingularityKind::Parallel { direction } => write!(
+                f,
+                "all roller axes are parallel, along {:.1} deg: the robot cannot control its motion across them; \
+                 wheels {names}",
+                libm::atan2(direction.y, direction.x).to_degrees()
+            )?,
+            SingularityKind::OneLine { direction } => write!(
+                f,
+                "all roller axes lie on one line, along {:.1} deg: the robot controls only its motion along it; \
+                 wheels {names}",
+                libm::atan2(direction.y, direction.x).to_degrees()
+            )?,
+        }
+        if self.mended_by_reversing_all {
+            write!(
+                f,
+                "; the wheels are probably on the wrong sides: reversing the handedness of all of them mends it"
+            )
+        } else if self.mended_by_reversing.is_empty() {
+            write!(
+                f,
+                "; turn or move a wheel so that its roller axis leaves the others'"
+            )
+        } else {
+            write!(
+                f,
+                "; reversing the handedness of one of {} mends it",
+                quoted(&self.mended_by_reversing)
+            )
+        }
+    }
+}
+
+/// M with its last column divided by a length typical of the robot, so that its singular values can be compared; and
+/// that length in metres: the largest distance of a wheel from the reference point.
+pub(crate) fn scaled(
+    m: &MatrixXx3<f64>,
+    wheels: &[Wheel],
+    point_m: Vector2<f64>,
+) -> (MatrixXx3<f64>, f64) {
+    let far = |w: &Wheel| (w.position_m().xy() - point_m).norm();
+    let length_m = wheels.iter().map(far).fold(0.0, f64::max);
+    // All wheels in one place: any length does, the rank is below 3 anyway.
+    let length_m = if length_m > 0.0 { length_m } else { 1.0 };
+    let mut m = m.clone();
+    m.column_mut(2).scale_mut(1.0 / length_m);
+    (m, length_m)
+}
+
+/// Singular values of a tall matrix of three columns in falling order with their right singular vectors.
+pub(crate) fn singular_values(m: &MatrixXx3<f64>) -> [(f64, Vector3<f64>); 3] {
+    let svd = m.clone().svd(false, true);
+    let mut found = [(0.0, Vector3::zeros()); 3];
+    for (i, slot) in found.iter_mut().enumerate().take(svd.singular_values.len()) {
+        let v = svd.v_t.as_ref().map(|v_t| v_t.row(i).transpose());
+        *slot = (svd.singular_values[i], v.unwrap_or_default());
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found
+}
+
+/// What makes M singular, or `None` where it has rank 3. Needs three wheels or more.
+pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
+    let kind = kind_of(wheels)?;
+    let reversed = |w: &Wheel| {
+        let mut w = w.clone();
+        w.gamma_rad = -w.gamma_rad;
+        w
+    };
+    let mended = |i: usize| {
+        let mut wheels = wheels.to_vec();
+        wheels[i] = reversed(&wheels[i]);
+        kind_of(&wheels).is_none()
+    };
+    let all: Vec<Wheel> = wheels.iter().map(reversed).collect();
+    Some(Singularity {
+        kind,
+        wheels: wheels.iter().map(|w| w.name.clone()).collect(),
+        mended_by_reversing: (0..wheels.len())
+            .filter(|&i| mended(i))
+            .map(|i| wheels[i].name.clone())
+            .collect(),
+        mended_by_reversing_all: kind_of(&all).is_none(),
+    })
+}
+
+/// The geometry of a rank below 3, or `None`.
+fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
+    // About the wheels' mean position, so that the verdict does not depend on where the body frame sits.
+    let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
+    let mean_m = sum / wheels.len() as f64;
+    let m = MatrixXx3::from_rows(
+        &wheels
+            .iter()
+            .map(|w| row_of_m(w, mean_m))
+            .collect::<Vec<_>>(),
+    );
+    let (m, length_m) = scaled(&m, wheels, mean_m);
+    let [(s_1, _), (s_2, _), (s_3, free)] = singular_values(&m);
+    if s_3 > RANK_TOLERANCE * s_1 {
+        return None;
+    }
+    let direction = wheels[0].roller_axis();
+    if s_2 <= RANK_TOLERANCE * s_1 {
+        return Some(SingularityKind::OneLine { direction });
+    }
+    // The free motion: M (v, omega) = 0, its last component scaled by the length above. Where omega's share is
+    // nothing, the point lies beyond 1/tolerance robot sizes: no difference from parallel.
+    let (v, omega_length) = (free.xy(), free.z);
+    if omega_length.abs() <= RANK_TOLERANCE {
+        return Some(SingularityKind::Parallel { direction });
+    }
+    // v + omega k x c = 0, so c = k x v / omega.
+    let omega = omega_length / length_m;
+    let point_m = mean_m + Vector2::new(-v.y, v.x) / omega;
+    Some(SingularityKind::Meet { point_m })
+}
+
+/// Names in backquotes, separated by commas.
+pub(crate) fn quoted(names: &[String]) -> String {
+    let names: Vec<_> = names.iter().map(|n| format!("`{n}`")).collect();
+    names.join(", ")
+}

@@ -1,0 +1,290 @@
+//! Reading bags of anybody, from front to back.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use ilon_robot::{FileAccess, ReadError};
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+/// The longest record that is taken into memory, and the most bytes that a chunk may unpack to.
+const RECORD_BYTES: usize = 256 << 20;
+
+/// The encoding of messages in bags of ROS 2.
+const CDR: &str = "cdr";
+
+/// A message of a bag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ReadMessage<'a> {
+    /// Its topic.
+    pub topic: &'a str,
+    /// Its type, as in `geometry_msgs/msg/Twist`.
+    pub type_name: &'a str,
+    /// When it was recorded, in nanoseconds.
+    pub log_time_ns: u64,
+    /// What it says, as CDR.
+    pub cdr: &'a [u8],
+}
+
+/// Why a bag cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BagReadError {
+    /// A file cannot be read, or may not be.
+    #[error("cannot read {path}: {reason}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: ReadError,
+    },
+    /// A file is no MCAP file, or a folder holds none.
+    #[error("{path} {what}")]
+    NotABag {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it is in place of that.
+        what: &'static str,
+    },
+    /// A file is damaged.
+    #[error("{path} is damaged: {reason}")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where, and how.
+        reason: String,
+    },
+}
+
+/// What a channel of a file carries.
+struct Channel {
+    topic: String,
+    schema: u16,
+    is_cdr: bool,
+}
+
+/// Shows the messages of a bag, a folder as rosbag2 makes it or one MCAP file, in the order in which they stand, to `see`, until that
+/// gives `false`. Chunks may be packed by lz4 or zstd. A file that ends in its middle, as a killed recorder leaves it, is read
+/// as far as it goes; messages in another encoding than CDR are left out. No more than one chunk lies in memory at a time.
+///
+/// # Errors
+/// What is no bag, cannot be read or is damaged.
+pub fn read(
+    path: &Path,
+    files: &FileAccess,
+    see: &mut dyn FnMut(&ReadMessage) -> bool,
+) -> Result<(), BagReadError> {
+    for file in parts(path)? {
+        let opened = files.open(&file).map_err(|reason| BagReadError::Read {
+            path: file.clone(),
+            reason,
+        })?;
+        if !read_file(&file, opened, see)? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The MCAP files of a bag, in their order.
+fn parts(path: &Path) -> Result<Vec<PathBuf>, BagReadError> {
+    let not_a_bag = |what| BagReadError::NotABag {
+        path: path.to_owned(),
+        what,
+    };
+    let Ok(entries) = path.read_dir() else {
+        return Ok(vec![path.to_owned()]);
+    };
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .collect();
+    let has = |ending: &str| {
+        files
+            .iter()
+            .any(|file| file.extension().is_some_and(|e| e == ending))
+    };
+    if !has("mcap") {
+        return Err(not_a_bag(if has("db3") {
+            "is a bag in SQLite, and not in MCAP: `ros2 bag convert` makes one of it"
+        } else {
+            "is a folder without an MCAP file"
+        }));
+    }
+    files.retain(|file| file.extension().is_some_and(|e| e == "mcap"));
+    // bag_10 comes after bag_9.
+    files.sort_by_key(|file| {
+        let name = file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        let (stem, number) = name.split_at(name.len() - digits);
+        (stem.to_owned(), number.parse::<u64>().unwrap_or(0))
+    });
+    Ok(files)
+}
+
+/// Whether to go on with the next file.
+fn read_file(
+    path: &Path,
+    mut file: File,
+    see: &mut dyn FnMut(&ReadMessage) -> bool,
+) -> Result<bool, BagReadError> {
+    let damaged = |reason: String| BagReadError::Damaged {
+        path: path.to_owned(),
+        reason,
+    };
+    let io_fault = |error: io::Error| BagReadError::Read {
+        path: path.to_owned(),
+        reason: error.into(),
+    };
+    let options = LinearReaderOptions::default()
+        .with_emit_chunks(true)
+        .with_skip_end_magic(true)
+        .with_record_length_limit(RECORD_BYTES);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut known = Known::default();
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(bytes)) => {
+                let read = file
+                    .read(reader.insert(bytes.min(RECORD_BYTES)))
+                    .map_err(io_fault)?;
+                reader.notify_read(read);
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => match known.record(opcode, data, see) {
+                Ok(true) => {}
+                Ok(false) => return Ok(false),
+                Err(reason) => return Err(damaged(reason)),
+            },
+            // The end is missing.
+            Err(McapError::UnexpectedEof) => return Ok(true),
+            Err(McapError::BadMagic) => {
+                return Err(BagReadError::NotABag {
+                    path: path.to_owned(),
+                    what: "is no MCAP file",
+                });
+            }
+            Err(error) => return Err(damaged(error.to_string())),
+        }
+    }
+    Ok(true)
+}
+
+/// What a file has said of its channels.
+#[derive(Default)]
+struct Known {
+    schemas: HashMap<u16, String>,
+    channels: HashMap<u16, Channel>,
+}
+
+impl Known {
+    /// Takes a record; whether to go on.
+    fn record(
+        &mut self,
+        opcode: u8,
+        data: &[u8],
+        see: &mut dyn FnMut(&ReadMessage) -> bool,
+    ) -> Result<bool, String> {
+        let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
+        let Record::Chunk { header, data } = record else {
+            return self.take(record, see);
+        };
+        let unpacked = unpacked(&header.compression, header.uncompressed_size, &data)?;
+        for record in mcap::read::LinearReader::sans_magic(unpacked.as_deref().unwrap_or(&data)) {
+            let record = record.map_err(|error| error.to_string())?;
+            if !self.take(record, see)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Takes a record that holds no others.
+    fn take(
+        &mut self,
+        record: Record<'_>,
+        see: &mut dyn FnMut(&ReadMessage) -> bool,
+    ) -> Result<bool, String> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(channel) => {
+                let known = Channel {
+                    topic: channel.topic,
+                    schema: channel.schema_id,
+                    is_cdr: channel.message_encoding == CDR,
+                };
+                self.channels.insert(channel.id, known);
+            }
+            Record::Message { header, data } => {
+                let id = header.channel_id;
+                let channel = self.channels.get(&id);
+                let channel =
+                    channel.ok_or_else(|| format!("a message of the unknown channel {id}"))?;
+                let schema = self.schemas.get(&channel.schema);
+                if let Some(type_name) = schema.filter(|_| channel.is_cdr) {
+                    return Ok(see(&ReadMessage {
+                        topic: &channel.topic,
+                        type_name,
+                        log_time_ns: header.log_time,
+                        cdr: &data,
+                    }));
+                }
+            }
+            _ => {}
+        }
+        Ok(true)
+    }
+}
+
+/// The records of a packed chunk; `None` of one that is not packed.
+fn unpacked(compression: &str, bytes: u64, data: &[u8]) -> Result<Option<Vec<u8>>, String> {
+    if compression.is_empty() {
+        return Ok(None);
+    }
+    if bytes > RECORD_BYTES as u64 {
+        return Err(format!(
+            "a chunk of {bytes} bytes, where at most {RECORD_BYTES} are taken"
+        ));
+    }
+    let mut whole = Vec::new();
+    let read = match compression {
+        "lz4" => lz4_flex::frame::FrameDecoder::new(data)
+            .take(bytes)
+            .read_to_end(&mut whole),
+        "zstd" => {
+            let decoder =
+                ruzstd::decoding::StreamingDecoder::new(data).map_err(|error| error.to_string())?;
+            decoder.take(bytes).read_to_end(&mut whole)
+        }
+        other => {
+            return Err(format!(
+                "its chunks are packed by \"{}\", which is not known here",
+                one_line(other)
+            ));
+        }
+    };
+    read.map_err(|error| format!("a chunk cannot be unpacked: {error}"))?;
+    if whole.len() as u64 != bytes {
+        return Err(format!(
+            "a chunk unpacks to {} bytes in place of {bytes}",
+            whole.len()
+        ));
+    }
+    Ok(Some(whole))
+}
+
+/// As a short text without what would break a line.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .filter(|letter| !letter.is_control())
+        .take(40)
+        .collect()
+}

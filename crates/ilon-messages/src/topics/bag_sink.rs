@@ -1,0 +1,75 @@
+//! A run into a bag while it goes on.
+
+use std::path::{Path, PathBuf};
+
+use ilon_robot::Robot;
+use ilon_trace::{Header, Sink, Trace, TraceError};
+
+use super::run::RunTopics;
+use crate::bag::{BagError, BagWriter};
+
+/// Writes the rows of a run into a bag as they come. Of a run that is stopped, however, the bag holds all but its last second.
+#[derive(Debug)]
+pub struct BagSink {
+    robot: Robot,
+    folder: PathBuf,
+    bag: Option<BagWriter>,
+    topics: Option<RunTopics>,
+    last_s: f64,
+}
+
+impl BagSink {
+    /// Begins a bag in a folder, for a run of this robot. A bag already there is replaced.
+    ///
+    /// # Errors
+    /// As [`BagWriter::create`].
+    pub fn create(folder: &Path, robot: &Robot) -> Result<Self, BagError> {
+        Ok(Self {
+            robot: robot.clone(),
+            folder: folder.to_owned(),
+            bag: Some(BagWriter::create(folder)?),
+            topics: None,
+            last_s: 0.0,
+        })
+    }
+
+    fn fault(&self) -> impl Fn(BagError) -> TraceError + use<> {
+        let bag = format!("the bag {}", self.folder.display());
+        move |error| TraceError::sink(bag.clone(), error)
+    }
+}
+
+impl Sink for BagSink {
+    fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
+        let fault = self.fault();
+        let topics = RunTopics::new(&self.robot, header);
+        if let Some(bag) = &mut self.bag {
+            topics.declare(bag).map_err(&fault)?;
+            topics.latched(bag, 0.0).map_err(&fault)?;
+        }
+        self.topics = Some(topics);
+        Ok(())
+    }
+
+    fn take(&mut self, rows: &Trace) -> Result<(), TraceError> {
+        let fault = self.fault();
+        let (Some(bag), Some(topics)) = (&mut self.bag, &mut self.topics) else {
+            return Ok(());
+        };
+        for (row, (record, wheels)) in rows.steps().enumerate() {
+            let rollers = rows.roller_angles_at(row);
+            topics.row(record, wheels, rollers, bag).map_err(&fault)?;
+            self.last_s = record.t_s;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), TraceError> {
+        let fault = self.fault();
+        let (Some(mut bag), Some(topics)) = (self.bag.take(), &mut self.topics) else {
+            return Ok(());
+        };
+        topics.end(self.last_s, &mut bag).map_err(&fault)?;
+        bag.finish().map_err(fault)
+    }
+}

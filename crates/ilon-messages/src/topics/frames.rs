@@ -1,0 +1,203 @@
+//! The frames of a robot: which link hangs on which, and how wheels and rollers turn them.
+
+use std::collections::{HashMap, HashSet};
+
+use ilon_robot::Robot;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use roxmltree::{Document, Node};
+
+/// A frame in its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fixed {
+    /// The parent.
+    pub parent: String,
+    /// The frame.
+    pub child: String,
+    /// Its pose in the parent.
+    pub parent_from_child: Isometry3<f64>,
+}
+
+/// A frame that turns in its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turning {
+    /// The parent.
+    pub parent: String,
+    /// The frame.
+    pub child: String,
+    /// Pose in the parent of the frame about whose z axis it turns.
+    parent_from_axis: Isometry3<f64>,
+    /// Pose of the child in that frame at angle zero.
+    axis_from_child: Isometry3<f64>,
+}
+
+impl Turning {
+    /// The child's pose in the parent at an angle in radians.
+    pub fn at(&self, angle_rad: f64) -> Isometry3<f64> {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
+        self.parent_from_axis * turned * self.axis_from_child
+    }
+}
+
+/// The tree of a robot's links. Every link hangs in it once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frames {
+    /// The link that carries all others: the body frame.
+    pub base: String,
+    /// Links that do not move against their parents.
+    pub fixed: Vec<Fixed>,
+    /// The link of each wheel, in the robot's order.
+    pub wheels: Vec<Turning>,
+    /// The link of each roller, wheel by wheel.
+    pub rollers: Vec<Turning>,
+}
+
+impl Frames {
+    /// The frames of a robot whose URDF has a joint for each of its wheels and rollers, as that of
+    /// [`robot_description`](super::robot_description) has. `None` of any other text.
+    pub fn of(robot: &Robot, urdf: &str) -> Option<Self> {
+        let document = Document::parse(urdf).ok()?;
+        let tree = Tree::of(&document)?;
+        let turning = |joint: &str, body_from_axis: Isometry3<f64>| {
+            let joint = tree.joints.iter().find(|known| known.name == joint)?;
+            let body_from_parent = tree.placed.get(joint.parent)?;
+            let body_from_child = tree.placed.get(joint.child)?;
+            Some(Turning {
+                parent: joint.parent.to_owned(),
+                child: joint.child.to_owned(),
+                parent_from_axis: body_from_parent.inverse() * body_from_axis,
+                axis_from_child: body_from_axis.inverse() * body_from_child,
+            })
+        };
+        let mut wheels = Vec::with_capacity(robot.wheels.len());
+        let mut rollers = Vec::new();
+        for wheel in &robot.wheels {
+            wheels.push(turning(&wheel.name, wheel.body_from_hub)?);
+            for roller in &wheel.rollers {
+                let body_from_roller = wheel.body_from_hub * roller.hub_from_roller();
+                rollers.push(turning(&roller.name, body_from_roller)?);
+            }
+        }
+        let moving: HashSet<&str> = wheels
+            .iter()
+            .chain(&rollers)
+            .map(|frame| frame.child.as_str())
+            .collect();
+        // A joint that the simulation does not move stays at zero.
+        let fixed = tree
+            .joints
+            .iter()
+            .filter(|joint| !moving.contains(joint.child))
+            .map(|joint| Fixed {
+                parent: joint.parent.to_owned(),
+                child: joint.child.to_owned(),
+                parent_from_child: joint.parent_from_child,
+            })
+            .collect();
+        Some(Self {
+            base: tree.root.to_owned(),
+            fixed,
+            wheels,
+            rollers,
+        })
+    }
+
+    /// A name near this one that no link bears.
+    pub fn free_name(&self, wanted: &str) -> String {
+        let links = self.wheels.iter().chain(&self.rollers);
+        let taken: HashSet<&str> = links
+            .map(|frame| frame.child.as_str())
+            .chain(self.fixed.iter().map(|frame| frame.child.as_str()))
+            .chain([self.base.as_str()])
+            .collect();
+        let mut name = wanted.to_owned();
+        while taken.contains(name.as_str()) {
+            name.push('_');
+        }
+        name
+    }
+}
+
+/// A joint of a file, at zero.
+pub(super) struct Joint<'a> {
+    pub name: &'a str,
+    pub parent: &'a str,
+    pub child: &'a str,
+    parent_from_child: Isometry3<f64>,
+}
+
+/// The links of a file, placed with all joints at zero.
+pub(super) struct Tree<'a> {
+    pub root: &'a str,
+    pub joints: Vec<Joint<'a>>,
+    /// Pose of each link in the root's frame.
+    pub placed: HashMap<&'a str, Isometry3<f64>>,
+}
+
+impl<'a> Tree<'a> {
+    /// The tree of a URDF; `None` of what is no tree.
+    pub fn of(document: &'a Document<'_>) -> Option<Self> {
+        let robot = document.root_element();
+        let joints: Vec<Joint> = robot
+            .children()
+            .filter(|node| node.has_tag_name("joint"))
+            .filter_map(|node| {
+                let end = |tag| child(node, tag)?.attribute("link");
+                Some(Joint {
+                    name: node.attribute("name")?,
+                    parent: end("parent")?,
+                    child: end("child")?,
+                    parent_from_child: origin(node),
+                })
+            })
+            .collect();
+        let children: HashSet<&str> = joints.iter().map(|joint| joint.child).collect();
+        let links = robot.children().filter(|node| node.has_tag_name("link"));
+        let root = links
+            .filter_map(|node| node.attribute("name"))
+            .find(|link| !children.contains(link))?;
+        let mut below: HashMap<&str, Vec<&Joint>> = HashMap::new();
+        for joint in &joints {
+            below.entry(joint.parent).or_default().push(joint);
+        }
+        let mut placed = HashMap::from([(root, Isometry3::identity())]);
+        let mut waiting = vec![root];
+        while let Some(link) = waiting.pop() {
+            let body_from_link = placed[link];
+            for joint in below.get(link).into_iter().flatten() {
+                if placed.contains_key(joint.child) {
+                    return None;
+                }
+                placed.insert(joint.child, body_from_link * joint.parent_from_child);
+                waiting.push(joint.child);
+            }
+        }
+        Some(Self {
+            root,
+            joints,
+            placed,
+        })
+    }
+}
+
+/// The first child element of a name.
+pub(super) fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|inner| inner.has_tag_name(tag))
+}
+
+/// Where an element's `<origin>` puts it.
+fn origin(node: Node<'_, '_>) -> Isometry3<f64> {
+    let three = |name| -> Vector3<f64> {
+        let text = child(node, "origin").and_then(|origin| origin.attribute(name));
+        let numbers = text.unwrap_or_default().split_whitespace();
+        let numbers: Vec<f64> = numbers.filter_map(|number| number.parse().ok()).collect();
+        match numbers[..] {
+            [x, y, z] => Vector3::new(x, y, z),
+            _ => Vector3::zeros(),
+        }
+    };
+    let (xyz, rpy) = (three("xyz"), three("rpy"));
+    Isometry3::from_parts(
+        Translation3::from(xyz),
+        UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
+    )
+}

@@ -1,0 +1,154 @@
+//! The robot's URDF as viewers need it: with a link for each wheel and roller, and something to see of each roller.
+
+use std::collections::HashSet;
+use std::fmt::Write;
+use std::ops::Range;
+
+use ilon_robot::{Robot, Roller, Wheel, roll_pitch_yaw};
+use nalgebra::{Isometry3, UnitQuaternion};
+use roxmltree::Document;
+
+use super::frames::{Tree, child};
+
+/// How many spheres show the barrel of a roller.
+const SPHERES: usize = 7;
+
+/// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that it was read from, and what that
+/// lacks of them. Rollers that the text does not show are shown as the spheres whose envelope is their barrel.
+///
+/// `urdf` is [`ilon_robot::Loaded::urdf`]; of an empty text, or one that is no tree of links, the robot is described anew.
+pub fn robot_description(robot: &Robot, urdf: &str) -> String {
+    completed(robot, urdf).unwrap_or_else(|| {
+        let name = quoted(&robot.name);
+        let base = quoted(&robot.chassis.name);
+        let bare = format!("<robot name={name}>\n  <link name={base}/>\n</robot>\n");
+        // Its one link is a tree.
+        completed(robot, &bare).unwrap_or(bare)
+    })
+}
+
+fn completed(robot: &Robot, urdf: &str) -> Option<String> {
+    let document = Document::parse(urdf).ok()?;
+    let tree = Tree::of(&document)?;
+    let element = document.root_element();
+    let end = urdf[..element.range().end].rfind("</")?;
+    let mut names: HashSet<String> = tree.placed.keys().map(ToString::to_string).collect();
+    // What of the text is replaced, and by what.
+    let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+    let mut added = String::new();
+    for wheel in &robot.wheels {
+        let joint = tree.joints.iter().find(|joint| joint.name == wheel.name);
+        let (wheel_link, body_from_wheel) = match joint {
+            Some(joint) => (joint.child.to_owned(), *tree.placed.get(joint.child)?),
+            None => {
+                let link = unique(format!("{}_link", wheel.name), &mut names);
+                let placed = Placed {
+                    joint: &wheel.name,
+                    parent: tree.root,
+                    child: &link,
+                    parent_from_child: wheel.body_from_hub,
+                };
+                added.push_str(&placed.joint_and_link(""));
+                (link, wheel.body_from_hub)
+            }
+        };
+        for (index, roller) in wheel.rollers.iter().enumerate() {
+            let body_from_roller = wheel.body_from_hub * roller.hub_from_roller();
+            let Some(joint) = tree.joints.iter().find(|joint| joint.name == roller.name) else {
+                let link = format!("{}_roller_{}_link", wheel.name, index + 1);
+                let link = unique(link, &mut names);
+                let placed = Placed {
+                    joint: &roller.name,
+                    parent: &wheel_link,
+                    child: &link,
+                    parent_from_child: body_from_wheel.inverse() * body_from_roller,
+                };
+                let shown = visuals(wheel, roller, &Isometry3::identity());
+                added.push_str(&placed.joint_and_link(&shown));
+                continue;
+            };
+            let mut links = element.children().filter(|node| node.has_tag_name("link"));
+            let link = links.find(|node| node.attribute("name") == Some(joint.child))?;
+            if child(link, "visual").is_some() {
+                continue;
+            }
+            let link_from_roller = tree.placed.get(joint.child)?.inverse() * body_from_roller;
+            let shown = visuals(wheel, roller, &link_from_roller);
+            let text = &urdf[link.range()];
+            let Range { start, end } = link.range();
+            edits.push(match text.rfind("</").filter(|_| !text.ends_with("/>")) {
+                Some(close) => (start + close..start + close, shown),
+                None => (end - "/>".len()..end, format!(">\n{shown}  </link>")),
+            });
+        }
+    }
+    edits.push((end..end, added));
+    edits.sort_by_key(|(place, _)| place.start);
+    let mut whole = String::with_capacity(2 * urdf.len());
+    let mut from = 0;
+    for (place, text) in edits {
+        whole.push_str(&urdf[from..place.start]);
+        whole.push_str(&text);
+        from = place.end;
+    }
+    whole.push_str(&urdf[from..]);
+    Some(whole)
+}
+
+/// A joint that turns about z, and the link below it.
+struct Placed<'a> {
+    joint: &'a str,
+    parent: &'a str,
+    child: &'a str,
+    parent_from_child: Isometry3<f64>,
+}
+
+impl Placed<'_> {
+    fn joint_and_link(&self, shown: &str) -> String {
+        let [joint, parent, child] = [self.joint, self.parent, self.child].map(quoted);
+        let at = origin(&self.parent_from_child);
+        format!(
+            "  <joint name={joint} type=\"continuous\">\n    <parent link={parent}/>\n    <child link={child}/>\n    {at}\n    \
+             <axis xyz=\"0 0 1\"/>\n  </joint>\n  <link name={child}>\n{shown}  </link>\n"
+        )
+    }
+}
+
+fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) -> String {
+    let barrel = wheel.barrel(roller);
+    (0..SPHERES).fold(String::new(), |mut shown, index| {
+        let along = 2.0 * index as f64 / (SPHERES - 1) as f64 - 1.0;
+        let t_m = along * barrel.half_length_m;
+        let at = link_from_roller * Isometry3::translation(0.0, 0.0, t_m);
+        let at = origin(&Isometry3::from_parts(
+            at.translation,
+            UnitQuaternion::identity(),
+        ));
+        let radius_m = barrel.sphere_radius_m(t_m);
+        let _ = writeln!(
+            shown,
+            "    <visual>{at}<geometry><sphere radius=\"{radius_m}\"/></geometry></visual>"
+        );
+        shown
+    })
+}
+
+fn origin(pose: &Isometry3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = pose.translation.vector.into();
+    let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
+    format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
+}
+
+/// As the value of an attribute.
+fn quoted(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    format!("\"{}\"", text.replace('"', "&quot;"))
+}
+
+/// A name that is not taken, which is taken now.
+fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
+}

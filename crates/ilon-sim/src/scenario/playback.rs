@@ -1,0 +1,62 @@
+//! `[playback]`: the motion of a log.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a log says drives the robot: wheels, a twist or a path, from a CSV file, an MCAP file or a bag of ROS 2. Where the log also
+/// says where the real robot was, that pose stands in the trace, beside that of the simulated robot.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "PlaybackSection")]
+pub struct Playback {
+    /// The log, relative to the scenario file: a CSV file with a column `t_s`, an MCAP file, or the folder of a bag.
+    pub file: PathBuf,
+    /// What of it drives the robot.
+    pub drives: Drives,
+    /// The topic that drives the robot; without it, the one topic of a fitting type. Of bags only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub topic: Option<String>,
+    /// The topic that says where the real robot was: `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`. Of bags only; a CSV file says it in
+    /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `measured_heading_deg`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_topic: Option<String>,
+    /// What the log calls otherwise: on the left a wheel's joint or a column such as `vx_m_s`, on the right the name in the log.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub names: BTreeMap<String, String>,
+    /// How much of the log's beginning is left out, in seconds.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// How fast wheels are led back to the log's angles, per second; of `wheel_angles` only.
+    #[serde(default = "angle_gain_per_s")]
+    #[schemars(range(min = 0.0))]
+    pub angle_gain_per_s: f64,
+}
+
+fn angle_gain_per_s() -> f64 {
+    10.0
+}
+
+/// What of a log drives the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Drives {
+    /// The rate of each wheel, in rad/s: columns `JOINT_rate_rad_s`, or the velocities of `sensor_msgs/JointState`. A rate holds until the
+    /// next; before the first and after the last the wheels stand.
+    WheelRates,
+    /// The angle of each wheel, in radians: columns `JOINT_angle_rad`, or the positions of `sensor_msgs/JointState`. They count from the
+    /// first.
+    WheelAngles,
+    /// The torque at each wheel, in N m: columns `JOINT_torque_n_m`, or the efforts of `sensor_msgs/JointState`. A torque holds until the
+    /// next.
+    WheelTorques,
+    /// The twist of the body: columns `vx_m_s`, `vy_m_s` and `omega_rad_s`, or `geometry_msgs/TwistStamped`, `Twist` or `nav_msgs/Odometry`. It
+    /// becomes wheel rates as that of `[twist]` does.
+    Twist,
+    /// Where the body was, for the guidance to track: columns `x_m`, `y_m` and `heading_rad` or `heading_deg`, or `nav_msgs/Odometry`,
+    /// `geometry_msgs/PoseStamped` or `nav_msgs/Path`. The path begins where the robot starts.
+    Path,
+}

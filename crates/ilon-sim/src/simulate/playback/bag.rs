@@ -1,0 +1,327 @@
+//! Logs as bags of ROS 2 and MCAP files.
+
+use std::collections::BTreeMap;
+
+use ilon_messages::bag::{self, ReadMessage};
+use ilon_messages::geometry_msgs::{self as geometry, PoseStamped, Twist, TwistStamped};
+use ilon_messages::nav_msgs::{Odometry, Path};
+use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_messages::{CdrError, Message};
+use ilon_robot::FileAccess;
+
+use super::{MOST_ROWS, Series, Wanted};
+use crate::Error;
+use crate::scenario::Drives;
+
+/// What drives the robot, and where the real one was. Times are those of the recording.
+pub(super) fn read(
+    wanted: &Wanted<'_>,
+    files: &FileAccess,
+) -> Result<(Series, Option<Series>), Error> {
+    let topic = match &wanted.section.topic {
+        Some(topic) => topic.clone(),
+        None => only_topic(wanted, files)?,
+    };
+    let width = match wanted.section.drives {
+        Drives::Twist | Drives::Path => 3,
+        _ => wanted.wheels.len(),
+    };
+    let pose_topic = wanted.section.pose_topic.as_deref();
+    let (mut driving, mut measured) = (Series::new(width), pose_topic.map(|_| Series::new(3)));
+    let mut fault = None;
+    let mut first_ns = None;
+    let mut seen: BTreeMap<String, String> = BTreeMap::new();
+    read_all(wanted, files, &mut |message| {
+        // Since the first message: seconds since 1970 leave no digits for what happens within a period.
+        let since_ns = *first_ns.get_or_insert(message.log_time_ns);
+        let t_s = (i128::from(message.log_time_ns) - i128::from(since_ns)) as f64 * 1e-9;
+        let mut take = || -> Result<(), Error> {
+            if message.topic == topic {
+                drive(wanted, message, t_s, &mut driving)?;
+            }
+            if let Some(measured) = measured
+                .as_mut()
+                .filter(|_| Some(message.topic) == pose_topic)
+            {
+                let poses = poses(wanted, message)?;
+                let [x, y, heading] = poses.last().map_or([f64::NAN; 3], |(_, pose)| *pose);
+                measured.push(t_s, finite(wanted, message, t_s, vec![x, y, heading])?);
+            }
+            Ok(())
+        };
+        fault = take().err();
+        if !seen.contains_key(message.topic) && seen.len() < 1000 {
+            seen.insert(message.topic.to_owned(), message.type_name.to_owned());
+        }
+        if driving.len() > MOST_ROWS {
+            let message = format!("it has more than {MOST_ROWS} messages of `{topic}`");
+            fault = Some(wanted.fault(message, "cut it into parts"));
+        }
+        fault.is_none()
+    })?;
+    if let Some(fault) = fault {
+        return Err(fault);
+    }
+    for (key, topic) in [("topic", Some(topic.as_str())), ("pose_topic", pose_topic)] {
+        if let Some(topic) = topic.filter(|topic| !seen.contains_key(*topic)) {
+            return Err(wanted.fault(
+                format!("it has no messages of `playback.{key}` = `{topic}`"),
+                format!("its topics are {}", listed(&seen)),
+            ));
+        }
+    }
+    Ok((driving, measured))
+}
+
+fn read_all(
+    wanted: &Wanted<'_>,
+    files: &FileAccess,
+    see: &mut dyn FnMut(&ReadMessage) -> bool,
+) -> Result<(), Error> {
+    bag::read(wanted.path, files, see).map_err(|fault| {
+        wanted.fault(
+            fault.to_string(),
+            "name a CSV file, an MCAP file, or the folder of a bag with MCAP files",
+        )
+    })
+}
+
+/// Which types of messages say what is wanted, the likeliest first.
+fn types(drives: Drives) -> &'static [&'static str] {
+    match drives {
+        Drives::WheelRates => &[JointState::TYPE_NAME, Float64MultiArray::TYPE_NAME],
+        Drives::WheelAngles | Drives::WheelTorques => &[JointState::TYPE_NAME],
+        Drives::Twist => &[
+            TwistStamped::TYPE_NAME,
+            Twist::TYPE_NAME,
+            Odometry::TYPE_NAME,
+        ],
+        Drives::Path => &[Odometry::TYPE_NAME, PoseStamped::TYPE_NAME, Path::TYPE_NAME],
+    }
+}
+
+/// The one topic whose messages can say what is wanted.
+fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> {
+    let mut topics: BTreeMap<String, String> = BTreeMap::new();
+    read_all(wanted, files, &mut |message| {
+        if !topics.contains_key(message.topic) {
+            topics.insert(message.topic.to_owned(), message.type_name.to_owned());
+        }
+        topics.len() < 1000
+    })?;
+    let fitting = |kind: &&str| -> Vec<&String> {
+        let of_kind = topics.iter().filter(|(_, known)| known == kind);
+        of_kind.map(|(topic, _)| topic).collect()
+    };
+    let fits: Vec<&String> = types(wanted.section.drives)
+        .iter()
+        .flat_map(|kind| fitting(kind))
+        .collect();
+    match fits[..] {
+        [only] => Ok(only.clone()),
+        [] => Err(wanted.fault(
+            format!(
+                "none of its topics is of the type {}",
+                types(wanted.section.drives).join(" or ")
+            ),
+            format!("its topics are {}", listed(&topics)),
+        )),
+        _ => {
+            let names: Vec<String> = fits.iter().map(|topic| format!("`{topic}`")).collect();
+            Err(wanted.fault(
+                format!(
+                    "several of its topics could drive the robot: {}",
+                    names.join(", ")
+                ),
+                "choose one with `playback.topic`",
+            ))
+        }
+    }
+}
+
+fn listed(topics: &BTreeMap<String, String>) -> String {
+    let listed: Vec<String> = topics
+        .iter()
+        .map(|(topic, kind)| format!("`{topic}` ({kind})"))
+        .collect();
+    match listed.len() {
+        0 => "none at all".to_owned(),
+        _ => listed.join(", "),
+    }
+}
+
+/// Adds what a message asks of the robot.
+fn drive(
+    wanted: &Wanted<'_>,
+    message: &ReadMessage,
+    t_s: f64,
+    driving: &mut Series,
+) -> Result<(), Error> {
+    let values = match wanted.section.drives {
+        Drives::WheelRates if message.type_name == Float64MultiArray::TYPE_NAME => {
+            let data = decode::<Float64MultiArray>(wanted, message)?.data;
+            if data.len() != wanted.wheels.len() {
+                return Err(wanted.fault(
+                    format!(
+                        "a message of `{}` has {} numbers, but the robot {} wheels",
+                        message.topic,
+                        data.len(),
+                        wanted.wheels.len()
+                    ),
+                    "drive it by messages with the names of joints, `sensor_msgs/JointState`",
+                ));
+            }
+            data
+        }
+        Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques => {
+            let joints = expect::<JointState>(wanted, message)?;
+            let (values, what) = match wanted.section.drives {
+                Drives::WheelRates => (&joints.velocity, "velocity"),
+                Drives::WheelAngles => (&joints.position, "position"),
+                _ => (&joints.effort, "effort"),
+            };
+            // A message of other joints of the robot, of its arm, say.
+            if values.is_empty()
+                || !joints
+                    .name
+                    .iter()
+                    .any(|name| wanted.wheels.iter().any(|wheel| wanted.name(wheel) == name))
+            {
+                return Ok(());
+            }
+            let of_wheel = |wheel: &&str| {
+                let name = wanted.name(wheel);
+                let place = joints.name.iter().position(|known| known == name);
+                place
+                    .and_then(|place| values.get(place))
+                    .copied()
+                    .ok_or_else(|| {
+                        let names: Vec<String> = joints
+                            .name
+                            .iter()
+                            .take(20)
+                            .map(|name| format!("`{name}`"))
+                            .collect();
+                        wanted.fault(
+                            format!("`{}` has no {what} of the wheel `{name}`", message.topic),
+                            format!(
+                                "its joints are {}: `playback.names.{wheel}` says which it is",
+                                names.join(", ")
+                            ),
+                        )
+                    })
+            };
+            wanted
+                .wheels
+                .iter()
+                .map(of_wheel)
+                .collect::<Result<_, _>>()?
+        }
+        Drives::Twist => {
+            let twist = match message.type_name {
+                name if name == Twist::TYPE_NAME => decode::<Twist>(wanted, message)?,
+                name if name == Odometry::TYPE_NAME => {
+                    decode::<Odometry>(wanted, message)?.twist.twist
+                }
+                _ => expect::<TwistStamped>(wanted, message)?.twist,
+            };
+            vec![twist.linear.x, twist.linear.y, twist.angular.z]
+        }
+        Drives::Path => {
+            for (within_s, pose) in poses(wanted, message)? {
+                driving.push(t_s + within_s, finite(wanted, message, t_s, pose.to_vec())?);
+            }
+            return Ok(());
+        }
+    };
+    driving.push(t_s, finite(wanted, message, t_s, values)?);
+    Ok(())
+}
+
+/// The poses of a message, x, y and heading, and how many seconds after its first each comes.
+fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3])>, Error> {
+    let planar = |pose: &geometry::Pose| {
+        let q = &pose.orientation;
+        let heading_rad = libm::atan2(
+            2.0 * (q.w * q.z + q.x * q.y),
+            1.0 - 2.0 * (q.y * q.y + q.z * q.z),
+        );
+        [pose.position.x, pose.position.y, heading_rad]
+    };
+    if message.type_name == Odometry::TYPE_NAME {
+        let odometry = decode::<Odometry>(wanted, message)?;
+        return Ok(vec![(0.0, planar(&odometry.pose.pose))]);
+    }
+    if message.type_name == Path::TYPE_NAME {
+        let path = decode::<Path>(wanted, message)?;
+        let times: Vec<f64> = path
+            .poses
+            .iter()
+            .map(|pose| {
+                let stamp = pose.header.stamp;
+                f64::from(stamp.sec) + f64::from(stamp.nanosec) * 1e-9
+            })
+            .collect();
+        if times.windows(2).any(|pair| pair[1] <= pair[0]) {
+            return Err(wanted.fault(
+                format!("the poses of the path on `{}` have no times that grow", message.topic),
+                "write its points into a CSV file, and drive along them by `[reference.waypoints]` with a speed",
+            ));
+        }
+        let poses = path.poses.iter().zip(&times);
+        return Ok(poses
+            .map(|(pose, t_s)| (t_s - times[0], planar(&pose.pose)))
+            .collect());
+    }
+    let stamped = expect::<PoseStamped>(wanted, message)?;
+    Ok(vec![(0.0, planar(&stamped.pose))])
+}
+
+/// The message, or what else it is.
+fn expect<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
+    if message.type_name != M::TYPE_NAME {
+        return Err(wanted.fault(
+            format!("`{}` is of the type {}", message.topic, message.type_name),
+            format!(
+                "choose a topic of the type {}",
+                types(wanted.section.drives).join(" or ")
+            ),
+        ));
+    }
+    decode(wanted, message)
+}
+
+fn decode<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
+    M::decode(message.cdr).map_err(|fault: CdrError| {
+        wanted.fault(
+            format!(
+                "a message of `{}` is no {}: {fault}",
+                message.topic,
+                M::TYPE_NAME
+            ),
+            "the recording is damaged, or its type has other fields than that of ROS 2",
+        )
+    })
+}
+
+fn finite(
+    wanted: &Wanted<'_>,
+    message: &ReadMessage,
+    t_s: f64,
+    values: Vec<f64>,
+) -> Result<Vec<f64>, Error> {
+    if values
+        .iter()
+        .all(|value| value.is_finite() && value.abs() <= 1e9)
+    {
+        return Ok(values);
+    }
+    Err(wanted.fault(
+        format!(
+            "a message of `{}`, {t_s:.3} s after the first of all, holds a number that cannot be computed with",
+            message.topic,
+        ),
+        "leave it out of the recording",
+    ))
+}

@@ -1,0 +1,437 @@
+//! A log that drives the robot.
+
+mod bag;
+mod csv;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use ilon_control::{Heading, Reference};
+use ilon_robot::{Pose, Robot, Twist, wrap_angle};
+use nalgebra::Vector2;
+
+use crate::Error;
+use crate::scenario::{Drives, Playback, Scenario};
+
+/// The longest log that is read, in bytes.
+const MAX_BYTES: u64 = 4 << 30;
+/// The most rows of a log.
+const MOST_ROWS: usize = 20_000_000;
+/// Points of a path are at least this far apart, in seconds: a spline through poses that lie closer follows their noise.
+const PATH_STEP_S: f64 = 0.25;
+/// Half of what separates sums of periods from the times that they mean.
+const SLACK_S: f64 = 1e-9;
+
+/// What a log says over time: rows of as many numbers each, their times growing from about zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Series {
+    times_s: Vec<f64>,
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl Series {
+    fn new(width: usize) -> Self {
+        Self {
+            width,
+            ..Self::default()
+        }
+    }
+
+    fn push(&mut self, t_s: f64, values: impl IntoIterator<Item = f64>) {
+        self.times_s.push(t_s);
+        self.values.extend(values);
+    }
+
+    fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    fn row(&self, index: usize) -> &[f64] {
+        &self.values[index * self.width..(index + 1) * self.width]
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (f64, &[f64])> {
+        let times = self.times_s.iter().enumerate();
+        times.map(|(index, t_s)| (*t_s, self.row(index)))
+    }
+
+    /// The last row at or before a time; `None` before the first.
+    fn before(&self, t_s: f64) -> Option<usize> {
+        let after = self
+            .times_s
+            .partition_point(|time_s| *time_s <= t_s + SLACK_S);
+        after.checked_sub(1)
+    }
+
+    /// A number of the row that holds at a time: that of the last row, and `None` before the first and once the last has stood
+    /// for as long as rows of the log do.
+    fn held(&self, t_s: f64) -> Option<&[f64]> {
+        let row = self.before(t_s)?;
+        let is_over = row + 1 == self.len() && t_s > self.end_s() + SLACK_S;
+        (!is_over).then(|| self.row(row))
+    }
+
+    /// When the last row has stood as long as the rows before it did on the mean.
+    fn end_s(&self) -> f64 {
+        let (Some(first), Some(last)) = (self.times_s.first(), self.times_s.last()) else {
+            return 0.0;
+        };
+        last + (last - first) / (self.len() - 1).max(1) as f64
+    }
+
+    /// A number at a time on the line between its neighbours; that of the first or last row beyond them.
+    fn between(&self, t_s: f64, column: usize) -> f64 {
+        let value = |row: usize| self.row(row)[column];
+        match self.before(t_s) {
+            None => value(0),
+            Some(row) if row + 1 == self.len() => value(row),
+            Some(row) => {
+                let (from_s, to_s) = (self.times_s[row], self.times_s[row + 1]);
+                let share = ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
+                value(row) + share * (value(row + 1) - value(row))
+            }
+        }
+    }
+
+    fn shift_times(&mut self, by_s: f64) {
+        self.times_s.iter_mut().for_each(|time_s| *time_s += by_s);
+    }
+}
+
+/// A log that was read: what drives the robot, and where the real one was.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Log {
+    drives: Drives,
+    driving: Series,
+    /// x, y and heading, unwrapped, placed so that it begins where the simulated robot starts.
+    measured: Option<Series>,
+    angle_gain_per_s: f64,
+    control_dt_s: f64,
+}
+
+/// What a log asks of the wheels at a time.
+pub(super) enum Asked {
+    Rates,
+    Torques,
+    Twist(Twist),
+}
+
+impl Log {
+    /// Reads the log that a scenario names, for a robot that starts at a pose.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or does not say what shall drive the robot.
+    pub fn read(
+        scenario: &Scenario,
+        robot: &Robot,
+        start: Pose,
+    ) -> Result<Option<Arc<Self>>, Error> {
+        let Some(section) = &scenario.playback else {
+            return Ok(None);
+        };
+        let path = scenario.resolve(&section.file);
+        let fault = |message: String, help: String| Error::Log {
+            path: path.clone(),
+            message,
+            help,
+        };
+        let is_csv = path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+        let wheels: Vec<&str> = robot
+            .wheels
+            .iter()
+            .map(|wheel| wheel.name.as_str())
+            .collect();
+        let wanted = Wanted {
+            section,
+            wheels: &wheels,
+            path: &path,
+        };
+        let (mut driving, mut measured) = match is_csv {
+            true => csv::read(&wanted, &scenario.files)?,
+            false => bag::read(&wanted, &scenario.files)?,
+        };
+        let Some(first_s) = driving.times_s.first().copied() else {
+            let message = "it holds nothing that could drive the robot".to_owned();
+            return Err(fault(
+                message,
+                "see `playback.drives` and `playback.topic`".to_owned(),
+            ));
+        };
+        for series in [Some(&driving), measured.as_ref()].into_iter().flatten() {
+            if let Some(row) = series
+                .times_s
+                .windows(2)
+                .position(|pair| pair[1] <= pair[0])
+            {
+                let (at, next) = (series.times_s[row], series.times_s[row + 1]);
+                return Err(fault(
+                    format!("its times do not grow: after {at} s comes {next} s"),
+                    "order its rows by time, and leave each time once".to_owned(),
+                ));
+            }
+        }
+        // Time counts from what drives the robot first.
+        driving.shift_times(-first_s - section.from_s);
+        if driving.end_s() <= 0.0 {
+            return Err(fault(
+                format!(
+                    "`playback.from_s` = {} leaves nothing of it",
+                    section.from_s
+                ),
+                format!("it is {:.3} s long", driving.end_s() + section.from_s),
+            ));
+        }
+        if let Some(measured) = &mut measured {
+            measured.shift_times(-first_s - section.from_s);
+            if measured.len() == 0 {
+                return Err(fault(
+                    "it says nowhere where the real robot was".to_owned(),
+                    "see `playback.pose_topic`".to_owned(),
+                ));
+            }
+            unwrap(measured, 2);
+            place(measured, start);
+        }
+        if section.drives == Drives::Path {
+            unwrap(&mut driving, 2);
+            place(&mut driving, start);
+        }
+        if section.drives == Drives::WheelAngles {
+            // They count from where they are when the run begins.
+            for column in 0..driving.width {
+                let first = driving.between(0.0, column);
+                let values = driving.values.iter_mut().skip(column);
+                values
+                    .step_by(driving.width)
+                    .for_each(|angle| *angle -= first);
+            }
+        }
+        Ok(Some(Arc::new(Self {
+            drives: section.drives,
+            driving,
+            measured,
+            angle_gain_per_s: section.angle_gain_per_s,
+            control_dt_s: scenario.run.control_dt_s,
+        })))
+    }
+
+    /// The path of the log as a reference, if it is one.
+    pub fn reference(&self) -> Option<Result<Reference, ilon_control::ControlError>> {
+        if self.drives != Drives::Path {
+            return None;
+        }
+        let (mut times_s, mut points_m, mut headings_rad) = (Vec::new(), Vec::new(), Vec::new());
+        let rows = self.driving.len();
+        for (index, (t_s, row)) in self.driving.rows().enumerate() {
+            let far = times_s.last().is_none_or(|last| t_s - last >= PATH_STEP_S);
+            if t_s >= 0.0 && (far || index + 1 == rows) {
+                // The last point takes the place of one that is too near to it.
+                if !far && times_s.len() > 1 {
+                    times_s.pop();
+                    points_m.pop();
+                    headings_rad.pop();
+                }
+                times_s.push(t_s);
+                points_m.push(Vector2::new(row[0], row[1]));
+                headings_rad.push(row[2]);
+            }
+        }
+        Some(Reference::waypoints(
+            &times_s,
+            points_m,
+            Heading::Waypoints { headings_rad },
+        ))
+    }
+
+    /// What the log asks at a time, in seconds: rates or torques come into `wheels`. `angles_rad` are those that the robot sees.
+    pub fn ask(&self, t_s: f64, angles_rad: &[f64], wheels: &mut [f64]) -> Asked {
+        wheels.fill(0.0);
+        match self.drives {
+            Drives::WheelRates | Drives::WheelTorques => {
+                if let Some(row) = self.driving.held(t_s) {
+                    wheels.copy_from_slice(row);
+                }
+                match self.drives {
+                    Drives::WheelTorques => Asked::Torques,
+                    _ => Asked::Rates,
+                }
+            }
+            Drives::WheelAngles => {
+                for (column, (rate, angle_rad)) in wheels.iter_mut().zip(angles_rad).enumerate() {
+                    let now = self.driving.between(t_s, column);
+                    let next = self.driving.between(t_s + self.control_dt_s, column);
+                    *rate = (next - now) / self.control_dt_s
+                        + self.angle_gain_per_s * (now - angle_rad);
+                }
+                Asked::Rates
+            }
+            Drives::Twist | Drives::Path => {
+                let row = self
+                    .driving
+                    .held(t_s)
+                    .filter(|_| self.drives == Drives::Twist);
+                Asked::Twist(
+                    row.map_or_else(Twist::default, |row| Twist::new(row[0], row[1], row[2])),
+                )
+            }
+        }
+    }
+
+    /// Where the real robot was at a time, in seconds; `None` where the log does not say.
+    pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
+        let measured = self.measured.as_ref()?;
+        let (first, last) = (measured.times_s.first()?, measured.times_s.last()?);
+        let within = t_s >= first - SLACK_S && t_s <= last + SLACK_S;
+        within.then(|| Pose {
+            x_m: measured.between(t_s, 0),
+            y_m: measured.between(t_s, 1),
+            heading_rad: measured.between(t_s, 2),
+        })
+    }
+
+    /// Whether it says where the real robot was.
+    pub fn has_measured(&self) -> bool {
+        self.measured.is_some()
+    }
+
+    /// The fastest that it asks a wheel to turn, in rad/s, where it asks for rates; `rates` gives those of a twist.
+    pub fn fastest_rate_rad_s(
+        &self,
+        rates: impl Fn(Twist, &mut [f64]),
+        wheel_count: usize,
+    ) -> Option<f64> {
+        let largest = |row: &[f64]| row.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        match self.drives {
+            Drives::WheelTorques | Drives::Path => None,
+            Drives::WheelRates => Some(largest(&self.driving.values)),
+            Drives::WheelAngles => {
+                let rows: Vec<(f64, &[f64])> = self.driving.rows().collect();
+                let fastest = rows.windows(2).map(|pair| {
+                    let dt_s = (pair[1].0 - pair[0].0).max(self.control_dt_s);
+                    let turned = pair[0]
+                        .1
+                        .iter()
+                        .zip(pair[1].1)
+                        .map(|(a, b)| ((b - a) / dt_s).abs());
+                    turned.fold(0.0, f64::max)
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+            Drives::Twist => {
+                let mut wheels = vec![0.0; wheel_count];
+                let fastest = self.driving.rows().map(|(_, row)| {
+                    rates(Twist::new(row[0], row[1], row[2]), &mut wheels);
+                    largest(&wheels)
+                });
+                Some(fastest.fold(0.0, f64::max))
+            }
+        }
+    }
+}
+
+/// What is looked for in a log.
+struct Wanted<'a> {
+    section: &'a Playback,
+    wheels: &'a [&'a str],
+    path: &'a Path,
+}
+
+impl Wanted<'_> {
+    /// What the log calls something.
+    fn name<'s>(&'s self, ours: &'s str) -> &'s str {
+        self.section.names.get(ours).map_or(ours, String::as_str)
+    }
+
+    fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+        Error::Log {
+            path: self.path.to_owned(),
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+}
+
+/// Takes the jumps of a whole turn out of angles.
+fn unwrap(series: &mut Series, column: usize) {
+    let width = series.width;
+    for row in 1..series.len() {
+        let before = series.values[(row - 1) * width + column];
+        let angle = &mut series.values[row * width + column];
+        *angle = before + wrap_angle(*angle - before);
+    }
+}
+
+/// Moves poses so that the one at the start of the run is this one.
+fn place(series: &mut Series, start: Pose) {
+    let [x, y, heading] = [0, 1, 2].map(|column| series.between(0.0, column));
+    let turned = start.heading_rad - heading;
+    let (sin, cos) = libm::sincos(turned);
+    for row in series.values.chunks_exact_mut(series.width) {
+        let (from_x, from_y) = (row[0] - x, row[1] - y);
+        row[0] = start.x_m + cos * from_x - sin * from_y;
+        row[1] = start.y_m + sin * from_x + cos * from_y;
+        row[2] += turned;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(rows: &[(f64, f64)]) -> Series {
+        let mut series = Series::new(1);
+        rows.iter()
+            .for_each(|(t_s, value)| series.push(*t_s, [*value]));
+        series
+    }
+
+    #[test]
+    fn a_command_holds_until_the_next_and_the_last_as_long_as_the_others() {
+        let series = series(&[(0.0, 1.0), (0.1, 2.0), (0.2, 3.0)]);
+        let held = |t_s| series.held(t_s).map(|row| row[0]);
+        assert_eq!(held(-0.01), None);
+        assert_eq!(
+            [held(0.0), held(0.05), held(0.1)],
+            [Some(1.0), Some(1.0), Some(2.0)]
+        );
+        // A sum of periods a rounding below the time that it means.
+        assert_eq!(held(0.1 - 1e-12), Some(2.0));
+        assert_eq!([held(0.29), held(0.31)], [Some(3.0), None]);
+    }
+
+    #[test]
+    fn between_rows_lies_a_line_and_beyond_them_nothing_changes() {
+        let series = series(&[(0.0, 1.0), (0.2, 3.0)]);
+        let at = |t_s| series.between(t_s, 0);
+        assert_eq!([at(-1.0), at(0.0), at(0.2), at(9.0)], [1.0, 1.0, 3.0, 3.0]);
+        assert!((at(0.05) - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn poses_are_placed_at_the_start_with_their_shape() {
+        let mut poses = Series::new(3);
+        // A quarter of a turn to the left on the way from (1, 1) to (1, 2), across the seam of angles.
+        poses.push(0.0, [1.0, 1.0, 3.0]);
+        poses.push(1.0, [1.0, 2.0, 3.0 + 1.5 - std::f64::consts::TAU]);
+        unwrap(&mut poses, 2);
+        let start = Pose {
+            x_m: -1.0,
+            y_m: 0.5,
+            heading_rad: 3.0 - std::f64::consts::FRAC_PI_2,
+        };
+        place(&mut poses, start);
+        let near = |row: usize, wanted: [f64; 3]| {
+            poses
+                .row(row)
+                .iter()
+                .zip(wanted)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        };
+        // Turned by a quarter to the right, what led along y leads along x.
+        assert!(near(0, [-1.0, 0.5, start.heading_rad]), "{poses:?}");
+        assert!(near(1, [0.0, 0.5, start.heading_rad + 1.5]), "{poses:?}");
+    }
+}

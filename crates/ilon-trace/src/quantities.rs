@@ -1,0 +1,206 @@
+//! The quantities of a run by their names: one table that gives each figure of `summary.json` its key, its words, its
+//! unit and its digits, for terminal, comparison, report, expectations and schema.
+//!
+//! A value is in SI units wherever it is stored; [`Quantity::shown`] is what a person reads.
+
+use crate::metrics::Summary;
+
+mod table;
+
+pub use table::GROUPS;
+
+/// The unit that a quantity is shown in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// As it stands behind the number; empty of a pure number.
+    pub symbol: &'static str,
+    /// How many of it make one SI unit.
+    pub per_si: f64,
+}
+
+/// One figure of a [`Summary`].
+#[derive(Clone, Copy, Debug)]
+pub struct Quantity {
+    /// Its name in `summary.json` and in `[expect]`; a dot steps into a group, as in `twist_ratio_ideal.vy`.
+    pub key: &'static str,
+    /// What it is, in words, to be read under its group's heading.
+    pub label: &'static str,
+    /// The unit that it is shown in.
+    pub unit: Unit,
+    /// Digits behind the point when it is shown.
+    pub decimals: usize,
+    /// Whether it belongs in a table that has room for the main figures only.
+    pub is_main: bool,
+    get: fn(&Summary) -> Option<f64>,
+}
+
+impl Quantity {
+    /// Its value in SI units, as in `summary.json`; `None` where it does not apply to the run.
+    pub fn value(&self, summary: &Summary) -> Option<f64> {
+        (self.get)(summary)
+    }
+
+    /// Its value in the unit that it is shown in; `None` where it does not apply to the run.
+    pub fn shown(&self, summary: &Summary) -> Option<f64> {
+        self.value(summary).map(|value| value * self.unit.per_si)
+    }
+}
+
+/// Quantities under one heading.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// The heading.
+    pub heading: &'static str,
+    /// Whether they say something of open-loop runs only: a robot that tracks a path goes to and fro, and its mean
+    /// twist is nothing to measure by.
+    pub open_loop_only: bool,
+    /// The quantities, in the order in which they are shown.
+    pub quantities: &'static [Quantity],
+}
+
+/// All quantities, in the order of [`GROUPS`].
+pub fn all() -> impl Iterator<Item = &'static Quantity> {
+    GROUPS.iter().flat_map(|group| group.quantities)
+}
+
+/// The quantity of a key such as `position_error_rms_m`; `None` where there is none.
+pub fn by_key(key: &str) -> Option<&'static Quantity> {
+    all().find(|quantity| quantity.key == key)
+}
+
+/// The SI unit of a recorded signal or of a figure, by the end of its name: `rad/s` of `wheel0_rate_rad_s`; empty of a
+/// pure number.
+pub fn si_unit(name: &str) -> &'static str {
+    let last = name.rsplit('.').next().unwrap_or(name);
+    let ends_in = |end: &str| {
+        let before = last.strip_suffix(end);
+        before.is_some_and(|before| before.is_empty() || before.ends_with('_'))
+    };
+    let of_name = SI_UNITS.iter().find(|(end, _)| ends_in(end));
+    of_name.map_or("", |(_, symbol)| symbol)
+}
+
+/// Longer endings first.
+const SI_UNITS: [(&str, &str); 13] = [
+    ("m_per_m", "m/m"),
+    ("rad_per_m", "rad/m"),
+    ("rad_per_turn", "rad/turn"),
+    ("n_m", "N m"),
+    ("rad_s", "rad/s"),
+    ("m_s", "m/s"),
+    ("rad", "rad"),
+    ("m", "m"),
+    ("n", "N"),
+    ("j", "J"),
+    ("hz", "Hz"),
+    ("kg", "kg"),
+    ("s", "s"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Settings;
+    use crate::sample::made_up_trace;
+    use serde_json::Value;
+
+    /// The dotted keys of the numbers, of null too, in a summary that has all its groups.
+    fn keys_in(value: &Value, at: &str, keys: &mut Vec<String>) {
+        match value {
+            Value::Number(_) | Value::Null => keys.push(at.to_owned()),
+            Value::Object(members) => {
+                for (key, member) in members {
+                    let dot = if at.is_empty() { "" } else { "." };
+                    keys_in(member, &format!("{at}{dot}{key}"), keys);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The figures of a run in which everything applies.
+    fn whole_summary() -> Summary {
+        let mut trace = made_up_trace(3, 40, true);
+        trace.header.open_loop = true;
+        trace.header.measure_to_s = f64::INFINITY;
+        let mut summary = Summary::of(&trace, &Settings::default());
+        summary.sim_seconds_per_cpu_second = Some(7.0);
+        summary
+    }
+
+    #[test]
+    fn every_number_of_a_summary_is_a_quantity_and_the_other_way_round() {
+        let mut of_summary = Vec::new();
+        keys_in(&serde_json::json!(whole_summary()), "", &mut of_summary);
+        let mut of_table: Vec<_> = all().map(|quantity| quantity.key.to_owned()).collect();
+        of_summary.sort();
+        of_table.sort();
+        assert_eq!(of_table, of_summary);
+    }
+
+    #[test]
+    fn a_quantity_is_what_the_summary_holds_under_its_key() {
+        let summary = whole_summary();
+        let json = serde_json::json!(summary);
+        let mut present = 0;
+        for quantity in all() {
+            let pointer = format!("/{}", quantity.key.replace('.', "/"));
+            let held = json.pointer(&pointer).and_then(Value::as_f64);
+            assert_eq!(quantity.value(&summary), held, "{}", quantity.key);
+            present += usize::from(held.is_some());
+        }
+        // Otherwise the comparison above says nothing.
+        assert!(present > 60, "{present} of {} are there", all().count());
+    }
+
+    #[test]
+    fn the_unit_shown_measures_what_the_unit_of_the_key_measures() {
+        let degrees = 1f64.to_degrees();
+        let fitting = [
+            ("m", "m", 1.0),
+            ("m", "mm", 1e3),
+            ("m/s", "m/s", 1.0),
+            ("m/s", "mm/s", 1e3),
+            ("m/m", "mm per m", 1e3),
+            ("rad", "deg", degrees),
+            ("rad/m", "deg per m", degrees),
+            ("rad/turn", "deg per turn", degrees),
+            ("rad/s", "rad/s", 1.0),
+            ("s", "s", 1.0),
+            ("s", "ms", 1e3),
+            ("J", "J", 1.0),
+            ("N m", "N m", 1.0),
+            // Shares and ratios, counts, multiples.
+            ("", "%", 1e2),
+            ("", "", 1.0),
+            ("", "times real time, one core", 1.0),
+        ];
+        for quantity in all() {
+            let Unit { symbol, per_si } = quantity.unit;
+            let pair = (si_unit(quantity.key), symbol, per_si);
+            assert!(fitting.contains(&pair), "{} has {pair:?}", quantity.key);
+        }
+    }
+
+    #[test]
+    fn a_quantity_is_shown_in_its_unit() {
+        let summary = Summary {
+            position_error_rms_m: Some(0.012),
+            ..Summary::default()
+        };
+        let quantity = by_key("position_error_rms_m").expect("it exists");
+        assert_eq!(quantity.shown(&summary), Some(12.0));
+        assert_eq!(quantity.unit.symbol, "mm");
+        assert!(by_key("position_error").is_none());
+    }
+
+    #[test]
+    fn the_unit_of_a_signal_follows_from_the_end_of_its_name() {
+        assert_eq!(si_unit("wheel0_rate_rad_s"), "rad/s");
+        assert_eq!(si_unit("wheel0_torque_n_m"), "N m");
+        assert_eq!(si_unit("truth_x_m"), "m");
+        assert_eq!(si_unit("t_s"), "s");
+        assert_eq!(si_unit("wheel0_load_share"), "");
+        assert_eq!(si_unit("wheel0_normal_force_n"), "N");
+    }
+}

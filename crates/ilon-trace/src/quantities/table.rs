@@ -1,0 +1,284 @@
+//! The table itself: a line a quantity.
+
+use super::{Group, Quantity, Unit};
+use crate::metrics::Summary;
+
+const fn unit(symbol: &'static str, per_si: f64) -> Unit {
+    Unit { symbol, per_si }
+}
+
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+const METRE: Unit = unit("m", 1.0);
+const MILLIMETRE: Unit = unit("mm", 1e3);
+const MILLIMETRE_A_METRE: Unit = unit("mm per m", 1e3);
+const MILLIMETRE_A_SECOND: Unit = unit("mm/s", 1e3);
+const METRE_A_SECOND: Unit = unit("m/s", 1.0);
+const RADIAN_A_SECOND: Unit = unit("rad/s", 1.0);
+const DEGREE: Unit = unit("deg", DEGREES);
+const DEGREE_A_METRE: Unit = unit("deg per m", DEGREES);
+const DEGREE_A_TURN: Unit = unit("deg per turn", DEGREES);
+const SECOND: Unit = unit("s", 1.0);
+const MILLISECOND: Unit = unit("ms", 1e3);
+const NEWTON_METRE: Unit = unit("N m", 1.0);
+const JOULE: Unit = unit("J", 1.0);
+const PERCENT: Unit = unit("%", 1e2);
+const NUMBER: Unit = unit("", 1.0);
+const TIMES_REAL: Unit = unit("times real time, one core", 1.0);
+
+/// What a field of a summary holds, as a number.
+trait Figure {
+    fn figure(self) -> Option<f64>;
+}
+
+impl Figure for f64 {
+    fn figure(self) -> Option<f64> {
+        Some(self)
+    }
+}
+
+impl Figure for Option<f64> {
+    fn figure(self) -> Option<f64> {
+        self
+    }
+}
+
+impl Figure for u64 {
+    fn figure(self) -> Option<f64> {
+        Some(self as f64)
+    }
+}
+
+/// One line of the table: the field, which is also the key; with `?` behind a part that may be absent.
+macro_rules! quantity {
+    ($is_main:literal, $($field:ident).+, $label:literal, $unit:ident, $decimals:literal) => {
+        quantity!(@ $is_main, [$($field).+], |s: &Summary| Figure::figure(s.$($field).+), $label, $unit, $decimals)
+    };
+    ($is_main:literal, $part:ident ? . $field:ident, $label:literal, $unit:ident, $decimals:literal) => {
+        quantity!(@ $is_main, [$part.$field], |s: &Summary| s.$part.map(|part| part.$field), $label, $unit, $decimals)
+    };
+    (@ $is_main:literal, [$first:ident $(. $rest:ident)*], $get:expr, $label:literal, $unit:ident, $decimals:literal) => {
+        Quantity {
+            key: concat!(stringify!($first) $(, ".", stringify!($rest))*),
+            label: $label,
+            unit: $unit,
+            decimals: $decimals,
+            is_main: $is_main,
+            get: $get,
+        }
+    };
+}
+
+macro_rules! main { ($($line:tt)+) => { quantity!(true, $($line)+) }; }
+macro_rules! detail { ($($line:tt)+) => { quantity!(false, $($line)+) }; }
+
+/// The terms of the error budget, of which each group shows one component.
+macro_rules! budget {
+    ($heading:literal, $line:ident, $component:ident, $unit:ident, $decimals:literal) => {
+        Group {
+            heading: $heading,
+            open_loop_only: false,
+            quantities: &[
+                $line!(ledger.guidance.$component, "guidance", $unit, $decimals),
+                $line!(
+                    ledger.compensation.$component,
+                    "compensation",
+                    $unit,
+                    $decimals
+                ),
+                $line!(ledger.servo.$component, "servo", $unit, $decimals),
+                $line!(
+                    ledger.geometry.$component,
+                    "roller geometry",
+                    $unit,
+                    $decimals
+                ),
+                $line!(ledger.slip.$component, "slip", $unit, $decimals),
+                $line!(ledger.total.$component, "total", $unit, $decimals),
+            ],
+        }
+    };
+}
+
+/// Dead reckoning against the truth.
+macro_rules! drift {
+    ($heading:literal, $way:ident) => {
+        Group {
+            heading: $heading,
+            open_loop_only: false,
+            quantities: &[
+                main!(
+                    $way.m_per_m,
+                    "distance, per metre travelled",
+                    MILLIMETRE_A_METRE,
+                    2
+                ),
+                main!(
+                    $way.rad_per_m,
+                    "heading, per metre travelled",
+                    DEGREE_A_METRE,
+                    3
+                ),
+                detail!($way.final_m, "distance, at the end", MILLIMETRE, 2),
+                detail!($way.final_rad, "heading, at the end", DEGREE, 3),
+                detail!($way.worst_m, "distance, largest", MILLIMETRE, 2),
+                detail!($way.rad_per_turn, "heading, per turn", DEGREE_A_TURN, 3),
+            ],
+        }
+    };
+}
+
+/// The components of a mean twist.
+macro_rules! twist {
+    ($heading:literal, $twist:ident) => {
+        Group {
+            heading: $heading,
+            open_loop_only: true,
+            quantities: &[
+                detail!($twist?.vx_m_s, "vx", METRE_A_SECOND, 5),
+                detail!($twist?.vy_m_s, "vy", METRE_A_SECOND, 5),
+                detail!($twist?.omega_rad_s, "omega", RADIAN_A_SECOND, 5),
+            ],
+        }
+    };
+}
+
+/// The components of a ratio of twists.
+macro_rules! ratio {
+    ($heading:literal, $ratio:ident) => {
+        Group {
+            heading: $heading,
+            open_loop_only: true,
+            quantities: &[
+                main!($ratio.vx, "vx", PERCENT, 3),
+                main!($ratio.vy, "vy", PERCENT, 3),
+                main!($ratio.omega, "omega", PERCENT, 3),
+            ],
+        }
+    };
+}
+
+/// Every number of a summary but those of single wheels, in the order in which they are shown.
+#[rustfmt::skip]
+pub static GROUPS: &[Group] = &[
+    Group {
+        heading: "run",
+        open_loop_only: false,
+        quantities: &[
+            detail!(duration_s, "simulated", SECOND, 2),
+            detail!(steps, "physics steps", NUMBER, 0),
+            detail!(physics_dt_s, "physics step", MILLISECOND, 3),
+            detail!(control_dt_s, "control period", MILLISECOND, 3),
+            detail!(sim_seconds_per_cpu_second, "speed", TIMES_REAL, 1),
+        ],
+    },
+    Group {
+        heading: "tracking",
+        open_loop_only: false,
+        quantities: &[
+            main!(position_error_rms_m, "position error, rms", MILLIMETRE, 2),
+            main!(position_error_max_m, "position error, largest", MILLIMETRE, 2),
+            detail!(position_error_max_at_s, "position error, largest at", SECOND, 2),
+            main!(position_error_final_m, "position error, at the end", MILLIMETRE, 3),
+            main!(position_converged_s, "position under 5 cm from", SECOND, 2),
+            main!(heading_error_rms_rad, "heading error, rms", DEGREE, 3),
+            main!(heading_error_max_rad, "heading error, largest", DEGREE, 3),
+            detail!(heading_error_max_at_s, "heading error, largest at", SECOND, 2),
+            main!(heading_error_final_rad, "heading error, at the end", DEGREE, 4),
+            main!(heading_converged_s, "heading under 3 deg from", SECOND, 2),
+            main!(saturated_share, "saturated", PERCENT, 1),
+            detail!(seen_position_error_rms_m, "estimated position off by, rms", MILLIMETRE, 2),
+            detail!(seen_heading_error_rms_rad, "estimated heading off by, rms", DEGREE, 3),
+        ],
+    },
+    twist!("real twist, mean", twist_mean),
+    twist!("real twist, rms about its mean", twist_ripple),
+    twist!(
+        "ideal twist of the wheel rates by equation (7), mean",
+        twist_ideal_mean
+    ),
+    twist!(
+        "twist of the wheel rates by the rollers that touch, mean",
+        twist_contact_mean
+    ),
+    ratio!("real over ideal, equation (7)", twist_ratio_ideal),
+    ratio!("real over contact kinematics", twist_ratio_contact),
+    Group {
+        heading: "wheels",
+        open_loop_only: false,
+        quantities: &[
+            main!(wheel_rate_command_max_rad_s, "largest rate commanded", RADIAN_A_SECOND, 3),
+            main!(wheel_rate_error_rms_rad_s, "rate error, rms", RADIAN_A_SECOND, 3),
+            main!(wheel_torque_max_n_m, "largest torque", NEWTON_METRE, 3),
+            main!(hub_ripple_m, "hub ripple", MILLIMETRE, 4),
+            detail!(airborne_share, "in the air", PERCENT, 2),
+        ],
+    },
+    Group {
+        heading: "slip",
+        open_loop_only: false,
+        quantities: &[
+            main!(slip_speed_rms_m_s, "sliding speed, rms", MILLIMETRE_A_SECOND, 2),
+            main!(slip_speed_max_m_s, "sliding speed, largest", MILLIMETRE_A_SECOND, 2),
+            main!(slip_energy_j, "energy lost to sliding", JOULE, 4),
+            main!(friction_used_max, "most grip used by a wheel", PERCENT, 1),
+            detail!(contact_residual_max_m_s, "largest residual of the contacts", MILLIMETRE_A_SECOND, 6),
+        ],
+    },
+    Group {
+        heading: "energy",
+        open_loop_only: false,
+        quantities: &[
+            main!(energy.motor_j, "work of the motors", JOULE, 3),
+            detail!(energy.outside_j, "brought from outside", JOULE, 3),
+            detail!(energy.stored_j, "gain of kinetic and potential energy", JOULE, 3),
+            detail!(energy.slip_j, "lost to sliding", JOULE, 4),
+            main!(energy.spin_up_j, "lost in bringing rollers up to speed", JOULE, 4),
+            main!(energy.bearing_j, "lost in bearings", JOULE, 4),
+            detail!(energy.impact_j, "lost in impacts", JOULE, 4),
+            detail!(energy.unexplained_j, "unexplained", JOULE, 4),
+            detail!(energy.unexplained_share, "unexplained share", PERCENT, 3),
+        ],
+    },
+    Group {
+        heading: "way",
+        open_loop_only: false,
+        quantities: &[
+            detail!(travelled_m, "length of the way", METRE, 3),
+            detail!(turned_rad, "turned, back and forth", DEGREE, 1),
+            detail!(odometry_drift_m_per_m, "odometry drift", MILLIMETRE_A_METRE, 2),
+            detail!(odometry_drift_rad_per_m, "odometry drift, heading", DEGREE_A_METRE, 3),
+        ],
+    },
+    drift!("odometry by equation (7)", odometry_ideal),
+    drift!("odometry by the contact kinematics", odometry_contact),
+    budget!(
+        "error budget: length of each term's way",
+        main,
+        path_m,
+        MILLIMETRE,
+        2
+    ),
+    budget!(
+        "error budget: turned by each term, back and forth",
+        detail,
+        turned_rad,
+        DEGREE,
+        3
+    ),
+    budget!(
+        "error budget: along the world's x axis",
+        detail,
+        x_m,
+        MILLIMETRE,
+        2
+    ),
+    budget!(
+        "error budget: along the world's y axis",
+        detail,
+        y_m,
+        MILLIMETRE,
+        2
+    ),
+    budget!("error budget: heading", detail, heading_rad, DEGREE, 3),
+];

@@ -1,0 +1,35 @@
+//! `ilon inspect --ros2-controllers` and `--ros2-control`: a robot for the people of ros2_control.
+
+use std::path::Path;
+
+use ilon_messages::topics::robot_description;
+use ilon_robot::Loaded;
+use ilon_trace::file::write_text;
+
+use crate::cli::failure::Failure;
+use crate::ros2_control::{DriveParameters, urdf_with_block, yaml};
+
+/// Writes what is wanted. A robot that no controller can drive is refused before anything is written.
+pub(super) fn write(
+    loaded: &Loaded,
+    controllers: Option<&Path>,
+    control: Option<&Path>,
+) -> Result<(), Failure> {
+    let robot = &loaded.robot;
+    if let Some(path) = controllers {
+        let drive = DriveParameters::of(robot)?.map_err(|unsuitable| {
+            Failure::usage(
+                unsuitable.to_string(),
+                "command its wheels each by itself, as a forward_command_controller does; `--ros2-control` writes the block for them",
+            )
+        })?;
+        write_text(path, &yaml(robot, &drive))?;
+    }
+    if let Some(path) = control {
+        let urdf = robot_description(robot, &loaded.urdf);
+        let whole = urdf_with_block(robot, &urdf)
+            .ok_or_else(|| Failure::encode("the URDF", &"it has no end"))?;
+        write_text(path, &whole)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,185 @@
+//! The parameters as the files that ROS 2 reads.
+
+use std::fmt::Write;
+
+use ilon_robot::Robot;
+
+use super::fit::{Controller, DriveParameters};
+
+/// The parameters as YAML for `ros2_control_node`, and the speeds that the wheels allow for Nav2's MPPI controller.
+pub fn yaml(robot: &Robot, drive: &DriveParameters) -> String {
+    let name = one_line(&robot.name);
+    let mut text = format!(
+        "# Controllers of ros2_controllers (Jazzy and later) for the robot \"{name}\", made by ilon {version}.\n\
+         # Start them on its URDF with a <ros2_control> block (`ilon inspect ROBOT --ros2-control FILE`).\n\
+         controller_manager:\n  ros__parameters:\n    update_rate: 100\n    joint_state_broadcaster:\n      \
+         type: joint_state_broadcaster/JointStateBroadcaster\n",
+        version = env!("CARGO_PKG_VERSION"),
+    );
+    let base = quoted(&robot.chassis.name);
+    match &drive.controller {
+        Controller::Mecanum {
+            wheels,
+            wheels_radius_m,
+            center_sum_m,
+            base_frame_offset_m: [x_m, y_m],
+        } => {
+            let [front_left, front_right, rear_right, rear_left] =
+                wheels.each_ref().map(|w| quoted(w));
+            let _ = write!(
+                text,
+                "    mecanum_drive_controller:\n      type: mecanum_drive_controller/MecanumDriveController\n\n\
+                 # Reference: ~/reference (geometry_msgs/TwistStamped). Remap ~/tf_odometry to /tf, or odom -> {base} is missing there.\n\
+                 mecanum_drive_controller:\n  ros__parameters:\n    reference_timeout: 0.5\n    \
+                 front_left_wheel_command_joint_name: {front_left}\n    front_right_wheel_command_joint_name: {front_right}\n    \
+                 rear_right_wheel_command_joint_name: {rear_right}\n    rear_left_wheel_command_joint_name: {rear_left}\n    \
+                 kinematics:\n      base_frame_offset: {{x: {x}, y: {y}, theta: 0.0}}\n{radius}      \
+                 wheels_radius: {wheels_radius_m:.6}\n      \
+                 # Half of the wheelbase and half of the track together, times what turning on rollers loses.\n      \
+                 sum_of_robot_center_projection_on_X_Y_axis: {center_sum_m:.6}\n{frames}    \
+                 pose_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n    \
+                 twist_covariance_diagonal: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n",
+                x = number(*x_m),
+                y = number(*y_m),
+                radius = about_radius(drive, *wheels_radius_m, "      "),
+                frames = frames(&base),
+            );
+        }
+        Controller::Omni {
+            wheels,
+            wheel_offset_rad,
+            robot_radius_m,
+            wheel_radius_m,
+        } => {
+            let wheels: Vec<String> = wheels.iter().map(|wheel| quoted(wheel)).collect();
+            let _ = write!(
+                text,
+                "    omni_wheel_drive_controller:\n      type: omni_wheel_drive_controller/OmniWheelDriveController\n\n\
+                 # Reference: ~/cmd_vel (geometry_msgs/TwistStamped).\n\
+                 omni_wheel_drive_controller:\n  ros__parameters:\n    cmd_vel_timeout: 0.5\n    \
+                 wheel_names: [{names}]\n    wheel_offset: {offset}\n    \
+                 # The distance of the wheels from the origin, times what turning on rollers loses.\n    \
+                 robot_radius: {robot_radius_m:.6}\n{radius}    wheel_radius: {wheel_radius_m:.6}\n{frames}    \
+                 diagonal_covariance:\n      pose: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n      \
+                 twist: [0.001, 0.001, 1000000.0, 1000000.0, 1000000.0, 0.01]\n",
+                names = wheels.join(", "),
+                offset = number(*wheel_offset_rad),
+                radius = about_radius(drive, *wheel_radius_m, "    "),
+                frames = frames(&base),
+            );
+        }
+    }
+    text.push_str(&mppi(robot, drive));
+    text
+}
+
+fn frames(base: &str) -> String {
+    format!("    base_frame_id: {base}\n    odom_frame_id: odom\n    enable_odom_tf: true\n")
+}
+
+/// What the radius is right for, as comments.
+fn about_radius(drive: &DriveParameters, rolling_m: f64, indent: &str) -> String {
+    let [x, y, yaw] = drive.real_over_asked.map(|share| 100.0 * (share - 1.0));
+    format!(
+        "{indent}# The wheels' own radius is {:.6} m; {rolling_m:.6} m is what they roll on. With these parameters and no slip the robot\n\
+         {indent}# drives {x:+.2} % more than asked ahead, {y:+.2} % to the side and {yaw:+.2} % in a turn. The controller has no parameter\n\
+         {indent}# for the side alone: its odometry is off by as much there.\n",
+        drive.radius_m
+    )
+}
+
+/// The speeds that the wheels allow, for Nav2.
+fn mppi(robot: &Robot, drive: &DriveParameters) -> String {
+    let mut text = String::from("\n# Speeds for Nav2's MPPI controller (motion_model: \"Omni\").");
+    let Some([vx, vy, wz]) = drive.box_within() else {
+        text.push_str(" The file of the robot sets no rate limits of its wheels:\n# give its joints <limit velocity=...>, and they follow.\n");
+        return text;
+    };
+    text.push_str(" The wheels allow all twists with |a vx + b vy + c wz| <= 1 for each row\n# (a, b, c) in s/m, s/m and s/rad:\n");
+    for ((row, limit), wheel) in drive
+        .rates
+        .row_iter()
+        .zip(&drive.rate_limits_rad_s)
+        .zip(&robot.wheels)
+    {
+        let [a, b, c] = [row[0], row[1], row[2]].map(|entry| entry / limit);
+        let _ = writeln!(
+            text,
+            "#   [{a:+.5}, {b:+.5}, {c:+.5}]  {}",
+            one_line(&wheel.name)
+        );
+    }
+    let alone = |twist| 1.0 / drive.share(twist);
+    use ilon_robot::Twist;
+    let _ = write!(
+        text,
+        "# That is {:.3} m/s ahead, {:.3} m/s to the side or {:.3} rad/s, each alone. MPPI knows no such shape, only a box: this is the\n\
+         # largest in these proportions of which every corner can be rolled.\n\
+         controller_server:\n  ros__parameters:\n    FollowPath:\n      plugin: \"nav2_mppi_controller::MPPIController\"\n      \
+         motion_model: \"Omni\"\n      vx_max: {vx:.4}\n      vx_min: {:.4}\n      vy_max: {vy:.4}\n      wz_max: {wz:.4}\n",
+        alone(Twist::new(1.0, 0.0, 0.0)),
+        alone(Twist::new(0.0, 1.0, 0.0)),
+        alone(Twist::new(0.0, 0.0, 1.0)),
+        -vx,
+    );
+    text
+}
+
+/// A URDF with a `<ros2_control>` block for the wheels: commands and states go over the topics that `joint_state_topic_hardware_interface`
+/// and ilon share. `None` of a text without an end.
+pub fn urdf_with_block(robot: &Robot, urdf: &str) -> Option<String> {
+    let end = urdf.rfind("</robot")?;
+    let mut block = format!(
+        "  <!-- Made by ilon. A threshold of -1 sends every command: above 0 a base at rest would never be sent one. -->\n  \
+         <ros2_control name={} type=\"system\">\n    <hardware>\n      \
+         <plugin>joint_state_topic_hardware_interface/JointStateTopicSystem</plugin>\n      \
+         <param name=\"joint_commands_topic\">/robot_joint_commands</param>\n      \
+         <param name=\"joint_states_topic\">/robot_joint_states</param>\n      \
+         <param name=\"trigger_joint_command_threshold\">-1</param>\n    </hardware>\n",
+        attribute(&robot.name)
+    );
+    for wheel in &robot.wheels {
+        let limit = wheel.motor.velocity_rad_s;
+        let command = if limit.is_finite() {
+            format!(
+                "<command_interface name=\"velocity\">\n        <param name=\"min\">{}</param>\n        <param name=\"max\">{limit}</param>\n      \
+                 </command_interface>",
+                -limit
+            )
+        } else {
+            "<command_interface name=\"velocity\"/>".to_owned()
+        };
+        let _ = write!(
+            block,
+            "    <joint name={}>\n      {command}\n      <state_interface name=\"position\"/>\n      <state_interface name=\"velocity\"/>\n      \
+             <state_interface name=\"effort\"/>\n    </joint>\n",
+            attribute(&wheel.name)
+        );
+    }
+    block.push_str("  </ros2_control>\n");
+    Some(format!("{}{block}{}", &urdf[..end], &urdf[end..]))
+}
+
+/// A number that YAML takes for one with a fraction: ROS 2 refuses whole numbers for such parameters.
+fn number(value: f64) -> String {
+    // Rounding leaves no trace of what is zero.
+    format!("{:.6}", if value.abs() < 5e-7 { 0.0 } else { value })
+}
+
+/// As a text of YAML, whatever is in it.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// As the value of an attribute.
+fn attribute(text: &str) -> String {
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    format!("\"{}\"", text.replace('"', "&quot;"))
+}
+
+/// Without what would end a comment.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .map(|letter| if letter.is_control() { ' ' } else { letter })
+        .collect()
+}
