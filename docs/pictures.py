@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the pictures of README and docs, and holds README's sentences against what the program says today.
 
-    docs/pictures.py ILON            pictures anew, and the sentences in README; needs Chromium and ImageMagick
+    docs/pictures.py ILON            pictures anew, and the sentences in README; needs Chromium
     docs/pictures.py --check ILON    exit 1 where README says something else than the program; needs nothing
 
 ILON is the program, such as target/release/ilon. Chromium is `chromium`, or what ILON_CHROMIUM names.
@@ -9,9 +9,11 @@ ILON is the program, such as target/release/ilon. Chromium is `chromium`, or wha
 
 import os
 import re
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -39,7 +41,14 @@ def screenshot(page, out, width, height):
     with tempfile.TemporaryDirectory() as profile:
         options = ["--headless", "--no-sandbox", "--hide-scrollbars", "--no-first-run", "--disable-background-networking"]
         options += [f"--user-data-dir={profile}", f"--window-size={width},{height}", "--virtual-time-budget=9000"]
-        subprocess.run([browser, *options, f"--screenshot={out}", page], check=True, capture_output=True)
+        # Now and then a browser without a screen does not come to an end.
+        for _ in range(3):
+            try:
+                subprocess.run([browser, *options, f"--screenshot={out}", page], check=True, capture_output=True, timeout=40)
+                return
+            except subprocess.TimeoutExpired:
+                print(f"the browser hung on {page}", file=sys.stderr)
+    sys.exit("the browser does not come to an end")
 
 
 def scene_page(report, view, wheel, folder):
@@ -58,13 +67,79 @@ def pictures(ilon, folder):
     screenshot(scene_page(lateral / "report.html", "follow", 0, folder) + "#t=3.02", docs / "wheel.png", 900, 480)
     page = scene_page(wet / "report.html", "follow", "null", folder)
     frames = []
-    for k in range(30):
+    for k in range(24):
         frames.append(Path(folder) / f"frame{k:03}.png")
-        screenshot(f"{page}#t={3.6 + 0.14 * k:.2f}", frames[-1], 560, 330)
-    gif = ["convert", "-delay", "14", "-loop", "0", *frames, "-layers", "Optimize", "-colors", "96", docs / "run.gif"]
-    subprocess.run(gif, check=True)
-    for picture in ["report.png", "wheel.png"]:
-        subprocess.run(["convert", docs / picture, "-colors", "128", docs / picture], check=True)
+        screenshot(f"{page}#t={3.6 + 0.18 * k:.2f}", frames[-1], 520, 300)
+    (docs / "run.png").write_bytes(animation(frames, 0.18))
+
+
+def chunk(kind, data):
+    """A chunk of a PNG file."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def pixels(path):
+    """Width, height and rows of red, green and blue of a screenshot: eight bits, not interlaced."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + 8 + size]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
+        elif kind == b"IDAT":
+            packed += body
+        at += size + 12
+    assert depth == 8 and colour in (2, 6), "a screenshot has eight bits of colour"
+    step = 3 if colour == 2 else 4
+    raw, rows, above = zlib.decompress(packed), [], bytearray(width * step)
+    for y in range(height):
+        begin = y * (width * step + 1)
+        row = bytearray(raw[begin + 1 : begin + 1 + width * step])
+        unfilter(raw[begin], row, above, step)
+        rows.append(row)
+        above = row
+    if step == 4:
+        rows = [bytearray(b for k, b in enumerate(row) if k % 4 < 3) for row in rows]
+    return width, height, rows
+
+
+def unfilter(kind, row, above, step):
+    """Undoes the filter of a row of a PNG file, in place."""
+    for k in range(len(row)) if kind else ():
+        left = row[k - step] if k >= step else 0
+        corner = above[k - step] if k >= step else 0
+        if kind == 1:
+            guess = left
+        elif kind == 2:
+            guess = above[k]
+        elif kind == 3:
+            guess = (left + above[k]) // 2
+        else:
+            paeth = left + above[k] - corner
+            guess = min((left, above[k], corner), key=lambda x: abs(paeth - x))
+        row[k] = (row[k] + guess) & 255
+
+
+def animation(frames, period_s):
+    """An animated PNG of screenshots, with fewer shades, so that it stays small."""
+    shades = bytes(min(255, (x + 4) // 8 * 8) for x in range(256))
+    out, number = [b"\x89PNG\r\n\x1a\n"], 0
+    for index, path in enumerate(frames):
+        width, height, rows = pixels(path)
+        packed = zlib.compress(b"".join(b"\0" + row.translate(shades) for row in rows), 9)
+        if index == 0:
+            out.append(chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)))
+            out.append(chunk(b"acTL", struct.pack(">II", len(frames), 0)))
+        delay = struct.pack(">HH", round(1000 * period_s), 1000)
+        out.append(chunk(b"fcTL", struct.pack(">IIIII", number, width, height, 0, 0) + delay + b"\0\0"))
+        number += 1
+        if index == 0:
+            out.append(chunk(b"IDAT", packed))
+        else:
+            out.append(chunk(b"fdAT", struct.pack(">I", number) + packed))
+            number += 1
+    out.append(chunk(b"IEND", b""))
+    return b"".join(out)
 
 
 def sentences(ilon, folder):
