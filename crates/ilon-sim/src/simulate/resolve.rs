@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{drive, pilot, remarks, tuning};
+use super::{drive, reference, remarks, tuning};
 use crate::Error;
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
 
@@ -61,7 +61,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
     let log = Log::read(&scenario, robot, start_pose(&scenario))?;
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
-    let reference = pilot::reference_of(&scenario)?.or(path);
+    let reference = reference::reference_of(&scenario)?.or(path);
     // What it would decide says how fast the wheels are asked to turn.
     let pilot = Pilot::new(
         &scenario,
