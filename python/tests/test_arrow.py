@@ -37,5 +37,5 @@ def test_pandas_takes_it(lateral_run):
 def test_duckdb_takes_it(lateral_run):
     duckdb = pytest.importorskip("duckdb")
     recorded = lateral_run.to_arrow()  # noqa: F841, the query names it
-    rows = duckdb.sql("select count(*), max(truth_y_m) from recorded").fetchone()
-    assert rows == (lateral_run.trace.rows, lateral_run.trace["truth_y_m"].max())
+    rows = duckdb.sql("select count(*), max(truth_y_m) from recorded").fetchall()
+    assert rows[0] == (lateral_run.trace.rows, lateral_run.trace["truth_y_m"].max())

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use ilon_robot::{Twist, wrap_angle};
 use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
-use ilon_trace::{Header, MAX_TASKS, Record, Rows, Trace, WheelHeader, WheelSample, Which};
+use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
 use super::story::{Event, Integrator, Standing, Watch};
 use super::thin::{Evenly, MAX_POINTS, Outline};
@@ -271,7 +271,7 @@ impl Gathered {
             first: None,
             last_s: 0.0,
         };
-        rows.each_chunk(Which::All, &mut |chunk| gathered.add(header, chunk))?;
+        rows.each_batch(Projection::All, &mut |chunk| gathered.add(header, chunk))?;
         gathered.stood = gathered
             .standings
             .kept()
