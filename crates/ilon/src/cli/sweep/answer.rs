@@ -262,8 +262,10 @@ fn tables(study: &Study, findings: &Findings) -> Table {
     }
     for one in &findings.indices {
         table.heading(&format!(
-            "share of the variance of {}: by itself, with others (95 %)",
-            title(&one.quantity, &one.scenario)
+            "{}: {} +- {}; share of that variance by itself, with others (95 %)",
+            title(&one.quantity, &one.scenario),
+            number(one.mean),
+            number(one.deviation)
         ));
         for axis in &one.axes {
             let range = |interval: &ilon_sim::sweep::findings::sensitivity::Interval| {
