@@ -37,6 +37,10 @@ pub struct LoadOptions {
     /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
     /// without geometry reach it at their middles, and their neighbours at their ends.
     pub wheel_radius_m: Option<f64>,
+    /// What is otherwise than in the file, where the file is a description in TOML: keys of [`Spec`](crate::Spec), those of tables
+    /// within tables, those of a list by their index from 0. A value replaces the one of that key.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub spec: toml::Table,
     /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
     /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
     /// remarked.
@@ -65,6 +69,7 @@ impl Default for LoadOptions {
             rollers: RollerForms::default(),
             wheels: None,
             wheel_radius_m: None,
+            spec: toml::Table::new(),
             infer_rollers: true,
         }
     }

@@ -53,8 +53,12 @@ pub(crate) fn prepare(
     // A byte order mark is no part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if Path::new(file).extension().is_some_and(|e| e == "toml") {
-        let spec = Spec::from_toml_str(text, file)?;
+        let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
         return Ok(Prepared::as_it_is(file, &generate::generate(&spec)?));
+    }
+    if !options.spec.is_empty() {
+        let keys = options.spec.keys().cloned().collect();
+        return Err(RobotError::new(file, Fault::NotADescription { keys }));
     }
     let prepared = declared(Prepared::as_it_is(file, text));
     if let Some(converted) = root_tag(&prepared.text)

@@ -15,6 +15,7 @@
 //! | [`scenario`] | what a person writes down about a run |
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
+//! | [`sweep`](mod@sweep) | many runs under keys that vary, and what they say |
 //! | [`inspect`] | a robot as it is understood |
 //! | [`remedy`] | which options would let a robot's file be used |
 //!
@@ -29,6 +30,7 @@ pub mod judge;
 pub mod remedy;
 pub mod scenario;
 pub mod simulate;
+pub mod sweep;
 
 pub use ilon_control as control;
 pub use ilon_robot as robot;

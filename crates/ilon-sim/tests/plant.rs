@@ -108,6 +108,39 @@ fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() 
     }
 }
 
+/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
+/// turns slippery. The step is chosen for it, nothing that it does not know is written into the scenario, and a snapshot is
+/// one.
+#[test]
+fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
+    let (scenario, robot) = eventful("[world.solver]\ncontacts = \"rapier\"\n");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    assert!(
+        resolved.physics_dt_s() <= 1e-3,
+        "{}",
+        resolved.physics_dt_s()
+    );
+    let again = resolve(resolved.scenario(), &robot).expect("what is spelled out can be run too");
+    assert_eq!(
+        again.scenario().to_toml().unwrap(),
+        resolved.scenario().to_toml().unwrap()
+    );
+
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    drive(&mut plant, 28);
+    let snapshot = plant.snapshot();
+    let first = drive(&mut plant, 40);
+    plant.restore(&snapshot);
+    assert_eq!(drive(&mut plant, 40), first);
+    // Ahead at some 0.4 m/s for 0.68 s, over a box: nothing has thrown it.
+    let truth = plant.truth();
+    assert!(truth.pose.x_m > 0.1 && truth.pose.x_m < 0.4, "{truth:?}");
+    assert!(
+        truth.roll_rad.abs() < 0.1 && truth.pitch_rad.abs() < 0.1,
+        "{truth:?}"
+    );
+}
+
 #[test]
 fn a_snapshot_is_of_the_energies_and_contacts_too() {
     let mut plant = plant();
@@ -366,4 +399,55 @@ fn to_resolve_is_to_resolve_once() {
     let hash =
         |scenario: &Scenario| trace_hash(&ilon_sim::run(scenario).expect("it can be run").trace);
     assert_eq!(hash(&scenario), hash(once.scenario()));
+}
+
+#[test]
+fn a_push_from_outside_is_the_same_push_of_a_scenario() {
+    // 6 N for 0.2 s from 0.3 s on, given as its impulse in the scenario, and as a force when the time has come.
+    let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.2, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.2 }\n";
+    let of = |further: &str| {
+        let (scenario, robot) = eventful(further);
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        Plant::new(&resolved, &robot).expect("it stands")
+    };
+    let (mut scheduled, mut pushed, mut left_alone) = (of(fault), of(""), of(""));
+    for period in 0..60 {
+        if period == 30 {
+            let place_m = Some([0.1, 0.05, 0.0]);
+            pushed.push([6.0, 0.0, 0.0], place_m, 0.2).expect("a push");
+        }
+        for plant in [&mut scheduled, &mut pushed, &mut left_alone] {
+            plant
+                .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+                .expect("it drives");
+        }
+    }
+    assert_eq!(pushed.truth(), scheduled.truth());
+    assert_ne!(pushed.truth(), left_alone.truth());
+}
+
+#[test]
+fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
+    let (mut plant, start) = (plant(), Pose::default());
+    for (force_n, place_m, lasts_s) in [
+        ([f64::NAN, 0.0, 0.0], None, 1.0),
+        ([1.0, 0.0, 0.0], Some([f64::INFINITY, 0.0, 0.0]), 1.0),
+        ([1.0, 0.0, 0.0], None, 0.0),
+        ([1.0, 0.0, 0.0], None, f64::NAN),
+    ] {
+        assert!(plant.push(force_n, place_m, lasts_s).is_err());
+    }
+    plant.reset(7, start).expect("it stands");
+    let drive = |plant: &mut Plant| {
+        plant
+            .advance(WheelCommand::Torques(&[0.0; 4]), PERIOD_S)
+            .expect("it drives");
+        plant.truth()
+    };
+    let alone = drive(&mut plant);
+    plant.reset(7, start).expect("it stands");
+    plant.push([50.0, 0.0, 0.0], None, 5.0).expect("a push");
+    assert_ne!(drive(&mut plant), alone);
+    plant.reset(7, start).expect("it stands");
+    assert_eq!(drive(&mut plant), alone);
 }

@@ -22,6 +22,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod accumulate;
 mod columns;
 pub mod difference;
 mod error;
@@ -42,9 +43,10 @@ mod sample;
 mod signal;
 pub mod sink;
 pub mod slip;
-mod tally;
+
 pub mod trace;
 
+pub use columns::{Kind, Signal};
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;
 pub use hash::{hash_of_rows, trace_hash};
@@ -53,6 +55,6 @@ pub use metrics::{Settings, Summary};
 pub use quantities::Quantity;
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
-pub use rows::{Rows, Which};
+pub use rows::{Projection, Rows};
 pub use sink::Sink;
 pub use trace::{Ground, GroundBox, GroundPatch, GroundRelief, Header, Trace, WheelHeader};

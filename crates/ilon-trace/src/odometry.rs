@@ -45,15 +45,18 @@ pub struct Reckoning {
 impl Reckoning {
     /// The reckoning of a run.
     pub fn of(trace: &Trace) -> Self {
-        let mut tally = Tally::default();
-        trace.records().iter().for_each(|record| tally.add(record));
-        tally.finish()
+        let mut accumulator = Accumulator::default();
+        trace
+            .records()
+            .iter()
+            .for_each(|record| accumulator.add(record));
+        accumulator.finish()
     }
 }
 
 /// What was travelled and reckoned so far.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tally {
+pub(crate) struct Accumulator {
     last: Option<Record>,
     travelled_m: f64,
     turned_rad: f64,
@@ -61,7 +64,7 @@ pub(crate) struct Tally {
     worst_contact_m: Largest,
 }
 
-impl Tally {
+impl Accumulator {
     /// Adds the next record.
     pub fn add(&mut self, record: &Record) {
         let pose = record.truth.pose;
@@ -79,7 +82,7 @@ impl Tally {
     /// The reckoning of the run that ends here.
     pub fn finish(self) -> Reckoning {
         let Some(last) = self.last else {
-            return Reckoning::default();
+            return OdometryDrift::default();
         };
         Reckoning {
             travelled_m: self.travelled_m,
@@ -145,7 +148,7 @@ mod tests {
             (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),
             (pose(5.0, 0.0, -2.5), pose(5.0, 0.02, -2.4)),
         ]);
-        let reckoning = Reckoning::of(&trace);
+        let reckoning = OdometryDrift::of(&trace);
         let drift = reckoning.ideal;
         let turned = std::f64::consts::TAU - 6.1 + 0.5;
         assert!((reckoning.turned_rad - turned).abs() < 1e-14);
@@ -160,11 +163,11 @@ mod tests {
     #[test]
     fn a_robot_that_stands_has_no_drift_per_metre() {
         let trace = moved(&[(Pose::default(), Pose::default()); 3]);
-        let drift = Reckoning::of(&trace).ideal;
+        let drift = OdometryDrift::of(&trace).ideal;
         assert_eq!(
             (drift.final_m, drift.m_per_m, drift.rad_per_turn),
             (Some(0.0), None, None)
         );
-        assert_eq!(Reckoning::of(&moved(&[])), Reckoning::default());
+        assert_eq!(OdometryDrift::of(&moved(&[])), OdometryDrift::default());
     }
 }

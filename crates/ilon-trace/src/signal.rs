@@ -1,9 +1,14 @@
 //! The recorded signals by name, as the file's columns are called.
 
-use crate::columns::signals;
+use crate::columns::{Signal, signals};
 use crate::trace::{Header, Trace};
 
 impl Header {
+    /// All signals that a trace with this header records, in the order of the file's columns.
+    pub fn signals(&self) -> Vec<Signal> {
+        signals(self)
+    }
+
     /// The names of all signals that a trace with this header records, in the order of the file's columns.
     pub fn signal_names(&self) -> Vec<String> {
         signals(self)

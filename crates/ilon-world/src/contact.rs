@@ -2,8 +2,11 @@
 
 pub(crate) mod candidates;
 pub(crate) mod jump;
+pub(crate) mod linear;
 pub(crate) mod nearest;
+pub(crate) mod potential;
 pub(crate) mod problem;
 pub(crate) mod reaction;
-pub(crate) mod readout;
-pub(crate) mod solve;
+pub(crate) mod reactions;
+pub(crate) mod scene;
+pub(crate) mod wheel_contact;

@@ -2,6 +2,7 @@
 
 /// Why a world could not be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WorldError {
     /// A setting lies outside its range.
     #[error("{name} is {value}, but must be {range}")]
@@ -20,6 +21,14 @@ pub enum WorldError {
     NoPlaceToStand {
         /// What would be wrong.
         reason: String,
+    },
+    /// Something that rapier's own solver of contacts does not know.
+    #[error("contacts that rapier solves cannot have {what}; let ilon solve them, or {remedy}")]
+    NotInRapier {
+        /// What it does not know.
+        what: String,
+        /// What to do without it.
+        remedy: &'static str,
     },
     /// A robot without wheels has nothing to stand on.
     #[error("the robot has no wheels")]

@@ -13,10 +13,11 @@ mod robot;
 mod settings;
 mod world;
 
-pub use contact::readout::WheelContact;
+pub use contact::wheel_contact::WheelContact;
 pub use error::WorldError;
 pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use motor_torque::MotorTorque;
 pub use robot::energy::Energy;
-pub use settings::{RollerBodies, Settings};
+pub use robot::shared::SharedRobot;
+pub use settings::{ContactSolver, RollerBodies, Settings};
 pub use world::{BodyState, Payload, Push, World};

@@ -2,5 +2,6 @@
 
 pub(crate) mod assembly;
 pub(crate) mod energy;
+pub(crate) mod shared;
 pub(crate) mod state;
 pub(crate) mod wheel;

@@ -11,6 +11,18 @@ pub enum RollerBodies {
     Near,
 }
 
+/// Who solves the contacts with the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ContactSolver {
+    /// ilon: rollers are flywheels on their hubs, and the laws of contact and friction are solved all at once, to the end.
+    #[default]
+    Ilon,
+    /// rapier alone, to compare with: every roller is a body on a joint of its own, and rapier's solver sweeps over contacts
+    /// and dry bearings. [`Settings::contact_stiffness_n_m`] and [`Settings::contact_relaxation_s`] do not act.
+    Rapier,
+}
+
 /// Numerical settings of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -20,6 +32,8 @@ pub struct Settings {
     /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
     /// over, and what that costs, is decided within milliseconds.
     pub split_dt_s: Option<f64>,
+    /// Who solves the contacts with the ground.
+    pub contacts: ContactSolver,
     /// Which rollers are looked at for contact.
     pub roller_bodies: RollerBodies,
     /// Stiffness of every contact with the ground, in N/m, > 0. The default is that of hard rollers on hard ground: under
@@ -29,7 +43,8 @@ pub struct Settings {
     /// times the stiffness. The default lets nothing bounce that weighs less than 300 kg, and lets little load change hands
     /// for the micrometres by which a robot leans while one of its wheels hands over.
     pub contact_relaxation_s: f64,
-    /// Contacts are foreseen at this distance, in metres, > 0, and further by what a wheel moves in a step.
+    /// Places of the robot that are nearer to the ground than this are contact candidates, in metres, > 0; the distance that a
+    /// wheel moves in a step comes on top.
     pub prediction_m: f64,
     /// Gravity along -z, in m/s^2.
     pub gravity_m_s2: f64,
@@ -40,6 +55,7 @@ impl Default for Settings {
         Self {
             dt_s: 1.0 / 500.0,
             split_dt_s: None,
+            contacts: ContactSolver::Ilon,
             roller_bodies: RollerBodies::All,
             contact_stiffness_n_m: 1e8,
             contact_relaxation_s: 1e-3,

@@ -69,7 +69,7 @@ fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures:
 
     let page = String::from_utf8_lossy(&output.stdout);
     let figures = page.matches("data-figure=").count();
-    let drawn = page.matches("class=\"plot-container").count();
+    let drawn = page.matches("data-drawn=").count();
     assert!(figures >= least_figures, "the page has {figures} figures");
     assert_eq!(drawn, figures, "not every figure is drawn");
 }

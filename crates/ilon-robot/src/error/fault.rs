@@ -18,6 +18,15 @@ pub enum Fault {
         /// What the parser said.
         reason: String,
     },
+    /// Keys of a description are given for a file that is none.
+    #[error(
+        "it is no description in TOML, whose keys {} could be changed",
+        listed(keys)
+    )]
+    NotADescription {
+        /// The first part of each key.
+        keys: Vec<String>,
+    },
     /// A value of the description is out of its range.
     #[error("`{key}` is {value}, but must be {range}")]
     OutOfRange {

@@ -35,6 +35,9 @@ impl Fault {
             Self::Toml { .. } => {
                 "compare with the robots in assets/robots, or see the documentation of `Spec`"
             }
+            Self::NotADescription { .. } => {
+                "name the description from which the robot is generated, or leave these keys out"
+            }
             Self::Xml { .. } => "close every element and quote every attribute",
             Self::NotUrdf { .. } => {
                 "give a URDF, xacro, SDF or MJCF file, or a description in TOML"

@@ -37,6 +37,15 @@ impl MassProperties {
         })
     }
 
+    /// A mass at one point, in kg and metres.
+    pub fn point(mass_kg: f64, place_m: Vector3<f64>) -> Self {
+        Self {
+            mass_kg,
+            center_of_mass_m: place_m,
+            inertia_kg_m2: Matrix3::zeros(),
+        }
+    }
+
     /// The same body in another frame: I' = R I R^T, c' = R c + p.
     pub fn moved(&self, to_from: &Isometry3<f64>) -> Self {
         let r = to_from.rotation.to_rotation_matrix();

@@ -3,6 +3,7 @@
 //! The body frame of a described robot has its origin on the ground, x forward, y left and z up, so that a robot spawned
 //! at z = 0 stands on the floor.
 
+mod changed;
 mod check;
 mod described;
 
@@ -10,6 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
@@ -255,14 +257,37 @@ impl Spec {
     /// # Errors
     /// TOML that is malformed, of another form, or has unknown keys.
     pub fn from_toml_str(text: &str, file: &str) -> Result<Self, RobotError> {
-        toml::from_str(text).map_err(|e| {
-            let reason = e.message().to_owned();
-            let error = RobotError::new(file, Fault::Toml { reason });
-            match e.span() {
-                Some(bytes) => error.at(&text.into(), bytes),
-                None => error,
-            }
+        toml::from_str(text).map_err(|e| of_toml(&e, text, file))
+    }
+
+    /// Reads a description from TOML with some of its keys changed, see [`crate::LoadOptions::spec`].
+    ///
+    /// # Errors
+    /// As [`Self::from_toml_str`], and keys or values that no description has.
+    pub(crate) fn from_toml_str_with(
+        text: &str,
+        file: &str,
+        changes: &Table,
+    ) -> Result<Self, RobotError> {
+        let as_written = Self::from_toml_str(text, file)?;
+        if changes.is_empty() {
+            return Ok(as_written);
+        }
+        let mut table: Table = toml::from_str(text).map_err(|e| of_toml(&e, text, file))?;
+        changed::lay_over(&mut table, changes);
+        table.try_into().map_err(|e: toml::de::Error| {
+            let reason = format!("with its keys changed: {}", e.message());
+            RobotError::new(file, Fault::Toml { reason })
         })
+    }
+}
+
+fn of_toml(e: &toml::de::Error, text: &str, file: &str) -> RobotError {
+    let reason = e.message().to_owned();
+    let error = RobotError::new(file, Fault::Toml { reason });
+    match e.span() {
+        Some(bytes) => error.at(&text.into(), bytes),
+        None => error,
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) fn is_computable(number: f64) -> bool {
 
 /// A key or value that a scenario may not hold.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub(crate) struct Fault {
     /// The dotted key, split at its dots.
     pub path: Vec<String>,
     /// The bytes of the text that are at fault.
@@ -32,7 +32,7 @@ pub(super) struct Fault {
 }
 
 /// Finds the first fault of a document, in the order of the keys.
-pub(super) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), Fault> {
+pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), Fault> {
     let mut checker = Checker {
         root: schema,
         path: Vec::new(),
@@ -84,6 +84,9 @@ impl<'s> Checker<'s> {
     fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'s Json) -> Result<(), Fault> {
         let alternatives = self.alternatives(schema);
         let span = value.span();
+        if alternatives.iter().any(|schema| says_nothing(schema)) {
+            return Ok(());
+        }
         match value.get_ref() {
             DeValue::Table(table) if accepts(&alternatives, "object") => {
                 self.table(table, span, &alternatives)
@@ -163,7 +166,7 @@ impl<'s> Checker<'s> {
         let any_other = alternatives
             .iter()
             .filter_map(|schema| schema.get("additionalProperties"))
-            .find(|schema| schema.is_object());
+            .find(|schema| schema.is_object() || **schema == Json::Bool(true));
         // In the order of the text, so that the first fault told is the first that a reader meets.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -317,6 +320,14 @@ fn most_whole(alternatives: &[&Json]) -> Option<i128> {
         _ => None,
     };
     alternatives.iter().find_map(most)
+}
+
+/// Whether a schema takes whatever stands there.
+fn says_nothing(schema: &Json) -> bool {
+    match schema {
+        Json::Bool(anything) => *anything,
+        schema => schema.as_object().is_some_and(serde_json::Map::is_empty),
+    }
 }
 
 fn accepts(alternatives: &[&Json], kind: &str) -> bool {

@@ -26,7 +26,7 @@ pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
-pub(crate) use keys::{SIZES, is_computable};
+pub(crate) use keys::{SIZES, check, is_computable};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
@@ -34,7 +34,7 @@ pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
-pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
+pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;
 

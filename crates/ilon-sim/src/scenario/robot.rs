@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use ilon_robot::{FileAccess, Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 /// Which robot, and how it starts.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -61,6 +62,11 @@ pub struct Robot {
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
+    /// What is otherwise about a robot that is generated from a description in TOML: keys of the description, such as
+    /// `spec.rollers.per_row = 12`.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub spec: Table,
 }
 
 impl Robot {
@@ -84,6 +90,7 @@ impl Robot {
         };
         options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = self.infer_rollers;
+        options.spec = self.spec.clone();
         options.wheels = self.wheels.as_ref().map(Wheels::options);
         options
     }

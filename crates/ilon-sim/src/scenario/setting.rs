@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use miette::{NamedSource, SourceSpan};
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// What the text of a setting is called where a fault shows its place.
 pub const SETTING: &str = "setting";
@@ -37,6 +37,14 @@ impl std::fmt::Display for Setting {
 }
 
 impl Setting {
+    /// A key set to a value.
+    pub fn new(key: impl Into<String>, value: &toml::Value) -> Self {
+        Self {
+            key: key.into(),
+            value: value.to_string(),
+        }
+    }
+
     /// The setting as a line of TOML. A value that is no TOML is taken as text, so that no quotes are needed in a shell.
     pub(super) fn as_toml(&self) -> String {
         let Self { key, value } = self;
@@ -107,6 +115,29 @@ pub(super) fn dotted_keys(table: &DeTable<'_>) -> Vec<String> {
     keys
 }
 
+/// Whether a table names elements of a list, by their indices from 0.
+fn is_element(items: &DeArray<'_>, table: &DeTable<'_>) -> bool {
+    let is_index = |key: &str| key.parse::<usize>().is_ok_and(|at| at < items.len());
+    !table.is_empty() && table.keys().all(|key| is_index(key.get_ref()))
+}
+
+fn merge_elements<'i>(items: &mut DeArray<'i>, elements: DeTable<'i>) {
+    for (key, value) in elements {
+        let at = key.get_ref().parse::<usize>().ok();
+        let Some(slot) = at.and_then(|at| items.get_mut(at)) else {
+            continue;
+        };
+        match (slot.get_mut(), value.get_ref()) {
+            (DeValue::Table(slot), DeValue::Table(_)) => {
+                if let DeValue::Table(value) = value.into_inner() {
+                    merge(slot, value);
+                }
+            }
+            _ => *slot = value,
+        }
+    }
+}
+
 /// Lays one table over another. The value of a setting replaces the value that it names; tables on the way are merged.
 pub(super) fn merge<'i>(below: &mut DeTable<'i>, above: DeTable<'i>) {
     for (key, value) in above {
@@ -116,6 +147,9 @@ pub(super) fn merge<'i>(below: &mut DeTable<'i>, above: DeTable<'i>) {
         match (existing, value.get_ref()) {
             (Some((_, slot)), DeValue::Table(_)) => match (slot.get_mut(), value.into_inner()) {
                 (DeValue::Table(slot), DeValue::Table(value)) => merge(slot, value),
+                (DeValue::Array(items), DeValue::Table(value)) if is_element(items, &value) => {
+                    merge_elements(items, value);
+                }
                 (slot, value) => *slot = value,
             },
             (Some((_, slot)), _) => *slot = value,

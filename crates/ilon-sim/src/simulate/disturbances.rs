@@ -105,6 +105,26 @@ impl Disturbances {
         Ok(this)
     }
 
+    /// Pushes the chassis from a time on with a constant force in the world frame, in N, at a place in the body frame, in metres.
+    pub fn push(
+        &mut self,
+        now_s: f64,
+        force_in_world_n: Vector3<f64>,
+        place_in_body_m: Vector3<f64>,
+        lasts_s: f64,
+    ) {
+        // What is over would be looked at in every step for ever.
+        self.pushes
+            .retain(|push| push.from_s + push.lasts_s > now_s);
+        self.pushes.push(TimedPush {
+            impulse_n_s: force_in_world_n * lasts_s,
+            frame: Frame::World,
+            place_in_body_m,
+            from_s: now_s,
+            lasts_s,
+        });
+    }
+
     /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);

@@ -10,10 +10,12 @@ mod pilot;
 mod plant;
 mod playback;
 mod recorder;
+mod reference;
 mod remarks;
 mod resolve;
 mod sensors;
 mod tuning;
+mod twist_profile;
 mod waypoints;
 
 use std::collections::BTreeMap;
@@ -25,10 +27,11 @@ use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
 pub use ilon_world::WheelContact;
 use ilon_world::World;
 
-pub use pilot::{Commanded, Controller, Moment, TwistProfile};
+pub use pilot::{Commanded, Controller, Moment};
 pub use plant::{Outcome, Plant, Snapshot, WheelCommand};
 pub use resolve::{Driver, Resolved, resolve, resolve_for};
 pub use sensors::Seen;
+pub use twist_profile::TwistProfile;
 
 pub use clock::CpuTime;
 pub use floor::relief_heights_m;
@@ -93,6 +96,13 @@ impl Simulation {
     /// Where the scenario asks for something that cannot be.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         Self::of(&resolve(scenario, robot)?, robot, "", None)
+    }
+
+    /// Puts a robot that was read before, for this scenario or one like it, into the scenario's world.
+    pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
+        let mut robot = loaded.robot.clone();
+        scenario.motors.apply(&mut robot);
+        Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
     }
 
     /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
@@ -311,15 +321,19 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 }
 
 fn load(scenario: &Scenario) -> Result<Loaded, Error> {
+    let mut loaded = load_file(scenario)?;
+    scenario.motors.apply(&mut loaded.robot);
+    Ok(loaded)
+}
+
+/// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
+pub(crate) fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
     let path = scenario.resolve(&scenario.robot.file);
     match Robot::load_with(&path, &options) {
-        Ok(mut loaded) => {
-            scenario.motors.apply(&mut loaded.robot);
-            Ok(loaded)
-        }
+        Ok(loaded) => Ok(loaded),
         Err(fault) => Err(remedy::diagnosed(fault, &path, &options, &remedy::Keys)),
     }
 }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use ilon_control::{Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::Truth;
-use ilon_world::{Floor, MotorTorque, Settings, World};
+use ilon_world::{Floor, MotorTorque, Settings, SharedRobot, World};
+use nalgebra::Vector3;
 
 use super::clock::Clock;
 use super::disturbances::Disturbances;
@@ -86,7 +87,7 @@ pub struct Plant {
 /// What a plant is built from, again whenever it is reset.
 struct Plan {
     resolved: Resolved,
-    robot: Robot,
+    robot: SharedRobot,
     kinematics: Kinematics,
     floor: Floor,
     settings: Settings,
@@ -107,7 +108,7 @@ impl Plant {
             floor: floor::floor(&resolved.scenario().world.floor)?,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
-            robot: robot.clone(),
+            robot: SharedRobot::from(robot),
         };
         let seed = resolved.scenario().sensors.seed;
         Self::build(Arc::new(plan), seed, resolved.start())
@@ -225,6 +226,38 @@ impl Plant {
             });
         }
         Ok(&self.outcome)
+    }
+
+    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in seconds, at a place in the
+    /// body frame, in metres; without one, at the chassis's centre of mass. Several pushes add up, and a reset ends them.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite or the time is not above 0.
+    pub fn push(
+        &mut self,
+        force_in_world_n: [f64; 3],
+        place_in_body_m: Option<[f64; 3]>,
+        lasts_s: f64,
+    ) -> Result<(), Error> {
+        let place_in_body_m = place_in_body_m.map_or_else(
+            || self.plan.robot.chassis.mass.center_of_mass_m,
+            Vector3::from,
+        );
+        let force_in_world_n = Vector3::from(force_in_world_n);
+        let mut numbers = force_in_world_n.iter().chain(&place_in_body_m);
+        if !numbers.all(|number| number.is_finite()) || !(lasts_s.is_finite() && lasts_s > 0.0) {
+            return Err(Error::invalid(
+                format!(
+                    "the robot cannot be pushed with {:?} N for {lasts_s} s",
+                    force_in_world_n.as_slice()
+                ),
+                "give finite newtons and metres, and a time above 0 s",
+            ));
+        }
+        let now_s = self.clock.time_s();
+        self.disturbances
+            .push(now_s, force_in_world_n, place_in_body_m, lasts_s);
+        Ok(())
     }
 
     /// Whether a command is one that this robot can be given.

@@ -6,7 +6,7 @@ use rapier3d::prelude::*;
 use crate::RollerBodies;
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::Part;
-use crate::contact::solve::Scene;
+use crate::contact::scene::Scene;
 use crate::engine::convert;
 use crate::robot::state::State;
 use crate::robot::wheel::RollerState;
@@ -140,16 +140,24 @@ impl Scene<'_> {
         let on_plane = matches!(room.pieces[..], [Piece::Plane]);
         let upright = on_plane && hub.axis().z.abs() < UPRIGHT;
         // On a plane an upright wheel touches where it is lowest, and nowhere else.
-        let mut lowest_m = f64::INFINITY;
+        let mut lowest: Option<(usize, Nearest)> = None;
         for (index, roller) in body.rollers.iter().enumerate() {
             let Some(placed) = roller.placed_barrel(hub) else {
                 continue;
             };
+            let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
             let out_of_reach = |piece: &Piece| piece.foot(&placed.center_m).distance_m > within_m;
             if self.settings.roller_bodies == RollerBodies::Near
                 && room.pieces.iter().all(out_of_reach)
             {
+                continue;
+            }
+            if upright {
+                let nearest = placed.nearest_to(&Piece::Plane);
+                if nearest.gap_m < prediction_m.min(lowest_m) {
+                    lowest = Some((index, nearest));
+                }
                 continue;
             }
             room.nearest.clear();
@@ -161,16 +169,13 @@ impl Scene<'_> {
             }
             keep_nearest_of_surface(&mut room.nearest, &room.pieces);
             for (_, nearest) in &room.nearest {
-                if upright && nearest.gap_m >= lowest_m {
-                    continue;
-                }
-                if upright {
-                    lowest_m = nearest.gap_m;
-                    found.clear();
-                }
-                let part = Part::Roller(wheel, index);
-                found.push(self.on_barrel((part, roller), &placed, nearest));
+                found.push(self.on_barrel((wheel, index), &placed, nearest));
             }
+        }
+        if let Some((index, nearest)) = lowest
+            && let Some(placed) = body.rollers[index].placed_barrel(hub)
+        {
+            found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
         if !upright && found.len() > 1 {
             let axis = hub.axis();
@@ -181,13 +186,11 @@ impl Scene<'_> {
     /// The place of a roller where it is nearest to the ground, with what it was when the step began.
     fn on_barrel(
         &self,
-        (part, roller): (Part, &RollerState),
+        (wheel, index): (usize, usize),
         placed: &PlacedBarrel<'_>,
         nearest: &Nearest,
     ) -> Candidate {
-        let Part::Roller(wheel, _) = part else {
-            unreachable!("a barrel is a roller's");
-        };
+        let roller = &self.assembly.wheels[wheel].rollers[index];
         let touches = |state: &State| {
             let hub = &state.hubs()[wheel];
             let then = PlacedBarrel {
@@ -195,9 +198,10 @@ impl Scene<'_> {
                 center_m: roller.center_m(hub),
                 axis: hub.rotation * roller.axis_in_hub,
             };
+            let (place_m, on_its_end) = then.support(&nearest.normal);
             Touch {
-                place_m: then.support_m(&nearest.normal),
-                on_its_end: then.stands_on_its_end(&nearest.normal),
+                place_m,
+                on_its_end,
                 axes: frame(nearest.normal, then.axis),
             }
         };
@@ -234,7 +238,7 @@ impl Scene<'_> {
             Turning::in_each_half(half_m_s)
         };
         Candidate {
-            part,
+            part: Part::Roller(wheel, index),
             place_m: nearest.place_m,
             normal: nearest.normal,
             along: placed.axis,
@@ -373,6 +377,6 @@ pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>;
 }
 
 /// A vector along the axes of a frame.
-fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
     Vector3::from(frame.map(|axis| axis.dot(vector)))
 }

@@ -1,4 +1,4 @@
-//! The jump of a hand-over, told apart from the rest of a step.
+//! The jump of a hand-over, separated from the rest of a step.
 //!
 //! A roller that comes down does not roll yet, and on a mecanum wheel it lies in another direction than the one that it
 //! follows: the robot's rates jump. Friction brings that about within a part s of the step in which it is at its limit;
@@ -6,7 +6,7 @@
 //! of the velocities before and after, the regular force would be taken to slide over the whole step, and a hand-over would
 //! lose in proportion to the step's length.
 //!
-//! So the impulses p of a step are told apart. p_j takes the rollers to rolling, W p_j = -u_0 where they come down and
+//! So the impulses p of a step are separated. p_j takes the rollers to rolling, W p_j = -u_0 where they come down and
 //! W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest. Motors and bearings do not react within the
 //! jump: W is here the response without what they lose per rate gained, which the step otherwise holds implicitly. With
 //! u_0+ = u_0 + W p_j, and the jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
@@ -18,7 +18,8 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::problem::{ImpulseProblem, solve_in_place};
+use crate::contact::linear::solve_in_place;
+use crate::contact::problem::ImpulseProblem;
 use crate::contact::reaction::Reaction;
 
 /// A contact that comes in faster, in m/s, hits: what happens then takes the whole step.

@@ -14,6 +14,9 @@ mod tests;
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Point3, Vector3};
 
+/// The search along a roller's axis is over within this, in metres.
+const SETTLED_M: f64 = 1e-13;
+
 /// A convex piece of ground, in the floor's frame.
 #[derive(Clone, Debug)]
 pub(crate) enum Piece {
@@ -213,20 +216,32 @@ impl PlacedBarrel<'_> {
         (h + barrel.sphere_radius_m(h)).max(barrel.sphere_radius_m(0.0))
     }
 
-    /// The place of the roller that reaches furthest against a direction, in metres.
-    pub fn support_m(&self, normal: &Vector3<f64>) -> Vector3<f64> {
+    /// The place of the roller that reaches furthest against a direction, in metres, and whether that is on one of its end
+    /// spheres.
+    pub fn support(&self, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
         let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
-        self.center_m + t_m * self.axis - self.barrel.sphere_radius_m(t_m) * normal
-    }
-
-    /// Whether the place that reaches furthest against a direction is on one of the roller's end spheres.
-    pub fn stands_on_its_end(&self, normal: &Vector3<f64>) -> bool {
-        let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
-        t_m.abs() >= self.barrel.half_length_m
+        let place_m = self.center_m + t_m * self.axis - self.barrel.sphere_radius_m(t_m) * normal;
+        (place_m, t_m.abs() >= self.barrel.half_length_m)
     }
 
     /// Where the roller is nearest to a piece.
     pub fn nearest_to(&self, piece: &Piece) -> Nearest {
+        match piece {
+            Piece::Plane => self.nearest_to_plane(),
+            _ => self.nearest_to_convex(piece),
+        }
+    }
+
+    /// On a plane the normal is the same everywhere: the support place is the answer.
+    fn nearest_to_plane(&self) -> Nearest {
+        let t_m = self.barrel.support_place_m(-self.axis.dot(&Vector3::z()));
+        // Across the axis it is the middle, without the rounding of a level axis.
+        let t_m = if t_m.abs() <= SETTLED_M { 0.0 } else { t_m };
+        let (sphere_m, foot) = self.look(t_m, &Piece::Plane);
+        self.nearest_at(sphere_m, foot, t_m)
+    }
+
+    fn nearest_to_convex(&self, piece: &Piece) -> Nearest {
         let half_m = self.barrel.half_length_m;
         let (mut low_m, mut high_m) = (-half_m, half_m);
         let mut t_m = 0.0;
@@ -244,7 +259,7 @@ impl PlacedBarrel<'_> {
                 low_m = t_m;
             }
             let on_a_face_m = self.barrel.support_place_m(-along);
-            let settled = (on_a_face_m - t_m).abs() <= 1e-13;
+            let settled = (on_a_face_m - t_m).abs() <= SETTLED_M;
             if settled || high_m - low_m < 1e-12 {
                 return self.nearest_at(sphere_m, foot, t_m);
             }

@@ -1,6 +1,6 @@
 //! Energy of the simulated robot, counted part by part.
 
-use ilon_robot::Robot;
+use ilon_robot::{MassProperties, Robot};
 use nalgebra::Vector3;
 
 use crate::robot::state::State;
@@ -8,6 +8,7 @@ use crate::robot::wheel::WheelBody;
 
 /// Kinetic and potential energy, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// Of all parts in the world, the rollers' spin included.
     pub kinetic_j: f64,
@@ -15,11 +16,14 @@ pub struct Energy {
     pub potential_j: f64,
 }
 
-/// Kinetic energy of a robot in a state, in J; `wheels` know how their rollers turn.
-pub(crate) fn kinetic_j(robot: &Robot, state: &State, wheels: &[WheelBody]) -> f64 {
+/// Kinetic energy of a robot with a loaded chassis in a state, in J; `wheels` know how their rollers turn.
+pub(crate) fn kinetic_j(
+    (robot, chassis): (&Robot, &MassProperties),
+    state: &State,
+    wheels: &[WheelBody],
+) -> f64 {
     let moving_j =
         |mass_kg: f64, velocity_m_s: Vector3<f64>| 0.5 * mass_kg * velocity_m_s.norm_squared();
-    let chassis = &robot.chassis.mass;
     let in_body = state.floor_from_chassis().rotation.inverse() * state.angular_rad_s;
     let mut sum_j = moving_j(chassis.mass_kg, state.velocity_m_s)
         + 0.5 * in_body.dot(&(chassis.inertia_kg_m2 * in_body));
@@ -47,11 +51,15 @@ pub(crate) fn kinetic_j(robot: &Robot, state: &State, wheels: &[WheelBody]) -> f
     sum_j
 }
 
-/// Potential energy of a robot in a state above the origin of the floor's frame, in J; `gravity` is the acceleration of
+/// Potential energy of a robot with a loaded chassis in a state above the origin of the floor's frame, in J; `gravity` is the acceleration of
 /// gravity in the floor's frame, in m/s^2.
-pub(crate) fn potential_j(robot: &Robot, state: &State, gravity: &Vector3<f64>) -> f64 {
+pub(crate) fn potential_j(
+    (robot, chassis): (&Robot, &MassProperties),
+    state: &State,
+    gravity: &Vector3<f64>,
+) -> f64 {
     let of = |mass_kg: f64, at_m: Vector3<f64>| -mass_kg * gravity.dot(&at_m);
-    let mut sum_j = of(robot.chassis.mass.mass_kg, state.center_m());
+    let mut sum_j = of(chassis.mass_kg, state.center_m());
     for (wheel, hub) in robot.wheels.iter().zip(state.hubs()) {
         sum_j += of(wheel.hub.mass_kg, hub.place_m(&wheel.hub.center_of_mass_m));
         for roller in &wheel.rollers {

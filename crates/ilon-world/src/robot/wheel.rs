@@ -5,11 +5,16 @@
 //! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
 //! roller one number instead of a body, a joint and a row of the mass matrix.
 
-use ilon_robot::{Barrel, Roller, RollerForm, Wheel};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use ilon_robot::{Barrel, MassProperties as RobotMass, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
+use crate::ContactSolver;
 use crate::contact::nearest::PlacedBarrel;
+use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
 use crate::robot::state::HubPose;
@@ -25,21 +30,23 @@ pub(crate) struct WheelBody {
     pub hub_dof: usize,
     /// The colliders of the rollers that have the shapes of their file; barrels have none.
     pub colliders: Vec<RollerCollider>,
+    /// The bodies of the rollers where rapier solves the contacts; none otherwise.
+    pub bodies: Vec<RollerBody>,
     /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
     pub reach_m: f64,
     /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers put on the hub in the last step beyond what was foreseen, in its frame, in N m: it
+    /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
     /// gets that in the next.
     pub owed_in_hub_n_m: Vector3<f64>,
 }
 
 /// What a bearing did in a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Borne {
+pub(crate) struct BearingStep {
     /// Energy that the bearing took, in J.
     pub lost_j: f64,
-    /// By how much its torque on the hub about the roller's axis was more than what was foreseen, in N m.
+    /// By how much its torque on the hub about the roller's axis was more than what was expected, in N m.
     pub owed_n_m: f64,
 }
 
@@ -50,9 +57,30 @@ pub(crate) struct RollerCollider {
     pub roller: usize,
 }
 
-/// A roller's place on its wheel and its motion about its axis.
-#[derive(Clone, Debug)]
-pub(crate) struct RollerState {
+/// The body of a roller where rapier solves the contacts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RollerBody {
+    pub body: RigidBodyHandle,
+    pub collider: ColliderHandle,
+    pub roller: usize,
+    /// Its spin among the multibody's degrees of freedom.
+    pub dof: usize,
+    /// Its spin when the step began, in rad/s.
+    pub spin_before_rad_s: f64,
+}
+
+/// Inertia that a roller's joint gets where rapier solves the contacts, as a multiple of the roller's own about its axis: the
+/// least that keeps rollers which should stick below 1 mm/s at 1000 steps a second. Without any they slide at 10 mm/s.
+pub(crate) const ARMATURE: f64 = 3.0;
+
+/// The armature of a roller that has seized, in kg m^2: 0.1 N m, more than a contact puts on a roller, takes 1000 s to give it
+/// 0.1 rad/s.
+const SEIZED_KG_M2: f64 = 1e3;
+
+/// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
+/// it.
+#[derive(Debug)]
+pub(crate) struct FixedRoller {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
@@ -61,6 +89,18 @@ pub(crate) struct RollerState {
     pub barrel: Option<Barrel>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
+    /// Inertia about its axis, in kg m^2.
+    axial_inertia_kg_m2: f64,
+    /// Bearing damping, in N m s/rad.
+    damping_n_m_s: f64,
+    /// Bearing dry friction, in N m.
+    pub friction_n_m: f64,
+}
+
+/// A roller and its motion about its axis.
+#[derive(Clone, Debug)]
+pub(crate) struct RollerState {
+    fixed: Arc<FixedRoller>,
     /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
     /// stays while nothing but its bearing touches it, however the hub turns.
     pub axial_rate_rad_s: f64,
@@ -68,8 +108,8 @@ pub(crate) struct RollerState {
     pub mean_rate_rad_s: f64,
     /// The hub's own rate about that axis when the step began, in rad/s.
     hub_carries_rad_s: f64,
-    /// What its bearing was foreseen to put on the hub in the step, in N m.
-    foreseen_n_m: f64,
+    /// What its bearing was expected to put on the hub in the step, in N m.
+    expected_n_m: f64,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
     /// Whether the ground pressed on it in the last step.
@@ -78,16 +118,41 @@ pub(crate) struct RollerState {
     pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// Inertia about its axis, in kg m^2.
-    axial_inertia_kg_m2: f64,
-    /// Bearing damping, in N m s/rad.
-    damping_n_m_s: f64,
-    /// Bearing dry friction, in N m.
-    pub friction_n_m: f64,
     /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,
+}
+
+/// What stays as it is can be read of a roller as of itself.
+impl Deref for RollerState {
+    type Target = FixedRoller;
+
+    fn deref(&self) -> &FixedRoller {
+        &self.fixed
+    }
+}
+
+impl FixedRoller {
+    /// A roller of a wheel.
+    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
+        let barrel = match &roller.form {
+            RollerForm::AsModelled(_) => None,
+            _ => Some(wheel.barrel(roller)),
+        };
+        Self {
+            hub_from_roller: roller.hub_from_roller(),
+            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
+            bounding_radius_m: barrel.as_ref().map_or(
+                0.5 * roller.length_m + roller.radius_m,
+                PlacedBarrel::bounding_radius_m,
+            ),
+            barrel,
+            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
+            damping_n_m_s: roller.joint.damping_n_m_s,
+            friction_n_m: roller.joint.friction_n_m,
+        }
+    }
 }
 
 /// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
@@ -107,32 +172,18 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
 }
 
 impl RollerState {
-    /// A roller of a wheel at rest.
-    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
-        };
-        let (inertia, damping) = (roller.axial_inertia_kg_m2, roller.joint.damping_n_m_s);
+    /// A roller at rest.
+    pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
         Self {
-            hub_from_roller: roller.hub_from_roller(),
-            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
-            barrel,
+            fixed,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
             hub_carries_rad_s: 0.0,
-            foreseen_n_m: 0.0,
+            expected_n_m: 0.0,
             touched: false,
             pressed: false,
             spin_up_left_j: 0.0,
             angle_rad: 0.0,
-            axial_inertia_kg_m2: inertia,
-            damping_n_m_s: damping,
-            friction_n_m: roller.joint.friction_n_m,
             damping_leaves: (1.0, 0.0),
             seized: false,
         }
@@ -172,6 +223,20 @@ impl RollerState {
         self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
     }
 
+    /// Takes over a spin against the hub, in rad/s.
+    pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
+        self.axial_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
+    }
+
+    /// The armature of the roller's joint where rapier solves the contacts, in kg m^2.
+    pub fn armature_kg_m2(&self) -> f64 {
+        if self.seized {
+            SEIZED_KG_M2
+        } else {
+            ARMATURE * self.axial_inertia_kg_m2
+        }
+    }
+
     /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
     /// missing.
     pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
@@ -191,14 +256,14 @@ impl RollerState {
     /// what slows it otherwise.
     pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
-        self.foreseen_n_m = if self.seized {
+        self.expected_n_m = if self.seized {
             0.0
         } else if self.touched {
             self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s)
         } else {
             self.coasting_torque_n_m(dt_s)
         };
-        self.foreseen_n_m
+        self.expected_n_m
     }
 
     /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
@@ -217,9 +282,9 @@ impl RollerState {
     /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
     /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
     /// reactions.
-    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> Borne {
+    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> BearingStep {
         if self.seized {
-            return Borne::default();
+            return BearingStep::default();
         }
         let (torque_n_m, mean_rad_s) = if self.touched {
             let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
@@ -232,9 +297,9 @@ impl RollerState {
         };
         let spin_rad_s = mean_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s);
         self.angle_rad += spin_rad_s * dt_s;
-        Borne {
+        BearingStep {
             lost_j: torque_n_m * spin_rad_s * dt_s,
-            owed_n_m: torque_n_m - self.foreseen_n_m,
+            owed_n_m: torque_n_m - self.expected_n_m,
         }
     }
 
@@ -256,56 +321,110 @@ impl RollerState {
 /// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia
 /// across its axis; of a seized one all.
 fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
-    let mut mass_kg = wheel.hub.mass_kg;
-    let mut first_moment = wheel.hub.mass_kg * wheel.hub.center_of_mass_m;
-    for roller in &wheel.rollers {
-        mass_kg += roller.mass_kg;
-        first_moment += roller.mass_kg * roller.center_in_hub_m;
-    }
-    let center_m = first_moment / mass_kg;
-    let about_center = |mass_kg: f64, at: &Vector3<f64>| {
-        let r = at - center_m;
-        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
-    };
-    let mut inertia =
-        wheel.hub.inertia_kg_m2 + about_center(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m);
-    for (roller, state) in wheel.rollers.iter().zip(states) {
+    let rollers = wheel.rollers.iter().zip(states);
+    let carried = rollers.map(|(roller, state)| {
         let d = roller.axis_in_hub.into_inner();
         let along = d * d.transpose();
-        inertia += about_center(roller.mass_kg, &roller.center_in_hub_m)
-            + roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
+        let mut inertia_kg_m2 = roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
         if state.seized {
-            inertia += roller.axial_inertia_kg_m2 * along;
+            inertia_kg_m2 += roller.axial_inertia_kg_m2 * along;
         }
-    }
+        RobotMass {
+            inertia_kg_m2,
+            ..RobotMass::point(roller.mass_kg, roller.center_in_hub_m)
+        }
+    });
+    let parts: Vec<RobotMass> = [wheel.hub.clone()].into_iter().chain(carried).collect();
+    let whole = RobotMass::merged(&parts).unwrap_or_else(|| wheel.hub.clone());
+    mass_properties(&whole)
+}
+
+fn mass_properties(mass: &RobotMass) -> MassProperties {
     MassProperties::with_inertia_matrix(
-        convert::vector(&center_m),
-        mass_kg as Real,
-        convert::matrix(&inertia),
+        convert::vector(&mass.center_of_mass_m),
+        mass.mass_kg as Real,
+        convert::matrix(&mass.inertia_kg_m2),
     )
 }
 
+/// Adds a roller to the robot's multibody as a body on its hub.
+fn insert_roller(
+    rapier: &mut PhysicsWorld,
+    wheel: &Wheel,
+    (hub, world_from_hub): (RigidBodyHandle, Pose),
+    (index, states): (usize, &[RollerState]),
+) -> RollerBody {
+    let (roller, state) = (&wheel.rollers[index], &states[index]);
+    let across = roller.transverse_inertia_kg_m2 as Real;
+    let mass = MassProperties::new(
+        Vector::ZERO,
+        roller.mass_kg as Real,
+        Vector::new(across, across, roller.axial_inertia_kg_m2 as Real),
+    );
+    let body = rapier.bodies.insert(
+        RigidBodyBuilder::dynamic()
+            .pose(world_from_hub * convert::pose(&state.hub_from_roller))
+            .can_sleep(false)
+            .additional_mass_properties(mass),
+    );
+    rapier.insert_multibody_joint(hub, body, joint_about_z(&state.hub_from_roller));
+    let shape = match (&roller.form, &state.barrel) {
+        (RollerForm::AsModelled(modelled), _) => shape_of_roller(modelled),
+        (_, Some(barrel)) => Some(SharedShape::new(BarrelShape::new(barrel))),
+        (_, None) => None,
+    };
+    let shape = shape.expect("the shapes are checked before the robot is built");
+    let collider = rapier.insert_collider(
+        ColliderBuilder::new(shape)
+            .density(0.0)
+            .restitution(0.0)
+            .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
+            .collision_groups(crate::engine::groups::ROLLER),
+        Some(body),
+    );
+    RollerBody {
+        body,
+        collider,
+        roller: index,
+        dof: 0,
+        spin_before_rad_s: 0.0,
+    }
+}
+
 /// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller that has the
-/// shapes of its file.
+/// shapes of its file. Where rapier solves the contacts, each roller is a body on the hub.
 pub(crate) fn insert(
     rapier: &mut PhysicsWorld,
     wheel: &Wheel,
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     rollers: &[RollerState],
+    solver: ContactSolver,
 ) -> WheelBody {
     let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
     let hub = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()
             .pose(world_from_hub)
             .can_sleep(false)
-            .additional_mass_properties(hub_mass_properties(wheel, rollers)),
+            .additional_mass_properties(match solver {
+                ContactSolver::Ilon => hub_mass_properties(wheel, rollers),
+                ContactSolver::Rapier => mass_properties(&wheel.hub),
+            }),
     );
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
+    let bodies: Vec<RollerBody> = match solver {
+        ContactSolver::Ilon => Vec::new(),
+        ContactSolver::Rapier => (0..rollers.len())
+            .map(|roller| insert_roller(rapier, wheel, (hub, world_from_hub), (roller, rollers)))
+            .collect(),
+    };
     let mut colliders = Vec::new();
     for (roller, state) in rollers.iter().enumerate() {
         let RollerForm::AsModelled(modelled) = &wheel.rollers[roller].form else {
             continue;
         };
+        if solver == ContactSolver::Rapier {
+            continue;
+        }
         let shape =
             shape_of_roller(modelled).expect("the shapes are checked before the robot is built");
         let collider = ColliderBuilder::new(shape)
@@ -324,6 +443,7 @@ pub(crate) fn insert(
         hub_link: 0,
         hub_dof: 0,
         colliders,
+        bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
@@ -353,6 +473,17 @@ impl WheelBody {
             self.owed_in_hub_n_m += borne.owed_n_m * roller.axis_in_hub;
         }
         lost_j
+    }
+
+    /// Places the bodies of rollers on a hub.
+    pub fn place_bodies(&self, rapier: &mut PhysicsWorld, rapier_from_hub: &Isometry3<f64>) {
+        for part in &self.bodies {
+            let roller = &self.rollers[part.roller];
+            let angle_rad = ilon_robot::wrap_angle(roller.angle_rad);
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
+            let pose = convert::pose(&(rapier_from_hub * roller.hub_from_roller * turned));
+            rapier.bodies[part.body].set_position(pose, false);
+        }
     }
 
     /// Turns the colliders of rollers with the shapes of their file to where the rollers are.

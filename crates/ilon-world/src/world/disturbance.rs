@@ -4,7 +4,7 @@
 //! motors + outside = stored + slip + bearings stays one.
 
 use ilon_robot::MassProperties;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::World;
 use crate::engine::convert;
@@ -64,7 +64,7 @@ pub(super) struct ActingPush {
 impl World {
     /// Pushes the chassis during the next step, and only then. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
-        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let center_m = self.chassis_mass.center_of_mass_m;
         let floor_from_body = self.state.floor_from_chassis().rotation;
         self.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
@@ -82,9 +82,9 @@ impl World {
         let come_j: f64 = payloads.iter().map(outside_j).sum();
         self.energies.outside_j += come_j - gone_j;
 
-        let center_before_m = self.robot.chassis.mass.center_of_mass_m;
-        self.robot.chassis.mass = loaded(&self.bare_chassis, payloads);
-        let moved_m = self.robot.chassis.mass.center_of_mass_m - center_before_m;
+        let center_before_m = self.chassis_mass.center_of_mass_m;
+        self.chassis_mass = loaded(&self.robot.chassis.mass, payloads);
+        let moved_m = self.chassis_mass.center_of_mass_m - center_before_m;
         self.state.recenter(moved_m);
         self.before.recenter(moved_m);
         self.middle.recenter(moved_m);
@@ -146,7 +146,7 @@ impl World {
 
     /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
     fn payload_energy_j(&self, payload: &Payload) -> f64 {
-        let center_m = self.robot.chassis.mass.center_of_mass_m;
+        let center_m = self.chassis_mass.center_of_mass_m;
         let lever_m =
             self.state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
         let place_m = self.state.center_m() + lever_m;
@@ -158,26 +158,8 @@ impl World {
 
 /// A chassis and what it carries, as one rigid body.
 fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
-    let carried_kg: f64 = payloads.iter().map(|p| p.mass_kg).sum();
-    let mass_kg = bare.mass_kg + carried_kg;
-    let first_moment: Vector3<f64> = payloads
-        .iter()
-        .fold(bare.mass_kg * bare.center_of_mass_m, |sum, payload| {
-            sum + payload.mass_kg * payload.place_in_body_m
-        });
-    let center_of_mass_m = first_moment / mass_kg;
-    // Steiner: a mass at an offset r from the common centre adds m (r^2 1 - r r^T).
-    let about_center = |mass_kg: f64, at_m: &Vector3<f64>| {
-        let r = at_m - center_of_mass_m;
-        mass_kg * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
-    };
-    let inertia_kg_m2 = payloads.iter().fold(
-        bare.inertia_kg_m2 + about_center(bare.mass_kg, &bare.center_of_mass_m),
-        |sum, payload| sum + about_center(payload.mass_kg, &payload.place_in_body_m),
-    );
-    MassProperties {
-        mass_kg,
-        center_of_mass_m,
-        inertia_kg_m2,
-    }
+    let carried = payloads.iter();
+    let carried = carried.map(|load| MassProperties::point(load.mass_kg, load.place_in_body_m));
+    let parts: Vec<MassProperties> = [bare.clone()].into_iter().chain(carried).collect();
+    MassProperties::merged(&parts).unwrap_or_else(|| bare.clone())
 }

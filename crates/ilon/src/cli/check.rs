@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_robot::FileAccess;
+use ilon_sim::sweep::{self, Options, Store, Study, is_study};
 use ilon_trace::{Recorded, Recording, file};
 use rayon::prelude::*;
 
@@ -20,6 +21,7 @@ use self::outcome::{Checked, Count, Ended, Judged};
 use self::update::Update;
 use super::claim::{self, Claim};
 use super::output::OutputFolder;
+use super::sweep::verdicts;
 use super::{Outcome, Sandbox, Settings, fault, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
@@ -30,7 +32,8 @@ use crate::simulate::{Run, Simulation};
 /// Arguments of `ilon check`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Scenario files, and folders of them: every `.toml` file in a folder and below it is a scenario.
+    /// Scenario files and studies, and folders of them: every `.toml` file in a folder and below it is one. A study is held
+    /// against its own `[expect]` alone.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Write the results as JUnit XML, which continuous integration shows.
@@ -211,6 +214,9 @@ fn run_and_judge(
     arguments: &Arguments,
     files: &FileAccess,
 ) -> Result<Judged, Failure> {
+    if is_study(path, files) {
+        return run_and_judge_study(path, arguments, files);
+    }
     let scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
     scenario.expect.check_windows(&scenario.run)?;
     let baseline = arguments.against.as_deref();
@@ -240,13 +246,41 @@ fn run_and_judge(
         differences,
         drawn,
         update,
+        is_study: false,
     };
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
     {
-        OutputFolder::prepare(folder.join(name), "--keep", &[])?.write_all(&run)?;
+        OutputFolder::prepare(folder.join(name), "--keep", &[])?
+            .write_all(&run, &judged.verdicts)?;
     }
     Ok(judged)
+}
+
+/// Runs a study, of which nothing is kept, and holds it against its own expectations.
+fn run_and_judge_study(
+    path: &Path,
+    arguments: &Arguments,
+    files: &FileAccess,
+) -> Result<Judged, Failure> {
+    if !arguments.settings.settings.is_empty() {
+        return Err(Failure::usage(
+            format!(
+                "--set changes scenarios, and `{}` is a study",
+                path.display()
+            ),
+            "write what shall be otherwise below its `[set]`, or name the scenarios alone",
+        ));
+    }
+    let study = Study::load_within(path, files)?;
+    let findings = sweep::sweep(&study, &Store::in_memory(), Options::default(), &|_| ())?;
+    Ok(Judged {
+        verdicts: verdicts(&findings),
+        differences: None,
+        drawn: None,
+        update: None,
+        is_study: true,
+    })
 }
 
 /// Holds a run against its baseline, and draws where it leaves it.

@@ -3,8 +3,8 @@
 use std::fmt::{self, Write};
 
 use miette::{
-    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, Report, Severity, SourceCode,
-    SourceSpan, SpanContents,
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
+    MietteSpanContents, Report, Severity, SourceCode, SourceSpan, SpanContents,
 };
 
 use super::{escape, say};
@@ -29,6 +29,21 @@ pub(super) fn show(error: Failure) {
         text = format!("{}\n", escape::one_line(&error.to_string()));
     }
     say::watching(&format!("{text}\n"));
+}
+
+/// A fault as it is shown, without colours.
+pub(super) fn plain(error: &dyn Diagnostic) -> String {
+    let mut text = String::new();
+    let printed = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
+        .with_links(false)
+        .with_width(usize::MAX)
+        .with_wrap_lines(false)
+        .with_context_lines(CONTEXT_LINES)
+        .render_report(&mut text, &Shown::of(error));
+    match printed {
+        Ok(()) => text,
+        Err(fmt::Error) => escape::one_line(&error.to_string()).into_owned(),
+    }
 }
 
 /// In colour only on a terminal, and never wrapped, so that a log or a script finds each message whole.
@@ -215,7 +230,7 @@ fn ceil(text: &str, at: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use miette::{GraphicalReportHandler, GraphicalTheme, NamedSource};
+    use miette::NamedSource;
 
     use super::*;
     use crate::ScenarioFault;

@@ -83,7 +83,7 @@ fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
 }
 
 /// A word as a shell takes it.
-pub(super) fn shell(word: &str) -> String {
+pub(crate) fn shell(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./=,:+-@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()

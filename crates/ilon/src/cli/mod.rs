@@ -5,6 +5,8 @@ mod bench;
 mod check;
 mod claim;
 mod compare;
+mod context;
+mod embed;
 mod escape;
 mod failure;
 mod fault;
@@ -21,7 +23,10 @@ mod ros2;
 mod run;
 mod say;
 mod schema;
+mod sweep;
 mod table;
+
+pub(crate) use flags::shell;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -31,6 +36,7 @@ use ilon_robot::FileAccess;
 
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
+pub use embed::{Explained, explain, run_arguments, write_results};
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
 #[derive(Debug, Parser)]
@@ -50,6 +56,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Run scenarios and hold each against its own `[expect]`.
     Check(check::Arguments),
+    /// Run a scenario many times under keys that vary, and say what comes of it.
+    Sweep(sweep::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -122,16 +130,7 @@ impl Sandbox {
 
 /// Runs the command of this process's arguments.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match dispatch(cli.command) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unexpected) => ExitCode::from(1),
-        Ok(Outcome::BadInput) => ExitCode::from(2),
-        Err(error) => {
-            fault::show(error);
-            ExitCode::from(2)
-        }
-    }
+    ExitCode::from(run_arguments(std::env::args_os()))
 }
 
 fn dispatch(command: Command) -> Result<Outcome, Failure> {
@@ -139,6 +138,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

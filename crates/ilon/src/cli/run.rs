@@ -67,24 +67,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })?;
     bar.done();
 
-    folder.write(&run)?;
+    let verdicts = judge_rows(&run)?;
+    let answer = folder.write(&run, &verdicts)?;
     for warning in &run.warnings[foreseen..] {
         say::note(&one_line(&format!("note: {warning}")));
     }
-    for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         say::note(&one_line(&format!("note: expected {verdict}")));
     }
     if arguments.json {
         say::data(&folder.summary_json(&run)?)?;
     } else {
         say::lines(&format!(
-            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml{}\n",
+            "{}\n{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml{}\n",
             summary_table(&run.summary),
+            verdict_lines(&answer),
             one_line(&folder.path().display().to_string()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The two most important sentences of the answer, each on a line of its own.
+fn verdict_lines(answer: &[String]) -> String {
+    let lines = answer.iter().take(2);
+    lines.map(|line| format!("{}\n", one_line(line))).collect()
 }
 
 fn out_folder(out: &std::path::Path, scenario: &str) -> PathBuf {
@@ -131,7 +139,9 @@ fn twists(table: &mut Table, summary: &Summary) {
     row(table, &means, "vy_m_s", "vy");
     row(table, &means, "omega_rad_s", "omega");
     let ratios = ["twist_ratio_ideal", "twist_ratio_contact"];
-    table.heading("real over ideal, real over the rollers that touch");
+    table.heading(
+        "real over ideal (geometry and slip), real over the rollers that touch (slip alone)",
+    );
     for component in ["vx", "vy", "omega"] {
         row(table, &ratios, component, component);
     }

@@ -5,3 +5,4 @@
 pub mod bench;
 pub mod design;
 pub mod gallery;
+pub mod sweep;

@@ -16,7 +16,7 @@ fn shipped(name: &str) -> Robot {
 /// Angular momentum of the robot about the origin of the floor's frame, body by body, in kg m^2/s.
 fn angular_momentum(world: &World) -> Vector3<f64> {
     let state = &world.state;
-    let chassis = &world.robot.chassis.mass;
+    let chassis = &world.chassis_mass;
     let center_m = state.center_m();
     let rotation = state.floor_from_chassis().rotation;
     let in_body = rotation.inverse() * state.angular_rad_s;

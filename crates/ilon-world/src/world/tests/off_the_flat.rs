@@ -23,7 +23,7 @@ fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     pose.rotation = rotation;
     pose.translation.z = 1.0;
     world.state.place(pose);
-    let body_from_chassis = Isometry3::from(world.robot.chassis.mass.center_of_mass_m);
+    let body_from_chassis = Isometry3::from(world.chassis_mass.center_of_mass_m);
     let floor_from_body = pose * body_from_chassis.inverse();
     pose.translation.z += clear_m - clearance_m(&world.robot, &world.ground, &floor_from_body);
     world.state.place(pose);

@@ -37,6 +37,8 @@ pub(super) struct Judged {
     pub drawn: Option<PathBuf>,
     /// What `--update` changes in the file, once it was shown.
     pub update: Option<Update>,
+    /// Whether it is a study of many runs.
+    pub is_study: bool,
 }
 
 /// What a scenario counts as.
@@ -128,7 +130,8 @@ impl Checked {
                 for failure in judged.failures() {
                     text.push_str(&format!("         {failure}\n"));
                 }
-                let command = format!("ilon run {}{settings}", self.path.display());
+                let verb = if judged.is_study { "sweep" } else { "run" };
+                let command = format!("ilon {verb} {}{settings}", self.path.display());
                 text.push_str(&format!("         to see it: {}\n", shown(&command)));
                 text.push_str(judged.changes());
                 text

@@ -1,0 +1,532 @@
+//! Figures of a study, drawn as SVG, and all of its runs as parallel coordinates, drawn in the browser.
+
+use std::fmt::Write;
+
+use super::shape::{Content, Figure, Scale, distinct};
+use super::{Sensitivity, Shown, figure};
+use crate::page::{escape, json_in_script};
+use crate::short;
+
+/// What draws the parallel coordinates.
+pub(super) const SCRIPT: &str = include_str!("parallel.js");
+
+/// Width and height of a figure.
+const SIZE: (f64, f64) = (560.0, 300.0);
+/// Where the figure's own area begins and ends: left, right, top, bottom.
+const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
+
+/// From a value to its place along a figure.
+struct Place {
+    low: f64,
+    high: f64,
+    is_log: bool,
+    from: f64,
+    to: f64,
+}
+
+impl Place {
+    /// Over values, with a margin where they have a spread.
+    fn of(
+        values: impl Iterator<Item = f64>,
+        is_log: bool,
+        from: f64,
+        to: f64,
+        margin: f64,
+    ) -> Self {
+        let values: Vec<f64> = values
+            .filter(|x| x.is_finite() && (!is_log || *x > 0.0))
+            .collect();
+        let of = |x: f64| if is_log { x.log10() } else { x };
+        let mut low = values.iter().map(|x| of(*x)).fold(f64::INFINITY, f64::min);
+        let mut high = values
+            .iter()
+            .map(|x| of(*x))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        let spread = high - low;
+        if spread <= 1e-12 * high.abs().max(1e-300) {
+            let around = 0.5 * high.abs().max(1e-3);
+            (low, high) = (low - around, high + around);
+        } else {
+            (low, high) = (low - margin * spread, high + margin * spread);
+        }
+        Self {
+            low,
+            high,
+            is_log,
+            from,
+            to,
+        }
+    }
+
+    fn at(&self, value: f64) -> f64 {
+        let value = if self.is_log {
+            value.max(f64::MIN_POSITIVE).log10()
+        } else {
+            value
+        };
+        self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
+    }
+
+    /// Round values along it.
+    fn ticks(&self) -> Vec<f64> {
+        if self.is_log {
+            let decades: Vec<f64> = (self.low.floor() as i32..=self.high.ceil() as i32)
+                .flat_map(|decade| [1.0, 2.0, 5.0].map(|x| x * 10_f64.powi(decade)))
+                .filter(|x| (self.low..=self.high).contains(&x.log10()))
+                .collect();
+            if decades.len() >= 2 {
+                let every = decades.len().div_ceil(7);
+                return decades.into_iter().step_by(every).collect();
+            }
+        }
+        let (low, high) = if self.is_log {
+            (10_f64.powf(self.low), 10_f64.powf(self.high))
+        } else {
+            (self.low, self.high)
+        };
+        let rough = (high - low) / 5.0;
+        let power = 10_f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .map(|x| x * power)
+            .into_iter()
+            .find(|step| *step >= rough);
+        let step = step.unwrap_or(rough);
+        let first = (low / step).ceil() as i64;
+        let last = (high / step).floor() as i64;
+        (first..=last.min(first + 12))
+            .map(|tick| short(tick as f64 * step, 10))
+            .collect()
+    }
+}
+
+/// A figure on a card of its own.
+pub(super) fn card(drawn: &Figure) -> String {
+    let (svg, legend) = match &drawn.content {
+        Content::Heat(fields) => (heat(drawn, fields), String::new()),
+        _ => (lines(drawn), legend(drawn)),
+    };
+    framed(&drawn.title, &drawn.caption, &format!("{legend}{svg}"))
+}
+
+fn framed(title: &str, caption: &str, content: &str) -> String {
+    format!(
+        "<figure><figcaption><h3>{}</h3><p>{}</p></figcaption>{content}</figure>\n",
+        escape(title),
+        escape(caption)
+    )
+}
+
+fn svg(label: &str, content: &str) -> String {
+    svg_of(label, SIZE.1, content)
+}
+
+fn svg_of(label: &str, height: f64, content: &str) -> String {
+    format!(
+        "<svg viewBox=\"0 0 {} {height}\" role=\"img\" aria-label=\"{}\" style=\"width:100%;height:auto;font-size:11px\" \
+         fill=\"var(--muted)\">{content}</svg>",
+        SIZE.0,
+        escape(label)
+    )
+}
+
+fn x_axis(scale: &Scale, place: &Place, svg: &mut String) {
+    let (left, right, top, bottom) = AREA;
+    let words = scale
+        .words
+        .iter()
+        .enumerate()
+        .map(|(at, word)| (at as f64, word.clone()));
+    let ticks: Vec<(f64, String)> = if scale.words.is_empty() {
+        place.ticks().into_iter().map(|x| (x, figure(x))).collect()
+    } else {
+        words.collect()
+    };
+    for (x, text) in ticks {
+        let x = place.at(x);
+        let _ = write!(
+            svg,
+            "<line x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top}\" y2=\"{bottom}\" stroke=\"var(--grid)\"/>\
+             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            bottom + 15.0,
+            escape(&text)
+        );
+    }
+    let _ = write!(
+        svg,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+        (left + right) / 2.0,
+        bottom + 34.0,
+        escape(&scale.name)
+    );
+}
+
+fn y_axis(place: &Place, svg: &mut String) {
+    let (left, right, ..) = AREA;
+    for value in place.ticks() {
+        let y = place.at(value);
+        let _ = write!(
+            svg,
+            "<line x1=\"{left}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\" stroke=\"var(--grid)\"/>\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            left - 6.0,
+            y + 4.0,
+            figure(value)
+        );
+    }
+}
+
+/// Curves or a cloud, over one axis.
+fn lines(drawn: &Figure) -> String {
+    let (left, right, top, bottom) = AREA;
+    let (xs, ys): (Vec<f64>, Vec<f64>) = match &drawn.content {
+        Content::Curves(curves) => {
+            let points = || curves.iter().flat_map(|curve| &curve.points);
+            let xs = points().map(|point| point.x).collect();
+            (
+                xs,
+                points()
+                    .flat_map(|point| [point.least, point.largest])
+                    .collect(),
+            )
+        }
+        Content::Cloud(points) => points.iter().copied().unzip(),
+        Content::Heat(_) => return String::new(),
+    };
+    let words = drawn.x.words.len();
+    let xs = xs.into_iter().chain((0..words).map(|at| at as f64));
+    let x = Place::of(
+        xs,
+        drawn.x.is_log && words == 0,
+        left,
+        right,
+        if words > 0 { 0.1 } else { 0.02 },
+    );
+    let y = Place::of(ys.into_iter().chain(drawn.bound), false, bottom, top, 0.05);
+    let mut content = String::new();
+    x_axis(&drawn.x, &x, &mut content);
+    y_axis(&y, &mut content);
+    if let Some(bound) = drawn.bound {
+        let _ = write!(
+            content,
+            "<line x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"var(--limit)\" \
+             stroke-dasharray=\"6 4\" stroke-width=\"1.5\"/>",
+            at = y.at(bound)
+        );
+    }
+    match &drawn.content {
+        Content::Curves(curves) => {
+            for (index, curve) in curves.iter().enumerate() {
+                let color = format!("var(--w{})", index % 8);
+                let path = |of: &dyn Fn(&super::shape::Point) -> f64,
+                            points: &[super::shape::Point]|
+                 -> String {
+                    points
+                        .iter()
+                        .map(|point| format!("{:.1},{:.1} ", x.at(point.x), y.at(of(point))))
+                        .collect()
+                };
+                if curve.points.iter().any(|point| point.largest > point.least) {
+                    let mut back = curve.points.clone();
+                    back.reverse();
+                    let band = path(&|point| point.largest, &curve.points)
+                        + &path(&|point| point.least, &back);
+                    let _ = write!(
+                        content,
+                        "<polygon points=\"{band}\" fill=\"{color}\" opacity=\"0.15\"/>"
+                    );
+                }
+                let line = path(&|point| point.mean, &curve.points);
+                if words == 0 {
+                    let _ = write!(
+                        content,
+                        "<polyline points=\"{line}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"/>"
+                    );
+                }
+                if curve.points.len() <= 60 {
+                    for point in &curve.points {
+                        let _ = write!(
+                            content,
+                            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{color}\"><title>{}: {}</title></circle>",
+                            x.at(point.x),
+                            y.at(point.mean),
+                            figure(point.x),
+                            figure(point.mean)
+                        );
+                    }
+                }
+            }
+        }
+        Content::Cloud(points) => {
+            // One path of dots: a tenth of what as many circles take.
+            let mut dots = String::new();
+            for (a, b) in points {
+                let _ = write!(dots, "M{:.0} {:.0}h0", x.at(*a), y.at(*b));
+            }
+            let _ = write!(
+                content,
+                "<path d=\"{dots}\" stroke=\"var(--w0)\" stroke-width=\"4\" stroke-linecap=\"round\" opacity=\"0.45\" \
+                 fill=\"none\"/>"
+            );
+        }
+        Content::Heat(_) => {}
+    }
+    svg(&drawn.title, &content)
+}
+
+fn legend(drawn: &Figure) -> String {
+    let Content::Curves(curves) = &drawn.content else {
+        return String::new();
+    };
+    if curves.len() < 2 {
+        return String::new();
+    }
+    let items: String = curves
+        .iter()
+        .enumerate()
+        .map(|(index, curve)| {
+            format!(
+                "<li><span class=\"swatch\" style=\"background:var(--w{})\"></span>{}</li>",
+                index % 8,
+                escape(&curve.name)
+            )
+        })
+        .collect();
+    format!("<ul class=\"legend\">{items}</ul>")
+}
+
+/// A field for each pair of values, the larger the stronger in colour.
+fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
+    let (left, right, top, bottom) = AREA;
+    let values = || fields.iter().filter_map(|field| field.2);
+    let (least, largest) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let ordered = |of: fn(&(f64, f64, Option<f64>)) -> f64| {
+        let mut all: Vec<f64> = fields.iter().map(of).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    };
+    let (xs, ys) = (ordered(|field| field.0), ordered(|field| field.1));
+    let (width, height) = (
+        (right - left) / xs.len() as f64,
+        (bottom - top) / ys.len() as f64,
+    );
+    let mut content = String::new();
+    for (x, y, value) in fields {
+        let place = |all: &[f64], value: &f64| {
+            all.iter().position(|known| known == value).unwrap_or(0) as f64
+        };
+        let Some(value) = value else {
+            continue;
+        };
+        let share = if largest > least {
+            (value - least) / (largest - least)
+        } else {
+            0.5
+        };
+        let is_beyond = drawn.bound.is_some_and(|bound| *value > bound);
+        let _ = write!(
+            content,
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--{})\" opacity=\"{:.2}\">\
+             <title>{}: {}</title></rect>",
+            left + place(&xs, x) * width,
+            bottom - (1.0 + place(&ys, y)) * height,
+            (width - 1.0).max(0.5),
+            (height - 1.0).max(0.5),
+            if is_beyond { "limit" } else { "accent" },
+            0.12 + 0.85 * share,
+            escape(&format!("{}, {}", figure(*x), figure(*y))),
+            figure(*value)
+        );
+    }
+    let label = |scale: &Scale, value: f64| {
+        scale
+            .words
+            .get(value as usize)
+            .cloned()
+            .unwrap_or_else(|| figure(value))
+    };
+    let every = xs.len().div_ceil(8);
+    for (at, x) in xs.iter().enumerate().step_by(every) {
+        let _ = write!(
+            content,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            left + (at as f64 + 0.5) * width,
+            bottom + 15.0,
+            escape(&label(&drawn.x, *x))
+        );
+    }
+    if let Some(scale) = &drawn.y {
+        let every = ys.len().div_ceil(9);
+        for (at, y) in ys.iter().enumerate().step_by(every) {
+            let _ = write!(
+                content,
+                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                left - 6.0,
+                bottom - (at as f64 + 0.5) * height + 4.0,
+                escape(&label(scale, *y))
+            );
+        }
+        let _ = write!(
+            content,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} across, {} upward; from {} to {}</text>",
+            (left + right) / 2.0,
+            bottom + 34.0,
+            escape(&drawn.x.name),
+            escape(&scale.name),
+            figure(least),
+            figure(largest)
+        );
+    }
+    svg(&drawn.title, &content)
+}
+
+/// What each axis does to a quantity, as bars with their intervals.
+pub(super) fn bars(sensitivity: &Sensitivity) -> String {
+    let left = 190.0;
+    let right = 548.0;
+    let all = sensitivity.bars.iter().flat_map(|(_, bars)| bars);
+    let ends = all.flat_map(|(value, interval)| {
+        let (low, high) = interval.unwrap_or((*value, *value));
+        [*value, low, high]
+    });
+    let x = Place::of(ends.chain([0.0]), false, left, right, 0.03);
+    let height = 30.0 + 34.0 * sensitivity.bars.len() as f64;
+    let mut content = String::new();
+    for tick in x.ticks() {
+        let at = x.at(tick);
+        let _ = write!(
+            content,
+            "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"4\" y2=\"{:.1}\" stroke=\"var(--grid)\"/>\
+             <text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            height - 20.0,
+            height - 6.0,
+            figure(tick)
+        );
+    }
+    for (row, (key, bars)) in sensitivity.bars.iter().enumerate() {
+        let y = 8.0 + 34.0 * row as f64;
+        let _ = write!(
+            content,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            left - 8.0,
+            y + 16.0,
+            escape(key)
+        );
+        for (which, (value, interval)) in bars.iter().enumerate() {
+            let top = y + 13.0 * which as f64;
+            let (from, to) = (x.at(0.0).min(x.at(*value)), x.at(0.0).max(x.at(*value)));
+            let _ = write!(
+                content,
+                "<rect x=\"{from:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"11\" fill=\"var(--w{which})\">\
+                 <title>{}: {}</title></rect>",
+                to - from,
+                escape(&sensitivity.names[which]),
+                figure(*value)
+            );
+            if let Some((low, high)) = interval {
+                let _ = write!(
+                    content,
+                    "<line x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{mid:.1}\" y2=\"{mid:.1}\" stroke=\"var(--fg)\"/>",
+                    x.at(*low),
+                    x.at(*high),
+                    mid = top + 5.5
+                );
+            }
+        }
+    }
+    let legend: String = sensitivity
+        .names
+        .iter()
+        .enumerate()
+        .map(|(which, name)| {
+            format!(
+                "<li><span class=\"swatch\" style=\"background:var(--w{which})\"></span>{}</li>",
+                escape(name)
+            )
+        })
+        .collect();
+    let drawn = svg_of(&sensitivity.title, height, &content);
+    framed(
+        &sensitivity.title,
+        &sensitivity.caption,
+        &format!("<ul class=\"legend\">{legend}</ul>{drawn}"),
+    )
+}
+
+/// Steps in which values of the parallel coordinates are handed to the browser.
+const STEPS: f64 = 4095.0;
+/// Most numbers that are handed to the browser, which keeps the page below two megabytes.
+const MOST_NUMBERS: usize = 200_000;
+
+/// All runs as parallel coordinates: the place of the drawing, and its data.
+pub(super) fn parallel(shown: &Shown) -> String {
+    let keys: Vec<usize> = (0..shown.varied.len())
+        .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
+        .collect();
+    let quantities: Vec<usize> = (0..shown.quantities.len())
+        .filter(|quantity| {
+            shown
+                .runs
+                .iter()
+                .any(|run| run.figures[*quantity].is_some())
+        })
+        .collect();
+    let columns = keys.len() + quantities.len();
+    let done: Vec<&super::Run> = shown.runs.iter().filter(|run| !run.has_failed).collect();
+    let every = (done.len() * columns).div_ceil(MOST_NUMBERS).max(1);
+    let runs: Vec<&super::Run> = done.into_iter().step_by(every).collect();
+    let column = |name: &str,
+                  is_log: bool,
+                  words: &[String],
+                  of: &dyn Fn(&super::Run) -> Option<f64>| {
+        let values: Vec<Option<f64>> = runs.iter().map(|run| of(run)).collect();
+        let place = Place::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
+        // -1 where there is none.
+        let steps: Vec<i64> = values
+            .iter()
+            .map(|x| x.map_or(-1, |x| place.at(x).round() as i64))
+            .collect();
+        let (low, high) = if is_log {
+            (10_f64.powf(place.low), 10_f64.powf(place.high))
+        } else {
+            (place.low, place.high)
+        };
+        serde_json::json!({
+            "name": name, "low": short(low, 4), "high": short(high, 4), "log": is_log, "words": words, "at": steps,
+        })
+    };
+    let mut all: Vec<serde_json::Value> = Vec::new();
+    for key in &keys {
+        let varied = &shown.varied[*key];
+        all.push(column(&varied.key, varied.is_log, &varied.words, &|run| {
+            run.values.get(*key).copied()
+        }));
+    }
+    for quantity in &quantities {
+        all.push(column(
+            &shown.quantities[*quantity].name,
+            false,
+            &[],
+            &|run| run.figures[*quantity],
+        ));
+    }
+    let thinned = match every {
+        1 => String::new(),
+        every => format!("<p>One of {every} runs is shown.</p>"),
+    };
+    let numbers: Vec<u64> = runs.iter().map(|run| run.run).collect();
+    let data = serde_json::json!({ "runs": numbers, "columns": all, "colour": keys.len() });
+    format!(
+        "<figure class=\"whole\">{thinned}<canvas id=\"parallel\" style=\"width:100%;height:380px;touch-action:none\" \
+         role=\"img\" aria-label=\"All runs as parallel coordinates\"></canvas>\
+         <p id=\"parallel-words\" aria-live=\"polite\"></p>\
+         <script type=\"application/json\" id=\"parallel-data\">{}</script></figure>\n",
+        json_in_script(&data.to_string())
+    )
+}

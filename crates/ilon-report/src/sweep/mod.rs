@@ -1,0 +1,305 @@
+//! The page of a study: what was found first, then how each quantity follows from what was varied.
+//!
+//! A page of ten thousand runs stays below two megabytes: figures are drawn here, from as many points as can be told apart, and
+//! what is chosen from in the browser is thinned.
+
+mod chart;
+mod shape;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use ilon_trace::file::write_text;
+use ilon_trace::{TraceError, number};
+
+use crate::page::{self, Head, Section, escape};
+use crate::short;
+
+/// Runs that are listed at each end of a quantity.
+const LISTED: usize = 5;
+
+/// Quantities that figures are drawn of.
+const DRAWN: usize = 6;
+
+/// A study as it is shown.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// Its name.
+    pub name: String,
+    /// What it was, as plain text: its scenarios, how points were chosen, how many.
+    pub facts: Vec<String>,
+    /// What was found, the most important first.
+    pub answers: Vec<Answer>,
+    /// What was varied.
+    pub varied: Vec<Varied>,
+    /// The quantities that it looks at, the most important first.
+    pub quantities: Vec<Quantity>,
+    /// Its runs, in the order of their numbers.
+    pub runs: Vec<Run>,
+    /// What each axis does to each quantity, where the study asks that.
+    pub sensitivity: Vec<Sensitivity>,
+    /// Tables of figures, such as quantiles.
+    pub tables: Vec<Table>,
+    /// Whether the points are drawn, so that they are shown as a cloud and not as curves.
+    pub is_sample: bool,
+}
+
+/// A sentence of the answer.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Whether it is good or bad news; `None` of a plain finding.
+    pub is_good: Option<bool>,
+    /// The sentence, as plain text.
+    pub text: String,
+}
+
+/// A key that differs between runs.
+#[derive(Clone, Debug)]
+pub struct Varied {
+    /// The key, with dots.
+    pub key: String,
+    /// The words that it takes, of one whose values are not all numbers: values are places in this list.
+    pub words: Vec<String>,
+    /// Whether it is spaced by its logarithm.
+    pub is_log: bool,
+}
+
+/// A quantity of the summary.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// Its name in `summary.json`.
+    pub name: String,
+    /// A value that it is held against: a bound of the study, or the one whose crossing is sought.
+    pub bound: Option<f64>,
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Its number.
+    pub run: u64,
+    /// Which of several scenarios it is of; 0 where there is one.
+    pub scenario: usize,
+    /// The value of each varied key, of words their place in [`Varied::words`].
+    pub values: Vec<f64>,
+    /// Each of the quantities; `None` where it failed or they do not apply.
+    pub figures: Vec<Option<f64>>,
+    /// Whether it failed.
+    pub has_failed: bool,
+}
+
+/// What each axis does to one quantity.
+#[derive(Clone, Debug)]
+pub struct Sensitivity {
+    /// The quantity, and what the bars are.
+    pub title: String,
+    /// What is to be read from it, as plain text.
+    pub caption: String,
+    /// What the two bars of each axis are.
+    pub names: [String; 2],
+    /// Each axis with its two bars, and where each lies with 95 % where that is known.
+    pub bars: Vec<(String, [Bar; 2])>,
+}
+
+/// A bar, and where its end lies with 95 %.
+pub type Bar = (f64, Option<(f64, f64)>);
+
+/// A table of words.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Its title.
+    pub title: String,
+    /// The heads of its columns.
+    pub head: Vec<String>,
+    /// Its rows.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The page. `command` says how a run is seen again.
+pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
+    let head = Head {
+        kind: "study",
+        title: shown.name.clone(),
+        facts: shown.facts.iter().map(|fact| escape(fact)).collect(),
+        lead: answers(&shown.answers),
+    };
+    let mut sections = Vec::new();
+    let figures = shape::figures(shown, DRAWN);
+    if !figures.is_empty() {
+        sections.push(Section {
+            id: "curves",
+            title: "What follows from what",
+            lead: "Each quantity over what was varied. A dashed line is its bound.".to_owned(),
+            body: format!(
+                "<div class=\"grid\">\n{}</div>\n",
+                figures.iter().map(chart::card).collect::<String>()
+            ),
+        });
+    }
+    if !shown.sensitivity.is_empty() {
+        let bars: String = shown.sensitivity.iter().map(chart::bars).collect();
+        sections.push(Section {
+            id: "sensitivity",
+            title: "What matters",
+            lead: String::new(),
+            body: format!("<div class=\"grid\">\n{bars}</div>\n"),
+        });
+    }
+    if shown.varied.len() > 1 && shown.runs.len() > 1 {
+        sections.push(Section {
+            id: "all-runs",
+            title: "All runs",
+            lead: "A line is a run. Drag along an axis to keep the runs that pass there; click the axis to let go.".to_owned(),
+            body: chart::parallel(shown),
+        });
+    }
+    if !shown.tables.is_empty() {
+        sections.push(Section {
+            id: "figures",
+            title: "Figures",
+            lead: String::new(),
+            body: shown.tables.iter().map(table).collect(),
+        });
+    }
+    let listed = listed(shown, command);
+    if !listed.is_empty() {
+        sections.push(Section {
+            id: "runs",
+            title: "Best and worst runs",
+            lead: "With the command that runs each again, to look at it.".to_owned(),
+            body: listed,
+        });
+    }
+    let footer = "<p>All runs are in <code>runs.parquet</code>, one row each, which pandas, polars and DuckDB read; what was found \
+                  is in <code>findings.json</code>.</p>";
+    let parts = page::Parts {
+        after: &[chart::SCRIPT],
+        ..page::Parts::default()
+    };
+    page::page(&head, &sections, footer, &parts)
+}
+
+/// Writes the page to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(
+    path: &Path,
+    shown: &Shown,
+    command: &dyn Fn(u64) -> String,
+) -> Result<(), TraceError> {
+    write_text(path, &html(shown, command))
+}
+
+fn answers(answers: &[Answer]) -> String {
+    let line = |answer: &Answer| {
+        let mark = match answer.is_good {
+            Some(true) => "<b>✓</b> ",
+            Some(false) => "<b class=\"failed\">✗</b> ",
+            None => "",
+        };
+        format!("<p>{mark}{}</p>", escape(&answer.text))
+    };
+    format!(
+        "<div class=\"story\">{}</div>\n",
+        answers.iter().map(line).collect::<String>()
+    )
+}
+
+fn table(table: &Table) -> String {
+    let cell = |tag: &str, words: &[String]| -> String {
+        words
+            .iter()
+            .map(|word| format!("<{tag}>{}</{tag}>", escape(word)))
+            .collect()
+    };
+    let rows: String = table
+        .rows
+        .iter()
+        .map(|row| format!("<tr>{}</tr>", cell("td", row)))
+        .collect();
+    format!(
+        "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
+         <tbody>{rows}</tbody></table></div>\n",
+        escape(&table.title),
+        cell("th", &table.head)
+    )
+}
+
+/// A number for reading, of four digits.
+pub fn figure(x: f64) -> String {
+    number(short(x, 4))
+}
+
+impl Shown {
+    /// The value of a key as it is read.
+    fn value(&self, key: usize, value: f64) -> String {
+        match self.varied[key].words.get(value as usize) {
+            Some(word) => word.clone(),
+            None => figure(value),
+        }
+    }
+}
+
+/// The runs at both ends of each quantity, and those that failed first.
+fn listed(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
+    let mut html = String::new();
+    let mut list = |title: String, runs: &[&Run], quantity: Option<usize>| {
+        if runs.is_empty() {
+            return;
+        }
+        let mut rows = String::new();
+        for run in runs {
+            let values: String = (run.values.iter().enumerate())
+                .map(|(key, value)| format!("<td>{}</td>", escape(&shown.value(key, *value))))
+                .collect();
+            let figure = quantity
+                .and_then(|quantity| run.figures[quantity])
+                .map_or("failed".to_owned(), figure);
+            let _ = write!(
+                rows,
+                "<tr><td>{}</td><td>{figure}</td>{values}<td style=\"text-align:left\"><code>{}</code></td></tr>",
+                run.run,
+                escape(&command(run.run))
+            );
+        }
+        let keys: String = shown
+            .varied
+            .iter()
+            .map(|varied| format!("<th>{}</th>", escape(&varied.key)))
+            .collect();
+        let name = quantity.map_or("", |quantity| shown.quantities[quantity].name.as_str());
+        let _ = write!(
+            html,
+            "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
+             <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
+            escape(&title),
+            escape(name)
+        );
+    };
+    for (index, quantity) in shown.quantities.iter().enumerate().take(DRAWN) {
+        let mut ranked: Vec<(&Run, f64)> = shown
+            .runs
+            .iter()
+            .filter_map(|run| Some((run, run.figures[index]?)))
+            .collect();
+        ranked.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.run.cmp(&b.0.run)));
+        let ranked: Vec<&Run> = ranked.into_iter().map(|(run, _)| run).collect();
+        let count = LISTED.min(ranked.len().div_ceil(2));
+        list(
+            format!("{}: least", quantity.name),
+            &ranked[..count],
+            Some(index),
+        );
+        let largest: Vec<&Run> = ranked[count..].iter().rev().take(LISTED).copied().collect();
+        list(format!("{}: largest", quantity.name), &largest, Some(index));
+    }
+    let failed: Vec<&Run> = shown
+        .runs
+        .iter()
+        .filter(|run| run.has_failed)
+        .take(LISTED)
+        .collect();
+    list("failed: the first".to_owned(), &failed, None);
+    html
+}

@@ -1,0 +1,394 @@
+//! Which figures a study is shown by, and the points in them.
+
+use super::{Run, Shown};
+
+/// Most curves in one figure.
+const MOST_CURVES: usize = 8;
+/// Most points of a cloud: more cannot be told apart.
+const MOST_POINTS: usize = 1500;
+/// Most values of an axis that a heat map has fields for.
+const MOST_FIELDS: usize = 60;
+
+/// A figure of one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Figure {
+    pub title: String,
+    pub caption: String,
+    pub x: Scale,
+    /// The second axis of a heat map.
+    pub y: Option<Scale>,
+    pub content: Content,
+    /// A value of the quantity that it is held against.
+    pub bound: Option<f64>,
+}
+
+/// An axis of a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Scale {
+    pub name: String,
+    pub is_log: bool,
+    /// The words of an axis without numbers, at 0, 1, 2 and so on.
+    pub words: Vec<String>,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Content {
+    /// Means over repetitions with their least and largest, in the order of x, a curve for each of the other values.
+    Curves(Vec<Curve>),
+    /// A point a run.
+    Cloud(Vec<(f64, f64)>),
+    /// A field for each pair of values: x, y and the mean.
+    Heat(Vec<(f64, f64, Option<f64>)>),
+}
+
+/// One curve.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Curve {
+    pub name: String,
+    pub points: Vec<Point>,
+}
+
+/// A point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub x: f64,
+    pub mean: f64,
+    pub least: f64,
+    pub largest: f64,
+}
+
+/// The figures of a study.
+pub(super) fn figures(shown: &Shown, most_quantities: usize) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    // A seed orders nothing.
+    let keys: Vec<usize> = (0..shown.varied.len())
+        .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
+        .collect();
+    for quantity in 0..shown.quantities.len().min(most_quantities) {
+        if shown.runs.iter().all(|run| run.figures[quantity].is_none()) {
+            continue;
+        }
+        if shown.is_sample {
+            // Of a sample with many keys, the first quantities are enough.
+            let most = if quantity == 0 { 12 } else { 4 };
+            figures.extend(
+                keys.iter()
+                    .take(most)
+                    .map(|key| cloud(shown, quantity, *key)),
+            );
+            continue;
+        }
+        let numeric = keys
+            .iter()
+            .copied()
+            .find(|key| shown.varied[*key].words.is_empty());
+        let widest = keys
+            .iter()
+            .copied()
+            .max_by_key(|key| distinct(shown, *key).len());
+        match (keys.as_slice(), numeric.or(widest)) {
+            ([], _) | (_, None) => {}
+            ([a, b], _) if is_fields(shown, *a, *b) => {
+                figures.push(curves(shown, quantity, wider(shown, *a, *b)));
+                figures.push(heat(shown, quantity, *a, *b));
+            }
+            (_, Some(key)) => {
+                let best = keys
+                    .iter()
+                    .copied()
+                    .filter(|key| shown.varied[*key].words.is_empty());
+                let key = best
+                    .max_by_key(|key| distinct(shown, *key).len())
+                    .unwrap_or(key);
+                let drawn = curves(shown, quantity, key);
+                match &drawn.content {
+                    Content::Curves(curves) if curves.len() > MOST_CURVES => {
+                        figures.extend(keys.iter().take(6).map(|key| cloud(shown, quantity, *key)));
+                    }
+                    _ => figures.push(drawn),
+                }
+            }
+        }
+    }
+    figures
+}
+
+/// The values of a key, in ascending order.
+pub(super) fn distinct(shown: &Shown, key: usize) -> Vec<f64> {
+    let mut values: Vec<f64> = shown
+        .runs
+        .iter()
+        .filter_map(|run| run.values.get(key).copied())
+        .collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// Whether two keys make a table of fields, of which enough were run.
+fn is_fields(shown: &Shown, a: usize, b: usize) -> bool {
+    let (a, b) = (distinct(shown, a).len(), distinct(shown, b).len());
+    a >= 3 && b >= 3 && a <= MOST_FIELDS && b <= MOST_FIELDS && a * b <= 2 * shown.runs.len()
+}
+
+fn wider(shown: &Shown, a: usize, b: usize) -> usize {
+    if distinct(shown, b).len() > distinct(shown, a).len() {
+        b
+    } else {
+        a
+    }
+}
+
+fn scale(shown: &Shown, key: usize) -> Scale {
+    let varied = &shown.varied[key];
+    Scale {
+        name: varied.key.clone(),
+        is_log: varied.is_log,
+        words: varied.words.clone(),
+    }
+}
+
+fn cloud(shown: &Shown, quantity: usize, key: usize) -> Figure {
+    let all: Vec<(f64, f64)> = shown
+        .runs
+        .iter()
+        .filter_map(|run| Some((*run.values.get(key)?, run.figures[quantity]?)))
+        .collect();
+    let every = all.len().div_ceil(MOST_POINTS).max(1);
+    let caption = match every {
+        1 => String::new(),
+        every => format!("One of {every} runs is shown."),
+    };
+    let named = &shown.quantities[quantity];
+    Figure {
+        title: format!("{} over {}", named.name, shown.varied[key].key),
+        caption,
+        x: scale(shown, key),
+        y: None,
+        content: Content::Cloud(all.into_iter().step_by(every).collect()),
+        bound: named.bound,
+    }
+}
+
+fn curves(shown: &Shown, quantity: usize, key: usize) -> Figure {
+    let others: Vec<usize> = (0..shown.varied.len())
+        .filter(|other| {
+            *other != key
+                && shown.varied[*other].key != "sensors.seed"
+                && distinct(shown, *other).len() > 1
+        })
+        .collect();
+    let several_scenarios = shown.runs.iter().any(|run| run.scenario != 0);
+    let name = |run: &Run| {
+        let values = others.iter().map(|other| {
+            format!(
+                "{} = {}",
+                shown.varied[*other].key,
+                shown.value(*other, run.values[*other])
+            )
+        });
+        let scenario = several_scenarios.then(|| format!("scenario {}", run.scenario + 1));
+        scenario
+            .into_iter()
+            .chain(values)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for run in &shown.runs {
+        let (Some(x), Some(value)) = (run.values.get(key), run.figures[quantity]) else {
+            continue;
+        };
+        let name = name(run);
+        match curves.iter().position(|(known, _)| *known == name) {
+            Some(at) => curves[at].1.push((*x, value)),
+            None if curves.len() > MOST_CURVES => {}
+            None => curves.push((name, vec![(*x, value)])),
+        }
+    }
+    let curves = curves.into_iter().map(|(name, points)| Curve {
+        name,
+        points: gathered(points),
+    });
+    let repeated = shown
+        .varied
+        .iter()
+        .any(|varied| varied.key == "sensors.seed");
+    let named = &shown.quantities[quantity];
+    Figure {
+        title: format!("{} over {}", named.name, shown.varied[key].key),
+        caption: if repeated {
+            "Means; a band reaches from the least to the largest of the repetitions.".to_owned()
+        } else {
+            String::new()
+        },
+        x: scale(shown, key),
+        y: None,
+        content: Content::Curves(curves.collect()),
+        bound: named.bound,
+    }
+}
+
+/// Points of one x as one, in the order of x.
+fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut gathered: Vec<Point> = Vec::new();
+    let mut count = 0.0;
+    for (x, value) in points {
+        match gathered.last_mut().filter(|last| last.x == x) {
+            Some(last) => {
+                count += 1.0;
+                last.mean += (value - last.mean) / count;
+                last.least = last.least.min(value);
+                last.largest = last.largest.max(value);
+            }
+            None => {
+                count = 1.0;
+                gathered.push(Point {
+                    x,
+                    mean: value,
+                    least: value,
+                    largest: value,
+                });
+            }
+        }
+    }
+    gathered
+}
+
+fn heat(shown: &Shown, quantity: usize, a: usize, b: usize) -> Figure {
+    let (xs, ys) = (distinct(shown, a), distinct(shown, b));
+    let mut sums = vec![(0.0, 0.0); xs.len() * ys.len()];
+    for run in &shown.runs {
+        let at =
+            |values: &[f64], value: f64| values.binary_search_by(|known| known.total_cmp(&value));
+        if let (Ok(i), Ok(j), Some(value)) = (
+            at(&xs, run.values[a]),
+            at(&ys, run.values[b]),
+            run.figures[quantity],
+        ) {
+            let sum = &mut sums[i * ys.len() + j];
+            *sum = (sum.0 + value, sum.1 + 1.0);
+        }
+    }
+    let fields = sums.iter().enumerate().map(|(at, (sum, count))| {
+        let mean = (*count > 0.0).then(|| sum / count);
+        (xs[at / ys.len()], ys[at % ys.len()], mean)
+    });
+    let named = &shown.quantities[quantity];
+    Figure {
+        title: format!("{} over both", named.name),
+        caption: "Empty fields failed.".to_owned(),
+        x: scale(shown, a),
+        y: Some(scale(shown, b)),
+        content: Content::Heat(fields.collect()),
+        bound: named.bound,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Quantity, Varied};
+    use super::*;
+
+    /// A study over keys with these numbers of values, with the quantity a + 10 b and so on of their places.
+    fn study(counts: &[usize], repetitions: usize) -> Shown {
+        let varied = |index: usize| Varied {
+            key: format!("k{index}"),
+            words: Vec::new(),
+            is_log: false,
+        };
+        let total: usize = counts.iter().product();
+        let run = |number: usize| {
+            let mut rest = number / repetitions;
+            let mut values: Vec<f64> = Vec::new();
+            for count in counts {
+                values.push((rest % count) as f64);
+                rest /= count;
+            }
+            let value: f64 = values
+                .iter()
+                .enumerate()
+                .map(|(at, x)| x * 10_f64.powi(at as i32))
+                .sum();
+            Run {
+                run: number as u64,
+                scenario: 0,
+                values,
+                figures: vec![Some(value + (number % repetitions) as f64)],
+                has_failed: false,
+            }
+        };
+        Shown {
+            varied: (0..counts.len()).map(varied).collect(),
+            quantities: vec![Quantity {
+                name: "q".to_owned(),
+                bound: Some(3.0),
+            }],
+            runs: (0..total * repetitions).map(run).collect(),
+            ..Shown::default()
+        }
+    }
+
+    #[test]
+    fn one_axis_makes_one_curve_with_the_spread_of_its_repetitions() {
+        let figures = figures(&study(&[5], 3), 1);
+        let [
+            Figure {
+                content: Content::Curves(curves),
+                bound: Some(3.0),
+                ..
+            },
+        ] = &figures[..]
+        else {
+            panic!("{figures:?}");
+        };
+        assert_eq!(curves.len(), 1);
+        let expected = |x: f64| Point {
+            x,
+            mean: x + 1.0,
+            least: x,
+            largest: x + 2.0,
+        };
+        assert_eq!(
+            curves[0].points,
+            (0..5).map(|x| expected(f64::from(x))).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn two_axes_make_curves_and_a_heat_map() {
+        let figures = figures(&study(&[5, 3], 1), 1);
+        assert_eq!(figures.len(), 2);
+        let Content::Curves(curves) = &figures[0].content else {
+            panic!()
+        };
+        assert_eq!((curves.len(), curves[1].name.as_str()), (3, "k1 = 1"));
+        assert_eq!(curves[1].points[4].mean, 14.0);
+        let Content::Heat(fields) = &figures[1].content else {
+            panic!()
+        };
+        assert_eq!(fields.len(), 15);
+        assert!(fields.contains(&(4.0, 2.0, Some(24.0))));
+    }
+
+    #[test]
+    fn a_sample_is_a_cloud_that_is_thinned_and_says_so() {
+        let mut shown = study(&[4000], 1);
+        shown.is_sample = true;
+        let figures = figures(&shown, 1);
+        let Content::Cloud(points) = &figures[0].content else {
+            panic!()
+        };
+        assert!(points.len() <= MOST_POINTS, "{}", points.len());
+        assert_eq!(figures[0].caption, "One of 3 runs is shown.");
+    }
+
+    #[test]
+    fn a_quantity_that_no_run_has_is_not_drawn() {
+        let mut shown = study(&[5], 1);
+        shown.runs.iter_mut().for_each(|run| run.figures[0] = None);
+        assert!(figures(&shown, 1).is_empty());
+    }
+}

@@ -1,0 +1,420 @@
+//! Refuses studies that cannot be run as they stand, each fault with its place in the file.
+
+use std::ops::Range;
+use std::path::Path;
+
+use miette::NamedSource;
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+use super::axis::{Axis, Values, axes_of, range};
+use super::file::{Method, StudyFile};
+use super::row::figure_names;
+use super::sample::{MOST_SOBOL_POINTS, runs_a_point};
+use super::study::{Base, MOST_RUNS, Study, grid_points};
+use crate::scenario::{Setting, check as check_keys, nearest};
+use crate::{Error, ScenarioFault};
+
+/// A fault of a study's text.
+fn fault(
+    text: &str,
+    path: &Path,
+    span: Range<usize>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Error {
+    Error::Scenario(Box::new(ScenarioFault {
+        message: message.into(),
+        help: help.into(),
+        source_code: NamedSource::new(path.display().to_string(), text.to_owned()),
+        span: span.into(),
+    }))
+}
+
+/// Where a key stands in a text, or the whole text.
+fn place(text: &str, keys: &[&str]) -> Range<usize> {
+    let Ok(document) = DeTable::parse(text) else {
+        return 0..0;
+    };
+    let mut span = 0..0;
+    let mut table = Some(document.get_ref());
+    for key in keys {
+        let found = table.and_then(|table| table.iter().find(|(name, _)| name.get_ref() == key));
+        let Some((name, value)) = found else {
+            break;
+        };
+        span = name.span();
+        table = match value.get_ref() {
+            DeValue::Table(inner) => Some(inner),
+            _ => None,
+        };
+    }
+    span
+}
+
+/// Reads the text of a study.
+pub(super) fn parse(text: &str, path: &Path) -> Result<StudyFile, Error> {
+    let source = || NamedSource::new(path.display().to_string(), text.to_owned());
+    let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
+    let schema = schemars::schema_for!(StudyFile).to_value();
+    check_keys(&document, &schema)
+        .map_err(|wrong| fault(text, path, wrong.span, wrong.message, wrong.help))?;
+    StudyFile::deserialize(toml::Deserializer::from(document))
+        .map_err(|error| Error::toml(&error, source()))
+}
+
+/// The axes of a study, in the order of its text.
+pub(super) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis>, Error> {
+    let document = DeTable::parse(text);
+    let found = match document
+        .as_ref()
+        .map(|document| document.get_ref().get("axes"))
+    {
+        Ok(Some(axes)) => match axes.get_ref() {
+            DeValue::Table(table) => axes_of(table, &file.axes),
+            _ => Vec::new(),
+        },
+        _ => Vec::new(),
+    };
+    let mut axes: Vec<Axis> = Vec::new();
+    for (span, axis) in found {
+        let axis =
+            axis.map_err(|wrong| fault(text, path, span.clone(), wrong.message, wrong.help))?;
+        let key = &axis.key;
+        if let Some(other) = axes.iter().find(|other| overlap(&other.key, key)) {
+            return Err(fault(
+                text,
+                path,
+                span,
+                format!("`axes.{key}` and `axes.{}` set the same key", other.key),
+                "leave one of them out",
+            ));
+        }
+        if key.split('.').next() == Some("expect") {
+            return Err(fault(
+                text,
+                path,
+                span,
+                format!("`{key}` cannot be varied: what a scenario expects is no part of its run"),
+                "write what the runs shall keep below `[expect]` of the study",
+            ));
+        }
+        if let (Method::Grid, None, None) = (file.method, axis.count(), &file.minimise) {
+            return Err(fault(
+                text,
+                path,
+                span,
+                format!("`axes.{key}` has no number of values, which a grid needs"),
+                "give it `steps`, or draw points: `method = \"latin_hypercube\"` with `points = 100`",
+            ));
+        }
+        axes.push(axis);
+    }
+    Ok(axes)
+}
+
+/// Whether one key is the other, or holds it.
+fn overlap(a: &str, b: &str) -> bool {
+    let holds = |above: &str, below: &str| {
+        below
+            .strip_prefix(above)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    holds(a, b) || holds(b, a)
+}
+
+/// The values of a table by their dotted keys.
+pub(super) fn flat(table: &Table) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        match value {
+            Value::Table(inner) if !inner.is_empty() => {
+                let inner = flat(inner).into_iter();
+                found.extend(inner.map(|(name, value)| (format!("{key}.{name}"), value)));
+            }
+            value => found.push((key.clone(), value.clone())),
+        }
+    }
+    found
+}
+
+/// What the parts of a study say of each other.
+pub(super) fn whole(
+    text: &str,
+    path: &Path,
+    file: &StudyFile,
+    axes: &[Axis],
+    bases: &[Base],
+) -> Result<(), Error> {
+    let wrong = |keys: &[&str], message: String, help: &str| {
+        Err(fault(text, path, place(text, keys), message, help))
+    };
+    if bases.is_empty() {
+        return wrong(
+            &["scenario"],
+            "`scenario` names none".to_owned(),
+            "name the scenario that is varied",
+        );
+    }
+    for (index, base) in bases.iter().enumerate() {
+        if bases[..index].iter().any(|other| other.name == base.name) {
+            let message = format!(
+                "two scenarios are called `{}`, and their rows could not be told apart",
+                base.name
+            );
+            return wrong(&["scenario"], message, "rename one");
+        }
+    }
+    let word = file.method.word();
+    let count = axes.len();
+    match (file.method, file.points) {
+        (Method::Grid, Some(_)) => {
+            let help = "leave `points` out, or draw them: `method = \"latin_hypercube\"`";
+            return wrong(
+                &["points"],
+                "the points of a grid follow from its axes".to_owned(),
+                help,
+            );
+        }
+        (Method::Grid, None) => {}
+        (_, None) => {
+            let message = format!("`method = \"{word}\"` does not know how many points to draw");
+            return wrong(&["method"], message, "add `points = 100`");
+        }
+        (_, Some(0)) => {
+            return wrong(
+                &["points"],
+                "`points` is 0: there would be no run".to_owned(),
+                "draw at least one",
+            );
+        }
+        (Method::Sobol | Method::SobolIndices, Some(points)) if points > MOST_SOBOL_POINTS => {
+            let message = format!(
+                "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
+            );
+            return wrong(
+                &["points"],
+                message,
+                "draw fewer, or take `method = \"random\"`",
+            );
+        }
+        (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => {
+            let message = format!("`points` is {points}, where at most {MOST_RUNS} runs are made");
+            return wrong(&["points"], message, "draw fewer");
+        }
+        _ => {}
+    }
+    if count == 0 && file.find.is_none() {
+        let varies_noise =
+            file.method == Method::Random || (file.method == Method::Grid && file.repetitions > 1);
+        if !varies_noise || file.minimise.is_some() {
+            let help = "add an axis, such as `axes.world.floor.friction = [0.2, 0.4]`; noise alone is varied by `repetitions`";
+            return wrong(&["scenario"], "the study varies nothing".to_owned(), help);
+        }
+    }
+    let most_axes = match file.method {
+        Method::Sobol => 256,
+        Method::SobolIndices => 128,
+        _ => 10_000,
+    };
+    if count > most_axes {
+        let message =
+            format!("`method = \"{word}\"` takes {most_axes} axes at most, and there are {count}");
+        return wrong(&["method"], message, "vary fewer keys");
+    }
+    let points = match (file.method, file.points) {
+        (Method::Grid, _) => grid_points(axes),
+        (method, points) => points
+            .unwrap_or_default()
+            .saturating_mul(runs_a_point(method, count)),
+    };
+    let runs = points
+        .saturating_mul(bases.len() as u64)
+        .saturating_mul(u64::from(file.repetitions));
+    if runs > MOST_RUNS {
+        let message = format!("the study has {runs} runs, where at most {MOST_RUNS} are made");
+        let help = "take fewer values or points, or divide the study";
+        return wrong(&["axes"], message, help);
+    }
+    questions(text, path, file, axes, bases)?;
+    quantities(text, path, file)
+}
+
+/// What `[find]` and `[minimise]` can be asked of.
+fn questions(
+    text: &str,
+    path: &Path,
+    file: &StudyFile,
+    axes: &[Axis],
+    bases: &[Base],
+) -> Result<(), Error> {
+    let wrong = |keys: &[&str], message: String, help: &str| {
+        Err(fault(text, path, place(text, keys), message, help))
+    };
+    if let Some(find) = &file.find {
+        if file.minimise.is_some() {
+            let message = "`[find]` and `[minimise]` stand in one study".to_owned();
+            return wrong(&["minimise"], message, "make two studies of it");
+        }
+        if file.method != Method::Grid {
+            let message = format!(
+                "`[find]` searches at each point of a grid, not of `\"{}\"`",
+                file.method.word()
+            );
+            return wrong(&["method"], message, "leave `method` and `points` out");
+        }
+        if let Err(refused) = range("find", find.from, find.to, None, find.scale, false) {
+            return wrong(&["find", "from"], refused.message, &refused.help);
+        }
+        if let Some(axis) = axes.iter().find(|axis| overlap(&axis.key, &find.key)) {
+            let message = format!("`{}` is searched over, and an axis too", axis.key);
+            return wrong(&["find", "key"], message, "leave the axis out");
+        }
+    }
+    if let Some(minimise) = &file.minimise {
+        if file.method != Method::Grid {
+            let message = format!(
+                "`[minimise]` chooses its points itself, not by `\"{}\"`",
+                file.method.word()
+            );
+            return wrong(&["method"], message, "leave `method` and `points` out");
+        }
+        if bases.len() > 1 {
+            let message =
+                "`[minimise]` has several scenarios, and would not know whose minimum is meant"
+                    .to_owned();
+            return wrong(&["scenario"], message, "make a study of each");
+        }
+        let is_range = |axis: &Axis| matches!(axis.values, Values::Range { steps: None, .. });
+        if let Some(axis) = axes.iter().find(|axis| !is_range(axis)) {
+            let key = &axis.key;
+            let message = format!("`[minimise]` searches ranges, and `axes.{key}` is none");
+            let help = "write it as `{ from = 0.1, to = 0.8 }`, without `steps`";
+            return wrong(&["axes"], message, help);
+        }
+        for (name, bound) in &minimise.subject_to {
+            if bound.min.is_none() && bound.max.is_none() {
+                let message = format!("`minimise.subject_to.{name}` bounds nothing");
+                return wrong(
+                    &["minimise", "subject_to"],
+                    message,
+                    "give it `min` or `max`",
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Quantities that are named must exist, and bounds must bound.
+fn quantities(text: &str, path: &Path, file: &StudyFile) -> Result<(), Error> {
+    let known = |name: &str, keys: &[&str]| {
+        let names = figure_names();
+        if names.contains(&name) {
+            return Ok(());
+        }
+        let help = match nearest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                "the quantities are the numbers of `summary.json`, such as `position_error_max_m`"
+                    .to_owned()
+            }
+        };
+        let message = format!("there is no quantity `{name}`");
+        Err(fault(text, path, place(text, keys), message, help))
+    };
+    file.quantities
+        .iter()
+        .try_for_each(|name| known(name, &["quantities"]))?;
+    if let Some(find) = &file.find {
+        known(&find.quantity, &["find", "quantity"])?;
+    }
+    if let Some(minimise) = &file.minimise {
+        known(&minimise.quantity, &["minimise", "quantity"])?;
+        let mut names = minimise.subject_to.keys();
+        names.try_for_each(|name| known(name, &["minimise", "subject_to", name]))?;
+    }
+    for (name, bound) in &file.expect {
+        let keys = ["expect", name.as_str()];
+        known(name, &keys)?;
+        let is_crossed = matches!((bound.min, bound.max), (Some(min), Some(max)) if min > max);
+        if is_crossed || (bound.min.is_none() && bound.max.is_none()) {
+            let message = format!(
+                "`expect.{name}` {}",
+                if is_crossed {
+                    "can never hold"
+                } else {
+                    "bounds nothing"
+                }
+            );
+            let help = "give it `min`, `max` or both, the least first";
+            return Err(fault(text, path, place(text, &keys), message, help));
+        }
+    }
+    Ok(())
+}
+
+/// Every key that is set or varied must be one of each scenario, and take the first value that it is given.
+pub(super) fn keys(study: &Study) -> Result<(), Error> {
+    let (text, path) = (study.text.as_str(), study.path.as_path());
+    let words = |error: Error| match error {
+        Error::Scenario(fault) => (fault.message.clone(), fault.help.clone()),
+        other => (other.to_string(), String::new()),
+    };
+    for scenario in 0..study.bases.len() {
+        // What is wrong with a scenario by itself is shown in its own file.
+        study.scenario_with(scenario, &[])?;
+        study
+            .scenario_with(scenario, study.fixed())
+            .map_err(|error| {
+                let (message, help) = words(error);
+                fault(text, path, place(text, &["set"]), message, help)
+            })?;
+        let first = study
+            .axes
+            .iter()
+            .map(|axis| (axis.key.as_str(), axis.at(0.5), "axes"));
+        let find = study.file.find.as_ref();
+        let searched = find.map(|find| (find.key.as_str(), Value::Float(find.to), "find"));
+        for (key, value, section) in first.chain(searched) {
+            let mut settings = study.fixed().to_vec();
+            settings.push(Setting::new(key, &value));
+            let Err(error) = study.scenario_with(scenario, &settings) else {
+                continue;
+            };
+            let is_unknown = |message: &str| {
+                message.starts_with("unknown key") || message.contains(", but must be a")
+            };
+            let (message, help) = words(error);
+            // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
+            if is_unknown(&message) {
+                let keys: Vec<&str> = [section].into_iter().chain(key.split('.')).collect();
+                let span = match section {
+                    "find" => place(text, &["find", "key"]),
+                    _ => axis_place(text, key).unwrap_or_else(|| place(text, &keys)),
+                };
+                return Err(fault(
+                    text,
+                    path,
+                    span,
+                    format!("{message}, which `{section}` varies"),
+                    help,
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where an axis stands in the text, whichever way its dots are written.
+fn axis_place(text: &str, key: &str) -> Option<Range<usize>> {
+    let document = DeTable::parse(text).ok()?;
+    let plain: Table = text.parse().ok()?;
+    let axes = document.get_ref().get("axes")?.get_ref().as_table()?;
+    let found = axes_of(axes, plain.get("axes")?.as_table()?);
+    let found = found
+        .into_iter()
+        .find(|(_, axis)| axis.as_ref().is_ok_and(|axis| axis.key == key));
+    found.map(|(span, _)| span)
+}

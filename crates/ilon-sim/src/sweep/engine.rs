@@ -1,0 +1,418 @@
+//! All runs of a study, on all cores, and what they say.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+use rayon::prelude::*;
+use toml::Value;
+
+use super::evaluate::{evaluate, scenario_of};
+use super::file::{Find, Keep, Minimise};
+use super::findings::{Findings, FoundAt, MinimumAt};
+use super::row::{Row, Status, Task, figure_index};
+use super::store::{Shard, Store};
+use super::study::{Question, Study};
+use super::table::write_runs;
+use crate::Error;
+
+/// How far a study is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Runs that there are.
+    pub done: u64,
+    /// Of these, those that were there before.
+    pub found: u64,
+    /// Those of them that failed.
+    pub failed: u64,
+    /// How many there will be; of a search, at most.
+    pub most: u64,
+    /// Whether there may be fewer than `most`.
+    pub is_search: bool,
+}
+
+/// How a study is run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Runs at a time; left out, as many as the machine has cores.
+    pub jobs: Option<usize>,
+    /// Which part of the runs is made.
+    pub shard: Option<Shard>,
+}
+
+impl Options {
+    /// So many runs at a time, of a part of the study or of all of it.
+    pub fn new(jobs: Option<usize>, shard: Option<Shard>) -> Self {
+        Self { jobs, shard }
+    }
+}
+
+/// What is under way, for all threads.
+struct Sweep<'s> {
+    study: &'s Study,
+    store: &'s Store,
+    watch: &'s (dyn Fn(Progress) + Sync),
+    done: AtomicU64,
+    failed: AtomicU64,
+    found: u64,
+    most: u64,
+}
+
+/// Runs all of a study that is not in the store, and says what came of it. Whatever goes wrong with a run is in its row.
+///
+/// `watch` is called from several threads, after each run.
+///
+/// # Errors
+/// Where rows or kept traces cannot be written, and where a search shall be divided.
+pub fn sweep(
+    study: &Study,
+    store: &Store,
+    options: Options,
+    watch: &(dyn Fn(Progress) + Sync),
+) -> Result<Findings, Error> {
+    if options.shard.is_some() && !matches!(study.question(), Question::Table { .. }) {
+        return Err(Error::invalid(
+            "a study that searches cannot be divided: each of its runs follows from those before it",
+            "run it whole; it uses all cores of a machine",
+        ));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.jobs.unwrap_or(0))
+        .build();
+    let pool = pool.map_err(|error| {
+        Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
+    })?;
+    let repetitions = u64::from(study.file().repetitions);
+    let most = match study.question() {
+        Question::Table { runs } => (0..runs)
+            .filter(|run| options.shard.is_none_or(|shard| shard.holds(*run)))
+            .count() as u64,
+        Question::Find(find) => searches(study) * find.most_trials() * repetitions,
+        Question::Minimise(minimise) => minimise.most_trials() * repetitions,
+    };
+    let before = store.rows();
+    let found = before.len() as u64;
+    let sweep = Sweep {
+        study,
+        store,
+        watch,
+        done: AtomicU64::new(found),
+        failed: AtomicU64::new(
+            before
+                .iter()
+                .filter(|row| row.status == Status::Failed)
+                .count() as u64,
+        ),
+        found,
+        most,
+    };
+    drop(before);
+    sweep.tell();
+    let result = pool.install(|| sweep.answer(options.shard));
+    store.sync()?;
+    let findings = result?;
+    pool.install(|| sweep.keep())?;
+    Ok(findings)
+}
+
+/// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
+///
+/// # Errors
+/// [`TraceError::Io`], [`TraceError::Encode`].
+pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Result<(), Error> {
+    let Some(folder) = store.folder() else {
+        return Ok(());
+    };
+    write_runs(&folder.join("runs.parquet"), study, &store.rows())?;
+    let json = serde_json::to_string_pretty(findings);
+    let json = json.map_err(|error| Error::encode("the findings", &error))?;
+    Ok(write_text(&folder.join("findings.json"), &(json + "\n"))?)
+}
+
+/// What the rows of a store say, of a study of which no run is missing.
+pub fn findings(study: &Study, store: &Store) -> Findings {
+    Findings::of(study, &store.rows())
+}
+
+impl Study {
+    /// Runs a batch of a study whose runs are known beforehand, so many at a time: what a worker of a cluster does. The rows come
+    /// in the order of the numbers, and are the same wherever they are made.
+    ///
+    /// # Errors
+    /// Of a study that searches, and of a number that is none of its runs.
+    pub fn run_batch(&self, runs: &[u64], jobs: Option<usize>) -> Result<Vec<Row>, Error> {
+        let Question::Table { runs: count } = self.question() else {
+            return Err(Error::invalid(
+                "a study that searches has no runs that are known beforehand",
+                "run it whole",
+            ));
+        };
+        if let Some(beyond) = runs.iter().find(|run| **run >= count) {
+            return Err(Error::invalid(
+                format!("there is no run {beyond}: the study has {count}, counted from 0"),
+                "name runs that there are",
+            ));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(jobs.unwrap_or(0))
+            .build();
+        let pool = pool.map_err(|error| {
+            Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
+        })?;
+        Ok(pool.install(|| {
+            runs.par_iter()
+                .map(|run| evaluate(self, &self.task(*run)).0)
+                .collect()
+        }))
+    }
+}
+
+/// How many searches a study with `[find]` makes.
+fn searches(study: &Study) -> u64 {
+    study.scenario_names().count() as u64 * study.points()
+}
+
+impl Sweep<'_> {
+    fn tell(&self) {
+        (self.watch)(Progress {
+            done: self.done.load(Ordering::Relaxed),
+            found: self.found,
+            failed: self.failed.load(Ordering::Relaxed),
+            most: self.most,
+            is_search: !matches!(self.study.question(), Question::Table { .. }),
+        });
+    }
+
+    /// The row of a task, run unless it was.
+    fn row(&self, task: &Task) -> Result<Row, Error> {
+        if let Some(row) = self.store.row_of(task) {
+            return Ok(row);
+        }
+        let (row, finished) = evaluate(self.study, task);
+        if self.study.file().keep == Keep::All
+            && let (Some(finished), Some(folder)) = (&finished, self.store.folder())
+        {
+            // Before its row, so that no row is without its trace.
+            finished.write(&kept_folder(folder, task.run))?;
+        }
+        self.store.put(row.clone())?;
+        self.done.fetch_add(1, Ordering::Relaxed);
+        if row.status == Status::Failed {
+            self.failed.fetch_add(1, Ordering::Relaxed);
+        }
+        self.tell();
+        Ok(row)
+    }
+
+    fn answer(&self, shard: Option<Shard>) -> Result<Findings, Error> {
+        let (study, store) = (self.study, self.store);
+        match study.question() {
+            Question::Table { runs } => {
+                let is_meant = |run: &u64| shard.is_none_or(|shard| shard.holds(*run));
+                let missing: Vec<u64> = (0..runs)
+                    .filter(is_meant)
+                    .filter(|run| !store.holds(*run))
+                    .collect();
+                // One by one: runs of one study may differ by much in how long they take.
+                missing
+                    .par_iter()
+                    .with_max_len(1)
+                    .try_for_each(|run| self.row(&study.task(*run)).map(drop))?;
+                Ok(Findings::of(study, &store.rows()))
+            }
+            Question::Find(find) => {
+                let searches: Vec<u64> = (0..searches(study)).collect();
+                let found = searches.par_iter().map(|search| self.find(find, *search));
+                let found = found.collect::<Result<Vec<_>, Error>>()?;
+                let mut findings = Findings::of(study, &store.rows());
+                findings.found = found;
+                Ok(findings)
+            }
+            Question::Minimise(minimise) => {
+                let minimum = self.minimise(minimise)?;
+                let mut findings = Findings::of(study, &store.rows());
+                findings.minimum = Some(minimum);
+                Ok(findings)
+            }
+        }
+    }
+
+    /// The rows of all repetitions of a place, the first of them run `first`.
+    fn rows_at(
+        &self,
+        scenario: usize,
+        point: u64,
+        trial: u64,
+        values: &[Value],
+    ) -> Result<Vec<Row>, Error> {
+        let repetitions = self.study.file().repetitions;
+        let tasks: Vec<Task> = (0..repetitions)
+            .map(|repetition| {
+                let run = trial * u64::from(repetitions) + u64::from(repetition);
+                self.study
+                    .task_at(run, scenario, point, repetition, values.to_vec())
+            })
+            .collect();
+        tasks.par_iter().map(|task| self.row(task)).collect()
+    }
+
+    fn find(&self, find: &Find, search: u64) -> Result<FoundAt, Error> {
+        let (study, points) = (self.study, self.study.points());
+        let (scenario, point) = ((search / points) as usize, search % points);
+        let on_axes = study.values_at(point);
+        let Some(quantity) = figure_index(&find.quantity) else {
+            return Err(no_quantity(&find.quantity));
+        };
+        let found = find.search(|trial, key| {
+            let mut values = on_axes.clone();
+            values.push(Value::Float(key));
+            let trial = search * find.most_trials() + trial;
+            let rows = self.rows_at(scenario, point, trial, &values)?;
+            Ok::<_, Error>(mean(&rows, quantity))
+        })?;
+        let keys = study.axes().iter().map(|axis| axis.key.clone());
+        Ok(FoundAt {
+            scenario: study.scenario_name(scenario).to_owned(),
+            values: keys.zip(on_axes).collect(),
+            found,
+        })
+    }
+
+    fn minimise(&self, minimise: &Minimise) -> Result<MinimumAt, Error> {
+        let study = self.study;
+        let Some(quantity) = figure_index(&minimise.quantity) else {
+            return Err(no_quantity(&minimise.quantity));
+        };
+        let bounded = minimise
+            .subject_to
+            .keys()
+            .map(|name| figure_index(name).ok_or_else(|| no_quantity(name)));
+        let bounded = bounded.collect::<Result<Vec<_>, Error>>()?;
+        let at = |place: &[f64]| -> Vec<Value> {
+            study
+                .axes()
+                .iter()
+                .zip(place)
+                .map(|(axis, share)| axis.at(*share))
+                .collect()
+        };
+        let minimum = minimise.search(study.axes().len(), study.file().seed, |trial, place| {
+            let rows = self.rows_at(0, trial, trial, &at(place))?;
+            let values = bounded
+                .iter()
+                .map(|index| mean(&rows, *index))
+                .collect::<Option<Vec<_>>>();
+            Ok::<_, Error>(mean(&rows, quantity).zip(values))
+        })?;
+        let keys = study.axes().iter().map(|axis| axis.key.clone());
+        let values: BTreeMap<String, Value> = keys.zip(at(&minimum.place)).collect();
+        Ok(MinimumAt {
+            quantity: minimise.quantity.clone(),
+            values,
+            run: minimum
+                .trial
+                .map(|trial| trial * u64::from(study.file().repetitions)),
+            minimum,
+        })
+    }
+
+    /// Runs again what is to be kept and is not there: runs come out the same each time.
+    fn keep(&self) -> Result<(), Error> {
+        let (study, store) = (self.study, self.store);
+        let Some(folder) = store.folder() else {
+            return Ok(());
+        };
+        let rows = store.rows();
+        let chosen = chosen(study, &rows);
+        chosen.par_iter().try_for_each(|row| {
+            let kept = kept_folder(folder, row.run);
+            let is_there = |name: &str| kept.join(name).exists();
+            if is_there("summary.json")
+                || (row.status == Status::Failed && is_there("scenario.toml"))
+            {
+                return Ok(());
+            }
+            let task = Task {
+                run: row.run,
+                scenario: study
+                    .scenario_names()
+                    .position(|name| name == row.scenario)
+                    .unwrap_or(0),
+                point: row.point,
+                repetition: row.repetition,
+                values: row.values.clone(),
+            };
+            match evaluate(study, &task).1 {
+                Some(finished) => finished.write(&kept),
+                // Of a run that cannot be simulated its scenario is kept, where it is one.
+                None => match scenario_of(study, &task) {
+                    Ok(scenario) => {
+                        std::fs::create_dir_all(&kept)
+                            .map_err(super::store::io("create", &kept))?;
+                        let text = scenario.moved_to(&kept).to_toml()?;
+                        Ok::<(), TraceError>(write_text(&kept.join("scenario.toml"), &text)?)?;
+                        Ok(())
+                    }
+                    Err(_) => Ok(()),
+                },
+            }
+        })
+    }
+}
+
+/// The rows whose traces a study keeps once all are there.
+fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
+    match study.file().keep {
+        // Those were kept as they ran.
+        Keep::None | Keep::All => Vec::new(),
+        Keep::Failed => {
+            let breaks = |row: &Row| {
+                study.expect().any(|(name, bound)| {
+                    let value = figure_index(name).and_then(|index| row.figure(index));
+                    !value.is_some_and(|value| bound.holds(value))
+                })
+            };
+            let is_chosen = |row: &&Row| row.status == Status::Failed || breaks(row);
+            rows.iter().filter(is_chosen).collect()
+        }
+        Keep::Worst(count) => {
+            let Some(index) = study
+                .quantities()
+                .first()
+                .and_then(|name| figure_index(name))
+            else {
+                return Vec::new();
+            };
+            let mut ranked: Vec<(&Row, f64)> = rows
+                .iter()
+                .filter_map(|row| Some((row, row.figure(index)?)))
+                .collect();
+            ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.run.cmp(&b.0.run)));
+            ranked.into_iter().take(count).map(|(row, _)| row).collect()
+        }
+    }
+}
+
+/// Where the trace of a run is kept.
+fn kept_folder(folder: &Path, run: u64) -> std::path::PathBuf {
+    folder.join("kept").join(format!("run_{run:06}"))
+}
+
+/// The mean of a quantity over rows; `None` where one of them has it not.
+fn mean(rows: &[Row], quantity: usize) -> Option<f64> {
+    let values = rows
+        .iter()
+        .map(|row| row.figure(quantity))
+        .collect::<Option<Vec<f64>>>()?;
+    Some(values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn no_quantity(name: &str) -> Error {
+    Error::invalid(
+        format!("there is no quantity `{name}`"),
+        "name one of `summary.json`",
+    )
+}

@@ -1,0 +1,365 @@
+//! What a study's rows say: the answer to its question, and how sure it is.
+
+pub mod sensitivity;
+pub mod statistics;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use self::sensitivity::{Effects, Indices};
+use self::statistics::{Quantile, quantile, share_interval};
+use super::file::Method;
+use super::find::Found;
+use super::minimise::Minimum;
+use super::row::{Row, Status, figure_index};
+use super::study::{Question, Study};
+
+/// The quantiles that are given of a sample.
+const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// What a study found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Findings {
+    /// The study's name.
+    pub study: String,
+    /// The version of ilon.
+    pub ilon: String,
+    /// How many runs there are.
+    pub runs: u64,
+    /// How many of them failed.
+    pub failed: u64,
+    /// Why they failed, the most frequent reason first.
+    pub failures: Vec<Failures>,
+    /// Of `[find]`: where the quantity crosses its value, at each point of the axes.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub found: Vec<FoundAt>,
+    /// Of `[minimise]`: where the quantity is least.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub minimum: Option<MinimumAt>,
+    /// Of a sample: how its quantities are distributed.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub distributions: Vec<Distribution>,
+    /// Of `"sobol_indices"`: which share of the variance of each quantity each axis causes.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub indices: Vec<IndicesOf>,
+    /// Of `"morris"`: how much each axis changes each quantity.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub effects: Vec<EffectsOf>,
+    /// Whether the runs keep the study's `[expect]`.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub expectations: Vec<Expectation>,
+}
+
+/// Runs that failed for one reason.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Failures {
+    /// The reason.
+    pub error: String,
+    /// How many.
+    pub count: u64,
+    /// The first of them.
+    pub first_run: u64,
+}
+
+/// What `[find]` found at one point of the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FoundAt {
+    /// The scenario.
+    pub scenario: String,
+    /// The value on each axis.
+    pub values: BTreeMap<String, Value>,
+    /// What was found there.
+    #[serde(flatten)]
+    pub found: Found,
+}
+
+/// What `[minimise]` found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MinimumAt {
+    /// The quantity.
+    pub quantity: String,
+    /// The value on each axis; empty where no run kept the bounds.
+    pub values: BTreeMap<String, Value>,
+    /// The run that is best, the first of its repetitions.
+    pub run: Option<u64>,
+    /// What was found.
+    #[serde(flatten)]
+    pub minimum: Minimum,
+}
+
+/// How a quantity is distributed over the runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Distribution {
+    /// The quantity.
+    pub quantity: String,
+    /// The scenario.
+    pub scenario: String,
+    /// How many runs have it.
+    pub count: u64,
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
+    /// The least.
+    pub least: f64,
+    /// The largest.
+    pub largest: f64,
+    /// Quantiles with their intervals.
+    pub quantiles: Vec<Quantile>,
+}
+
+/// Sobol indices of a quantity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IndicesOf {
+    /// The quantity.
+    pub quantity: String,
+    /// The scenario.
+    pub scenario: String,
+    /// Base points that are whole: none of their runs failed.
+    pub base_points: u64,
+    /// Those of each axis.
+    pub axes: Vec<Indices>,
+}
+
+/// Elementary effects on a quantity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EffectsOf {
+    /// The quantity.
+    pub quantity: String,
+    /// The scenario.
+    pub scenario: String,
+    /// Those of each axis.
+    pub axes: Vec<Effects>,
+}
+
+/// What came of a bound of the study's `[expect]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expectation {
+    /// The quantity.
+    pub quantity: String,
+    /// The bound in words, such as `<= 0.02`.
+    pub bound: String,
+    /// The share of runs that must keep it.
+    pub share_expected: f64,
+    /// The share that does.
+    pub share: f64,
+    /// Where the share of all such runs lies with a confidence of 95 %, if the runs are a sample.
+    pub interval: Option<(f64, f64)>,
+    /// How many runs keep it.
+    pub kept: u64,
+    /// Of how many.
+    pub runs: u64,
+    /// Whether enough do.
+    pub held: bool,
+    /// The run that is farthest beyond it, or that failed; `None` where all keep it.
+    pub worst_run: Option<u64>,
+}
+
+impl Findings {
+    /// What rows say by themselves; what searches found is added by them.
+    pub(super) fn of(study: &Study, rows: &[Row]) -> Self {
+        let mut findings = Self {
+            study: study.name().to_owned(),
+            ilon: env!("CARGO_PKG_VERSION").to_owned(),
+            runs: rows.len() as u64,
+            failed: rows
+                .iter()
+                .filter(|row| row.status == Status::Failed)
+                .count() as u64,
+            failures: failures(rows),
+            found: Vec::new(),
+            minimum: None,
+            distributions: Vec::new(),
+            indices: Vec::new(),
+            effects: Vec::new(),
+            expectations: expectations(study, rows),
+        };
+        let quantities = study.quantities().iter();
+        let quantities: Vec<(&String, usize)> = quantities
+            .filter_map(|name| Some((name, figure_index(name)?)))
+            .collect();
+        let is_noise_alone =
+            study.axes().is_empty() && matches!(study.question(), Question::Table { .. });
+        for scenario in study.scenario_names() {
+            let of_scenario: Vec<&Row> =
+                rows.iter().filter(|row| row.scenario == scenario).collect();
+            for (quantity, index) in &quantities {
+                let (quantity, scenario) = ((*quantity).clone(), scenario.to_owned());
+                match study.file().method {
+                    Method::SobolIndices => {
+                        let base = whole_base_points(study, &of_scenario, *index);
+                        let keys: Vec<String> =
+                            study.axes().iter().map(|axis| axis.key.clone()).collect();
+                        let axes = sensitivity::sobol_indices(&keys, &base, study.file().seed);
+                        findings.indices.extend(axes.map(|axes| IndicesOf {
+                            quantity,
+                            scenario,
+                            base_points: base.len() as u64,
+                            axes,
+                        }));
+                    }
+                    Method::Morris => {
+                        let keys: Vec<String> =
+                            study.axes().iter().map(|axis| axis.key.clone()).collect();
+                        let axes =
+                            sensitivity::morris_effects(&keys, &moves(study, &of_scenario, *index));
+                        findings.effects.push(EffectsOf {
+                            quantity,
+                            scenario,
+                            axes,
+                        });
+                    }
+                    method if method.is_sample() || is_noise_alone => {
+                        let values = of_scenario.iter().filter_map(|row| row.figure(*index));
+                        findings.distributions.extend(distribution(
+                            quantity,
+                            scenario,
+                            values.collect(),
+                        ));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        findings
+    }
+
+    /// Whether every bound of the study's `[expect]` holds.
+    pub fn held(&self) -> bool {
+        self.expectations.iter().all(|expectation| expectation.held)
+    }
+}
+
+fn failures(rows: &[Row]) -> Vec<Failures> {
+    let mut failures: Vec<Failures> = Vec::new();
+    for row in rows {
+        let Some(error) = &row.error else {
+            continue;
+        };
+        match failures.iter_mut().find(|known| known.error == *error) {
+            Some(known) => known.count += 1,
+            None => failures.push(Failures {
+                error: error.clone(),
+                count: 1,
+                first_run: row.run,
+            }),
+        }
+    }
+    failures.sort_by(|a, b| b.count.cmp(&a.count).then(a.first_run.cmp(&b.first_run)));
+    failures
+}
+
+fn distribution(quantity: String, scenario: String, mut values: Vec<f64>) -> Option<Distribution> {
+    values.sort_by(f64::total_cmp);
+    let (least, largest) = (*values.first()?, *values.last()?);
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let spread = values
+        .iter()
+        .map(|value| (value - mean) * (value - mean))
+        .sum::<f64>();
+    Some(Distribution {
+        quantity,
+        scenario,
+        count: values.len() as u64,
+        mean,
+        deviation: (spread / (n - 1.0).max(1.0)).sqrt(),
+        least,
+        largest,
+        quantiles: SHARES
+            .iter()
+            .map(|share| quantile(&values, *share))
+            .collect(),
+    })
+}
+
+fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {
+    let is_sample = study.file().method.is_sample();
+    let of = |(quantity, bound): (&str, &super::file::ShareBound)| {
+        let index = figure_index(quantity);
+        let value = |row: &Row| index.and_then(|index| row.figure(index));
+        let keeps = |row: &&Row| value(row).is_some_and(|value| bound.holds(value));
+        let kept = rows.iter().filter(keeps).count() as u64;
+        let runs = rows.len() as u64;
+        let breach = |row: &Row| {
+            let over = value(row).map(|value| {
+                let below = bound.min.map_or(f64::NEG_INFINITY, |min| min - value);
+                let above = bound.max.map_or(f64::NEG_INFINITY, |max| value - max);
+                below.max(above)
+            });
+            over.unwrap_or(f64::INFINITY)
+        };
+        let broken = rows.iter().filter(|row| !keeps(row));
+        let worst = broken.max_by(|a, b| breach(a).total_cmp(&breach(b)).then(b.run.cmp(&a.run)));
+        let share = if runs == 0 {
+            0.0
+        } else {
+            kept as f64 / runs as f64
+        };
+        Expectation {
+            quantity: quantity.to_owned(),
+            bound: crate::scenario::Bound {
+                min: bound.min,
+                max: bound.max,
+                ..Default::default()
+            }
+            .to_string(),
+            share_expected: bound.share,
+            share,
+            interval: is_sample.then(|| share_interval(kept, runs)),
+            kept,
+            runs,
+            // Whole runs are counted: 0.99 of 100 are 99, whatever the rounding of 0.99.
+            held: runs > 0 && kept as f64 >= bound.share * runs as f64 - 1e-9,
+            worst_run: worst.map(|row| row.run),
+        }
+    };
+    study.expect().map(of).collect()
+}
+
+/// The quantity at the runs of each base point of which none failed; the mean of their repetitions.
+fn whole_base_points(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Vec<f64>> {
+    let means = means(study, rows, quantity);
+    let runs = study.axes().len() + 2;
+    means
+        .chunks(runs)
+        .filter(|chunk| chunk.len() == runs)
+        .filter_map(|chunk| chunk.iter().copied().collect())
+        .collect()
+}
+
+/// The moves of all trajectories of which neither end failed.
+fn moves(study: &Study, rows: &[&Row], quantity: usize) -> Vec<(usize, f64, f64)> {
+    let means = means(study, rows, quantity);
+    let axes = study.axes().len() as u64;
+    let mut moves = Vec::new();
+    let Some(sample) = study.sample() else {
+        return moves;
+    };
+    for (point, pair) in means.windows(2).enumerate() {
+        let (trajectory, moved) = (point as u64 / (axes + 1), point as u64 % (axes + 1));
+        if moved < axes
+            && let [Some(before), Some(after)] = pair
+        {
+            let (axis, by) = sample.morris_move(trajectory, moved);
+            moves.push((axis, by, after - before));
+        }
+    }
+    moves
+}
+
+/// The quantity at each point: the mean of its repetitions; `None` where one of them failed or is missing.
+fn means(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Option<f64>> {
+    let repetitions = f64::from(study.file().repetitions);
+    let mut sums = vec![(0.0, 0.0); study.points() as usize];
+    for row in rows {
+        if let (Some(value), Some(sum)) = (row.figure(quantity), sums.get_mut(row.point as usize)) {
+            *sum = (sum.0 + value, sum.1 + 1.0);
+        }
+    }
+    let mean = |(sum, count): (f64, f64)| (count == repetitions).then(|| sum / count);
+    sums.into_iter().map(mean).collect()
+}

@@ -1,0 +1,48 @@
+//! Many runs of a scenario under keys that vary: what a study asks, its runs on all cores, and what they say.
+//!
+//! ```no_run
+//! use ilon_sim::sweep::{Options, Store, Study, sweep};
+//!
+//! let study = Study::load("assets/studies/friction_path_loss.toml")?;
+//! let findings = sweep(&study, &Store::in_memory(), Options::default(), &|_| ())?;
+//! println!("{:?}", findings.found);
+//! # Ok::<(), ilon_sim::Error>(())
+//! ```
+//!
+//! A run is a function of its number and of the study alone, so that the same study gives the same rows on a laptop and on a
+//! cluster, whoever runs which part of it ([`Study::run_batch`], [`Shard`]).
+//!
+//! | module | answers |
+//! |---|---|
+//! | `file` | what a study may say |
+//! | `axis`, `sample` | which values a run has |
+//! | `evaluate`, `row` | one run, and what is kept of it |
+//! | [`store`](Store) | rows that outlive the process |
+//! | `find`, `minimise` | studies that search |
+//! | [`findings`] | what the rows say |
+
+mod axis;
+mod check;
+mod engine;
+mod evaluate;
+mod file;
+mod find;
+pub mod findings;
+mod hash;
+mod minimise;
+mod row;
+mod sample;
+mod store;
+mod study;
+mod table;
+
+pub use axis::{Axis, Values, number_of};
+pub use engine::{Options, Progress, findings, sweep, write_results};
+pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
+pub use find::{Crossing, Found};
+pub use findings::Findings;
+pub use minimise::Minimum;
+pub use row::{Row, Status, Task, figure_index, figure_names};
+pub use store::{Shard, Store};
+pub use study::{Column, Question, Study, is_study};
+pub use table::{text_of, write_runs};

@@ -1,0 +1,197 @@
+//! Newton's method on all laws of a step at once, differentiated where they stand (Alart and Curnier 1991).
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{ImpulseProblem, Law};
+use crate::contact::linear::solve_in_place;
+
+/// What a law does as things stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Regime {
+    /// A contact that carries nothing.
+    Open,
+    /// It presses, or holds, and nothing slides.
+    Sticks,
+    /// A contact that slides.
+    Slides {
+        /// Where friction pulls, among the tangents.
+        along: Vector2<f64>,
+        /// The largest friction impulse over the one that would stop the sliding, roughly.
+        share: f64,
+        /// Impulse per velocity, in N s per m/s.
+        scale: f64,
+    },
+    /// A joint that turns against this impulse, in N m s.
+    Turns(f64),
+}
+
+/// Room for Newton's method.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Newton {
+    matrix: Vec<f64>,
+    step: Vec<f64>,
+    kept: Vec<f64>,
+}
+
+impl ImpulseProblem {
+    /// What a law does as things stand: which part of it holds for the impulse less the velocity, the two brought to one
+    /// scale by the law's own response.
+    fn regime(&self, (at, law): (usize, Law)) -> Regime {
+        let own = self.w(at, at);
+        match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
+                let holding = self.impulses[at] - self.velocities[at] / own;
+                let within = holding.clamp(least_n_m_s, most_n_m_s);
+                if holding == within {
+                    Regime::Sticks
+                } else {
+                    Regime::Turns(within)
+                }
+            }
+            Law::Contact {
+                friction,
+                approach_m_s,
+                compliance,
+            } => {
+                let (p, u) = (self.contact_impulse(at), self.contact_velocity(at));
+                if p.x - (u.x + approach_m_s + compliance * p.x) / own <= 0.0 {
+                    return Regime::Open;
+                }
+                let scale = 1.0 / (self.w(at + 1, at + 1) + self.w(at + 2, at + 2));
+                let pull = p.yz() - scale * u.yz();
+                let (limit, size) = (friction * p.x, pull.norm());
+                if size > limit {
+                    Regime::Slides {
+                        along: pull / size,
+                        share: limit / size,
+                        scale,
+                    }
+                } else {
+                    Regime::Sticks
+                }
+            }
+        }
+    }
+
+    /// One step of Newton's method, put back into the laws' bounds. It is taken only where it lowers the error, which is
+    /// given and given back.
+    pub(super) fn newton_step(&mut self, error: f64) -> f64 {
+        self.linearise();
+        let rows = self.rows();
+        let Newton { matrix, step, kept } = &mut self.newton;
+        if !solve_in_place(matrix, step) {
+            return error;
+        }
+        kept.clear();
+        kept.extend_from_slice(&self.impulses);
+        for law in 0..self.laws.len() {
+            let at = self.laws[law].0;
+            let there = |k: usize| self.newton.kept[at + k] + self.newton.step[at + k];
+            let asked = match self.laws[law].1 {
+                Law::Joint { .. } => Vector3::new(there(0), 0.0, 0.0),
+                Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
+            };
+            self.warm_start(law, asked);
+        }
+        let reached = self.error();
+        if reached < error {
+            return reached;
+        }
+        for row in 0..rows {
+            self.set(row, self.newton.kept[row]);
+        }
+        error
+    }
+
+    /// Writes down the laws' derivatives where they stand, and what is missing from them.
+    fn linearise(&mut self) {
+        let rows = self.rows();
+        let mut newton = std::mem::take(&mut self.newton);
+        newton.clear(rows);
+        for &(at, law) in &self.laws {
+            match (self.regime((at, law)), law) {
+                (Regime::Open, _) => {
+                    (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row]))
+                }
+                (Regime::Turns(impulse), _) => newton.fix(at, impulse - self.impulses[at]),
+                (_, Law::Joint { .. }) => newton.stop(at, self),
+                (
+                    regime,
+                    Law::Contact {
+                        friction,
+                        approach_m_s,
+                        compliance,
+                    },
+                ) => {
+                    (at..at + 3).for_each(|row| newton.stop(row, self));
+                    newton.matrix[at * rows + at] += compliance;
+                    newton.step[at] -= approach_m_s + compliance * self.impulses[at];
+                    if let Regime::Slides {
+                        along,
+                        share,
+                        scale,
+                    } = regime
+                    {
+                        self.linearise_sliding(&mut newton, (at, friction), (along, share, scale));
+                    }
+                }
+            }
+        }
+        self.newton = newton;
+    }
+
+    /// The tangents of a contact that slides: p_t = mu p_n q/|q| with q = p_t - scale u_t, differentiated.
+    fn linearise_sliding(
+        &self,
+        newton: &mut Newton,
+        (at, friction): (usize, f64),
+        (along, share, scale): (Vector2<f64>, f64, f64),
+    ) {
+        let rows = self.rows();
+        let tangents = [at + 1, at + 2];
+        for (i, row) in tangents.into_iter().enumerate() {
+            newton.matrix[row * rows..][..rows].fill(0.0);
+            let by = friction * self.impulses[at] * along[i] - self.impulses[row];
+            newton.fix(row, by);
+            let line = &mut newton.matrix[row * rows..][..rows];
+            line[at] -= friction * along[i];
+            for (j, other) in tangents.into_iter().enumerate() {
+                let across = if i == j { 1.0 } else { 0.0 } - along[i] * along[j];
+                line[other] -= share * across;
+                let of_velocity = &self.delassus[other * rows..][..rows];
+                for (entry, w) in line.iter_mut().zip(of_velocity) {
+                    *entry += share * across * scale * w;
+                }
+            }
+        }
+    }
+}
+
+impl Newton {
+    fn clear(&mut self, rows: usize) {
+        self.matrix.clear();
+        self.matrix.resize(rows * rows, 0.0);
+        self.step.clear();
+        self.step.resize(rows, 0.0);
+    }
+
+    /// A row whose impulse changes by so much.
+    fn fix(&mut self, row: usize, by: f64) {
+        self.matrix[row * self.step.len() + row] = 1.0;
+        self.step[row] = by;
+    }
+
+    /// A row whose velocity shall vanish: W dp = -u.
+    fn stop(&mut self, row: usize, problem: &ImpulseProblem) {
+        // Redundant contacts can share a load in many ways: the least softness picks one.
+        const RIDGE: f64 = 1e-6;
+        let rows = self.step.len();
+        let line = &mut self.matrix[row * rows..][..rows];
+        line.copy_from_slice(&problem.delassus[row * rows..][..rows]);
+        line[row] *= 1.0 + RIDGE;
+        self.step[row] = -problem.velocities[row];
+    }
+}

@@ -1,0 +1,284 @@
+//! Impulses that follow on paper, and laws that hold for impulses drawn at random.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::one_contact::friction_impulse;
+use super::{ImpulseProblem, Law, TOLERANCE};
+
+/// Numbers between -1 and 1, the same in every run.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A symmetric matrix A^T A + ridge, row by row: positive definite, and of lower rank without the ridge where A
+    /// has fewer rows than columns.
+    fn response(&mut self, rows: usize, rank: usize, ridge: f64) -> Vec<f64> {
+        let a: Vec<f64> = (0..rank * rows).map(|_| self.next()).collect();
+        let entry = |i: usize, j: usize| {
+            let sum: f64 = (0..rank).map(|k| a[k * rows + i] * a[k * rows + j]).sum();
+            sum + if i == j { ridge } else { 0.0 }
+        };
+        (0..rows * rows)
+            .map(|i| entry(i / rows, i % rows))
+            .collect()
+    }
+}
+
+fn bearing(most_n_m_s: f64) -> Law {
+    Law::Joint {
+        least_n_m_s: -most_n_m_s,
+        most_n_m_s,
+    }
+}
+
+fn contact(friction: f64) -> Law {
+    Law::Contact {
+        friction,
+        approach_m_s: 0.0,
+        compliance: 0.0,
+    }
+}
+
+fn problem(laws: &[Law], free: &[f64], response: &[f64]) -> ImpulseProblem {
+    let mut problem = ImpulseProblem::default();
+    let mut rest = free;
+    for law in laws {
+        let (own, others) = rest.split_at(law.rows());
+        problem.push(*law, own);
+        rest = others;
+    }
+    problem.set_delassus(|row, column| response[row * free.len() + column]);
+    problem
+}
+
+/// A block of mass m that falls by v on a floor of friction mu while it slides by s: the floor stops the fall with
+/// m v, and the sliding loses mu v, no more than it has. On paper: p_n = m v, |p_t| = min(mu m v, m s).
+#[test]
+fn a_block_loses_as_much_sliding_as_coulomb_says() {
+    let (mass_kg, fall, slide) = (2.5, 0.4, Vector2::new(-0.3, 0.4));
+    let response: Vec<f64> = (0..9)
+        .map(|i| if i % 4 == 0 { 1.0 / mass_kg } else { 0.0 })
+        .collect();
+    for mu in [0.0, 0.2, 0.9, 1.25, 3.0] {
+        let mut block = problem(&[contact(mu)], &[-fall, slide.x, slide.y], &response);
+        assert!(block.solve() <= TOLERANCE);
+        let p = block.contact_impulse(0);
+        let rubbed = mass_kg * slide.norm().min(mu * fall);
+        // Solved to 1e-8 m/s: 2.5e-8 N s.
+        assert!((p.x - mass_kg * fall).abs() < 1e-7, "mu {mu}: {p}");
+        assert!(
+            (p.yz() + slide.normalize() * rubbed).norm() < 1e-7,
+            "mu {mu}: {p}"
+        );
+    }
+}
+
+/// A contact that opens by itself, or may come nearer than it does, carries nothing; one that is in too deep is pushed
+/// out at the rate asked for.
+#[test]
+fn contacts_push_only_and_only_as_far_as_asked() {
+    let response = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
+    for (free, approach, impulse, left) in [
+        (0.1, 0.0, 0.0, 0.1),
+        (-0.1, 0.2, 0.0, -0.1),
+        (-0.3, 0.2, 0.05, -0.2),
+        (0.1, -0.5, 0.2, 0.5),
+    ] {
+        let law = Law::Contact {
+            friction: 0.5,
+            approach_m_s: approach,
+            compliance: 0.0,
+        };
+        let mut one = problem(&[law], &[free, 0.0, 0.0], &response);
+        one.solve();
+        assert!((one.impulses[0] - impulse).abs() < 1e-8);
+        assert!((one.velocities[0] - left).abs() < 2e-8);
+    }
+}
+
+/// A soft contact gives by c p: the spring's share.
+#[test]
+fn a_soft_contact_gives_in_proportion_to_what_it_carries() {
+    let law = Law::Contact {
+        friction: 0.0,
+        approach_m_s: 0.0,
+        compliance: 0.5,
+    };
+    let response = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
+    let mut soft = problem(&[law], &[-1.0, 0.0, 0.0], &response);
+    soft.solve();
+    // -1 + 2 p + 0.5 p = 0.
+    assert!((soft.impulses[0] - 0.4).abs() < 1e-8);
+}
+
+/// Where a contact is light one way and heavy the other, as a roller is, friction at its limit still opposes the
+/// sliding that is left, whatever the two directions' masses are.
+#[test]
+fn friction_at_its_limit_opposes_the_sliding_of_light_and_heavy_directions() {
+    let mut draw = Draw(1);
+    for _ in 0..500 {
+        let (light, heavy) = (10.0 + 90.0 * draw.next().abs(), 0.1 + draw.next().abs());
+        let turn = Vector2::new(draw.next(), draw.next()).normalize();
+        let across = Vector2::new(-turn.y, turn.x);
+        let w = light * turn * turn.transpose() + heavy * across * across.transpose();
+        let free = Vector2::new(draw.next(), draw.next());
+        let most = 0.5 * draw.next().abs();
+        let p = friction_impulse(&w, &free, most);
+        let sliding = w * p + free;
+        assert!(p.norm() <= most * (1.0 + 1e-12));
+        if p.norm() < most * (1.0 - 1e-9) {
+            assert!(sliding.norm() < 1e-12);
+        } else {
+            // The sliding points against p: no part beside it. Rounding of sums of about 1.
+            let beside = sliding.perp(&p) / p.norm();
+            assert!(
+                beside.abs() < 1e-9 && sliding.dot(&p) <= 1e-12,
+                "{sliding} {p}"
+            );
+        }
+    }
+}
+
+/// A roller's end on a tilted robot: friction turns it so that it presses itself down, mu |W_nt| > W_nn, and whoever solves
+/// for the normal with the friction as it was swings between an impulse and none.
+#[test]
+fn a_contact_that_its_friction_presses_down_or_lifts_is_solved() {
+    for (coupling, sliding) in [(-1.061, 0.32), (-1.061, -0.32), (1.061, 0.32)] {
+        let response = [
+            0.54, coupling, 0.695, //
+            coupling, 4.65, -2.4, //
+            0.695, -2.4, 49.0,
+        ];
+        let free = [-0.0206, sliding, -0.0177];
+        let mut problem = problem(&[contact(0.6)], &free, &response);
+        assert!(problem.solve() < 1e-8, "{coupling}, {sliding}");
+        assert!(problem.impulses()[0] > 0.0);
+        assert!(problem.velocities()[0].abs() < 1e-8);
+    }
+}
+
+/// A dry bearing holds what it can and opposes what it cannot: p = -clamp(free / w, +-most).
+#[test]
+fn a_dry_bearing_holds_what_it_can() {
+    for (free, most, impulse) in [(0.5, 0.2, -0.2), (0.5, 0.1, -0.1), (-0.5, 0.1, 0.1)] {
+        let mut bearing = problem(&[bearing(most)], &[free], &[2.5]);
+        assert!(bearing.solve() <= TOLERANCE);
+        assert!((bearing.impulses[0] - impulse).abs() < 1e-8);
+    }
+}
+
+/// The solution may start from what acted in the step before, on a floor that has turned slippery since: an impulse
+/// that friction cannot make any more is none, however still it holds the contact. On paper: a block of mass m on a
+/// slope, held by p_t = m g sin dt, of which mu m g cos dt is left.
+#[test]
+fn a_start_beyond_the_cone_is_no_solution() {
+    let (mass_kg, dt_s, slope) = (2.5, 2e-3, 0.3_f64);
+    let response: Vec<f64> = (0..9)
+        .map(|i| if i % 4 == 0 { 1.0 / mass_kg } else { 0.0 })
+        .collect();
+    let pulls = 9.81 * dt_s * slope.sin();
+    let presses = 9.81 * dt_s * slope.cos();
+    for mu in [0.1, 0.0] {
+        let mut block = problem(&[contact(mu)], &[-presses, pulls, 0.0], &response);
+        let held = Vector3::new(mass_kg * presses, -mass_kg * pulls, 0.0);
+        // Set as it is, without being brought back into the cone: the residual must show it.
+        held.iter()
+            .enumerate()
+            .for_each(|(row, p)| block.set(row, *p));
+        let excess_m_s = pulls - mu * presses;
+        assert!((block.error() - excess_m_s).abs() < 1e-12);
+        assert!(block.solve() <= TOLERANCE);
+        let rubbed = block.contact_impulse(0).yz().norm();
+        assert!((rubbed - mu * mass_kg * presses).abs() < 1e-7, "{rubbed}");
+
+        block.warm_start(0, held);
+        assert!(block.contact_impulse(0).yz().norm() <= mu * held.x);
+    }
+}
+
+/// As for a bearing whose friction has fallen.
+#[test]
+fn a_start_beyond_a_bearings_friction_is_no_solution() {
+    let mut bearing = problem(&[bearing(0.1)], &[0.5], &[2.5]);
+    bearing.set(0, -0.2);
+    assert!((bearing.error() - 0.25).abs() < 1e-12);
+    assert!(bearing.solve() <= TOLERANCE);
+    assert!((bearing.impulses[0] + 0.1).abs() < 1e-8);
+}
+
+/// What keeps a motor from driving beyond a rate takes as much of its impulse as that needs, and no more than it gives:
+/// a wheel of response w that would be u too fast loses min(u / w, given); one that is too slow loses nothing.
+#[test]
+fn a_one_sided_joint_holds_one_way_only() {
+    for (free, given, impulse) in [(0.5, 1.0, -0.2), (0.5, 0.1, -0.1), (-0.5, 1.0, 0.0)] {
+        let limit = Law::Joint {
+            least_n_m_s: -given,
+            most_n_m_s: 0.0,
+        };
+        let mut limit = problem(&[limit], &[free], &[2.5]);
+        assert!(limit.solve() <= TOLERANCE);
+        assert!((limit.impulses[0] - impulse).abs() < 1e-8);
+    }
+}
+
+/// Four legs under one table, of which three would do: they carry it together, whatever their shares.
+#[test]
+fn redundant_contacts_carry_the_load_together() {
+    let legs = [[0.15, 0.16], [0.15, -0.16], [-0.15, 0.16], [-0.15, -0.16]];
+    let (mass_kg, inertia) = (11.0, 0.2);
+    let w = |i: usize, j: usize| {
+        if !(i.is_multiple_of(3) && j.is_multiple_of(3)) {
+            return if i == j { 1.0 / mass_kg } else { 0.0 };
+        }
+        let (a, b) = (legs[i / 3], legs[j / 3]);
+        1.0 / mass_kg + (a[0] * b[0] + a[1] * b[1]) / inertia
+    };
+    let response: Vec<f64> = (0..144).map(|i| w(i / 12, i % 12)).collect();
+    let fall: Vec<f64> = (0..12)
+        .map(|i| if i % 3 == 0 { -0.02 } else { 0.0 })
+        .collect();
+    let mut table = problem(&[contact(0.6); 4], &fall, &response);
+    assert!(table.solve() <= TOLERANCE);
+    let carried: f64 = (0..4).map(|leg| table.impulses[3 * leg]).sum();
+    assert!((carried - 0.02 * mass_kg).abs() < 1e-6);
+}
+
+/// Contacts and bearings drawn at random, sticking, sliding, open and redundant: every law holds afterwards, and
+/// u = u_free + W p does. Fifteen rows on a robot of ten degrees of freedom.
+#[test]
+fn random_problems_are_solved_to_the_end() {
+    let mut draw = Draw(2);
+    let mut unsolved = 0;
+    for _ in 0..500 {
+        let mu = draw.next().abs();
+        let mut laws = vec![contact(mu); 4];
+        laws.extend([bearing(0.3 * draw.next().abs()); 3]);
+        let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
+        let response = draw.response(15, 10, 1e-3);
+        let mut random = problem(&laws, &free, &response);
+        let error = random.solve();
+        unsolved += usize::from(error > TOLERANCE);
+        for row in 0..15 {
+            let of_impulses: f64 = (0..15)
+                .map(|k| response[row * 15 + k] * random.impulses[k])
+                .sum();
+            let apart = random.velocities[row] - free[row] - of_impulses;
+            // Sums of some hundred terms of about 1e2.
+            assert!(apart.abs() < 1e-10, "{apart:e}");
+        }
+        for at in [0, 3, 6, 9] {
+            let (p, u) = (random.contact_impulse(at), random.contact_velocity(at));
+            assert!(p.x >= 0.0 && p.yz().norm() <= mu * p.x * (1.0 + 1e-9));
+            assert!(u.x >= -error - 1e-12 && p.x.min(u.x) <= error + 1e-12);
+        }
+    }
+    // A random matrix is no robot: some have no solution at all with friction, and some need more rounds.
+    assert!(unsolved <= 25, "{unsolved} of 500");
+}

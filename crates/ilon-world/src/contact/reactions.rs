@@ -1,0 +1,296 @@
+//! What the ground and dry bearings do to the robot in a step.
+//!
+//! rapier moves chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
+//! frames. The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
+//! rates with which the step is taken.
+//!
+//! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the middle of the step. What a
+//! contact's law speaks of is its velocity u_1 at the *end* of the step, in the pose that it has then. With J the rows in
+//! the middle, q'_0 and q'_1 the rates before and after, and J_0 and J_1 the rows in the poses at the start and where q'_0
+//! leads by the end,
+//!
+//! u_0 = J q'_0 - b,  u_1 = J q'_1 + b,  b = (J_1 - J_0) q'_0 / 2:
+//!
+//! b is what the turning of the frame does to the velocity in half a step. That is right to second order, and a contact
+//! that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 + u_1) / 2 = 0. To hold it in the frame at the
+//! start would take m v^2 omega^2 dt / 2 of power from a robot in a turn in which nothing slides. Across the ground b is
+//! left out: a roller that hands over leaves its place there in another way than it turns. A roller that came down takes
+//! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
+//!
+//! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
+//! step of constant inertia; where rollers come down, [`crate::contact::jump`] says of which velocities.
+//!
+//! **The compliance.** Every contact is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
+//! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
+//! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
+
+mod gather;
+
+use nalgebra::DMatrixViewMut;
+use rapier3d::prelude::*;
+
+use crate::Settings;
+use crate::contact::candidates::{Candidate, Workspace};
+use crate::contact::jump::{Jump, Responses};
+use crate::contact::potential::{Axle, PotentialContact, Row};
+use crate::contact::problem::ImpulseProblem;
+use crate::contact::reaction::{Part, Reaction};
+use crate::contact::scene::Scene;
+
+/// The reactions of the last step, and room for those of the next.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reactions {
+    found: Vec<Candidate>,
+    nearby: Vec<Candidate>,
+    potential: Vec<PotentialContact>,
+    workspace: Workspace,
+    /// Of each contact in its order: how far from the ground it is in the middle of the step and was at its start.
+    gaps_m: Vec<(f64, f64)>,
+    /// Of the rollers that may touch.
+    axles: Vec<Axle>,
+    all: Vec<Reaction>,
+    before: Vec<Reaction>,
+    rows: Vec<Row>,
+    problem: ImpulseProblem,
+    /// What the unit impulse of each row does to every rate, row by row; and of each wheel, where that is needed.
+    responses: Vec<Real>,
+    wheel_responses: Vec<Real>,
+    wheel_dofs: Vec<usize>,
+    row_axles: Vec<Option<(usize, f64)>>,
+    freed_axles: Vec<f64>,
+    change: Vec<f64>,
+    jump: Jump,
+    error: f64,
+}
+
+/// A roller that the ground touched in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TouchedRoller {
+    pub wheel: usize,
+    pub roller: usize,
+    /// The mean of its rate about its axis over the step, in rad/s.
+    pub mean_rad_s: f64,
+    /// Its rate about its axis after the step, in rad/s.
+    pub rate_rad_s: f64,
+}
+
+impl Reactions {
+    /// Solves for the reactions of the step that rapier has just taken without any.
+    pub fn react(&mut self, scene: &Scene<'_>) {
+        self.clear();
+        self.gather(scene);
+        let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
+        let dofs = multibody.ndofs();
+        let answer = |impulses: &mut [Real]| {
+            let count = impulses.len() / dofs;
+            let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, count);
+            multibody.inv_augmented_mass().solve_mut(&mut impulses);
+        };
+        self.solve(dofs, answer);
+        self.jump.clear(self.rows.len(), dofs);
+        if Jump::happens(&self.all) {
+            self.find_jump(scene, dofs, answer);
+        }
+        self.count_work();
+    }
+
+    /// Separates the jump of rollers that came down from the rest of the step.
+    fn find_jump(&mut self, scene: &Scene<'_>, dofs: usize, answer: impl FnOnce(&mut [Real])) {
+        let wheels = scene.assembly.wheels.iter();
+        self.wheel_dofs.clear();
+        self.wheel_dofs.extend(wheels.map(|wheel| wheel.hub_dof));
+        self.wheel_responses.clear();
+        self.wheel_responses
+            .resize(self.wheel_dofs.len() * dofs, 0.0);
+        for (wheel, dof) in self.wheel_dofs.iter().enumerate() {
+            self.wheel_responses[wheel * dofs + dof] = 1.0;
+        }
+        answer(&mut self.wheel_responses);
+        self.row_axles.clear();
+        self.row_axles.extend(self.rows.iter().map(|row| row.axle));
+        self.freed_axles.clear();
+        let axles = self.axles.iter();
+        self.freed_axles
+            .extend(axles.map(|axle| axle.free_response - axle.response.unwrap_or(0.0)));
+        let responses = Responses {
+            of_rows: &self.responses,
+            of_wheels: &self.wheel_responses,
+            wheel_dofs: &self.wheel_dofs,
+            held_n_m_s2: scene.held_n_m_s2,
+            axles: &self.row_axles,
+            freed_axles: &self.freed_axles,
+        };
+        self.jump.find(&self.all, &self.problem, &responses);
+        let over = 1.0 - self.jump.share();
+        for (row, of) in self.rows.iter().enumerate() {
+            if let Some((axle, c)) = of.axle {
+                let axle = &mut self.axles[axle];
+                axle.start_rad_s += over * self.jump.impulse(row) * c * axle.free_response;
+            }
+        }
+    }
+
+    /// Counts what each impulse took.
+    fn count_work(&mut self) {
+        let mut row = 0;
+        for reaction in &mut self.all {
+            for k in 0..reaction.rows() {
+                let velocities = (reaction.velocity_before[k], reaction.velocity_after[k]);
+                reaction.taken_j[k] = self.jump.taken_j(row, reaction.impulse[k], velocities);
+                row += 1;
+            }
+        }
+    }
+
+    /// Takes over what another solver did in the step: its reactions, and by how much it broke the laws, in m/s or rad/s.
+    pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
+        self.clear();
+        self.error = 0.0;
+        for (reaction, error) in reactions {
+            self.all.push(reaction);
+            self.error = self.error.max(error);
+        }
+    }
+
+    /// The jump of rollers that came down in the last step.
+    pub fn jump(&self) -> &Jump {
+        &self.jump
+    }
+
+    /// The reactions of the last step.
+    pub fn all(&self) -> &[Reaction] {
+        &self.all
+    }
+
+    /// By how much the reactions change each rate of the bodies.
+    pub fn change(&self) -> &[f64] {
+        &self.change
+    }
+
+    /// The rollers that the ground touched.
+    pub fn touched(&self) -> impl Iterator<Item = TouchedRoller> {
+        self.axles.iter().map(|axle| TouchedRoller {
+            wheel: axle.wheel,
+            roller: axle.roller,
+            mean_rad_s: 0.5 * (axle.start_rad_s + axle.rate_rad_s),
+            rate_rad_s: axle.rate_rad_s,
+        })
+    }
+
+    /// By how much deeper than when it began the deepest contact would be in the ground at the end of the last step if the
+    /// robot moved on with the mean of the rates, in metres.
+    pub fn sinks_m(&self, dt_s: f64) -> f64 {
+        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let sinks = contacts
+            .zip(&self.gaps_m)
+            .map(|(contact, (gap_m, before_m))| {
+                let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
+                before_m.min(0.0) - then_m
+            });
+        sinks.fold(0.0, f64::max)
+    }
+
+    /// Whether a roller is about to slide: its friction is near its limit, and it holds or has just begun to slide.
+    pub fn about_to_slide(&self) -> bool {
+        /// Near its limit, as a share of it.
+        const NEAR_LIMIT: f64 = 0.5;
+        /// A roller that slides faster has made up its mind, in m/s.
+        const SLIDES_M_S: f64 = 0.03;
+        self.all.iter().any(|reaction| {
+            let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
+            matches!(reaction.part, Part::Roller(..))
+                && limit > 0.0
+                && reaction.impulse.yz().norm() > limit
+                && reaction.velocity_after.yz().norm() < SLIDES_M_S
+        })
+    }
+
+    /// By how much the laws were broken in the last step, in m/s or rad/s.
+    pub fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// Energy in the springs of the contacts, in J: F^2 / (2 k) each.
+    pub fn spring_energy_j(&self, settings: &Settings, dt_s: f64) -> f64 {
+        let force_n = |reaction: &Reaction| reaction.impulse.x / dt_s;
+        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let squares: f64 = contacts.map(|reaction| force_n(reaction).powi(2)).sum();
+        0.5 * squares / settings.contact_stiffness_n_m
+    }
+
+    fn clear(&mut self) {
+        std::mem::swap(&mut self.all, &mut self.before);
+        self.all.clear();
+        self.rows.clear();
+        self.axles.clear();
+        self.problem.clear();
+        self.nearby.clear();
+        self.gaps_m.clear();
+    }
+
+    /// Solves for the impulses, given how impulses answer: `solve` takes generalised impulses, one of `dofs` numbers
+    /// after the other, to the rates that they give.
+    fn solve(&mut self, dofs: usize, solve: impl FnOnce(&mut [Real])) {
+        let rows = self.rows.len();
+        self.responses.clear();
+        self.responses.resize(rows * dofs, 0.0);
+        for (row, impulse) in self.rows.iter().zip(self.responses.chunks_exact_mut(dofs)) {
+            for (dof, c) in row.chassis.iter().enumerate() {
+                impulse[dof] = *c as Real;
+            }
+            if let Some((dof, c)) = row.hub {
+                impulse[dof] = c as Real;
+            }
+        }
+        solve(&mut self.responses);
+        let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
+        self.problem.set_delassus(|row, column| {
+            let (at, by) = (&rows[row], &rows[column]);
+            let response = &responses[column * dofs..][..dofs];
+            let of_bodies = at.of_bodies_f32(response);
+            match (at.axle, by.axle) {
+                (Some((i, a)), Some((j, b))) if i == j => {
+                    of_bodies + a * b * axles[i].response.unwrap_or(0.0)
+                }
+                _ => of_bodies,
+            }
+        });
+        // What acted in the last step is most of what acts in this one.
+        for law in 0..self.all.len() {
+            let part = self.all[law].part;
+            let place = self.all[..law]
+                .iter()
+                .filter(|other| part.follows(other.part))
+                .count();
+            let mut before = self.before.iter().filter(|other| part.follows(other.part));
+            if let Some(before) = before.nth(place) {
+                self.problem.warm_start(law, before.impulse);
+            }
+        }
+        self.error = self.problem.solve();
+        self.take_solution(dofs);
+    }
+
+    /// Takes the impulses over, and what they do.
+    fn take_solution(&mut self, dofs: usize) {
+        self.change.clear();
+        self.change.resize(dofs, 0.0);
+        let mut row = 0;
+        for reaction in &mut self.all {
+            for k in 0..reaction.rows() {
+                let impulse = self.problem.impulses()[row];
+                reaction.impulse[k] = impulse;
+                reaction.velocity_after[k] = self.problem.velocities()[row];
+                let response = &self.responses[row * dofs..][..dofs];
+                for (change, rate) in self.change.iter_mut().zip(response) {
+                    *change += impulse * f64::from(*rate);
+                }
+                if let Some((axle, c)) = self.rows[row].axle {
+                    let axle = &mut self.axles[axle];
+                    axle.rate_rad_s += impulse * c * axle.response.unwrap_or(0.0);
+                }
+                row += 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Which laws hold in a step: contacts with the ground, dry bearings, motors at their rate limits.
+
+use nalgebra::Vector3;
+
+use super::Reactions;
+use crate::contact::potential::{Axle, PotentialContact, Row};
+use crate::contact::problem::Law;
+use crate::contact::reaction::{Part, Reaction};
+use crate::contact::scene::Scene;
+
+/// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
+/// change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts.
+const OPEN_M_S: f64 = 0.1;
+
+/// What is deeper in the ground than its load explains is pushed out at this speed, in m/s: too slowly to bounce, 1 um.
+const PUSH_OUT_M_S: f64 = 5e-3;
+
+impl Reactions {
+    /// Collects all contacts and dry bearings.
+    pub(super) fn gather(&mut self, scene: &Scene<'_>) {
+        scene.find_chassis(&mut self.found);
+        self.nearby.append(&mut self.found);
+        for wheel in 0..scene.robot.wheels.len() {
+            scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
+            self.nearby.append(&mut self.found);
+        }
+        self.touch(scene);
+        for (index, wheel) in scene.robot.wheels.iter().enumerate() {
+            // A gear takes its share of the motor's torque, whichever of the two drives the other.
+            let gear_n_m = (1.0 - wheel.drive.gear_efficiency) * scene.geared_n_m[index].abs();
+            let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
+            self.limit_motor(scene, index);
+            if friction_n_m > 0.0 {
+                let row = Row {
+                    chassis: [0.0; 6],
+                    hub: Some((scene.assembly.wheels[index].hub_dof, 1.0)),
+                    axle: None,
+                };
+                self.hold_bearing(scene, Part::Hub(index), row, friction_n_m);
+            }
+        }
+        for i in 0..self.axles.len() {
+            let axle = self.axles[i];
+            let body = &scene.assembly.wheels[axle.wheel];
+            let friction_n_m = body.rollers[axle.roller].friction_n_m;
+            if friction_n_m > 0.0 && axle.response.is_some() {
+                // Its spin against the hub.
+                let d = axle.axis;
+                let along = d.dot(&scene.middle.hubs()[axle.wheel].axis());
+                let row = Row {
+                    chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
+                    hub: Some((body.hub_dof, -along)),
+                    axle: Some((i, 1.0)),
+                };
+                let part = Part::Axle(axle.wheel, axle.roller);
+                self.hold_bearing(scene, part, row, friction_n_m);
+            }
+        }
+    }
+
+    /// Turns the places that are near the ground into contacts.
+    fn touch(&mut self, scene: &Scene<'_>) {
+        let settings = scene.settings;
+        let relaxed_s = scene.dt_s + settings.contact_relaxation_s;
+        let compliance = 1.0 / (settings.contact_stiffness_n_m * scene.dt_s * relaxed_s);
+        let mut potential = std::mem::take(&mut self.potential);
+        potential.clear();
+        potential.extend(
+            self.nearby
+                .iter()
+                .map(|place| scene.potential_contact(place)),
+        );
+
+        // What stops the one that comes in fastest may move the others by as much.
+        let open_m_s = |contact: &PotentialContact| {
+            contact.free.x + contact.gap_before_m.max(0.0) / scene.dt_s
+        };
+        let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
+        for contact in &potential {
+            if open_m_s(contact) > OPEN_M_S + comes_m_s {
+                continue;
+            }
+            let place = &contact.candidate;
+            let before = self.impulse_before(place.part);
+            let gap_m = contact.gap_before_m;
+            let approach_m_s = if gap_m > 0.0 {
+                gap_m / scene.dt_s
+            } else {
+                // No faster than what the spring was loaded with, and a little.
+                let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
+                (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT_M_S)
+            };
+            let friction = scene.ground.friction_at(&place.place_m);
+            let law = Law::Contact {
+                friction,
+                approach_m_s,
+                compliance,
+            };
+            let rows = contact.rows.map(|row| Row {
+                axle: contact
+                    .axle
+                    .and_then(|axle| Some((self.index_of(axle), row.axle?.1))),
+                ..row
+            });
+            let reaction = Reaction {
+                part: place.part,
+                at_m: place.place_m,
+                frame: contact.frame,
+                friction,
+                impulse: Vector3::zeros(),
+                velocity_before: contact.before,
+                velocity_after: Vector3::zeros(),
+                taken_j: Vector3::zeros(),
+                came_down: place.came_down,
+                rolling_radius_m: rows[2].axle.map_or(0.0, |(_, radius_m)| radius_m),
+            };
+            self.push(law, reaction, &rows, contact.free.as_slice());
+            self.gaps_m.push((place.gap_m, contact.gap_before_m));
+        }
+        self.potential = potential;
+    }
+
+    /// The place of a roller among those that may touch, where it is put if it is not there yet.
+    fn index_of(&mut self, axle: Axle) -> usize {
+        let of_this = |other: &Axle| (other.wheel, other.roller) == (axle.wheel, axle.roller);
+        self.axles.iter().position(of_this).unwrap_or_else(|| {
+            self.axles.push(axle);
+            self.axles.len() - 1
+        })
+    }
+
+    /// What acted in the last step on the part that a new reaction goes on from.
+    fn impulse_before(&self, part: Part) -> Option<Vector3<f64>> {
+        let place = self.all.iter().filter(|r| part.follows(r.part)).count();
+        let mut before = self.before.iter().filter(|r| part.follows(r.part));
+        before.nth(place).map(|reaction| reaction.impulse)
+    }
+
+    /// Adds a dry bearing.
+    fn hold_bearing(&mut self, scene: &Scene<'_>, part: Part, row: Row, friction_n_m: f64) {
+        let most_n_m_s = friction_n_m * scene.dt_s;
+        let law = Law::Joint {
+            least_n_m_s: -most_n_m_s,
+            most_n_m_s,
+        };
+        self.hold_joint(scene, part, row, law, 0.0);
+    }
+
+    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
+    /// needs, and not more.
+    fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
+        /// Below this share of its limit a wheel does not reach it within a step.
+        const NEAR_LIMIT: f64 = 0.9;
+        let (motor, dof) = (&scene.motors[wheel], scene.assembly.wheels[wheel].hub_dof);
+        let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
+        let limit_rad_s = motor.rate_limit_rad_s.copysign(now_rad_s);
+        if now_rad_s.abs().max(free_rad_s * limit_rad_s.signum())
+            < NEAR_LIMIT * motor.rate_limit_rad_s
+        {
+            return;
+        }
+        let gives_n_m = motor.torque_n_m - motor.droop_n_m_s * (limit_rad_s - now_rad_s);
+        let gives_n_m_s = gives_n_m * scene.dt_s;
+        let law = Law::Joint {
+            least_n_m_s: if limit_rad_s > 0.0 {
+                -gives_n_m_s.max(0.0)
+            } else {
+                0.0
+            },
+            most_n_m_s: if limit_rad_s > 0.0 {
+                0.0
+            } else {
+                -gives_n_m_s.min(0.0)
+            },
+        };
+        let row = Row {
+            chassis: [0.0; 6],
+            hub: Some((dof, 1.0)),
+            axle: None,
+        };
+        self.hold_joint(scene, Part::RateLimit(wheel), row, law, limit_rad_s);
+    }
+
+    /// Adds a joint whose rate is counted from another.
+    fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, row: Row, law: Law, from_rad_s: f64) {
+        let rate = |rates: &[f64], of_axle: fn(&Axle) -> f64| {
+            row.of_bodies(rates) + row.axle.map_or(0.0, |(i, c)| c * of_axle(&self.axles[i]))
+        };
+        let before = rate(scene.rates_before, |axle| axle.before_rad_s);
+        let free = rate(scene.rates_free, |axle| axle.rate_rad_s);
+        let reaction = Reaction {
+            part,
+            at_m: Vector3::zeros(),
+            frame: [Vector3::zeros(); 3],
+            friction: 0.0,
+            impulse: Vector3::zeros(),
+            velocity_before: Vector3::new(before - from_rad_s, 0.0, 0.0),
+            velocity_after: Vector3::zeros(),
+            taken_j: Vector3::zeros(),
+            came_down: false,
+            rolling_radius_m: 0.0,
+        };
+        self.push(law, reaction, &[row], &[free - from_rad_s]);
+    }
+
+    /// Adds a law and where it acts.
+    fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
+        self.problem.push(law, free);
+        self.rows.extend_from_slice(rows);
+        self.all.push(reaction);
+    }
+}

@@ -1,0 +1,75 @@
+//! What programs of other languages need of the command: to be it, to write what it writes, and to say what it says.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::Parser;
+use ilon_trace::Recorded;
+use miette::Diagnostic;
+
+use super::failure::Failure;
+use super::output::OutputFolder;
+use super::{Cli, Outcome, dispatch, fault};
+use crate::Run;
+use crate::judge::judge;
+
+/// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
+pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and faults alike; where nobody listens, the code still says which.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    match dispatch(cli.command) {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Unexpected) => 1,
+        Ok(Outcome::BadInput) => 2,
+        Err(error) => {
+            fault::show(error);
+            2
+        }
+    }
+}
+
+/// A fault as the command explains it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Explained {
+    /// What is wrong.
+    pub message: String,
+    /// How to repair it, where that is known.
+    pub help: Option<String>,
+    /// All of it as the command shows it: what, the lines at fault, what else is wrong, and how to repair it; without colours.
+    pub shown: String,
+}
+
+/// Explains a fault as the command does.
+pub fn explain(error: &dyn Diagnostic) -> Explained {
+    Explained {
+        message: error.to_string(),
+        help: error.help().map(|help| help.to_string()),
+        shown: fault::plain(error),
+    }
+}
+
+/// Writes the results of a run into a folder, as `ilon run --out` does: files appear whole, the summary last.
+///
+/// # Errors
+/// Where the folder cannot be written to, is in use, or holds files of these names that no run has written.
+pub fn write_results(folder: &Path, run: &Run) -> Result<(), Explained> {
+    write(folder, run).map_err(|failure| explain(&failure))
+}
+
+fn write(folder: &Path, run: &Run) -> Result<(), Failure> {
+    let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?;
+    let verdicts = judge(run);
+    let run = Run {
+        scenario: run.scenario.clone(),
+        trace: Recorded::Memory(run.trace.clone()),
+        summary: run.summary.clone(),
+        warnings: run.warnings.clone(),
+    };
+    folder.write_all(&run, &verdicts)
+}

@@ -1,0 +1,154 @@
+//! `ilon sweep`: many runs of a scenario under keys that vary, and what they say.
+
+mod answer;
+mod progress;
+
+use std::path::{Path, PathBuf};
+
+use ilon_sim::sweep::{self, Findings, Keep, Options, Question, Shard, Store, Study};
+
+use self::progress::Bar;
+use super::escape::one_line;
+use super::{Outcome, Sandbox, claim, flags, say};
+use crate::cli::failure::Failure;
+use crate::pages;
+
+/// Arguments of `ilon sweep`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The study file.
+    #[arg(required_unless_present = "merge")]
+    study: Option<PathBuf>,
+    /// Where to write results. Where some of this study are there already, only what is missing is run.
+    #[arg(long, value_name = "DIR", default_value = "out/<study>")]
+    out: PathBuf,
+    /// Runs at a time [default: as many as the machine has cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Make only this part of the runs, the I-th of N, into a folder of its own within that of the study: for job arrays.
+    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    shard: Option<Shard>,
+    /// Gather the results of one study from these folders, and from the shards in them, instead of running it.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "study")]
+    merge: Vec<PathBuf>,
+    /// Print what was found as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    sandbox: Sandbox,
+}
+
+/// Runs what is missing, writes, prints.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Some(path) = &arguments.study else {
+        return merge(arguments);
+    };
+    let study = Study::load_within(path, &arguments.sandbox.files()?)?;
+    let out = out_folder(&arguments.out, study.name());
+    let inputs: Vec<PathBuf> = std::iter::once(path.clone())
+        .chain(
+            (0..study.scenario_names().count()).map(|index| study.scenario_path(index).to_owned()),
+        )
+        .collect();
+    for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
+        claim::not_an_input(&out.join(name), "--out", &inputs)?;
+    }
+    let store = Store::open(&out, &study, arguments.shard)?;
+    if store.damaged() > 0 {
+        say::note(&format!(
+            "note: {} rows could not be read again, and are run anew",
+            store.damaged()
+        ));
+    }
+    let bar = Bar::new(study.name());
+    let options = Options::new(arguments.jobs.map(usize::from), arguments.shard);
+    let findings = sweep::sweep(&study, &store, options, &|progress| bar.show(progress))?;
+    bar.done();
+    if let Some(shard) = arguments.shard {
+        let folder = store.folder().unwrap_or(&out).display().to_string();
+        say::lines(&format!(
+            "shard {shard} of {}: {} runs in {}\nonce all shards have ended: ilon sweep --merge {} --out {}\n",
+            study.name(),
+            store.rows().len(),
+            one_line(&folder),
+            flags::shell(&out.display().to_string()),
+            flags::shell(&out.display().to_string()),
+        ))?;
+        return Ok(Outcome::Done);
+    }
+    show(arguments, &study, &store, &findings, &out)
+}
+
+/// Gathers rows that were made elsewhere.
+fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let out = match (arguments.out.to_str(), arguments.merge.as_slice()) {
+        // One folder is merged in its place.
+        (Some("out/<study>"), [one]) => one.clone(),
+        (Some("out/<study>"), _) => {
+            return Err(Failure::usage(
+                "several folders are merged into one that --out does not name",
+                "add --out DIR",
+            ));
+        }
+        _ => arguments.out.clone(),
+    };
+    let (study, store) = Store::merge(&arguments.merge, &out)?;
+    if !matches!(study.question(), Question::Table { .. }) {
+        return Err(Failure::usage(
+            format!(
+                "`{}` is a study that searches: it has no parts to merge",
+                study.name()
+            ),
+            "run it whole",
+        ));
+    }
+    let findings = sweep::findings(&study, &store);
+    show(arguments, &study, &store, &findings, &out)
+}
+
+/// Writes the results, and prints them.
+fn show(
+    arguments: &Arguments,
+    study: &Study,
+    store: &Store,
+    findings: &Findings,
+    out: &Path,
+) -> Result<Outcome, Failure> {
+    sweep::write_results(study, store, findings)?;
+    pages::sweep::write(&out.join("report.html"), study, &store.rows(), findings)?;
+    if arguments.json {
+        let json = serde_json::to_string_pretty(findings);
+        let json = json.map_err(|error| Failure::encode("the findings", &error))?;
+        say::data(&(json + "\n"))?;
+    } else {
+        let kept = match study.file().keep {
+            Keep::None => "",
+            _ => ", kept/",
+        };
+        say::lines(&format!(
+            "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
+            answer::words(study, findings),
+            one_line(&out.display().to_string())
+        ))?;
+    }
+    for expectation in findings
+        .expectations
+        .iter()
+        .filter(|expectation| !expectation.held)
+    {
+        say::note(&one_line(&format!(
+            "note: expected {}",
+            answer::expectation(expectation)
+        )));
+    }
+    Ok(Outcome::Done)
+}
+
+fn out_folder(out: &Path, study: &str) -> PathBuf {
+    match out.to_str() {
+        Some("out/<study>") => PathBuf::from("out").join(study),
+        _ => out.to_owned(),
+    }
+}
+
+pub(super) use answer::verdicts;

@@ -1,0 +1,456 @@
+//! The page of a study: its rows and findings as [`ilon_report::sweep`] shows them.
+
+use std::path::Path;
+
+use ilon_report::sweep::{self, Answer, Quantity, Run, Sensitivity, Shown, Table, Varied};
+use ilon_sim::sweep::findings::{Expectation, FoundAt, MinimumAt};
+use ilon_sim::sweep::{
+    Find, Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
+};
+use ilon_trace::{TraceError, number};
+
+use crate::cli::shell;
+
+/// Writes the page to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(
+    path: &Path,
+    study: &Study,
+    rows: &[Row],
+    findings: &Findings,
+) -> Result<(), TraceError> {
+    sweep::write(path, &shown(study, rows, findings), &|run| {
+        command(study, rows, run)
+    })
+}
+
+/// The command that runs a run again.
+pub fn command(study: &Study, rows: &[Row], run: u64) -> String {
+    let Some(row) = rows
+        .binary_search_by_key(&run, |row| row.run)
+        .ok()
+        .map(|at| &rows[at])
+    else {
+        return String::new();
+    };
+    let scenario = study
+        .scenario_names()
+        .position(|name| name == row.scenario)
+        .unwrap_or(0);
+    let task = Task {
+        run,
+        scenario,
+        point: row.point,
+        repetition: row.repetition,
+        values: row.values.clone(),
+    };
+    let settings: String = study
+        .settings(&task)
+        .iter()
+        .map(|setting| format!(" --set {}", shell(&setting.to_string())))
+        .collect();
+    let path = study.scenario_path(scenario).display().to_string();
+    format!("ilon run {}{settings}", shell(&path))
+}
+
+fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
+    let scenarios: Vec<&str> = study.scenario_names().collect();
+    let varied = study.columns().iter().enumerate().map(|(index, column)| {
+        let axis = study.axes().iter().find(|axis| axis.key == column.key);
+        let find = study
+            .file()
+            .find
+            .as_ref()
+            .filter(|find| find.key == column.key);
+        let is_log = find.map(|find| find.scale) == Some(Scale::Log)
+            || axis.is_some_and(|axis| {
+                matches!(
+                    axis.values,
+                    Values::Range {
+                        scale: Scale::Log,
+                        ..
+                    }
+                )
+            });
+        let mut words: Vec<String> = Vec::new();
+        if !column.is_numeric {
+            for row in rows {
+                let word = row.values.get(index).map(text_of).unwrap_or_default();
+                if !words.contains(&word) {
+                    words.push(word);
+                }
+            }
+        }
+        Varied {
+            key: column.key.clone(),
+            words,
+            is_log,
+        }
+    });
+    let varied: Vec<Varied> = varied.collect();
+    let quantities: Vec<Quantity> = study
+        .quantities()
+        .iter()
+        .map(|name| Quantity {
+            name: name.clone(),
+            bound: bound(study, name),
+        })
+        .collect();
+    let indices: Vec<Option<usize>> = quantities
+        .iter()
+        .map(|quantity| ilon_sim::sweep::figure_index(&quantity.name))
+        .collect();
+    let runs = rows.iter().map(|row| Run {
+        run: row.run,
+        scenario: scenarios
+            .iter()
+            .position(|name| *name == row.scenario)
+            .unwrap_or(0),
+        values: row
+            .values
+            .iter()
+            .zip(&varied)
+            .map(|(value, varied)| {
+                let place = || {
+                    varied
+                        .words
+                        .iter()
+                        .position(|word| *word == text_of(value))
+                        .unwrap_or(0) as f64
+                };
+                number_of(value)
+                    .filter(|_| varied.words.is_empty())
+                    .unwrap_or_else(place)
+            })
+            .collect(),
+        figures: indices
+            .iter()
+            .map(|index| index.and_then(|index| row.figure(index)))
+            .collect(),
+        has_failed: row.status == Status::Failed,
+    });
+    let runs = runs.collect();
+    Shown {
+        name: study.name().to_owned(),
+        facts: facts(study, findings),
+        answers: answers(study, findings),
+        quantities,
+        runs,
+        varied,
+        sensitivity: sensitivity(findings),
+        tables: tables(findings),
+        is_sample: study.file().method != ilon_sim::sweep::Method::Grid
+            || study.file().minimise.is_some(),
+    }
+}
+
+/// What a quantity is held against in a study.
+fn bound(study: &Study, quantity: &str) -> Option<f64> {
+    let file = study.file();
+    let sought = file
+        .find
+        .as_ref()
+        .filter(|find| find.quantity == quantity)
+        .map(|find| find.crosses);
+    let expected = file
+        .expect
+        .get(quantity)
+        .and_then(|bound| bound.max.or(bound.min));
+    let kept = file
+        .minimise
+        .as_ref()
+        .and_then(|minimise| minimise.subject_to.get(quantity));
+    sought
+        .or(expected)
+        .or(kept.and_then(|bound| bound.max.or(bound.min)))
+}
+
+fn facts(study: &Study, findings: &Findings) -> Vec<String> {
+    let names: Vec<&str> = study.scenario_names().collect();
+    let how = match study.question() {
+        Question::Table { .. } => {
+            format!("points by {}", study.file().method.word().replace('_', " "))
+        }
+        Question::Find(find) => format!("search along {}", find.key),
+        Question::Minimise(_) => "search for a minimum".to_owned(),
+    };
+    vec![
+        format!("scenario {}", names.join(", ")),
+        how,
+        format!("{} runs", findings.runs),
+        format!("seed {}", study.file().seed),
+        format!("ilon {}", findings.ilon),
+    ]
+}
+
+fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
+    let mut answers: Vec<Answer> = findings.expectations.iter().map(expectation).collect();
+    let plain = |text: String| Answer {
+        is_good: None,
+        text,
+    };
+    match study.question() {
+        Question::Find(find) => answers.extend(found(find, &findings.found).into_iter().map(plain)),
+        Question::Minimise(_) => {
+            answers.extend(findings.minimum.iter().map(|minimum| plain(least(minimum))))
+        }
+        Question::Table { .. } => {}
+    }
+    for one in &findings.distributions {
+        if let Some(median) = one.quantiles.get(2) {
+            let most = one.quantiles.last().unwrap_or(median);
+            answers.push(plain(format!(
+                "{} of {}: {} in the middle, below {} in {} % of the runs, {} at most.",
+                one.quantity,
+                one.scenario,
+                sweep::figure(median.value),
+                sweep::figure(most.value),
+                number(100.0 * most.share),
+                sweep::figure(one.largest)
+            )));
+        }
+    }
+    for one in &findings.indices {
+        let mut ranked = one.axes.clone();
+        ranked.sort_by(|a, b| b.total.value.total_cmp(&a.total.value));
+        if let Some(first) = ranked.first() {
+            answers.push(plain(format!(
+                "{}: {} causes {:.0} % of its variance, by itself {:.0} %.",
+                one.quantity,
+                first.key,
+                100.0 * first.total.value,
+                100.0 * first.first.value
+            )));
+        }
+    }
+    for one in &findings.effects {
+        let most = one
+            .axes
+            .iter()
+            .max_by(|a, b| a.mean_magnitude.total_cmp(&b.mean_magnitude));
+        if let Some(most) = most {
+            answers.push(plain(format!(
+                "{}: {} matters most, and changes it by {} over its range.",
+                one.quantity,
+                most.key,
+                sweep::figure(most.mean_magnitude)
+            )));
+        }
+    }
+    for failures in findings.failures.iter().take(3) {
+        answers.push(Answer {
+            is_good: Some(false),
+            text: format!(
+                "{} of {} runs failed, the first of them run {}: {}",
+                failures.count, findings.runs, failures.first_run, failures.error
+            ),
+        });
+    }
+    answers
+}
+
+fn expectation(one: &Expectation) -> Answer {
+    let interval = one.interval.map_or(String::new(), |(low, high)| {
+        format!(
+            "; of all such runs {:.2} to {:.2} %, with a confidence of 95 %",
+            100.0 * low,
+            100.0 * high
+        )
+    });
+    Answer {
+        is_good: Some(one.held),
+        text: format!(
+            "{} is {} in {} of {} runs, {:.2} %, where {} % are expected{interval}.",
+            one.quantity,
+            one.bound,
+            one.kept,
+            one.runs,
+            100.0 * one.share,
+            number(100.0 * one.share_expected)
+        ),
+    }
+}
+
+fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
+    const MOST: usize = 12;
+    let mut lines: Vec<String> = Vec::new();
+    for one in found.iter().take(MOST) {
+        let values = one
+            .values
+            .iter()
+            .map(|(key, value)| format!("{key} = {}", text_of(value)));
+        let place = std::iter::once(one.scenario.clone())
+            .chain(values)
+            .collect::<Vec<_>>()
+            .join(", ");
+        let crossings: Vec<String> = one
+            .found
+            .crossings
+            .iter()
+            .map(|crossing| {
+                format!(
+                    "{} {}",
+                    if crossing.is_rising { "above" } else { "below" },
+                    sweep::figure(crossing.at)
+                )
+            })
+            .collect();
+        lines.push(if crossings.is_empty() {
+            format!(
+                "{place}: {} never crosses {}.",
+                find.quantity,
+                number(find.crosses)
+            )
+        } else {
+            let bent = if one.found.is_monotonic {
+                ""
+            } else {
+                ", and is not monotonic between"
+            };
+            format!(
+                "{place}: {} exceeds {} where {} is {}{bent}.",
+                find.quantity,
+                number(find.crosses),
+                find.key,
+                crossings.join(" and ")
+            )
+        });
+    }
+    if found.len() > MOST {
+        lines.push(format!(
+            "{} more are in the table below.",
+            found.len() - MOST
+        ));
+    }
+    lines
+}
+
+fn least(at: &MinimumAt) -> String {
+    let Some(value) = at.minimum.value else {
+        return format!(
+            "No run kept the bounds: there is no minimum of {}.",
+            at.quantity
+        );
+    };
+    let values = at
+        .values
+        .iter()
+        .map(|(key, value)| format!("{key} = {}", text_of(value)));
+    format!(
+        "{} is least, {}, at {}.",
+        at.quantity,
+        sweep::figure(value),
+        values.collect::<Vec<_>>().join(", ")
+    )
+}
+
+fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
+    let indices = findings.indices.iter().map(|one| Sensitivity {
+        title: format!("{}, {}", one.quantity, one.scenario),
+        caption: format!(
+            "Sobol indices of {} base points: the share of the variance that an axis causes. Lines are where they lie with 95 %.",
+            one.base_points
+        ),
+        names: ["by itself".to_owned(), "with all others".to_owned()],
+        bars: (one.axes.iter())
+            .map(|axis| {
+                let bar = |interval: &ilon_sim::sweep::findings::sensitivity::Interval| {
+                    (interval.value, Some((interval.low, interval.high)))
+                };
+                (axis.key.clone(), [bar(&axis.first), bar(&axis.total)])
+            })
+            .collect(),
+    });
+    let effects = findings.effects.iter().map(|one| Sensitivity {
+        title: format!("{}, {}", one.quantity, one.scenario),
+        caption: "Elementary effects after Morris: by how much the quantity changes over the whole axis. Where the second bar is as \
+                  long as the first, the effect bends or depends on other axes."
+            .to_owned(),
+        names: ["mean magnitude".to_owned(), "deviation".to_owned()],
+        bars: (one.axes.iter())
+            .map(|axis| (axis.key.clone(), [(axis.mean_magnitude, None), (axis.deviation, None)]))
+            .collect(),
+    });
+    indices.chain(effects).collect()
+}
+
+fn tables(findings: &Findings) -> Vec<Table> {
+    let mut tables = Vec::new();
+    if !findings.found.is_empty() {
+        let keys: Vec<String> = findings.found[0].values.keys().cloned().collect();
+        let head = std::iter::once("scenario".to_owned()).chain(keys).chain([
+            "crossings".to_owned(),
+            "least".to_owned(),
+            "largest".to_owned(),
+        ]);
+        let rows = findings.found.iter().map(|one| {
+            let crossings: Vec<String> = one
+                .found
+                .crossings
+                .iter()
+                .map(|crossing| number(crossing.at))
+                .collect();
+            let end = |value: Option<f64>| value.map_or("-".to_owned(), sweep::figure);
+            std::iter::once(one.scenario.clone())
+                .chain(one.values.values().map(text_of))
+                .chain([
+                    crossings.join(", "),
+                    end(one.found.least),
+                    end(one.found.largest),
+                ])
+                .collect()
+        });
+        tables.push(Table {
+            title: "Where it crosses, and the range of the quantity over the values tried first"
+                .to_owned(),
+            head: head.collect(),
+            rows: rows.collect(),
+        });
+    }
+    if !findings.distributions.is_empty() {
+        let words = [
+            "quantity",
+            "scenario",
+            "runs",
+            "mean",
+            "deviation",
+            "least",
+            "largest",
+        ];
+        let shares = findings.distributions[0].quantiles.iter();
+        let shares = shares.map(|quantile| {
+            format!(
+                "{} % (where it lies with 95 %)",
+                number(100.0 * quantile.share)
+            )
+        });
+        let rows = findings.distributions.iter().map(|one| {
+            let quantiles = one.quantiles.iter().map(|quantile| {
+                let end = |end: Option<f64>| end.map_or("?".to_owned(), sweep::figure);
+                format!(
+                    "{} ({} to {})",
+                    sweep::figure(quantile.value),
+                    end(quantile.low),
+                    end(quantile.high)
+                )
+            });
+            [
+                one.quantity.clone(),
+                one.scenario.clone(),
+                one.count.to_string(),
+            ]
+            .into_iter()
+            .chain([one.mean, one.deviation, one.least, one.largest].map(sweep::figure))
+            .chain(quantiles)
+            .collect()
+        });
+        tables.push(Table {
+            title: "How the quantities are distributed".to_owned(),
+            head: words.map(str::to_owned).into_iter().chain(shares).collect(),
+            rows: rows.collect(),
+        });
+    }
+    tables
+}

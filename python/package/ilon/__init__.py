@@ -1,0 +1,96 @@
+"""ilon simulates omnidirectional robots down to the rollers of their wheels.
+
+>>> run = ilon.run("mecanum4_lateral.toml")
+>>> run.summary["twist_ratio_ideal"]["vy"]
+>>> run.trace["truth_x_m"]
+>>> run.report()
+
+`run` goes through a whole scenario; `Simulation` is driven step by step; `gymnasium.make("ilon/Track-v0")` is a task to learn.
+Lengths are in metres, angles in radians, and names that could be doubted carry their unit. Frames: x forward, y left, z up.
+"""
+
+from __future__ import annotations
+
+from ._ilon import (
+    ArrowTable,
+    Desired,
+    Observation,
+    Outcome,
+    Simulation,
+    Snapshot,
+    Torques,
+    Trace,
+    Truth,
+    __version__,
+    schema,
+)
+from .errors import (
+    ControlError,
+    DivergedError,
+    Error,
+    ReadError,
+    RobotError,
+    ScenarioError,
+    TraceError,
+    WorldError,
+)
+from .runs import Report, Run, run
+from .tools import Check, Comparison, Inspection, check, compare, generate, inspect
+
+__all__ = [
+    "ArrowTable",
+    "Check",
+    "Comparison",
+    "ControlError",
+    "Desired",
+    "DivergedError",
+    "Error",
+    "Inspection",
+    "Observation",
+    "Outcome",
+    "ReadError",
+    "Report",
+    "RobotError",
+    "Run",
+    "ScenarioError",
+    "Simulation",
+    "Snapshot",
+    "Torques",
+    "Trace",
+    "TraceError",
+    "Truth",
+    "WorldError",
+    "__version__",
+    "check",
+    "compare",
+    "generate",
+    "inspect",
+    "run",
+    "schema",
+]
+
+
+def _register() -> None:
+    """Makes the tasks known to Gymnasium, where it is installed."""
+    try:
+        import gymnasium
+    except ImportError:
+        return
+    if "ilon/Track-v0" not in gymnasium.registry:
+        gymnasium.register(
+            "ilon/Track-v0",
+            entry_point="ilon.gym:TrackEnv",
+            vector_entry_point="ilon.gym:TrackVectorEnv",
+        )
+
+
+_register()
+
+
+def __getattr__(name: str) -> object:
+    # Only for who asks, since it needs Gymnasium.
+    if name in ("gym", "sb3"):
+        import importlib
+
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,7 @@
+"""`python -m ilon` is the `ilon` command."""
+
+import sys
+
+from ._cli import main
+
+sys.exit(main())

@@ -1,0 +1,258 @@
+"""The compiled half of ilon."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+_Floats = npt.NDArray[np.float64]
+
+class Observation:
+    """What a robot's sensors say at one moment."""
+
+    @property
+    def t_s(self) -> float:
+        """Simulated time in seconds."""
+    @property
+    def pose(self) -> _Floats:
+        """The newest pose that has arrived, in the world frame: x in m, y in m, heading in rad."""
+    @property
+    def wheel_rates_rad_s(self) -> _Floats:
+        """The wheels' rates in rad/s, in the robot's order."""
+    @property
+    def wheel_angles_rad(self) -> _Floats:
+        """The wheels' angles since the start in rad, as the encoders counted them."""
+
+class Truth:
+    """Where the robot really is and how it really moves, whatever its sensors say."""
+
+    @property
+    def pose(self) -> _Floats:
+        """The body's pose in the world frame: x in m, y in m, heading in rad."""
+    @property
+    def twist_in_body(self) -> _Floats:
+        """The body's twist in its own frame: vx in m/s, vy in m/s, yaw rate in rad/s."""
+    @property
+    def height_m(self) -> float:
+        """Height of the body's origin above the floor, in m."""
+    @property
+    def roll_rad(self) -> float:
+        """Roll in rad."""
+    @property
+    def pitch_rad(self) -> float:
+        """Pitch in rad."""
+
+class Desired:
+    """Where a reference wants the robot, and how fast."""
+
+    @property
+    def pose(self) -> _Floats:
+        """The pose in the world frame: x in m, y in m, heading in rad, which is not wrapped."""
+    @property
+    def velocity_in_world(self) -> _Floats:
+        """Its time derivative in the world frame: in m/s, m/s and rad/s."""
+
+class Outcome:
+    """What came of an advance."""
+
+    @property
+    def torques_n_m(self) -> _Floats:
+        """The torques that the motors put on the wheels in N m: the mean over the time."""
+    @property
+    def contact_residual_m_s(self) -> float:
+        """By how much the laws of contact were broken at worst, in m/s: the speed of what moves and should not."""
+
+class Torques:
+    """Torques in N m, one a wheel, which a controller of one's own gives back in place of wheel rates."""
+
+    def __init__(self, torques_n_m: npt.ArrayLike) -> None: ...
+
+class Snapshot:
+    """A simulation as it was at one moment. It cannot be pickled."""
+
+class Simulation:
+    """A robot in its world with its motors and wheel loops, its sensors and faults, driven step by step.
+
+    `scenario` is the path of a scenario file or a dict of what it would hold; relative paths in a dict start from `folder`, or from
+    where the program runs. `settings` changes keys: `{"world.floor.friction": 0.2}`. Of `[run]`, `duration_s` ends nothing here.
+
+    Another thread may run Python while it steps; two threads that call the same simulation at once get a RuntimeError. It cannot be
+    pickled. Raises subclasses of `ilon.Error` for what the command line refuses.
+    """
+
+    def __init__(
+        self,
+        scenario: str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        settings: Mapping[str, Any] | None = None,
+        folder: str | os.PathLike[str] | None = None,
+    ) -> None: ...
+    def reset(self, *, seed: int | None = None, pose: npt.ArrayLike | None = None) -> Observation:
+        """Begins anew: time zero, the robot at rest. Noise comes from `seed` and the robot stands at `pose` (x in m, y in m, heading in
+        rad), or both are as the scenario says."""
+    def observe(self) -> Observation:
+        """What the robot's sensors say now. Asked again at the same moment, they say the same."""
+    def advance(
+        self,
+        wheel_rates: npt.ArrayLike | None = None,
+        *,
+        torques: npt.ArrayLike | None = None,
+        period_s: float | None = None,
+    ) -> Outcome:
+        """Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's order, for a time in seconds: a
+        whole number of physics steps, by default a control period.
+
+        Raises ValueError or TypeError for numbers that are not finite or of another count, before anything happens;
+        `ilon.DivergedError` where the robot's motion is no number afterwards; KeyboardInterrupt between steps of a long time.
+        """
+    def truth(self) -> Truth:
+        """Where the robot really is and how it really moves."""
+    def snapshot(self) -> Snapshot:
+        """The simulation as it is now, to come back to."""
+    def restore(self, snapshot: Snapshot) -> None:
+        """Goes back to a snapshot, of this simulation or of another: from there all is as it was, to the bit."""
+    def push(self, force_n: npt.ArrayLike, lasts_s: float, *, place_m: npt.ArrayLike | None = None) -> None:
+        """Pushes the chassis from now on with a constant force (x, y, z in N, in the world frame) for a time in seconds, at a place
+        in the body frame (x, y, z in m); without one, at the chassis's centre of mass. Pushes add up; a reset ends them."""
+    def desired(self, t_s: float | None = None) -> Desired | None:
+        """Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without a reference."""
+    def wheel_rates(self, twist: npt.ArrayLike) -> _Floats:
+        """The wheel rates in rad/s for a twist of the body in its own frame (m/s, m/s, rad/s): Indiveri 2009, eq. (7)."""
+    def twist(self, wheel_rates: npt.ArrayLike) -> _Floats:
+        """The twist of the body in its own frame (m/s, m/s, rad/s) that fits wheel rates in rad/s best."""
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the start or the last reset, in seconds."""
+    @property
+    def control_dt_s(self) -> float:
+        """The period of the control, in seconds."""
+    @property
+    def physics_dt_s(self) -> float:
+        """The step of the physics, in seconds."""
+    @property
+    def wheel_names(self) -> list[str]:
+        """The names of the wheels' joints, in the robot's order."""
+    @property
+    def wheel_rate_limit_rad_s(self) -> float:
+        """The rate in rad/s that wheels are held to; infinite where nothing limits it."""
+    @property
+    def torque_limits_n_m(self) -> _Floats:
+        """The largest torque of each motor in N m; infinite where nothing limits it."""
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """The scenario with every default spelled out."""
+    @property
+    def warnings(self) -> list[str]:
+        """What a person should know about the input, although it can be run."""
+
+class ArrowTable:
+    """Columns of Arrow, to hand over by its PyCapsule protocol: `polars.DataFrame(table)`, `pyarrow.table(table)`,
+    `pandas.DataFrame.from_arrow(table)`, or by name in a query of DuckDB."""
+
+    @property
+    def num_rows(self) -> int:
+        """How many rows there are."""
+    @property
+    def column_names(self) -> list[str]:
+        """The names of the columns."""
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def __arrow_c_schema__(self) -> object: ...
+
+class Trace:
+    """What a run recorded, one row a control period: a mapping from the names of columns, as in `trace.parquet`, to numpy arrays.
+
+    An array is made when it is first asked for, and cannot be written to. Where a number is absent it is NaN.
+    """
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]: ...
+    def __contains__(self, name: object) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __len__(self) -> int:
+        """How many columns there are."""
+    @property
+    def columns(self) -> list[str]:
+        """The names of all columns, in the order of the file's."""
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+    @property
+    def header(self) -> dict[str, Any]:
+        """What the run was: wheels, steps, the robot's URDF, the ground."""
+    def to_arrow(self) -> ArrowTable:
+        """All columns as a table of Arrow."""
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+class Run:
+    def __init__(self, run: Run) -> None: ...
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run, as in `summary.json`."""
+    @property
+    def trace(self) -> Trace:
+        """What was recorded, by column."""
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """The scenario as it was run, every default spelled out."""
+    @property
+    def scenario_toml(self) -> str:
+        """The same as the text of a scenario file."""
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+    @property
+    def warnings(self) -> list[str]:
+        """What a person should know about the input, although it could be run."""
+    def report_html(self) -> str: ...
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Writes what `ilon run --out` writes into a folder: summary.json, trace.parquet, report.html, scenario.toml."""
+    def parts(self) -> tuple[Any, ...]: ...
+    @staticmethod
+    def of_parts(*parts: Any) -> Run: ...
+
+class Track:
+    def __init__(self, scenario: str | os.PathLike[str] | Mapping[str, Any], options: dict[str, Any]) -> None: ...
+    def reset(
+        self, seeds: Sequence[int | None], mask: Sequence[bool] | None = None
+    ) -> tuple[npt.NDArray[np.float32], _Floats, _Floats]: ...
+    def step(
+        self, actions: npt.ArrayLike
+    ) -> tuple[
+        npt.NDArray[np.float32],
+        _Floats,
+        npt.NDArray[np.bool_],
+        npt.NDArray[np.bool_],
+        _Floats,
+        _Floats,
+        tuple[npt.NDArray[np.float32], _Floats, _Floats] | None,
+    ]: ...
+    @property
+    def bounds(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def observation_names(self) -> list[str]: ...
+    @property
+    def action_names(self) -> list[str]: ...
+    @property
+    def action_scale(self) -> _Floats: ...
+    @property
+    def control_dt_s(self) -> float: ...
+    @property
+    def steps(self) -> int: ...
+
+def run(
+    scenario: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    settings: Mapping[str, Any] | None = None,
+    controller: Callable[[Observation, Desired | None], npt.ArrayLike | Torques] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+) -> Run: ...
+def inspect(path: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[dict[str, Any], str, str]: ...
+def generate(spec: str | os.PathLike[str]) -> str: ...
+def compare(runs: list[Any]) -> tuple[list[dict[str, Any]], list[dict[str, Any]], str]: ...
+def judged(run: Run) -> list[dict[str, Any]]: ...
+def schema() -> dict[str, Any]:
+    """The JSON Schema of the scenario file."""
+def command(arguments: list[str]) -> int: ...

@@ -1,0 +1,100 @@
+"""Whole runs."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import _ilon
+from ._ilon import ArrowTable, Desired, Observation, Torques, Trace
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .tools import Check
+
+Scenario = str | os.PathLike[str] | Mapping[str, Any]
+"""A scenario: the path of a file, or a dict of what such a file holds."""
+
+Controller = Callable[[Observation, Desired | None], "npt.ArrayLike | Torques"]
+"""A controller of one's own: from what is seen, and desired if the scenario has a `[reference]`, to wheel rates in rad/s, one a
+wheel in the robot's order, or to `Torques` in N m. It is called once a control period."""
+
+_REPORT_HEIGHT_PX = 800
+
+
+class Report(str):
+    """A page as the text of one HTML file that opens offline; a notebook shows it."""
+
+    __slots__ = ()
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page to a file."""
+        Path(path).write_text(self, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        # A page of its own within the notebook's: neither disturbs the other's styles and scripts.
+        return (
+            f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts" '
+            f'style="width:100%;height:{_REPORT_HEIGHT_PX}px;border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<ilon.Report of {len(self) / 1e6:.1f} MB>"
+
+
+class Run(_ilon.Run):
+    """A finished run: its figures, what was recorded, and what it shows.
+
+    A run can be pickled, and so be handed to another process.
+    """
+
+    def report(self) -> Report:
+        """The report as one HTML page: `run.report().write("report.html")`; in a notebook it is shown."""
+        return Report(self.report_html())
+
+    def to_arrow(self) -> ArrowTable:
+        """Everything recorded, as a table that pandas, polars, pyarrow and DuckDB take by Arrow's PyCapsule protocol."""
+        return self.trace.to_arrow()
+
+    def check(self) -> Check:
+        """Holds the run against its scenario's `[expect]`."""
+        from .tools import Check
+
+        return Check(self)
+
+    def _repr_html_(self) -> str:
+        return self.report()._repr_html_()
+
+    def __repr__(self) -> str:
+        summary = self.summary
+        return f"<ilon.Run of {self.name} with {summary['robot']}: {summary['duration_s']:g} s>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_of_parts, self.parts())
+
+
+def _of_parts(*parts: Any) -> Run:
+    return Run(_ilon.Run.of_parts(*parts))
+
+
+def run(
+    scenario: Scenario,
+    *,
+    settings: Mapping[str, Any] | None = None,
+    controller: Controller | None = None,
+    folder: str | os.PathLike[str] | None = None,
+) -> Run:
+    """Simulates a scenario to its end.
+
+    `scenario` is the path of a scenario file, or a dict of what the file would hold; relative paths in a dict start from
+    `folder`, or from where the program runs. `settings` changes keys, as `--set` does: `{"world.floor.friction": 0.2}`.
+    `controller` drives the wheels in place of the scenario's guidance.
+
+    Other threads of Python run meanwhile, and Ctrl-C ends it. Raises a subclass of `ilon.Error` for what the command line
+    refuses, and whatever the controller raises.
+    """
+    return Run(_ilon.run(scenario, settings=settings, controller=controller, folder=folder))

@@ -1,0 +1,130 @@
+"""What else the command does: inspect, generate, compare, check."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import _ilon
+from .runs import Report, Run, Scenario, run
+
+__all__ = ["Check", "Comparison", "Inspection", "Verdict", "check", "compare", "generate", "inspect"]
+
+
+class Inspection(dict[str, Any]):
+    """A robot as it is understood: a dict as `ilon inspect --json` prints it; a notebook draws it from above."""
+
+    svg: str
+    """The robot from above, with the axes of its rollers."""
+    urdf: str
+    """The URDF that was read: expanded, converted and repaired."""
+
+    def __init__(self, figures: Mapping[str, Any], svg: str, urdf: str) -> None:
+        super().__init__(figures)
+        self.svg = svg
+        self.urdf = urdf
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Inspection, (dict(self), self.svg, self.urdf))
+
+
+def inspect(path: str | os.PathLike[str], **options: Any) -> Inspection:
+    """A robot's file as it is understood: URDF, xacro, SDF, MJCF, or a description in TOML.
+
+    `options` are keys of a scenario's `[robot]`, such as `repair=True` or `wheels={"rollers": 9, "gamma": {"x_deg": 45}}`.
+    """
+    return Inspection(*_ilon.inspect(path, options))
+
+
+def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> str:
+    """The URDF, with explicit rollers, of a short description in TOML; written to `out` too, if that is given."""
+    urdf = _ilon.generate(spec)
+    if out is not None:
+        Path(out).write_text(urdf, encoding="utf-8")
+    return urdf
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Runs beside each other."""
+
+    summaries: dict[str, dict[str, Any]]
+    """The figures of each run, by its name."""
+    differences: list[dict[str, Any]]
+    """The keys that were set differently: `key`, and `values`, one a run."""
+    page: Report
+    """All curves over each other, as one HTML page."""
+
+    def _repr_html_(self) -> str:
+        return self.page._repr_html_()
+
+    def __repr__(self) -> str:
+        return f"<ilon.Comparison of {', '.join(self.summaries)}>"
+
+
+def compare(*runs: Run | str | os.PathLike[str]) -> Comparison:
+    """Lays runs over each other: `Run`s, folders that a run was written to, or trace files."""
+    summaries, differences, page = _ilon.compare(list(runs))
+    return Comparison({each["name"]: each["summary"] for each in summaries}, differences, Report(page))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of one expectation."""
+
+    quantity: str
+    """The quantity's dotted name in the summary, or the name of a column."""
+    bound: str
+    """The bound in words, such as `<= 0.01`."""
+    measured: float | None
+    """What was measured, of a column where it was worst; None where it does not apply."""
+    at_s: float | None
+    """When a column was worst, in seconds; None of a quantity of the whole run."""
+    held: bool
+    """Whether it held."""
+    words: str
+    """All of it in one line."""
+
+    def __str__(self) -> str:
+        return self.words
+
+
+class Check:
+    """A run held against its scenario's `[expect]`. It is true where everything held."""
+
+    run: Run
+    verdicts: list[Verdict]
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.verdicts = [Verdict(**each) for each in _ilon.judged(run)]
+
+    @property
+    def held(self) -> bool:
+        """Whether all expectations held."""
+        return all(verdict.held for verdict in self.verdicts)
+
+    def __bool__(self) -> bool:
+        return self.held
+
+    def __repr__(self) -> str:
+        failed = [str(verdict) for verdict in self.verdicts if not verdict.held]
+        if failed:
+            return f"<ilon.Check of {self.run.name}: {'; '.join(failed)}>"
+        return f"<ilon.Check of {self.run.name}: all {len(self.verdicts)} held>"
+
+
+def check(
+    scenario: Scenario,
+    *,
+    settings: Mapping[str, Any] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+) -> Check:
+    """Runs a scenario and holds it against its own `[expect]`; `assert ilon.check("scenario.toml")` is a test."""
+    return Check(run(scenario, settings=settings, folder=folder))

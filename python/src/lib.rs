@@ -1,0 +1,46 @@
+//! The compiled half of the Python package `ilon`; the other half, in `package/ilon`, is what a person imports.
+//!
+//! | module | is |
+//! |---|---|
+//! | `run`, `trace` | whole runs, and what they recorded |
+//! | `simulation`, `moments` | a robot that is driven step by step |
+//! | `track` | the learning task, for many robots at once |
+//! | `tools` | inspect, generate, compare, judge, the command |
+//! | `scenario`, `values` | scenarios and values as Python writes them |
+//! | `errors` | faults as exceptions |
+
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
+mod errors;
+mod moments;
+mod run;
+mod scenario;
+mod simulation;
+mod tools;
+mod trace;
+mod track;
+mod values;
+
+/// The compiled half of `ilon`.
+#[pyo3::pymodule]
+mod _ilon {
+    #[pymodule_export]
+    use crate::moments::{Desired, Observation, Outcome, Truth};
+    #[pymodule_export]
+    use crate::run::{Run, Torques, run};
+    #[pymodule_export]
+    use crate::simulation::{Simulation, Snapshot};
+    #[pymodule_export]
+    use crate::tools::{command, compare, generate, inspect, judged, schema};
+    #[pymodule_export]
+    use crate::trace::{ArrowTable, Trace};
+    #[pymodule_export]
+    use crate::track::Track;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,169 @@
+//! What is known of a robot at one moment, with numpy arrays for what has several numbers.
+
+use ilon::robot::{Pose, Twist};
+use ilon::simulate::Seen;
+use ilon::trace;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Array<'py> {
+    PyArray1::from_slice(py, numbers)
+}
+
+/// A pose as three numbers: x and y in metres, heading in radians.
+fn of_pose(pose: &Pose) -> [f64; 3] {
+    [pose.x_m, pose.y_m, pose.heading_rad]
+}
+
+/// A twist as three numbers: in m/s, m/s and rad/s.
+fn of_twist(twist: &Twist) -> [f64; 3] {
+    [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s]
+}
+
+/// What a robot's sensors say at one moment.
+#[pyclass(frozen, module = "ilon")]
+pub struct Observation {
+    t_s: f64,
+    seen: Seen,
+}
+
+impl Observation {
+    /// What was seen at a time in seconds.
+    pub fn new(t_s: f64, seen: Seen) -> Self {
+        Self { t_s, seen }
+    }
+}
+
+#[pymethods]
+impl Observation {
+    /// Simulated time in seconds.
+    #[getter]
+    fn t_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// The newest pose that has arrived, in the world frame: x in m, y in m, heading in rad.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &of_pose(&self.seen.pose))
+    }
+
+    /// The wheels' rates in rad/s, in the robot's order.
+    #[getter]
+    fn wheel_rates_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.seen.wheel_rates_rad_s)
+    }
+
+    /// The wheels' angles since the start in rad, as the encoders counted them.
+    #[getter]
+    fn wheel_angles_rad<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.seen.wheel_angles_rad)
+    }
+
+    fn __repr__(&self) -> String {
+        let [x_m, y_m, heading_rad] = of_pose(&self.seen.pose);
+        format!(
+            "Observation(t_s={:.4}, pose=[{x_m:.4}, {y_m:.4}, {heading_rad:.4}])",
+            self.t_s
+        )
+    }
+}
+
+/// Where the robot really is and how it really moves.
+#[pyclass(frozen, module = "ilon")]
+pub struct Truth(pub trace::Truth);
+
+#[pymethods]
+impl Truth {
+    /// The body's pose in the world frame: x in m, y in m, heading in rad.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &of_pose(&self.0.pose))
+    }
+
+    /// The body's twist in its own frame: vx in m/s, vy in m/s, yaw rate in rad/s.
+    #[getter]
+    fn twist_in_body<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &of_twist(&self.0.twist_in_body))
+    }
+
+    /// Height of the body's origin above the floor, in m.
+    #[getter]
+    fn height_m(&self) -> f64 {
+        self.0.height_m
+    }
+
+    /// Roll in rad.
+    #[getter]
+    fn roll_rad(&self) -> f64 {
+        self.0.roll_rad
+    }
+
+    /// Pitch in rad.
+    #[getter]
+    fn pitch_rad(&self) -> f64 {
+        self.0.pitch_rad
+    }
+
+    fn __repr__(&self) -> String {
+        let [x_m, y_m, heading_rad] = of_pose(&self.0.pose);
+        let [vx, vy, omega] = of_twist(&self.0.twist_in_body);
+        format!(
+            "Truth(pose=[{x_m:.4}, {y_m:.4}, {heading_rad:.4}], twist_in_body=[{vx:.4}, {vy:.4}, {omega:.4}])"
+        )
+    }
+}
+
+/// Where a reference wants the robot, and how fast.
+#[pyclass(frozen, module = "ilon")]
+pub struct Desired(pub ilon::control::Desired);
+
+#[pymethods]
+impl Desired {
+    /// The pose in the world frame: x in m, y in m, heading in rad, which is not wrapped.
+    #[getter]
+    fn pose<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &of_pose(&self.0.pose))
+    }
+
+    /// Its time derivative in the world frame: in m/s, m/s and rad/s.
+    #[getter]
+    fn velocity_in_world<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &of_twist(&self.0.velocity_in_world))
+    }
+
+    fn __repr__(&self) -> String {
+        let [x_m, y_m, heading_rad] = of_pose(&self.0.pose);
+        format!("Desired(pose=[{x_m:.4}, {y_m:.4}, {heading_rad:.4}])")
+    }
+}
+
+/// What came of an advance.
+#[pyclass(frozen, module = "ilon")]
+pub struct Outcome {
+    /// Mean torques in N m.
+    pub torques_n_m: Vec<f64>,
+    /// The worst residual in m/s.
+    pub contact_residual_m_s: f64,
+}
+
+#[pymethods]
+impl Outcome {
+    /// The torques that the motors put on the wheels in N m: the mean over the time.
+    #[getter]
+    fn torques_n_m<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, &self.torques_n_m)
+    }
+
+    /// By how much the laws of contact were broken at worst, in m/s.
+    #[getter]
+    fn contact_residual_m_s(&self) -> f64 {
+        self.contact_residual_m_s
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Outcome(torques_n_m={:.4?})", self.torques_n_m)
+    }
+}

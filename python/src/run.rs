@@ -1,0 +1,281 @@
+//! Whole runs: `ilon.run`, and what comes of it.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use ilon::simulate::{Commanded, Controller, Moment, Simulation};
+use ilon::trace::Summary;
+use ilon::{Error, Scenario};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyMapping};
+
+use crate::errors::{OrRaise, explained, raised};
+use crate::moments::{Desired, Observation};
+use crate::scenario;
+use crate::trace::Trace;
+use crate::values::{as_python, finite_row};
+
+/// How often a long run looks whether Ctrl-C was pressed.
+pub const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
+
+/// A finished run.
+#[pyclass(frozen, module = "ilon._ilon", name = "Run", subclass)]
+pub struct Run {
+    run: Arc<ilon::Run>,
+    trace: Py<Trace>,
+}
+
+impl Run {
+    fn new(py: Python<'_>, run: ilon::Run) -> PyResult<Self> {
+        let run = Arc::new(run);
+        let trace = Py::new(py, Trace::of(Arc::clone(&run)))?;
+        Ok(Self { run, trace })
+    }
+
+    /// The run itself.
+    pub fn inner(&self) -> &Arc<ilon::Run> {
+        &self.run
+    }
+}
+
+/// Simulates a scenario to its end.
+#[pyfunction]
+#[pyo3(signature = (scenario, *, settings=None, controller=None, folder=None))]
+pub fn run(
+    py: Python<'_>,
+    scenario: &Bound<'_, PyAny>,
+    settings: Option<&Bound<'_, PyMapping>>,
+    controller: Option<Py<PyAny>>,
+    folder: Option<PathBuf>,
+) -> PyResult<Run> {
+    let scenario = scenario::read(scenario, settings, folder)?;
+    let fault = Fault::default();
+    let run = py.detach(|| simulated(&scenario, controller, &fault));
+    match run {
+        Ok(run) => Run::new(py, run),
+        Err(Stopped::Raised(fault)) => Err(fault),
+        Err(Stopped::Refused(error)) => Err(raised(py, &error)),
+    }
+}
+
+/// What a controller of Python's raised.
+type Fault = Arc<Mutex<Option<PyErr>>>;
+
+/// Why a run has no end.
+pub enum Stopped {
+    /// Python raised something: a controller of its own, or Ctrl-C.
+    Raised(PyErr),
+    /// The simulation refused.
+    Refused(Error),
+}
+
+impl<E: Into<Error>> From<E> for Stopped {
+    fn from(error: E) -> Self {
+        Self::Refused(error.into())
+    }
+}
+
+fn simulated(
+    scenario: &Scenario,
+    controller: Option<Py<PyAny>>,
+    fault: &Fault,
+) -> Result<ilon::Run, Stopped> {
+    let simulation = match controller {
+        None => Simulation::new(scenario)?,
+        Some(callable) => {
+            let controller = OwnController {
+                callable,
+                fault: Arc::clone(fault),
+            };
+            Simulation::with_controller(scenario, controller)?
+        }
+    };
+    let mut looked = Instant::now();
+    let run = simulation.run_watched(|_| {
+        if let Some(fault) = fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return Err(Stopped::Raised(fault));
+        }
+        if looked.elapsed() >= BETWEEN_LOOKS {
+            looked = Instant::now();
+            Python::attach(|py| py.check_signals()).map_err(Stopped::Raised)?;
+        }
+        Ok(())
+    })?;
+    run.trace.check_finite()?;
+    Ok(run)
+}
+
+/// A controller written in Python.
+struct OwnController {
+    callable: Py<PyAny>,
+    fault: Fault,
+}
+
+impl Controller for OwnController {
+    fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        let commanded = Python::attach(|py| {
+            let seen = Py::new(py, Observation::new(now.t_s, now.seen.clone()))?;
+            let desired = now.desired.copied().map(Desired);
+            let answer = self.callable.bind(py).call1((seen, desired))?;
+            let (commanded, numbers) = match answer.cast::<Torques>() {
+                Ok(torques) => (Commanded::Torques, torques.get().0.bind(py).clone()),
+                Err(_) => (Commanded::Rates, answer),
+            };
+            let what = match commanded {
+                Commanded::Rates => "the wheel rates of the controller",
+                Commanded::Torques => "the torques of the controller",
+            };
+            wheels.copy_from_slice(&finite_row(&numbers, what, wheels.len())?);
+            Ok(commanded)
+        });
+        commanded.unwrap_or_else(|fault: PyErr| {
+            // The run ends before the next control period; until then the wheels are held.
+            *self.fault.lock().unwrap_or_else(PoisonError::into_inner) = Some(fault);
+            Commanded::Rates
+        })
+    }
+}
+
+/// Torques in N m, one a wheel, which a controller of one's own gives back in place of wheel rates.
+#[pyclass(frozen, module = "ilon")]
+pub struct Torques(Py<PyAny>);
+
+#[pymethods]
+impl Torques {
+    #[new]
+    fn new(torques_n_m: Py<PyAny>) -> Self {
+        Self(torques_n_m)
+    }
+}
+
+#[pymethods]
+impl Run {
+    /// The same run, of a class of Python's that derives from this one.
+    #[new]
+    fn of(py: Python<'_>, run: &Bound<'_, Run>) -> Self {
+        let run = run.get();
+        Self {
+            run: Arc::clone(&run.run),
+            trace: run.trace.clone_ref(py),
+        }
+    }
+
+    /// The figures of the run, as in `summary.json`.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        as_python(py, &self.run.summary)
+    }
+
+    /// What was recorded, by column.
+    #[getter]
+    fn trace(&self, py: Python<'_>) -> Py<Trace> {
+        self.trace.clone_ref(py)
+    }
+
+    /// The scenario as it was run, every default spelled out.
+    #[getter]
+    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        as_python(py, &self.run.scenario)
+    }
+
+    /// The same as the text of a scenario file.
+    #[getter]
+    fn scenario_toml(&self, py: Python<'_>) -> PyResult<String> {
+        self.run.scenario.to_toml().or_raise(py)
+    }
+
+    /// The scenario's name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.run.scenario.name
+    }
+
+    /// What a person should know about the input, although it could be run.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.run.warnings.clone()
+    }
+
+    /// The report as the text of one HTML page.
+    fn report_html(&self, py: Python<'_>) -> String {
+        py.detach(|| ilon::report::html(&self.run.trace, &self.run.summary))
+    }
+
+    /// Writes what `ilon run --out` writes into a folder.
+    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        py.detach(|| ilon::cli::write_results(&folder, &self.run))
+            .map_err(|fault| explained(py, "TraceError", &fault))
+    }
+
+    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, warnings.
+    fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
+        let bytes = py.detach(|| -> Result<_, Error> {
+            let folder = tempfile::tempdir().map_err(no_room)?;
+            let path = folder.path().join("trace.parquet");
+            self.run.trace.write_parquet(&path)?;
+            std::fs::read(&path).map_err(no_room)
+        });
+        let bytes = bytes.or_raise(py)?;
+        let summary = serde_json::to_string(&self.run.summary);
+        let summary = summary.map_err(|fault| PyValueError::new_err(fault.to_string()))?;
+        let scenario = &self.run.scenario;
+        Ok((
+            PyBytes::new(py, &bytes),
+            summary,
+            scenario.to_toml().or_raise(py)?,
+            scenario.name.clone(),
+            scenario.folder.clone(),
+            self.run.warnings.clone(),
+        ))
+    }
+
+    /// A run from its parts.
+    #[staticmethod]
+    fn of_parts(
+        py: Python<'_>,
+        trace: &Bound<'_, PyBytes>,
+        summary: &str,
+        scenario: &str,
+        name: &str,
+        folder: PathBuf,
+        warnings: Vec<String>,
+    ) -> PyResult<Self> {
+        let read = || -> Result<_, Error> {
+            let temporary = tempfile::tempdir().map_err(no_room)?;
+            let path = temporary.path().join("trace.parquet");
+            std::fs::write(&path, trace.as_bytes()).map_err(no_room)?;
+            Ok(ilon::trace::Trace::read_parquet(&path)?)
+        };
+        let trace = read().or_raise(py)?;
+        let summary: Summary = serde_json::from_str(summary)
+            .map_err(|fault| PyValueError::new_err(fault.to_string()))?;
+        let scenario = Scenario::from_toml(scenario, name, folder).or_raise(py)?;
+        let run = ilon::Run {
+            scenario,
+            trace,
+            summary,
+            warnings,
+        };
+        Self::new(py, run)
+    }
+}
+
+/// What a run is pickled as.
+type Parts<'py> = (
+    Bound<'py, PyBytes>,
+    String,
+    String,
+    String,
+    PathBuf,
+    Vec<String>,
+);
+
+fn no_room(fault: std::io::Error) -> Error {
+    let reason = ilon::sim::reason(&fault);
+    Error::invalid(
+        format!("a run cannot be handed to another process: {reason}"),
+        "make room in the folder for temporary files",
+    )
+}

@@ -1,0 +1,313 @@
+//! A robot that is driven step by step: `ilon.Simulation`.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use ilon::robot::{Pose, Twist};
+use ilon::simulate::{Driver, Plant, WheelCommand, load_robot, resolve_for};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+
+use crate::errors::{OrRaise, raised};
+use crate::moments::{Desired, Observation, Outcome, Truth};
+use crate::run::{BETWEEN_LOOKS, Stopped};
+use crate::scenario;
+use crate::values::{as_python, finite_row};
+
+/// Physics steps that are taken before the clock is looked at: some milliseconds' worth.
+const STEPS_AT_ONCE: f64 = 500.0;
+
+/// The most physics steps of one advance: days of a robot's time. More are a mistake, which the plant refuses in words.
+const MOST_STEPS: f64 = 1e9;
+
+/// A robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
+#[pyclass(module = "ilon")]
+pub struct Simulation {
+    plant: Plant,
+}
+
+/// A simulation as it was at one moment.
+#[pyclass(frozen, module = "ilon")]
+pub struct Snapshot(ilon::simulate::Snapshot);
+
+#[pymethods]
+impl Snapshot {
+    fn __repr__(&self) -> String {
+        "<ilon.Snapshot>".to_owned()
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a snapshot cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
+             which lead to the same state to the bit",
+        ))
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(signature = (scenario, *, settings=None, folder=None))]
+    fn new(
+        py: Python<'_>,
+        scenario: &Bound<'_, PyAny>,
+        settings: Option<&Bound<'_, PyMapping>>,
+        folder: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let scenario = scenario::read(scenario, settings, folder)?;
+        let plant = py.detach(|| {
+            let robot = load_robot(&scenario)?;
+            Plant::new(&resolve_for(&scenario, &robot, Driver::Own)?, &robot)
+        });
+        Ok(Self {
+            plant: plant.or_raise(py)?,
+        })
+    }
+
+    /// Begins anew at rest; noise from `seed`, at `pose`, or both as the scenario says.
+    #[pyo3(signature = (*, seed=None, pose=None))]
+    fn reset(
+        &mut self,
+        py: Python<'_>,
+        seed: Option<u64>,
+        pose: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Observation> {
+        let resolved = self.plant.resolved();
+        let seed = seed.unwrap_or(resolved.scenario().sensors.seed);
+        let pose = match pose {
+            None => resolved.start(),
+            Some(pose) => {
+                let numbers = finite_row(pose, "the numbers of the pose", 3)?;
+                Pose {
+                    x_m: numbers[0],
+                    y_m: numbers[1],
+                    heading_rad: numbers[2],
+                }
+            }
+        };
+        let plant = &mut self.plant;
+        py.detach(|| plant.reset(seed, pose)).or_raise(py)?;
+        Ok(self.observe())
+    }
+
+    /// What the robot's sensors say now.
+    fn observe(&mut self) -> Observation {
+        let t_s = self.plant.time_s();
+        Observation::new(t_s, self.plant.observe().clone())
+    }
+
+    /// Lets the robot act on a command for a time in seconds, by default a control period.
+    #[pyo3(signature = (wheel_rates=None, *, torques=None, period_s=None))]
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        wheel_rates: Option<&Bound<'_, PyAny>>,
+        torques: Option<&Bound<'_, PyAny>>,
+        period_s: Option<f64>,
+    ) -> PyResult<Outcome> {
+        let wheels = self.plant.robot().wheels.len();
+        let rates;
+        let command = match (wheel_rates, torques) {
+            (Some(given), None) => {
+                rates = finite_row(given, "the wheel rates", wheels)?;
+                WheelCommand::Rates(&rates)
+            }
+            (None, Some(given)) => {
+                rates = finite_row(given, "the torques", wheels)?;
+                WheelCommand::Torques(&rates)
+            }
+            _ => {
+                return Err(PyTypeError::new_err(
+                    "give either wheel_rates in rad/s or torques in N m, one a wheel",
+                ));
+            }
+        };
+        let period_s = period_s.unwrap_or_else(|| self.plant.resolved().control_dt_s());
+        let plant = &mut self.plant;
+        py.detach(|| advanced(plant, command, period_s))
+            .map_err(|stopped| match stopped {
+                Stopped::Raised(fault) => fault,
+                Stopped::Refused(error) => raised(py, &error),
+            })
+    }
+
+    /// Where the robot really is and how it really moves.
+    fn truth(&self) -> Truth {
+        Truth(self.plant.truth())
+    }
+
+    /// The simulation as it is now, to come back to.
+    fn snapshot(&self) -> Snapshot {
+        Snapshot(self.plant.snapshot())
+    }
+
+    /// Goes back to a snapshot: from there all is as it was, to the bit.
+    fn restore(&mut self, snapshot: &Snapshot) {
+        self.plant.restore(&snapshot.0);
+    }
+
+    /// Pushes the chassis from now on with a force in N in the world frame for a time in seconds.
+    #[pyo3(signature = (force_n, lasts_s, *, place_m=None))]
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        force_n: &Bound<'_, PyAny>,
+        lasts_s: f64,
+        place_m: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let force_n = triple(force_n, "the numbers of the force")?;
+        let place_m = place_m
+            .map(|place| triple(place, "the numbers of the place"))
+            .transpose()?;
+        self.plant.push(force_n, place_m, lasts_s).or_raise(py)
+    }
+
+    /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without one.
+    #[pyo3(signature = (t_s=None))]
+    fn desired(&self, t_s: Option<f64>) -> PyResult<Option<Desired>> {
+        let t_s = t_s.unwrap_or_else(|| self.plant.time_s());
+        if !t_s.is_finite() {
+            return Err(PyValueError::new_err(format!("{t_s} s is no time")));
+        }
+        let reference = self.plant.resolved().reference();
+        Ok(reference.map(|reference| Desired(reference.at(t_s))))
+    }
+
+    /// The wheel rates in rad/s for a twist of the body in its own frame, Indiveri 2009, eq. (7).
+    fn wheel_rates<'py>(
+        &self,
+        py: Python<'py>,
+        twist: &Bound<'_, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let [vx, vy, omega] = triple(twist, "the numbers of the twist")?;
+        let mut rates = vec![0.0; self.plant.robot().wheels.len()];
+        let kinematics = self.plant.kinematics();
+        kinematics.wheel_rates(Twist::new(vx, vy, omega), &mut rates);
+        Ok(PyArray1::from_vec(py, rates))
+    }
+
+    /// The twist of the body in its own frame that fits wheel rates in rad/s best.
+    fn twist<'py>(
+        &self,
+        py: Python<'py>,
+        wheel_rates: &Bound<'_, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let wheels = self.plant.robot().wheels.len();
+        let rates = finite_row(wheel_rates, "the wheel rates", wheels)?;
+        let twist = self.plant.kinematics().twist(&rates);
+        let numbers = [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
+        Ok(PyArray1::from_slice(py, &numbers))
+    }
+
+    /// Simulated time since the start or the last reset, in seconds.
+    #[getter]
+    fn time_s(&self) -> f64 {
+        self.plant.time_s()
+    }
+
+    /// The period of the control, in seconds.
+    #[getter]
+    fn control_dt_s(&self) -> f64 {
+        self.plant.resolved().control_dt_s()
+    }
+
+    /// The step of the physics, in seconds.
+    #[getter]
+    fn physics_dt_s(&self) -> f64 {
+        self.plant.resolved().physics_dt_s()
+    }
+
+    /// The names of the wheels' joints, in the robot's order.
+    #[getter]
+    fn wheel_names(&self) -> Vec<String> {
+        let wheels = self.plant.robot().wheels.iter();
+        wheels.map(|wheel| wheel.name.clone()).collect()
+    }
+
+    /// The rate in rad/s that wheels are held to; infinite where nothing limits it.
+    #[getter]
+    fn wheel_rate_limit_rad_s(&self) -> f64 {
+        self.plant.resolved().wheel_rate_limit_rad_s()
+    }
+
+    /// The largest torque of each motor in N m; infinite where nothing limits it.
+    #[getter]
+    fn torque_limits_n_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let wheels = self.plant.robot().wheels.iter();
+        PyArray1::from_vec(py, wheels.map(|wheel| wheel.motor.effort_n_m).collect())
+    }
+
+    /// The scenario with every default spelled out.
+    #[getter]
+    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        as_python(py, self.plant.resolved().scenario())
+    }
+
+    /// What a person should know about the input, although it can be run.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.plant.resolved().warnings().to_vec()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<ilon.Simulation of {} at {:.4} s>",
+            self.plant.robot().name,
+            self.plant.time_s()
+        )
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a simulation cannot be pickled: it holds the engine's own state; pickle the scenario and the commands instead, \
+             which lead to the same state to the bit",
+        ))
+    }
+}
+
+fn triple(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {
+    let row = finite_row(value, what, 3)?;
+    Ok([row[0], row[1], row[2]])
+}
+
+/// Advances a plant; of a long time it looks in between whether Ctrl-C was pressed.
+fn advanced(
+    plant: &mut Plant,
+    command: WheelCommand<'_>,
+    period_s: f64,
+) -> Result<Outcome, Stopped> {
+    let physics_dt_s = plant.resolved().physics_dt_s();
+    let at_once_s = STEPS_AT_ONCE * physics_dt_s;
+    // What is short, no number or no whole number of steps is the plant's to take or refuse at once.
+    let steps = period_s / physics_dt_s;
+    let is_whole = (steps - steps.round()).abs() <= 1e-6 * steps;
+    if !(period_s > at_once_s && steps <= MOST_STEPS && is_whole) {
+        let outcome = plant.advance(command, period_s)?;
+        return Ok(Outcome {
+            torques_n_m: outcome.torques_n_m.clone(),
+            contact_residual_m_s: outcome.contact_residual_m_s,
+        });
+    }
+    let steps = steps.round();
+    let mut whole = Outcome {
+        torques_n_m: vec![0.0; plant.robot().wheels.len()],
+        contact_residual_m_s: 0.0,
+    };
+    let (mut left, mut looked) = (steps, Instant::now());
+    while left > 0.0 {
+        let now = left.min(STEPS_AT_ONCE);
+        let outcome = plant.advance(command, now * physics_dt_s)?;
+        for (mean_n_m, torque_n_m) in whole.torques_n_m.iter_mut().zip(&outcome.torques_n_m) {
+            *mean_n_m += torque_n_m * (now / steps);
+        }
+        whole.contact_residual_m_s = whole.contact_residual_m_s.max(outcome.contact_residual_m_s);
+        left -= now;
+        if looked.elapsed() >= BETWEEN_LOOKS {
+            looked = Instant::now();
+            Python::attach(|py| py.check_signals()).map_err(Stopped::Raised)?;
+        }
+    }
+    Ok(whole)
+}

@@ -1,0 +1,164 @@
+//! What else the command does, for Python: inspect, generate, compare, judge.
+
+use std::path::PathBuf;
+
+use ilon::compare::{CompareError, Compared, Comparison};
+use ilon::control::Kinematics;
+use ilon::inspect::Inspection;
+use ilon::robot::{FileAccess, Robot, Spec};
+use ilon::sim::remedy::{self, Keys};
+use ilon::simulate::Simulation;
+use ilon::{Error, Scenario, drawing, judge};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+use toml::{Table, Value};
+
+use crate::errors::{OrRaise, raised, refused};
+use crate::run::Run;
+use crate::scenario;
+use crate::values::{as_python, to_toml};
+
+/// A scenario in which a robot does nothing.
+const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
+
+/// A robot's file as it is understood: a dict as `ilon inspect --json` prints it, a drawing from above in SVG, and the URDF that
+/// was read. `options` are keys of a scenario's `[robot]`.
+#[pyfunction]
+pub fn inspect<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    options: &Bound<'py, PyMapping>,
+) -> PyResult<(Bound<'py, PyAny>, String, String)> {
+    let Value::Table(mut robot) = to_toml(options.as_any())? else {
+        return Err(PyTypeError::new_err("the options of a robot are a dict"));
+    };
+    let file = path.display().to_string();
+    robot.insert("file".to_owned(), Value::String(file));
+    let inspected = py.detach(|| inspected(&path, robot));
+    let (inspection, svg, urdf) = inspected.or_raise(py)?;
+    Ok((as_python(py, &inspection)?, svg, urdf))
+}
+
+fn inspected(path: &std::path::Path, robot: Table) -> Result<(Inspection, String, String), Error> {
+    let mut table: Table = STANDING
+        .parse()
+        .map_err(|fault: toml::de::Error| Error::invalid(fault.to_string(), ""))?;
+    table.insert("robot".to_owned(), Value::Table(robot));
+    let scenario = scenario::of_table(&table, "the options of the robot", PathBuf::new())?;
+    let options = scenario
+        .robot
+        .load_options(&scenario.folder, &FileAccess::anywhere());
+    let loaded = Robot::load_with(path, &options)
+        .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
+    let inspection = Inspection::of_loaded(&loaded)?;
+    Kinematics::new(&loaded.robot)?;
+    let point_m = inspection.decoupling_point_m.map(Into::into);
+    let svg = drawing::svg(&loaded.robot, point_m);
+    Ok((inspection, svg, loaded.urdf.to_string()))
+}
+
+/// A URDF with explicit rollers from the file of a short description.
+#[pyfunction]
+pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
+    let generated = py.detach(|| -> Result<String, Error> {
+        let urdf = ilon::robot::generate(&Spec::load(&spec)?)?;
+        // What is handed out can be run.
+        let name = format!("{} (generated)", spec.display());
+        let robot = Robot::from_urdf_str(&urdf, &name)?;
+        let standing = Scenario::from_toml(STANDING, "standing", "")?;
+        Simulation::with_robot(&standing, &robot)?;
+        Ok(urdf)
+    });
+    generated.or_raise(py)
+}
+
+/// Runs beside each other: names and summaries, the keys that differ, and the page.
+#[pyfunction]
+pub fn compare<'py>(
+    py: Python<'py>,
+    runs: Vec<Bound<'py, PyAny>>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, String)> {
+    let mut compared = Vec::new();
+    let mut paths = Vec::new();
+    for run in runs {
+        if let Ok(run) = run.cast::<Run>() {
+            let run = run.get().inner();
+            compared.push(Compared::new(
+                run.scenario.name.clone(),
+                run.trace.clone(),
+                run.summary.clone(),
+            ));
+            paths.push(PathBuf::from(&run.scenario.name));
+        } else {
+            let path: PathBuf = run.extract().map_err(|_| {
+                PyTypeError::new_err(
+                    "compare runs, or paths of folders that runs wrote, or of traces",
+                )
+            })?;
+            let loaded = py.detach(|| Compared::load(&path));
+            compared.push(loaded.map_err(|fault| not_comparable(py, fault))?);
+            paths.push(path);
+        }
+    }
+    let comparison = py.detach(|| Comparison::of(compared, &paths));
+    let comparison = comparison.map_err(|fault| not_comparable(py, fault))?;
+    let summaries: Vec<_> = comparison
+        .runs
+        .iter()
+        .map(|run| serde_json::json!({ "name": run.name, "summary": run.summary }))
+        .collect();
+    let page = py.detach(|| ilon::report::compare::html(&comparison));
+    Ok((
+        as_python(py, &summaries)?,
+        as_python(py, &comparison.differences)?,
+        page,
+    ))
+}
+
+fn not_comparable(py: Python<'_>, fault: CompareError) -> PyErr {
+    match fault {
+        CompareError::Read { path, source } => {
+            let source = ilon::robot::ReadError::Io(source);
+            raised(py, &Error::read(&path, &source))
+        }
+        fault => refused(
+            py,
+            "TraceError",
+            &fault.to_string(),
+            "give at least two runs, folders that `ilon run --out` or `Run.write` wrote, or trace files",
+        ),
+    }
+}
+
+/// A run against its scenario's `[expect]`: quantity, bound, measured, at_s, held, and all of it in words, for each expectation.
+#[pyfunction]
+pub fn judged<'py>(py: Python<'py>, run: &Run) -> PyResult<Bound<'py, PyAny>> {
+    let verdicts = judge::judge(run.inner());
+    let verdicts: Vec<_> = verdicts
+        .iter()
+        .map(|verdict| {
+            serde_json::json!({
+                "quantity": verdict.quantity,
+                "bound": verdict.bound,
+                "measured": verdict.measured,
+                "at_s": verdict.at_s,
+                "held": verdict.held,
+                "words": verdict.to_string(),
+            })
+        })
+        .collect();
+    as_python(py, &verdicts)
+}
+
+/// The JSON Schema of the scenario file.
+#[pyfunction]
+pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    as_python(py, &Scenario::json_schema())
+}
+
+/// Runs the `ilon` command; gives its exit code.
+#[pyfunction]
+pub fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+    py.detach(|| ilon::cli::run_arguments(arguments))
+}

@@ -1,0 +1,236 @@
+//! A trace as columns: of numpy, and of Arrow.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt32Array};
+use arrow_schema::{DataType, Field, Schema};
+use ilon::scenario::nearest;
+use ilon::trace::{self, Kind, Signal};
+use numpy::PyArray1;
+use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyList};
+use pyo3_arrow::PyTable;
+
+use crate::values::as_python;
+
+/// What a run recorded, one row a control period: a mapping from the names of columns to numpy arrays.
+#[pyclass(frozen, mapping, module = "ilon")]
+pub struct Trace {
+    run: Arc<ilon::Run>,
+    signals: Vec<Signal>,
+    /// Columns that were asked for; asked again, they are the same arrays.
+    columns: Mutex<HashMap<usize, Py<PyAny>>>,
+}
+
+impl Trace {
+    /// The trace of a run.
+    pub fn of(run: Arc<ilon::Run>) -> Self {
+        Self {
+            signals: run.trace.header.signals(),
+            columns: Mutex::default(),
+            run,
+        }
+    }
+
+    fn trace(&self) -> &trace::Trace {
+        &self.run.trace
+    }
+
+    fn values<'t>(&'t self, signal: &'t Signal) -> impl Iterator<Item = Option<f64>> + 't {
+        let rows = 0..self.trace().records().len();
+        rows.map(move |row| signal.get(self.trace(), row))
+    }
+
+    /// A column as a numpy array that cannot be written to.
+    fn array<'py>(&self, py: Python<'py>, signal: &Signal) -> PyResult<Bound<'py, PyAny>> {
+        let present = || self.values(signal).map(Option::unwrap_or_default);
+        let array = match signal.kind {
+            Kind::Flag => {
+                let flags: Vec<bool> = present().map(|flag| flag != 0.0).collect();
+                PyArray1::from_vec(py, flags).into_any()
+            }
+            Kind::Count => {
+                let counts: Vec<u32> = present().map(|count| count as u32).collect();
+                PyArray1::from_vec(py, counts).into_any()
+            }
+            Kind::Real => {
+                let reals = self.values(signal).map(|real| real.unwrap_or(f64::NAN));
+                PyArray1::from_vec(py, reals.collect()).into_any()
+            }
+        };
+        array.call_method1("setflags", (false,))?;
+        Ok(array)
+    }
+
+    /// A column as an Arrow array.
+    fn arrow(&self, signal: &Signal) -> (Field, ArrayRef) {
+        let present = || self.values(signal).map(Option::unwrap_or_default);
+        let (kind, array): (_, ArrayRef) = match signal.kind {
+            Kind::Flag => {
+                let flags: Vec<bool> = present().map(|flag| flag != 0.0).collect();
+                (DataType::Boolean, Arc::new(BooleanArray::from(flags)))
+            }
+            Kind::Count => {
+                let counts = UInt32Array::from_iter_values(present().map(|count| count as u32));
+                (DataType::UInt32, Arc::new(counts))
+            }
+            Kind::Real => {
+                let reals: Float64Array = self.values(signal).collect();
+                (DataType::Float64, Arc::new(reals))
+            }
+        };
+        (Field::new(&signal.name, kind, signal.nullable), array)
+    }
+
+    fn table(&self) -> PyResult<ArrowTable> {
+        let columns = self.signals.iter().map(|signal| self.arrow(signal));
+        let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.unzip();
+        let schema = Arc::new(Schema::new(fields));
+        let batch = RecordBatch::try_new(schema, arrays)
+            .map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
+        Ok(ArrowTable { batch })
+    }
+}
+
+#[pymethods]
+impl Trace {
+    /// A column by its name, such as `truth_x_m`: an array that cannot be written to, NaN where it is absent.
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let place = self.signals.iter().position(|signal| signal.name == name);
+        let Some(place) = place else {
+            let names = self.signals.iter().map(|signal| signal.name.as_str());
+            let hint = match nearest(name, names) {
+                Some(near) => format!("; did you mean `{near}`?"),
+                None => "; `list(trace)` has all names".to_owned(),
+            };
+            return Err(PyKeyError::new_err(format!("no column `{name}`{hint}")));
+        };
+        let kept = |columns: &HashMap<usize, Py<PyAny>>| {
+            columns.get(&place).map(|array| array.clone_ref(py))
+        };
+        let columns = || self.columns.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(array) = kept(&columns()) {
+            return Ok(array.into_bound(py));
+        }
+        // Not under the lock: making an array may let another thread of Python run.
+        let array = self.array(py, &self.signals[place])?;
+        let mut columns = columns();
+        let array = columns.entry(place).or_insert_with(|| array.unbind());
+        Ok(array.bind(py).clone())
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
+        let name = name.extract::<String>();
+        name.is_ok_and(|name| self.signals.iter().any(|signal| signal.name == name))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(self.columns(py)?.try_iter()?.into_any())
+    }
+
+    /// How many columns there are.
+    fn __len__(&self) -> usize {
+        self.signals.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<ilon.Trace of {}: {} columns, {} rows>",
+            self.trace().header.scenario_name,
+            self.signals.len(),
+            self.rows()
+        )
+    }
+
+    /// The names of all columns, in the order of the file's.
+    #[getter]
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, self.signals.iter().map(|signal| signal.name.as_str()))
+    }
+
+    /// How many rows there are.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.trace().records().len()
+    }
+
+    /// What the run was: wheels, steps, the robot's URDF, the ground.
+    #[getter]
+    fn header<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        as_python(py, &self.trace().header)
+    }
+
+    /// All columns as a table of Arrow.
+    fn to_arrow(&self, py: Python<'_>) -> PyResult<ArrowTable> {
+        py.detach(|| self.table())
+    }
+
+    /// All columns as a stream of Arrow, for whoever speaks its PyCapsule protocol.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.to_arrow(py)?.__arrow_c_stream__(py, requested_schema)
+    }
+}
+
+/// Columns of Arrow, to hand over by its PyCapsule protocol: pandas, polars, pyarrow and DuckDB take it.
+#[pyclass(frozen, module = "ilon")]
+pub struct ArrowTable {
+    batch: RecordBatch,
+}
+
+impl ArrowTable {
+    fn handed_over<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let table = PyTable::try_new(vec![self.batch.clone()], self.batch.schema())?;
+        Ok(table.into_pyobject(py)?.into_any())
+    }
+}
+
+#[pymethods]
+impl ArrowTable {
+    /// The columns as a stream of Arrow.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.handed_over(py)?
+            .call_method1("__arrow_c_stream__", (requested_schema,))
+    }
+
+    /// The names and types of the columns, for Arrow.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.handed_over(py)?.call_method0("__arrow_c_schema__")
+    }
+
+    /// How many rows there are.
+    #[getter]
+    fn num_rows(&self) -> usize {
+        self.batch.num_rows()
+    }
+
+    /// The names of the columns.
+    #[getter]
+    fn column_names(&self) -> Vec<String> {
+        let schema = self.batch.schema();
+        schema
+            .fields()
+            .iter()
+            .map(|field| field.name().clone())
+            .collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<ilon.ArrowTable: {} columns, {} rows>",
+            self.batch.num_columns(),
+            self.batch.num_rows()
+        )
+    }
+}

@@ -1,0 +1,215 @@
+//! One robot on its way along a path, from a start until it fails or time is up.
+
+use ilon::Error;
+use ilon::control::{Kinematics, Reference};
+use ilon::robot::Pose;
+use ilon::simulate::{Plant, WheelCommand};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use toml::Value;
+
+use super::task::{Action, Off, Task};
+use crate::scenario::Settings;
+
+/// One robot on its way along a path.
+pub struct Episode {
+    plant: Plant,
+    reference: Reference,
+    kinematics: Kinematics,
+    /// Draws what differs between episodes.
+    rng: ChaCha8Rng,
+    /// When on the path it began, in seconds.
+    phase_s: f64,
+    step: u64,
+    action: Vec<f32>,
+    wheels: Vec<f64>,
+    /// Energies so far, in J: of the motors, and lost to sliding.
+    energies_j: (f64, f64),
+    /// Whether it has ended, or has not begun.
+    is_over: bool,
+}
+
+/// What came of a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stepped {
+    /// What it earned.
+    pub reward: f64,
+    /// Whether the robot has failed.
+    pub failed: bool,
+    /// Whether time is up.
+    pub time_is_up: bool,
+    /// How far it is off its path.
+    pub off: Off,
+}
+
+impl Episode {
+    /// One that has not begun.
+    ///
+    /// # Errors
+    /// Like [`Task::plant`].
+    pub fn new(task: &Task, plant: &Plant, seed: u64) -> Result<Self, Error> {
+        let reference = plant.resolved().reference().cloned();
+        let Some(reference) = reference else {
+            return Err(Error::invalid(
+                "the scenario has no `[reference]`",
+                "add one",
+            ));
+        };
+        Ok(Self {
+            kinematics: plant.kinematics().clone(),
+            wheels: vec![0.0; plant.robot().wheels.len()],
+            plant: plant.clone(),
+            reference,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            phase_s: 0.0,
+            step: 0,
+            action: vec![0.0; task.actions()],
+            energies_j: (0.0, 0.0),
+            is_over: true,
+        })
+    }
+
+    /// Whether it has ended, or has not begun.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Draws from a seed from now on.
+    pub fn seed(&mut self, seed: u64) {
+        self.rng = ChaCha8Rng::seed_from_u64(seed);
+    }
+
+    /// Begins anew, with everything drawn that differs between episodes.
+    ///
+    /// # Errors
+    /// Where the scenario cannot be with what was drawn.
+    pub fn begin(&mut self, task: &Task, observation: &mut [f32]) -> Result<Off, Error> {
+        // In this order, so that a seed draws the same start whatever else varies.
+        let sensors = self.rng.next_u64();
+        let phase = self.between(0.0, 1.0);
+        let off = [
+            self.between(-1.0, 1.0),
+            self.between(-1.0, 1.0),
+            self.between(-1.0, 1.0),
+        ];
+        let draws = task.drawn.iter();
+        let settings: Settings = draws
+            .map(|(key, low, high)| (key.clone(), Value::Float(self.between(*low, *high))))
+            .collect();
+        if !settings.is_empty() {
+            self.plant = task.plant(&settings)?;
+            self.kinematics = self.plant.kinematics().clone();
+            if let Some(reference) = self.plant.resolved().reference() {
+                self.reference = reference.clone();
+            }
+        }
+        let duration_s = self.plant.resolved().scenario().run.duration_s;
+        self.phase_s = if task.any_phase {
+            phase * duration_s
+        } else {
+            0.0
+        };
+        let start = self.reference.at(self.phase_s).pose;
+        let (off_m, off_rad) = task.start_off;
+        let start = Pose {
+            x_m: start.x_m + off_m * off[0],
+            y_m: start.y_m + off_m * off[1],
+            heading_rad: start.heading_rad + off_rad * off[2],
+        };
+        self.plant.reset(sensors, start)?;
+        self.step = 0;
+        self.action.fill(0.0);
+        self.energies_j = (0.0, 0.0);
+        self.is_over = false;
+        let t_s = self.time_s();
+        task.see(
+            self.plant.observe(),
+            &self.reference,
+            t_s,
+            &self.action,
+            observation,
+        );
+        Ok(task.off(&self.plant, &self.reference, t_s))
+    }
+
+    /// Acts for a control period. An action's numbers lie in [-1, 1].
+    ///
+    /// # Errors
+    /// Where the plant refuses.
+    pub fn step(
+        &mut self,
+        task: &Task,
+        action: &[f32],
+        observation: &mut [f32],
+    ) -> Result<Stepped, Error> {
+        task.act(&self.kinematics, action, &mut self.wheels);
+        let command = match task.action {
+            Action::WheelTorques => WheelCommand::Torques(&self.wheels),
+            _ => WheelCommand::Rates(&self.wheels),
+        };
+        let period_s = self.plant.resolved().control_dt_s();
+        let diverged = match self.plant.advance(command, period_s) {
+            Ok(_) => false,
+            Err(Error::Diverged { .. }) => true,
+            Err(error) => return Err(error),
+        };
+        self.step += 1;
+        let changes = action.iter().zip(&self.action);
+        let change: f32 = changes.map(|(new, old)| (new - old).powi(2)).sum();
+        let change = f64::from(change) / action.len() as f64;
+        self.action.copy_from_slice(action);
+        if diverged {
+            // The last observation stands; a motion that is no number has no other.
+            self.is_over = true;
+            return Ok(Stepped {
+                failed: true,
+                off: Off {
+                    position_m: task.fail_at_m,
+                    heading_rad: std::f64::consts::PI,
+                },
+                ..Stepped::default()
+            });
+        }
+        let t_s = self.time_s();
+        let off = task.off(&self.plant, &self.reference, t_s);
+        let failed = task.has_failed(&self.plant, &off);
+        let weights = &task.weights;
+        let world = self.plant.world();
+        let energies_j = (world.motor_energy_j(), world.slip_energy_j());
+        let reward = period_s
+            * (weights.alive
+                - weights.position * off.position_m
+                - weights.heading * off.heading_rad
+                - weights.action_change * change)
+            - weights.energy * (energies_j.0 - self.energies_j.0)
+            - weights.slip * (energies_j.1 - self.energies_j.1);
+        self.energies_j = energies_j;
+        let time_is_up = !failed && self.step >= task.steps;
+        self.is_over = failed || time_is_up;
+        task.see(
+            self.plant.observe(),
+            &self.reference,
+            t_s,
+            &self.action,
+            observation,
+        );
+        Ok(Stepped {
+            reward,
+            failed,
+            time_is_up,
+            off,
+        })
+    }
+
+    /// When on the path it is, in seconds.
+    fn time_s(&self) -> f64 {
+        self.phase_s + self.plant.time_s()
+    }
+
+    /// A number between two, all equally likely.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        // 53 bits, as many as a number has.
+        let unit = (self.rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        low + unit * (high - low)
+    }
+}

@@ -1,0 +1,471 @@
+//! The learning task, stepped for many robots at once on all cores.
+
+mod episode;
+mod task;
+
+use std::path::PathBuf;
+
+use ilon::simulate::{Driver, load_robot, resolve_for};
+use numpy::{
+    AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping};
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use toml::{Table, Value};
+
+use self::episode::{Episode, Stepped};
+use self::task::{Action, Off, Task};
+use crate::errors::{OrRaise, raised};
+use crate::scenario;
+
+/// What happens to an episode that has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Autoreset {
+    /// The next step begins another, whatever its action.
+    NextStep,
+    /// The same step begins another.
+    SameStep,
+    /// Nothing, until it is reset.
+    Disabled,
+}
+
+/// Robots on their ways along paths, each with an episode of its own.
+#[pyclass(module = "ilon._ilon")]
+pub struct Track {
+    task: Task,
+    episodes: Vec<Episode>,
+    autoreset: Autoreset,
+    threads: usize,
+    /// The threads, and the process that they belong to: a fork has none of them.
+    pool: Option<(u32, ThreadPool)>,
+}
+
+/// What a step gives for all robots: observations, rewards, failed, time is up, position errors in m, heading errors in rad, and
+/// last observations and errors of episodes that ended in a step that began others, where one did.
+type StepOutput<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Option<Final<'py>>,
+);
+
+/// Last observations, position errors and heading errors, a row a robot.
+type Final<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+/// One robot's part of a step.
+#[derive(Default)]
+struct Part {
+    stepped: Stepped,
+    /// Of the episode that goes on from here.
+    off: Off,
+    /// What was seen last in the episode that ended, where another began in the same step.
+    last: Option<Vec<f32>>,
+}
+
+#[pymethods]
+impl Track {
+    #[new]
+    #[pyo3(signature = (scenario, options))]
+    fn new(
+        py: Python<'_>,
+        scenario: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
+        let options = Options(options);
+        let settings = options.get::<Option<Bound<'_, PyMapping>>>("settings")?;
+        let folder = options.get::<Option<PathBuf>>("folder")?;
+        let scenario = scenario::read(scenario, settings.as_ref(), folder)?;
+        let table: Table = scenario
+            .to_toml()
+            .or_raise(py)?
+            .parse()
+            .map_err(|fault: toml::de::Error| PyValueError::new_err(fault.to_string()))?;
+        let robot = py.detach(|| load_robot(&scenario)).or_raise(py)?;
+        let action = match options.get::<String>("action")?.as_str() {
+            "twist" => Action::Twist,
+            "wheel_rates" => Action::WheelRates,
+            "wheel_torques" => Action::WheelTorques,
+            other => {
+                return Err(PyValueError::new_err(format!(
+                    "`action` is {other:?}; give \"twist\", \"wheel_rates\" or \"wheel_torques\""
+                )));
+            }
+        };
+        let autoreset = match options.get::<String>("autoreset")?.as_str() {
+            "next_step" => Autoreset::NextStep,
+            "same_step" => Autoreset::SameStep,
+            _ => Autoreset::Disabled,
+        };
+        let resolved = resolve_for(&scenario, &robot, Driver::Own).or_raise(py)?;
+        let mut task = Task::new(scenario, table, robot, action);
+        options.apply(&mut task)?;
+        let task = task.completed(&resolved).or_raise(py)?;
+        let count = options.get::<usize>("num_envs")?;
+        if count == 0 {
+            return Err(PyValueError::new_err("`num_envs` is 0; give 1 or more"));
+        }
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = options.get::<Option<usize>>("threads")?.unwrap_or(cores);
+        let seed = options.get::<u64>("seed")?;
+        let episodes = py.detach(|| {
+            // The ends of what is drawn are tried now, so that a bad one is not found in the middle of a night.
+            for (key, low, high) in &task.drawn {
+                for end in [low, high] {
+                    task.plant(&vec![(key.clone(), Value::Float(*end))])?;
+                }
+            }
+            let plant = task.plant(&Vec::new())?;
+            (0..count)
+                .map(|index| Episode::new(&task, &plant, seed.wrapping_add(index as u64)))
+                .collect::<Result<Vec<_>, _>>()
+        });
+        Ok(Self {
+            episodes: episodes.or_raise(py)?,
+            task,
+            autoreset,
+            threads: threads.clamp(1, count),
+            pool: None,
+        })
+    }
+
+    /// Begins episodes anew, all or those of a mask, each from its own seed or going on with its own random numbers.
+    #[pyo3(signature = (seeds, mask=None))]
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seeds: Vec<Option<u64>>,
+        mask: Option<Vec<bool>>,
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f32>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+    )> {
+        let count = self.episodes.len();
+        let mask = mask.unwrap_or_else(|| vec![true; count]);
+        if seeds.len() != count || mask.len() != count {
+            return Err(PyValueError::new_err(format!(
+                "{} seeds and a mask of {} were given for {count} robots",
+                seeds.len(),
+                mask.len()
+            )));
+        }
+        for ((episode, seed), _) in self
+            .episodes
+            .iter_mut()
+            .zip(&seeds)
+            .zip(&mask)
+            .filter(|(_, on)| **on)
+        {
+            if let Some(seed) = seed {
+                episode.seed(*seed);
+            }
+        }
+        let width = self.task.observations();
+        let mut observations = vec![0.0_f32; count * width];
+        let offs = py.detach(|| {
+            self.each(&mut observations, |task, index, episode, observation| {
+                if mask[index] {
+                    episode.begin(task, observation)
+                } else {
+                    Ok(Off::default())
+                }
+            })
+        })?;
+        let (position_m, heading_rad): (Vec<_>, Vec<_>) = offs
+            .iter()
+            .map(|off| (off.position_m, off.heading_rad))
+            .unzip();
+        Ok((
+            PyArray1::from_vec(py, observations).reshape([count, width])?,
+            PyArray1::from_vec(py, position_m),
+            PyArray1::from_vec(py, heading_rad),
+        ))
+    }
+
+    /// Steps all robots by a control period; `actions` has a row of numbers in [-1, 1] for each. What lies outside is cut off there.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: &Bound<'py, PyAny>,
+    ) -> PyResult<StepOutput<'py>> {
+        let (count, width) = (self.episodes.len(), self.task.observations());
+        let actions = self.actions(actions)?;
+        if self.autoreset == Autoreset::Disabled
+            && let Some(index) = self.episodes.iter().position(Episode::is_over)
+        {
+            return Err(PyRuntimeError::new_err(format!(
+                "the episode of robot {index} is over; begin another by reset(options={{\"reset_mask\": ...}})"
+            )));
+        }
+        let mut observations = vec![0.0_f32; count * width];
+        let autoreset = self.autoreset;
+        let per = self.task.actions();
+        let parts = py.detach(|| {
+            self.each(&mut observations, |task, index, episode, observation| {
+                if episode.is_over() && autoreset == Autoreset::NextStep {
+                    let off = episode.begin(task, observation)?;
+                    return Ok(Part {
+                        off,
+                        ..Part::default()
+                    });
+                }
+                let action = &actions[index * per..(index + 1) * per];
+                let stepped = episode.step(task, action, observation)?;
+                let (mut off, mut last) = (stepped.off, None);
+                if episode.is_over() && autoreset == Autoreset::SameStep {
+                    last = Some(observation.to_vec());
+                    off = episode.begin(task, observation)?;
+                }
+                Ok(Part { stepped, off, last })
+            })
+        })?;
+        let of =
+            |number: fn(&Part) -> f64| PyArray1::from_vec(py, parts.iter().map(number).collect());
+        let flag =
+            |flag: fn(&Part) -> bool| PyArray1::from_vec(py, parts.iter().map(flag).collect());
+        let last = if parts.iter().any(|part| part.last.is_some()) {
+            let nothing = vec![0.0; width];
+            let rows = parts
+                .iter()
+                .map(|part| part.last.as_ref().unwrap_or(&nothing));
+            let rows: Vec<f32> = rows.flatten().copied().collect();
+            Some((
+                PyArray1::from_vec(py, rows).reshape([count, width])?,
+                of(|part| part.stepped.off.position_m),
+                of(|part| part.stepped.off.heading_rad),
+            ))
+        } else {
+            None
+        };
+        Ok((
+            PyArray1::from_vec(py, observations).reshape([count, width])?,
+            of(|part| part.stepped.reward),
+            flag(|part| part.stepped.failed),
+            flag(|part| part.stepped.time_is_up),
+            of(|part| part.off.position_m),
+            of(|part| part.off.heading_rad),
+            last,
+        ))
+    }
+
+    /// Each observation lies between minus and plus this.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        PyArray1::from_slice(py, &self.task.bounds)
+    }
+
+    /// Names of the observations, with their units.
+    #[getter]
+    fn observation_names(&self) -> Vec<String> {
+        self.task.observation_names()
+    }
+
+    /// Names of the numbers of an action.
+    #[getter]
+    fn action_names(&self) -> Vec<String> {
+        self.task.action_names()
+    }
+
+    /// What an action of 1 is: in m/s, m/s and rad/s of a twist, in rad/s of wheel rates, in N m of torques.
+    #[getter]
+    fn action_scale<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.task.action_scale)
+    }
+
+    /// The time between actions, in seconds.
+    #[getter]
+    fn control_dt_s(&self) -> f64 {
+        self.task.scenario.run.control_dt_s
+    }
+
+    /// Steps of an episode that does not fail.
+    #[getter]
+    fn steps(&self) -> u64 {
+        self.task.steps
+    }
+}
+
+impl Track {
+    /// Actions as numpy takes them, a row a robot, finite, cut off at -1 and 1.
+    fn actions(&self, actions: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
+        let shape = [self.episodes.len(), self.task.actions()];
+        let array: PyArrayLikeDyn<'_, f32, AllowTypeChange> = actions
+            .extract()
+            .map_err(|_| PyTypeError::new_err("actions are an array of numbers"))?;
+        if array.shape() != shape {
+            return Err(PyValueError::new_err(format!(
+                "actions have the shape {:?}; give ({}, {})",
+                array.shape(),
+                shape[0],
+                shape[1]
+            )));
+        }
+        let mut numbers: Vec<f32> = array.as_array().iter().copied().collect();
+        if let Some(wild) = numbers.iter().find(|number| !number.is_finite()) {
+            return Err(PyValueError::new_err(format!(
+                "actions hold {wild}; give finite numbers, from -1 to 1"
+            )));
+        }
+        for number in &mut numbers {
+            *number = number.clamp(-1.0, 1.0);
+        }
+        Ok(numbers)
+    }
+
+    /// Does something with each episode and its row of observations, on all threads where there are several.
+    fn each<T: Send>(
+        &mut self,
+        observations: &mut [f32],
+        act: impl Fn(&Task, usize, &mut Episode, &mut [f32]) -> Result<T, ilon::Error> + Sync,
+    ) -> PyResult<Vec<T>> {
+        let width = self.task.observations();
+        let (task, episodes) = (&self.task, &mut self.episodes);
+        let one = |((index, episode), row): ((usize, &mut Episode), &mut [f32])| {
+            act(task, index, episode, row)
+        };
+        let done: Result<Vec<T>, ilon::Error> = if self.threads == 1 {
+            let rows = observations.chunks_mut(width);
+            episodes.iter_mut().enumerate().zip(rows).map(one).collect()
+        } else {
+            let pool = pool(&mut self.pool, self.threads)?;
+            pool.install(|| {
+                let rows = observations.par_chunks_mut(width);
+                episodes
+                    .par_iter_mut()
+                    .enumerate()
+                    .zip(rows)
+                    .map(one)
+                    .collect()
+            })
+        };
+        done.map_err(|error| Python::attach(|py| raised(py, &error)))
+    }
+}
+
+/// The threads of this process, made when they are first needed and again after a fork.
+fn pool(slot: &mut Option<(u32, ThreadPool)>, threads: usize) -> PyResult<&ThreadPool> {
+    let process = std::process::id();
+    if let Some((owner, _)) = slot
+        && *owner != process
+    {
+        // Its threads are not here; to wait for them would be to wait for ever.
+        std::mem::forget(slot.take());
+    }
+    if slot.is_none() {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|index| format!("ilon-{index}"))
+            .build()
+            .map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
+        *slot = Some((process, pool));
+    }
+    match slot {
+        Some((_, pool)) => Ok(pool),
+        None => Err(PyRuntimeError::new_err("there are no threads")),
+    }
+}
+
+/// Options of the task, by name; the package gives all of them.
+struct Options<'a, 'py>(&'a Bound<'py, PyDict>);
+
+impl<'py> Options<'_, 'py> {
+    fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str) -> PyResult<T> {
+        let value = self.0.get_item(name)?;
+        let value = value.ok_or_else(|| PyTypeError::new_err(format!("`{name}` is not given")))?;
+        value
+            .extract()
+            .map_err(|_| PyTypeError::new_err(format!("`{name}` is {value}, which it cannot be")))
+    }
+
+    /// A number that is finite and not below a least one.
+    fn number(&self, name: &str, least: f64) -> PyResult<f64> {
+        let number: f64 = self.get(name)?;
+        if number.is_finite() && number >= least {
+            return Ok(number);
+        }
+        Err(PyValueError::new_err(format!(
+            "`{name}` is {number}; give a finite number of at least {least}"
+        )))
+    }
+
+    fn apply(&self, task: &mut Task) -> PyResult<()> {
+        let control_dt_s = task.scenario.run.control_dt_s;
+        if let Some(episode_s) = self.get::<Option<f64>>("episode_s")? {
+            if !(episode_s.is_finite() && episode_s >= control_dt_s) {
+                return Err(PyValueError::new_err(format!(
+                    "`episode_s` is {episode_s}; give at least a control period, {control_dt_s} s"
+                )));
+            }
+            task.steps = (episode_s / control_dt_s).round() as u64;
+        }
+        task.preview_s = self.get("preview_s")?;
+        if let Some(wild) = task
+            .preview_s
+            .iter()
+            .find(|s| !(s.is_finite() && **s > 0.0))
+        {
+            return Err(PyValueError::new_err(format!(
+                "`preview_s` holds {wild}; give seconds above 0"
+            )));
+        }
+        if let Some(scale) = self.get::<Option<Vec<f64>>>("action_scale")? {
+            task.action_scale = scale;
+        }
+        task.fail_at_m = self.number("fail_at_m", f64::MIN_POSITIVE)?;
+        task.start_off = (
+            self.number("start_off_m", 0.0)?,
+            self.number("start_off_rad", 0.0)?,
+        );
+        task.any_phase = self.get("any_phase")?;
+        let weights: Bound<'py, PyDict> = self.get("reward")?;
+        for (name, value) in weights.iter() {
+            let name: String = name.extract()?;
+            let weight: f64 = value.extract()?;
+            if !weight.is_finite() {
+                return Err(PyValueError::new_err(format!(
+                    "the reward `{name}` is {weight}"
+                )));
+            }
+            let slot = match name.as_str() {
+                "alive" => &mut task.weights.alive,
+                "position" => &mut task.weights.position,
+                "heading" => &mut task.weights.heading,
+                "action_change" => &mut task.weights.action_change,
+                "energy" => &mut task.weights.energy,
+                "slip" => &mut task.weights.slip,
+                _ => {
+                    return Err(PyValueError::new_err(format!(
+                        "there is no reward `{name}`; there are alive, position, heading, action_change, energy and slip"
+                    )));
+                }
+            };
+            *slot = weight;
+        }
+        let drawn: Bound<'py, PyDict> = self.get("randomise")?;
+        for (key, range) in drawn.iter() {
+            let key: String = key.extract()?;
+            let range: (f64, f64) = range.extract().map_err(|_| {
+                PyTypeError::new_err(format!(
+                    "`randomise` gives `{key}` {range}; give (low, high)"
+                ))
+            })?;
+            if !(range.0.is_finite() && range.1.is_finite() && range.0 <= range.1) {
+                return Err(PyValueError::new_err(format!(
+                    "`randomise` gives `{key}` {range:?}; give two finite numbers, the smaller first"
+                )));
+            }
+            task.drawn.push((key, range.0, range.1));
+        }
+        Ok(())
+    }
+}

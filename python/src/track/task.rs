@@ -1,0 +1,365 @@
+//! The task: to follow a path. What is seen, what is done, and what it earns.
+
+use ilon::control::{Kinematics, Reference, SpeedLimits};
+use ilon::robot::{Pose, Robot, Twist, wrap_angle};
+use ilon::simulate::{Driver, Plant, Resolved, Seen, load_robot, resolve_for};
+use ilon::{Error, Scenario};
+use toml::Table;
+
+use crate::scenario::{Settings, of_table, set};
+
+/// Times at which a reference is looked at for its peaks.
+const SAMPLES: usize = 2000;
+
+/// By how much observations may go beyond what the reference and the motors allow, before they are cut off.
+const MARGIN: f64 = 1.5;
+
+/// Roll or pitch at which the robot has fallen, in radians.
+const FALLEN_RAD: f64 = 0.5;
+
+/// What the numbers of an action are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// A twist of the body, turned into wheel rates.
+    Twist,
+    /// Wheel rates.
+    WheelRates,
+    /// Wheel torques.
+    WheelTorques,
+}
+
+/// What a second of an episode earns and costs.
+#[derive(Clone, Copy, Debug)]
+pub struct Weights {
+    /// For a second in which the robot has not failed.
+    pub alive: f64,
+    /// For a metre of true position error, over a second.
+    pub position: f64,
+    /// For a radian of true heading error, over a second.
+    pub heading: f64,
+    /// For the mean square of the change of the action since the last step, over a second.
+    pub action_change: f64,
+    /// For a joule of the motors.
+    pub energy: f64,
+    /// For a joule lost to sliding contacts.
+    pub slip: f64,
+}
+
+/// What all episodes share.
+pub struct Task {
+    /// The scenario's keys.
+    pub table: Table,
+    /// Where its relative paths start from, and its name.
+    pub scenario: Scenario,
+    /// The robot, where no key of `[robot]` varies.
+    pub robot: Robot,
+    /// What the numbers of an action are.
+    pub action: Action,
+    /// What an action of 1 is, in m/s and rad/s, rad/s or N m.
+    pub action_scale: Vec<f64>,
+    /// How far ahead the path is seen, in seconds.
+    pub preview_s: Vec<f64>,
+    /// Control periods of an episode.
+    pub steps: u64,
+    /// The reward.
+    pub weights: Weights,
+    /// The position error at which an episode fails, in metres.
+    pub fail_at_m: f64,
+    /// How far off the path an episode starts at most, in metres along x and y, and in radians.
+    pub start_off: (f64, f64),
+    /// Whether an episode starts anywhere on the path.
+    pub any_phase: bool,
+    /// Keys of the scenario that are drawn anew for each episode, between two numbers.
+    pub drawn: Vec<(String, f64, f64)>,
+    /// Bounds of each observation: it lies between minus and plus this.
+    pub bounds: Vec<f32>,
+    /// The wheel rate limits, in rad/s.
+    rate_limits_rad_s: Vec<f64>,
+}
+
+/// Where a robot is against its path.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Off {
+    /// The position error, in metres.
+    pub position_m: f64,
+    /// The heading error, in radians.
+    pub heading_rad: f64,
+}
+
+impl Task {
+    /// Completes a task whose `action_scale` and `bounds` are open.
+    ///
+    /// # Errors
+    /// Where the scenario has no reference, or where nothing says what an action of 1 is.
+    pub fn completed(mut self, resolved: &Resolved) -> Result<Self, Error> {
+        let Some(reference) = resolved.reference() else {
+            return Err(Error::invalid(
+                "the scenario has no `[reference]`, and a robot needs a path to follow",
+                "add a section such as `[reference.circle]`",
+            ));
+        };
+        let kinematics = Kinematics::new(&self.robot)?;
+        let limit_rad_s = resolved.wheel_rate_limit_rad_s();
+        let motors = self.robot.wheels.iter().map(|wheel| &wheel.motor);
+        self.rate_limits_rad_s = motors
+            .clone()
+            .map(|motor| motor.velocity_rad_s.min(limit_rad_s))
+            .collect();
+        if self.action_scale.is_empty() {
+            self.action_scale = match self.action {
+                Action::Twist => {
+                    let limits = SpeedLimits::new(&kinematics, &self.rate_limits_rad_s);
+                    let sideways_rad = std::f64::consts::FRAC_PI_2;
+                    vec![
+                        limits.top_speed_m_s(0.0),
+                        limits.top_speed_m_s(sideways_rad),
+                        limits.top_yaw_rate_rad_s(),
+                    ]
+                }
+                Action::WheelRates => self.rate_limits_rad_s.clone(),
+                Action::WheelTorques => motors.map(|motor| motor.effort_n_m).collect(),
+            };
+        }
+        if self.action_scale.len() != self.actions() {
+            return Err(Error::invalid(
+                format!(
+                    "`action_scale` has {} numbers for actions of {}",
+                    self.action_scale.len(),
+                    self.actions()
+                ),
+                "give one for each number of an action",
+            ));
+        }
+        let is_scale = |scale: &f64| scale.is_finite() && *scale > 0.0;
+        if !self.action_scale.iter().all(is_scale) {
+            return Err(Error::invalid(
+                "nothing says what an action of 1 is: the motors have no limits",
+                "give `action_scale`, one number above 0 for each number of an action",
+            ));
+        }
+        self.bounds = self.bounds_for(reference, resolved);
+        Ok(self)
+    }
+
+    fn bounds_for(&self, reference: &Reference, resolved: &Resolved) -> Vec<f32> {
+        let duration_s = resolved.scenario().run.duration_s;
+        let (speed_m_s, turn_rad_s) = reference.peaks(duration_s, SAMPLES);
+        // Never zero: a bound of a path that stands still is still a bound.
+        let wide = |number: f64| (MARGIN * number).max(1e-3);
+        let off_m = MARGIN * self.fail_at_m;
+        let mut bounds = vec![off_m, off_m, std::f64::consts::PI];
+        bounds.extend([wide(speed_m_s), wide(speed_m_s), wide(turn_rad_s)]);
+        for ahead_s in &self.preview_s {
+            let reach_m = wide(speed_m_s * ahead_s);
+            bounds.extend([reach_m, reach_m, std::f64::consts::PI]);
+        }
+        let rates = self.rate_limits_rad_s.iter();
+        bounds.extend(rates.map(|limit| if limit.is_finite() { wide(*limit) } else { 1e3 }));
+        bounds.extend(vec![1.0; self.actions()]);
+        bounds.into_iter().map(|bound| bound as f32).collect()
+    }
+
+    /// Names of the observations, with their units.
+    pub fn observation_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = [
+            "error_x_m",
+            "error_y_m",
+            "error_heading_rad",
+            "desired_vx_m_s",
+            "desired_vy_m_s",
+            "desired_omega_rad_s",
+        ]
+        .map(str::to_owned)
+        .into();
+        for ahead_s in &self.preview_s {
+            for what in ["x_m", "y_m", "heading_rad"] {
+                names.push(format!("ahead_{ahead_s}s_{what}"));
+            }
+        }
+        let wheels = &self.robot.wheels;
+        names.extend(
+            wheels
+                .iter()
+                .map(|wheel| format!("{}_rate_rad_s", wheel.name)),
+        );
+        let actions = self.action_names();
+        names.extend(actions.into_iter().map(|name| format!("last_{name}")));
+        names
+    }
+
+    /// Names of the numbers of an action.
+    pub fn action_names(&self) -> Vec<String> {
+        let each = |what: &str| {
+            let wheels = self.robot.wheels.iter();
+            wheels
+                .map(|wheel| format!("{}_{what}", wheel.name))
+                .collect()
+        };
+        match self.action {
+            Action::Twist => ["vx", "vy", "omega"].map(str::to_owned).into(),
+            Action::WheelRates => each("rate"),
+            Action::WheelTorques => each("torque"),
+        }
+    }
+
+    /// How many numbers an action has.
+    pub fn actions(&self) -> usize {
+        match self.action {
+            Action::Twist => 3,
+            _ => self.robot.wheels.len(),
+        }
+    }
+
+    /// How many numbers an observation has.
+    pub fn observations(&self) -> usize {
+        self.bounds.len()
+    }
+
+    /// A plant of the scenario with some keys set anew.
+    ///
+    /// # Errors
+    /// Where the scenario cannot be with them.
+    pub fn plant(&self, settings: &Settings) -> Result<Plant, Error> {
+        if settings.is_empty() {
+            let resolved = resolve_for(&self.scenario, &self.robot, Driver::Own)?;
+            return Plant::new(&resolved, &self.robot);
+        }
+        let mut table = self.table.clone();
+        for (key, value) in settings {
+            set(&mut table, key, value.clone()).map_err(|fault| Error::invalid(fault, ""))?;
+        }
+        let (name, folder) = (&self.scenario.name, self.scenario.folder.clone());
+        let scenario = of_table(&table, name, folder)?;
+        let reads_anew = settings.iter().any(|(key, _)| {
+            ["robot.", "motors."]
+                .iter()
+                .any(|section| key.starts_with(section))
+        });
+        let read;
+        let robot = if reads_anew {
+            read = load_robot(&scenario)?;
+            &read
+        } else {
+            &self.robot
+        };
+        let resolved = resolve_for(&scenario, robot, Driver::Own)?;
+        Plant::new(&resolved, robot)
+    }
+
+    /// Turns an action, each number of it in [-1, 1], into numbers for the wheels.
+    pub fn act(&self, kinematics: &Kinematics, action: &[f32], wheels: &mut [f64]) {
+        let mut scaled = action
+            .iter()
+            .zip(&self.action_scale)
+            .map(|(share, scale)| f64::from(*share) * scale);
+        if self.action != Action::Twist {
+            for (wheel, number) in wheels.iter_mut().zip(scaled) {
+                *wheel = number;
+            }
+            return;
+        }
+        let mut next = || scaled.next().unwrap_or_default();
+        let twist = Twist::new(next(), next(), next());
+        kinematics.wheel_rates(twist, wheels);
+        // All by one factor, so that the direction stays.
+        let limits = wheels.iter().zip(&self.rate_limits_rad_s);
+        let over = limits.fold(1.0, |over: f64, (rate, limit)| over.max(rate.abs() / limit));
+        for rate in wheels {
+            *rate /= over;
+        }
+    }
+
+    /// Writes what the robot sees of itself and its path.
+    pub fn see(
+        &self,
+        seen: &Seen,
+        reference: &Reference,
+        t_s: f64,
+        action: &[f32],
+        observation: &mut [f32],
+    ) {
+        let desired = reference.at(t_s);
+        let error = in_body(&seen.pose, &seen.pose, &desired.pose);
+        let velocity = desired.velocity_in_world;
+        let (vx, vy) = turned(seen.pose.heading_rad, velocity.vx_m_s, velocity.vy_m_s);
+        let ahead = self.preview_s.iter().flat_map(|ahead_s| {
+            let later = reference.at(t_s + ahead_s).pose;
+            in_body(&seen.pose, &desired.pose, &later)
+        });
+        let numbers = error
+            .into_iter()
+            .chain([vx, vy, velocity.omega_rad_s])
+            .chain(ahead)
+            .chain(seen.wheel_rates_rad_s.iter().copied())
+            .map(|number| number as f32)
+            .chain(action.iter().copied());
+        for ((slot, number), bound) in observation.iter_mut().zip(numbers).zip(&self.bounds) {
+            *slot = number.clamp(-bound, *bound);
+        }
+    }
+
+    /// How far a plant really is off its path.
+    pub fn off(&self, plant: &Plant, reference: &Reference, t_s: f64) -> Off {
+        let pose = plant.truth().pose;
+        let [x_m, y_m, heading_rad] = in_body(&pose, &pose, &reference.at(t_s).pose);
+        Off {
+            position_m: x_m.hypot(y_m),
+            heading_rad: heading_rad.abs(),
+        }
+    }
+
+    /// Whether an episode has failed: too far off its path, or fallen.
+    pub fn has_failed(&self, plant: &Plant, off: &Off) -> bool {
+        let truth = plant.truth();
+        let leans_rad = truth.roll_rad.abs().max(truth.pitch_rad.abs());
+        off.position_m > self.fail_at_m || leans_rad > FALLEN_RAD
+    }
+}
+
+/// From one pose to another, in the frame of a body.
+fn in_body(body: &Pose, from: &Pose, to: &Pose) -> [f64; 3] {
+    let (x_m, y_m) = turned(body.heading_rad, to.x_m - from.x_m, to.y_m - from.y_m);
+    [x_m, y_m, wrap_angle(to.heading_rad - from.heading_rad)]
+}
+
+/// A vector of the world's frame in that of a body with a heading.
+fn turned(heading_rad: f64, x: f64, y: f64) -> (f64, f64) {
+    let (sin, cos) = heading_rad.sin_cos();
+    (cos * x + sin * y, cos * y - sin * x)
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self {
+            alive: 1.0,
+            position: 5.0,
+            heading: 1.0,
+            action_change: 0.05,
+            energy: 0.0,
+            slip: 0.0,
+        }
+    }
+}
+
+impl Task {
+    /// A task of a scenario, with everything that has a default.
+    pub fn new(scenario: Scenario, table: Table, robot: Robot, action: Action) -> Self {
+        let run = &scenario.run;
+        Self {
+            steps: (run.duration_s / run.control_dt_s).round().max(1.0) as u64,
+            table,
+            scenario,
+            robot,
+            action,
+            action_scale: Vec::new(),
+            preview_s: Vec::new(),
+            weights: Weights::default(),
+            fail_at_m: 0.5,
+            start_off: (0.0, 0.0),
+            any_phase: true,
+            drawn: Vec::new(),
+            bounds: Vec::new(),
+            rate_limits_rad_s: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,223 @@
+"""A robot that is driven step by step."""
+
+import math
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import ilon
+
+
+@pytest.fixture
+def simulation(circle):
+    return ilon.Simulation(circle)
+
+
+def driven(simulation, steps, rates=(5.0, -5.0, -5.0, 5.0)):
+    for _ in range(steps):
+        simulation.advance(rates)
+    return simulation.truth()
+
+
+def same(one, other):
+    return (one.pose == other.pose).all() and (one.twist_in_body == other.twist_in_body).all()
+
+
+def test_a_run_of_the_command_is_driven_again_step_by_step_to_the_bit(lateral, lateral_run):
+    # The wheel rates that were commanded, given from outside, and the step that was taken.
+    simulation = ilon.Simulation(lateral_run.scenario, folder=lateral.parent)
+    targets = np.column_stack([lateral_run.trace[f"wheel{wheel}_target_rad_s"] for wheel in range(4)])
+    for row, rates in enumerate(targets[:200]):
+        assert simulation.truth().pose[1] == lateral_run.trace["truth_y_m"][row]
+        simulation.advance(rates)
+    assert simulation.time_s == pytest.approx(200 * simulation.control_dt_s)
+
+
+def test_a_simulation_begins_where_the_scenario_says(simulation):
+    seen = simulation.observe()
+    np.testing.assert_array_equal(seen.pose, [1.0, 0.0, 0.0])
+    assert seen.t_s == 0.0 and seen.wheel_rates_rad_s.shape == (4,)
+    assert simulation.desired().pose == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+    # A quarter of the circle at 0.3 m/s.
+    assert simulation.desired(math.pi / 2 / 0.3).pose == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+
+
+def test_reset_leads_to_the_same_motion(simulation):
+    first = driven(simulation, 50)
+    simulation.reset()
+    assert simulation.time_s == 0.0
+    assert same(driven(simulation, 50), first)
+
+
+def test_a_robot_is_reset_to_a_pose(simulation):
+    seen = simulation.reset(pose=[3.0, -2.0, 0.5])
+    np.testing.assert_allclose(seen.pose, [3.0, -2.0, 0.5])
+    np.testing.assert_allclose(simulation.truth().pose, [3.0, -2.0, 0.5], atol=1e-6)
+
+
+def test_noise_comes_from_the_seed(circle):
+    circle["sensors"] = {"pose": {"position_noise_m": 0.01}}
+    simulation = ilon.Simulation(circle)
+    poses = {seed: simulation.reset(seed=seed).pose for seed in (1, 2)}
+    poses["again"] = simulation.reset(seed=1).pose
+    assert (poses[1] == poses["again"]).all() and (poses[1] != poses[2]).any()
+
+
+def test_a_snapshot_leads_to_the_same_motion(simulation):
+    driven(simulation, 20)
+    snapshot = simulation.snapshot()
+    first = driven(simulation, 30)
+    simulation.restore(snapshot)
+    assert simulation.time_s == pytest.approx(20 * simulation.control_dt_s)
+    assert same(driven(simulation, 30), first)
+    # One of another simulation of the same scenario does as well.
+    other = ilon.Simulation(simulation.scenario)
+    other.restore(snapshot)
+    assert same(driven(other, 30), first)
+
+
+def test_a_torque_acts(simulation):
+    outcome = simulation.advance(torques=[0.1, 0.1, 0.1, 0.1])
+    np.testing.assert_allclose(outcome.torques_n_m, 0.1)
+    assert simulation.truth().twist_in_body[0] > 0.0
+
+
+def test_a_push_gives_its_impulse(simulation):
+    # On a robot that weighs 12 kg and whose wheels are free: dv = F t / m, less what wheels and rollers take up in turning.
+    simulation.push([0.0, 0.0, 0.0], 0.01)
+    simulation.push([12.0, 0.0, 0.0], 0.5)
+    for _ in range(50):
+        simulation.advance(torques=[0.0] * 4)
+    assert 0.3 < simulation.truth().twist_in_body[0] < 0.5
+    before = simulation.truth().twist_in_body[0]
+    for _ in range(10):
+        simulation.advance(torques=[0.0] * 4)
+    # It is over.
+    assert simulation.truth().twist_in_body[0] <= before
+
+
+def test_rates_and_twists_are_each_others_inverse(simulation):
+    twist = [0.3, -0.2, 0.5]
+    np.testing.assert_allclose(simulation.twist(simulation.wheel_rates(twist)), twist)
+
+
+def test_a_long_advance_is_many_short_ones(circle):
+    one, many = ilon.Simulation(circle), ilon.Simulation(circle)
+    rates = [5.0, 5.0, 5.0, 5.0]
+    # More physics steps than are taken at once.
+    steps = round(1200 * one.physics_dt_s / one.control_dt_s)
+    long = one.advance(rates, period_s=steps * one.control_dt_s)
+    torques = np.mean([many.advance(rates).torques_n_m for _ in range(steps)], axis=0)
+    assert same(one.truth(), many.truth()) and one.time_s == pytest.approx(many.time_s)
+    np.testing.assert_allclose(long.torques_n_m, torques, rtol=1e-9, atol=1e-12)
+
+
+def test_other_threads_run_while_it_steps(simulation):
+    ticks, done = 0, threading.Event()
+    # A second thread counts while this one is away in one long step.
+    def count():
+        nonlocal ticks
+        while not done.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    start = time.monotonic()
+    simulation.advance([5.0] * 4, period_s=10.0)
+    took = time.monotonic() - start
+    done.set()
+    counter.join()
+    # Held back by the step, it would count once or twice.
+    assert ticks > 10 * took
+
+
+def test_two_threads_cannot_step_the_same_simulation_at_once(simulation):
+    started = threading.Event()
+
+    def step():
+        started.set()
+        simulation.advance([5.0] * 4, period_s=20.0)
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    started.wait()
+    refused = False
+    while thread.is_alive() and not refused:
+        try:
+            simulation.truth()
+        except RuntimeError:
+            refused = True
+    thread.join()
+    assert refused
+
+
+def test_threads_step_simulations_of_their_own(circle):
+    simulations = [ilon.Simulation(circle) for _ in range(4)]
+    results = [None] * 4
+
+    def step(index):
+        results[index] = driven(simulations[index], 40)
+
+    threads = [threading.Thread(target=step, args=(index,)) for index in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(same(result, results[0]) for result in results)
+
+
+@pytest.mark.parametrize(
+    ("rates", "error"),
+    [
+        ([1.0, 2.0, 3.0], ValueError),
+        ([1.0, 2.0, 3.0, math.nan], ValueError),
+        ([1.0, 2.0, 3.0, math.inf], ValueError),
+        ([[1.0, 2.0, 3.0, 4.0]], ValueError),
+        (1.0, ValueError),
+        ("fast", TypeError),
+        (["a", "b", "c", "d"], TypeError),
+        ({}, TypeError),
+    ],
+)
+@pytest.mark.parametrize("kind", ["wheel_rates", "torques"])
+def test_what_is_no_command_is_refused_and_nothing_happens(simulation, rates, error, kind):
+    with pytest.raises(error):
+        simulation.advance(**{kind: rates})
+    assert simulation.time_s == 0.0
+
+
+def test_one_kind_of_command_is_given(simulation):
+    with pytest.raises(TypeError, match="either"):
+        simulation.advance()
+    with pytest.raises(TypeError, match="either"):
+        simulation.advance([1.0] * 4, torques=[1.0] * 4)
+
+
+@pytest.mark.parametrize("period_s", [0.0, -1.0, math.nan, math.inf, 0.0123456, 1e300, 1000.0123456])
+def test_a_time_that_is_no_number_of_steps_is_refused(simulation, period_s):
+    with pytest.raises(ilon.ScenarioError, match="cannot be advanced"):
+        simulation.advance([0.0] * 4, period_s=period_s)
+    assert simulation.time_s == 0.0
+
+
+@pytest.mark.parametrize("pose", [[0, 0], [0, 0, math.nan], [math.inf, 0, 0], [1e30, 0, 0], "here"])
+def test_a_robot_is_not_reset_to_nowhere(simulation, pose):
+    driven(simulation, 3)
+    before = simulation.truth()
+    with pytest.raises((ValueError, TypeError)):
+        simulation.reset(pose=pose)
+    assert same(simulation.truth(), before)
+
+
+@pytest.mark.parametrize("push", [([0, 0], 1.0), ([0, 0, math.nan], 1.0), ([1, 0, 0], 0.0), ([1, 0, 0], math.inf)])
+def test_a_push_that_cannot_be_is_refused(simulation, push):
+    with pytest.raises(ValueError):
+        simulation.push(*push)
+
+
+def test_a_negative_seed_is_refused(simulation):
+    with pytest.raises(OverflowError):
+        simulation.reset(seed=-1)
