@@ -82,7 +82,7 @@ impl Accumulator {
     /// The reckoning of the run that ends here.
     pub fn finish(self) -> Reckoning {
         let Some(last) = self.last else {
-            return OdometryDrift::default();
+            return Reckoning::default();
         };
         Reckoning {
             travelled_m: self.travelled_m,
@@ -148,7 +148,7 @@ mod tests {
             (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),
             (pose(5.0, 0.0, -2.5), pose(5.0, 0.02, -2.4)),
         ]);
-        let reckoning = OdometryDrift::of(&trace);
+        let reckoning = Reckoning::of(&trace);
         let drift = reckoning.ideal;
         let turned = std::f64::consts::TAU - 6.1 + 0.5;
         assert!((reckoning.turned_rad - turned).abs() < 1e-14);
@@ -163,11 +163,11 @@ mod tests {
     #[test]
     fn a_robot_that_stands_has_no_drift_per_metre() {
         let trace = moved(&[(Pose::default(), Pose::default()); 3]);
-        let drift = OdometryDrift::of(&trace).ideal;
+        let drift = Reckoning::of(&trace).ideal;
         assert_eq!(
             (drift.final_m, drift.m_per_m, drift.rad_per_turn),
             (Some(0.0), None, None)
         );
-        assert_eq!(OdometryDrift::of(&moved(&[])), OdometryDrift::default());
+        assert_eq!(Reckoning::of(&moved(&[])), Reckoning::default());
     }
 }
