@@ -35,7 +35,6 @@ pub use provenance::{Expectation, Provenance};
 use shown::Shown;
 use story::Story;
 pub use thin::short;
-pub use words::unit_of;
 use words::{angle, length};
 
 /// What a report can say that a trace does not carry.
@@ -97,6 +96,22 @@ pub fn write_recorded(
     };
     write_text(path, &page)?;
     Ok(answer)
+}
+
+/// What the report would say of a run, in plain sentences, the most important first.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, TraceError> {
+    let settings = Settings::default();
+    let story = match recorded {
+        Recorded::Memory(trace) => {
+            let Ok(shown) = Shown::of(trace);
+            Story::of(&shown, summary, &settings)
+        }
+        Recorded::File(file) => Story::of(&Shown::of_many(file, ROWS_A_GROUP)?, summary, &settings),
+    };
+    Ok(story.plain())
 }
 
 fn page_of(

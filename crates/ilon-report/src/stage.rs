@@ -186,7 +186,7 @@ pub(crate) fn html(
          <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>"
     });
     format!(
-        "<figure class=\"whole\" id=\"run-view\"><figcaption><h2>The run</h2></figcaption>\n{picture}\
+        "<figure id=\"run-view\"><figcaption><h2>The run</h2></figcaption>\n{picture}\
          <div class=\"track\">{track}<div class=\"lane-line\"><label class=\"lane-name\" for=\"time\">time</label>\
          <input id=\"time\" class=\"time\" type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"0\"></div></div>\n\
          <p class=\"said\">&nbsp;</p>\n\

@@ -473,49 +473,9 @@ fn flatten(path: &str, value: &Value, rows: &mut String) {
     }
 }
 
-/// The unit of a quantity or signal by its key, such as `m` of `position_error_rms_m`; empty of a plain number.
-pub fn unit_of(key: &str) -> &'static str {
-    // The longest endings first: `_m_s` ends with `_s` too.
-    const UNITS: [(&str, &str); 14] = [
-        ("_m_per_m", "m per m"),
-        ("_rad_per_m", "rad per m"),
-        ("_rad_s", "rad/s"),
-        ("_m_s", "m/s"),
-        ("_n_m", "N m"),
-        ("_n_s", "N s"),
-        ("_rad", "rad"),
-        ("_deg", "deg"),
-        ("_kg", "kg"),
-        ("_hz", "Hz"),
-        ("_m", "m"),
-        ("_s", "s"),
-        ("_n", "N"),
-        ("_j", "J"),
-    ];
-    UNITS
-        .iter()
-        .find(|(ending, _)| key.ends_with(ending))
-        .map_or("", |(_, unit)| unit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_key_names_its_unit() {
-        for (key, unit) in [
-            ("position_error_rms_m", "m"),
-            ("twist_mean.vy_m_s", "m/s"),
-            ("odometry_drift_m_per_m", "m per m"),
-            ("wheel0_torque_n_m", "N m"),
-            ("wheel*_friction", ""),
-            ("energy.slip_j", "J"),
-            ("position_converged_s", "s"),
-        ] {
-            assert_eq!(unit_of(key), unit, "{key}");
-        }
-    }
 
     #[test]
     fn lengths_have_one_unit_below_a_metre() {

@@ -5,9 +5,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use ilon::bench::{Bench, Options};
+use ilon::bench::{Bench, Kind, Options};
 use ilon::compare::{Compared, Comparison};
-use ilon::scenario::RollerBodies;
 use ilon::{Run, Scenario};
 
 fn browser() -> Option<String> {
@@ -117,7 +116,7 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
         return;
     };
     let options = Options {
-        configurations: vec![(RollerBodies::Near, 40.0), (RollerBodies::Near, 20.0)],
+        configurations: vec![(Kind::Near, 40.0), (Kind::Near, 20.0)],
         headings_deg: vec![0.0],
         rounds: 1,
         fleets: vec![1],

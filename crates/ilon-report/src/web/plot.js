@@ -143,7 +143,7 @@
         button.setAttribute('aria-pressed', 'true');
         button.title = 'Show or hide';
         const swatch = document.createElement('i');
-        swatch.className = curve.kind === 'dots' ? 'dot' : curve.kind === 'area' || curve.kind === 'bars' ? 'area' : curve.dash || 'line';
+        swatch.className = curve.kind === 'dots' ? 'dots' : curve.kind === 'area' || curve.kind === 'bars' ? 'area' : curve.dash || 'line';
         swatch.style.setProperty('--c', `var(--${curve.color})`);
         curve.value = document.createElement('b');
         button.append(swatch, curve.name, curve.value);

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use chrono::{DateTime, SecondsFormat, Utc};
 use ilon_robot::Robot;
-use ilon_trace::{Rows, number};
+use ilon_trace::{Rows, number, quantities};
 
 use super::flags;
 use crate::judge::Verdict;
@@ -52,7 +52,7 @@ pub(super) fn here_and_now() -> Provenance {
 }
 
 fn expectation(verdict: &Verdict) -> Expectation {
-    let unit = report::unit_of(&verdict.quantity);
+    let unit = quantities::si_unit(&verdict.quantity);
     let space = if unit.is_empty() { "" } else { " " };
     let measured = match (verdict.measured, verdict.at_s) {
         (Some(x), Some(at_s)) => format!(

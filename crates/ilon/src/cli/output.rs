@@ -42,6 +42,13 @@ const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 /// The longest summary that is looked at, in bytes.
 const SUMMARY_BYTES: u64 = 64 << 20;
 
+/// Whether the page of a run is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Report {
+    Written,
+    Left,
+}
+
 /// A folder that results can be written to, for this run alone.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
@@ -149,13 +156,23 @@ impl OutputFolder {
     /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
     ///
     /// Gives the answer of the report in plain sentences.
-    pub fn write(&self, run: &Run<Recorded>, verdicts: &[Verdict]) -> Result<Vec<String>, Failure> {
+    pub fn write(
+        &self,
+        run: &Run<Recorded>,
+        verdicts: &[Verdict],
+        report: Report,
+    ) -> Result<Vec<String>, Failure> {
         let summary = self.summary_json(run)?;
         // It was read when the run began; a file that has gone since costs its picture alone.
         let robot = load_robot(&run.scenario).ok();
         let context = context::of(run, robot.as_ref(), verdicts);
-        let page = self.path.join("report.html");
-        let answer = report::write_recorded(&page, &run.trace, &run.summary, &context)?;
+        let answer = match report {
+            Report::Written => {
+                let page = self.path.join("report.html");
+                report::write_recorded(&page, &run.trace, &run.summary, &context)?
+            }
+            Report::Left => report::answer(&run.trace, &run.summary)?,
+        };
         self.write_text("summary.json", &summary)?;
         Ok(answer)
     }
@@ -166,7 +183,7 @@ impl OutputFolder {
         self.remove(&self.path.join("summary.json"))?;
         self.write_scenario(&run.scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
-        self.write(run, verdicts).map(|_| ())
+        self.write(run, verdicts, Report::Written).map(|_| ())
     }
 
     /// The content of `summary.json`.
