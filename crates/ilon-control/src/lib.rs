@@ -40,7 +40,7 @@
 //! let command = guidance.update(&seen, &reference.at(0.0));
 //! assert!(command.wheel_rates_rad_s.iter().all(|rate| rate.abs() <= 8.7));
 //! // 1.5 m off: the position takes what the wheels have, the heading waits.
-//! assert!(command.tasks[3].gave_way());
+//! assert!(command.tasks[3].is_saturated());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -7,7 +7,8 @@ use ilon_trace::file::write_text;
 use ilon_trace::{Difference, Rows, TraceError, number};
 
 use crate::figure::{
-    Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot, solid,
+    Curve, Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot,
+    solid,
 };
 use crate::page::{self, Head, Section, escape, grid};
 
@@ -95,7 +96,12 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
     ];
     let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
                   the bit. Curves over the whole run are thinned for the screen.</p>";
-    Ok(page::page(&head, &sections, footer, &[]))
+    Ok(page::page(
+        &head,
+        &sections,
+        footer,
+        &page::Parts::default(),
+    ))
 }
 
 /// A signal over time: time in seconds and value, where there is one.
@@ -125,17 +131,17 @@ fn around_the_first<R: Rows>(
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     );
-    let mut curves: Vec<Box<dyn plotly::Trace>> = vec![
+    let mut curves: Vec<Curve> = vec![
         exact_curve("baseline", theirs.iter().copied(), BASELINE),
         exact_curve("run", ours.iter().copied(), RUN),
-        dots("rows of the run", ours.iter().copied(), "@real", 6).show_legend(false),
+        dots("rows of the run", ours.iter().copied(), "@real", 6).unlisted(),
     ];
     if one.tolerance > 0.0 {
         for (name, sign) in [("tolerance", 1.0), ("", -1.0)] {
             let edge = theirs
                 .iter()
                 .map(|(t_s, value)| (*t_s, value + sign * one.tolerance));
-            curves.push(exact_curve(name, edge, dotted("@limit")).show_legend(!name.is_empty()));
+            curves.push(exact_curve(name, edge, dotted("@limit")));
         }
     }
     if low.is_finite() && high.is_finite() {
@@ -172,14 +178,11 @@ fn over_the_run<R: Rows>(
     let off: Vec<(f64, f64)> = rows
         .filter_map(|(t_s, (ours, theirs))| Some((t_s?, ours? - theirs?)))
         .collect();
-    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     if let (Some(first), Some(last), true) = (off.first(), off.last(), one.tolerance > 0.0) {
-        for sign in [1.0, -1.0] {
+        for (name, sign) in [("tolerance", 1.0), ("", -1.0)] {
             let edge = [first.0, last.0].map(|t_s| (t_s, sign * one.tolerance));
-            curves.push(
-                exact_curve("tolerance", edge.into_iter(), dotted("@limit"))
-                    .show_legend(sign > 0.0),
-            );
+            curves.push(exact_curve(name, edge.into_iter(), dotted("@limit")));
         }
     }
     curves.push(curve("run minus baseline", off.into_iter(), RUN));
@@ -210,7 +213,7 @@ fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
             .into_iter()
             .map(move |row| way[row])
     };
-    let curves: Vec<Box<dyn plotly::Trace>> = vec![
+    let curves: Vec<Curve> = vec![
         exact_curve("baseline", thin(way(baseline)?), BASELINE),
         exact_curve("run", thin(way(run)?), RUN),
     ];

@@ -1,17 +1,11 @@
 //! One figure of the report, and the few kinds of curve that all figures are made of.
 //!
-//! Colours are named by what they stand for (`@real`, `@slip`, `@w0`); the page's script replaces the names by the
-//! colours of its light or dark theme, both from the palette of Okabe and Ito, which the colour-blind can tell apart.
-//! Curves that share a panel differ in their dashes too.
+//! Colours come from the palette of Okabe and Ito, which the colour-blind can tell apart. Curves that share a panel differ in
+//! their dashes too.
 
-use plotly::common::{DashType, Line, Marker, Mode, Title};
-use plotly::layout::{Axis, Layout};
-use plotly::{Plot, Scatter};
-
-use super::thin::{MAX_POINTS, envelope, short};
-
-/// Significant digits of plotted values: a thousandth of a pixel on any screen.
-const DIGITS: usize = 6;
+pub use super::plot::{
+    Axis, Curve, Layout, axis, bars, curve, dots, exact_curve, layout, map_layout, plot,
+};
 
 /// A figure with its title and the words that say what to look for.
 pub struct Figure {
@@ -27,7 +21,7 @@ pub struct Figure {
     pub span: Span,
     /// Whether its x axis is time, so that zooming one zooms all.
     pub over_time: bool,
-    /// Curves and layout as JSON: plotly's own value carries its whole script along, megabytes of it.
+    /// Curves and layout, from [`plot`].
     pub plot: String,
 }
 
@@ -114,80 +108,16 @@ impl Pen {
     pub const fn width(self, width_px: f64) -> Self {
         Self { width_px, ..self }
     }
+}
 
-    /// As plotly has it.
-    pub fn line(self) -> Line {
-        let dash = match self.dash {
-            DashKind::Solid => DashType::Solid,
-            DashKind::Dash => DashType::Dash,
-            DashKind::Dot => DashType::Dot,
-            DashKind::DashDot => DashType::DashDot,
-        };
-        Line::new()
-            .color(self.color)
-            .dash(dash)
-            .width(self.width_px)
+impl DashKind {
+    /// Its name in the page; none of an unbroken line.
+    pub(crate) const fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Solid => None,
+            Self::Dash => Some("dash"),
+            Self::Dot => Some("dot"),
+            Self::DashDot => Some("dashdot"),
+        }
     }
-}
-
-/// A curve over time, thinned to its outline.
-pub fn curve(
-    name: &str,
-    points: impl Iterator<Item = (f64, f64)>,
-    pen: Pen,
-) -> Box<Scatter<f64, f64>> {
-    let points: Vec<_> = points.collect();
-    exact_curve(name, envelope(&points, MAX_POINTS).into_iter(), pen)
-}
-
-/// A curve of few points, all of them drawn.
-pub fn exact_curve(
-    name: &str,
-    points: impl Iterator<Item = (f64, f64)>,
-    pen: Pen,
-) -> Box<Scatter<f64, f64>> {
-    let (x, y) = points
-        .map(|(x, y)| (short(x, DIGITS), short(y, DIGITS)))
-        .unzip();
-    Scatter::new(x, y)
-        .name(super::page::escape(name))
-        .mode(Mode::Lines)
-        .line(pen.line())
-}
-
-/// Points without a line.
-pub fn dots(
-    name: &str,
-    points: impl Iterator<Item = (f64, f64)>,
-    color: &'static str,
-    size_px: usize,
-) -> Box<Scatter<f64, f64>> {
-    exact_curve(name, points, solid(color))
-        .mode(Mode::Markers)
-        .marker(Marker::new().color(color).size(size_px).opacity(0.55))
-}
-
-/// A layout with named axes.
-pub fn layout(x_title: &str, y_title: &str) -> Layout {
-    Layout::new().x_axis(axis(x_title)).y_axis(axis(y_title))
-}
-
-/// An axis with its title.
-pub fn axis(title: &str) -> Axis {
-    Axis::new().title(Title::with_text(title))
-}
-
-/// A layout for a map: both axes in metres at the same scale.
-pub fn map_layout() -> Layout {
-    Layout::new()
-        .x_axis(axis("x in m"))
-        .y_axis(axis("y in m").scale_anchor("x"))
-}
-
-/// A plot of curves in a layout, as JSON.
-pub fn plot(traces: Vec<Box<dyn plotly::Trace>>, layout: Layout) -> String {
-    let mut plot = Plot::new();
-    plot.add_traces(traces);
-    plot.set_layout(layout);
-    plot.to_json()
 }

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use ilon_robot::{Twist, wrap_angle};
 use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
-use ilon_trace::{Header, MAX_TASKS, Record, Rows, Trace, WheelHeader, WheelSample, Which};
+use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
+use super::story::{Event, Integrator, Standing, Watch};
 use super::thin::{Evenly, MAX_POINTS, Outline};
 
 /// What is drawn of the robot over time.
@@ -203,6 +204,11 @@ pub(super) struct Gathered {
     wheels: Vec<OneWheel>,
     ways: [Way; 5],
     grown: Evenly<Grown>,
+    watch: Watch,
+    integrator: Integrator,
+    standings: Evenly<Option<Standing>>,
+    /// Those of the kept standings that there are.
+    stood: Vec<Standing>,
     first: Option<Record>,
     last_s: f64,
 }
@@ -235,6 +241,8 @@ pub(super) const SECTORS: usize = 72;
 pub(super) const PITCH_BINS: usize = 40;
 /// Instants at which the ledger's growth is drawn.
 const GROWTH_POINTS: usize = 600;
+/// Instants between which the error budget is taken.
+const BUDGET_POINTS: usize = 4000;
 
 impl Gathered {
     /// Goes through all rows.
@@ -256,16 +264,29 @@ impl Gathered {
             wheels: header.wheels.iter().map(|_| wheel()).collect(),
             ways: Default::default(),
             grown: Evenly::new(row_count, GROWTH_POINTS),
+            watch: Watch::new(header),
+            integrator: Integrator::default(),
+            standings: Evenly::new(row_count, BUDGET_POINTS),
+            stood: Vec::new(),
             first: None,
             last_s: 0.0,
         };
-        rows.each_chunk(Which::All, &mut |chunk| gathered.add(header, chunk))?;
+        rows.each_batch(Projection::All, &mut |chunk| gathered.add(header, chunk))?;
+        gathered.stood = gathered
+            .standings
+            .kept()
+            .iter()
+            .copied()
+            .flatten()
+            .collect();
         Ok(gathered)
     }
 
     fn add(&mut self, header: &Header, chunk: &Trace) {
         for (record, samples) in chunk.steps() {
             self.add_record(header, record);
+            self.watch.add(header, record, samples);
+            self.standings.add(self.integrator.add(header, record));
             let wheels = self.wheels.iter_mut().zip(&header.wheels).zip(samples);
             for ((gathered, wheel), sample) in wheels {
                 gathered.add(wheel, record, sample);
@@ -322,6 +343,16 @@ impl Gathered {
     pub fn largest(&self, what: OfWheel) -> f64 {
         let values = (0..self.wheels.len()).flat_map(|index| self.wheel(index, what));
         values.map(|(_, value)| value).fold(0.0, f64::max)
+    }
+
+    /// All that happened, in the order of time.
+    pub fn events(&self, header: &Header) -> Vec<Event> {
+        self.watch.events(header)
+    }
+
+    /// How the parts of the error stood, at evenly spread instants.
+    pub fn standings(&self) -> &[Standing] {
+        &self.stood
     }
 
     /// How the ledger's terms grew.

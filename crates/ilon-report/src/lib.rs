@@ -10,16 +10,20 @@ pub mod figure;
 mod figures;
 mod gathered;
 pub mod page;
+mod plot;
+pub mod provenance;
 #[cfg(test)]
 mod sample;
 mod shown;
+mod stage;
+mod story;
 pub mod sweep;
 mod thin;
-mod top_view;
 mod words;
 
 use std::path::Path;
 
+use ilon_robot::Robot;
 use ilon_trace::file::{ROWS_A_GROUP, write_text};
 use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 
@@ -27,14 +31,35 @@ use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
 pub use page::GENERATOR;
 use page::{Head, Section, card, escape, panels};
+pub use provenance::{Expectation, Provenance};
 use shown::Shown;
+use story::Story;
 pub use thin::short;
 use words::{angle, length};
 
+/// What a report can say that a trace does not carry.
+#[derive(Default)]
+pub struct Context<'a> {
+    /// The robot that drove. Without it the report reads the URDF of the trace, which carries wheels only as their file has them.
+    pub robot: Option<&'a Robot>,
+    /// Heights of the ground's relief, row by row, in metres.
+    pub relief_m: Option<Vec<Vec<f64>>>,
+    /// What was expected, and what came of it.
+    pub expectations: Vec<Expectation>,
+    /// Where the page comes from.
+    pub provenance: Provenance,
+}
+
 /// The report of a run, as one HTML file that needs nothing else.
 pub fn html(trace: &Trace, summary: &Summary) -> String {
+    html_with(trace, summary, &Context::default())
+}
+
+/// The report of a run, with what its trace does not carry.
+pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
     let Ok(shown) = Shown::of(trace);
-    page_of(&shown, summary)
+    let Ok(scene) = stage::scene_json(trace, context.robot, context.relief_m.as_deref());
+    page_of(&shown, summary, context, scene.as_deref()).0
 }
 
 /// Writes the report of a run to a file, whole or not at all.
@@ -45,7 +70,8 @@ pub fn write(path: &Path, trace: &Trace, summary: &Summary) -> Result<(), TraceE
     write_text(path, &html(trace, summary))
 }
 
-/// Writes the report of a run whose rows need not lie in memory to a file, whole or not at all.
+/// Writes the report of a run whose rows need not lie in memory to a file, whole or not at all. Gives the answer in plain
+/// sentences, the most important first.
 ///
 /// # Errors
 /// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
@@ -53,44 +79,86 @@ pub fn write_recorded(
     path: &Path,
     recorded: &Recorded,
     summary: &Summary,
-) -> Result<(), TraceError> {
-    match recorded {
-        Recorded::Memory(trace) => write(path, trace, summary),
+    context: &Context,
+) -> Result<Vec<String>, TraceError> {
+    let relief_m = context.relief_m.as_deref();
+    let (page, answer) = match recorded {
+        Recorded::Memory(trace) => {
+            let Ok(shown) = Shown::of(trace);
+            let Ok(scene) = stage::scene_json(trace, context.robot, relief_m);
+            page_of(&shown, summary, context, scene.as_deref())
+        }
         Recorded::File(file) => {
             let shown = Shown::of_many(file, ROWS_A_GROUP)?;
-            write_text(path, &page_of(&shown, summary))
+            let scene = stage::scene_json(file, context.robot, relief_m)?;
+            page_of(&shown, summary, context, scene.as_deref())
         }
-    }
+    };
+    write_text(path, &page)?;
+    Ok(answer)
 }
 
-fn page_of(shown: &Shown, summary: &Summary) -> String {
+/// What the report would say of a run, in plain sentences, the most important first.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, TraceError> {
+    let settings = Settings::default();
+    let story = match recorded {
+        Recorded::Memory(trace) => {
+            let Ok(shown) = Shown::of(trace);
+            Story::of(&shown, summary, &settings)
+        }
+        Recorded::File(file) => Story::of(&Shown::of_many(file, ROWS_A_GROUP)?, summary, &settings),
+    };
+    Ok(story.plain())
+}
+
+fn page_of(
+    shown: &Shown,
+    summary: &Summary,
+    context: &Context,
+    scene: Option<&str>,
+) -> (String, Vec<String>) {
     let settings = Settings::default();
     let trace = &*shown.trace;
+    let story = Story::of(shown, summary, &settings);
+    let mut ends_s = shown.all.ends_s();
+    let ends_s = [ends_s.next().unwrap_or(0.0), ends_s.next().unwrap_or(0.0)];
     let head = Head {
         kind: "run report",
         title: trace.header.scenario_name.clone(),
         facts: facts(trace, summary),
-        lead: words::story(trace, summary) + &words::tiles(summary),
+        lead: format!(
+            "<div class=\"first\"><div>{}{}{}</div>\n{}</div>\n",
+            provenance::verdict(&context.expectations),
+            story.html(),
+            words::tiles(summary, &context.expectations),
+            stage::html(&trace.header, ends_s, &story.events, scene),
+        ),
     };
     let sections = [
-        motion_section(shown, summary, &settings),
-        ledger_section(shown, summary),
-        wheels_section(shown),
-        contacts_section(shown, summary),
-        Section {
-            id: "odometry-section",
-            title: "Odometry",
-            lead: "What the robot would believe if it had nothing but its wheel encoders."
-                .to_owned(),
-            body: format!(
-                "<div class=\"grid\">\n{}{}</div>\n",
-                motion::odometry(shown).iter().map(card).collect::<String>(),
-                words::odometry_table(summary)
-            ),
-        },
-        figures_section(trace, summary),
+        motion_section(shown, &settings),
+        budget_section(shown, summary, &story),
+        details_section(shown, summary, &story, context),
     ];
-    page::page(&head, &sections, &footer(shown), &[top_view::SCRIPT])
+    let script;
+    let (styles, scene_script): (&[&str], &str) = match scene {
+        Some(_) => {
+            script = ilon_scene::embed::script();
+            (&[ilon_scene::embed::STYLE], &script)
+        }
+        None => (&[], ""),
+    };
+    let parts = page::Parts {
+        styles,
+        before: &[scene_script, stage::SCRIPT],
+        after: &[],
+    };
+    (
+        page::page(&head, &sections, &footer(shown), &parts),
+        story.plain(),
+    )
 }
 
 /// What the run was, as HTML.
@@ -145,54 +213,79 @@ fn facts(trace: &Trace, summary: &Summary) -> Vec<String> {
     facts
 }
 
-fn motion_section(shown: &Shown, summary: &Summary, settings: &Settings) -> Section {
+fn motion_section(shown: &Shown, settings: &Settings) -> Section {
     let legend = [
         ("real", solid("@real").width(2.6)),
         ("asked, before saturation", dotted("@asked")),
-        ("ideal: (7) from the real wheel rates", dashed("@ideal")),
+        (
+            "ideal: equation (7) from the real wheel rates",
+            dashed("@ideal"),
+        ),
         (
             "contact: by the rollers that touch",
             solid("@contact").width(1.2),
         ),
     ];
-    let caption = "In the body frame. Between ideal and contact lies the rollers' geometry, between contact and real the \
-                   slip, between asked and ideal what saturation and the wheel loops left undone.";
-    let twist = panels("Twist", caption, &legend, &motion::twist(shown));
-    let mut cards = card(&motion::path(shown));
-    cards.push_str(
-        &motion::errors(shown, settings)
-            .iter()
-            .map(card)
-            .collect::<String>(),
-    );
+    let caption = "In the body frame. Ideal minus contact is the rollers' geometry, contact minus real is slip, asked minus ideal is \
+                   what saturation and the wheel loops left.";
+    let twist = panels("Velocity", caption, &legend, &motion::twist(shown));
+    let mut figures = vec![motion::path(shown)];
+    figures.extend(motion::errors(shown, settings));
+    // An odd last figure takes the whole row.
+    if figures.len() % 2 == 1
+        && let Some(last) = figures.last_mut()
+    {
+        last.span = figure::Span::Whole;
+    }
+    let cards: String = figures.iter().map(card).collect();
     Section {
         id: "motion",
         title: "Motion",
-        lead: "Where the robot went, and where it should have gone.".to_owned(),
-        body: format!(
-            "<div class=\"grid\">\n{}{cards}{twist}{}</div>\n",
-            top_view::html(shown),
-            words::twist_table(&shown.trace, summary)
-        ),
+        lead: String::new(),
+        body: format!("<div class=\"grid\">\n{cards}{twist}</div>\n"),
     }
 }
 
-fn ledger_section(shown: &Shown, summary: &Summary) -> Section {
-    let mut cards: String = balance::ledger(shown, summary).iter().map(card).collect();
-    cards.push_str(&words::ledger_table(summary));
-    cards.push_str(&card(&balance::energy(shown)));
-    cards.push_str(&words::energy_table(summary));
+/// Where the error came from: at the worst instant of a closed loop, over the run of an open one.
+fn budget_section(shown: &Shown, summary: &Summary, story: &Story) -> Section {
+    let integral = format!(
+        "<div class=\"grid\">\n{}{}</div>\n",
+        balance::ledger(shown, summary)
+            .iter()
+            .map(card)
+            .collect::<String>(),
+        words::ledger_table(summary)
+    );
+    let body = if shown.trace.header.open_loop {
+        let twist = words::twist_table(&shown.trace, summary);
+        format!("<div class=\"grid\">\n{twist}</div>\n{integral}")
+    } else {
+        let worst = story.budget.as_ref().map_or_else(
+            || "<p class=\"lead\">The robot was never more than a millimetre off its reference.</p>\n".to_owned(),
+            |budget| {
+                let error = motion::error_around(shown, budget);
+                page::grid(&[balance::budget(budget), error])
+            },
+        );
+        let folded = page::topic(
+            "Asked minus real over the whole run",
+            "commands include what feedback asks again and again, so these sums are larger than any error",
+            &integral,
+        );
+        worst + &folded
+    };
     Section {
-        id: "ledger",
-        title: "Where it went",
-        lead: "The difference between the motion asked for and the real one, split by cause. The terms add up to the \
-               total exactly: nothing is left over."
+        id: "budget-section",
+        title: "Error budget",
+        lead: "Asked minus real motion, split by cause. The terms add up to the total exactly."
             .to_owned(),
-        body: format!("<div class=\"grid\">\n{cards}</div>\n"),
+        body,
     }
 }
 
-fn wheels_section(shown: &Shown) -> Section {
+/// Everything else, folded by topic.
+fn details_section(shown: &Shown, summary: &Summary, story: &Story, context: &Context) -> Section {
+    let trace = &*shown.trace;
     let legend = [
         ("real", solid("@real").width(2.2)),
         ("commanded", dashed("@asked")),
@@ -200,23 +293,68 @@ fn wheels_section(shown: &Shown) -> Section {
     ];
     let rates = panels(
         "Wheel rates",
-        "Real rates that lag behind the commanded ones are the wheel loops' doing; commands that lie on the limit are \
-         saturation's. A limit far above the rates is not drawn.",
+        "Real rates that lag the commanded ones show the wheel loops; commands on the limit show saturation. A limit far above \
+         the rates is not drawn.",
         &legend,
         &wheels::rates(shown),
     );
-    let rest: String = std::iter::once(wheels::torques(shown))
+    let of_wheels: String = std::iter::once(wheels::torques(shown))
         .chain(wheels::tasks(shown))
         .chain(wheels::torque_weights(shown))
         .map(|figure| card(&figure))
         .collect();
+    let grid = |content: String| format!("<div class=\"grid\">\n{content}</div>\n");
+    let odometry: String = motion::odometry(shown).iter().map(card).collect();
+    let energy = card(&balance::energy(shown)) + &words::energy_table(summary);
+    // A summary of numbers and names always serialises.
+    let json = serde_json::to_string(summary).unwrap_or_default();
+    let numbers = format!(
+        "{}<script type=\"application/json\" id=\"summary\">{}</script>\n",
+        words::all_figures(summary),
+        page::json_in_script(&json)
+    );
+    let scenario = format!(
+        "<pre tabindex=\"0\">{}</pre>",
+        escape(&trace.header.scenario_toml)
+    );
+    let topics = [
+        page::topic(
+            "Events",
+            &format!("{} found", story.events.len()),
+            &stage::table(&story.events),
+        ),
+        page::topic("Wheels", "rates, torques, tasks", &grid(rates + &of_wheels)),
+        page::topic(
+            "Contacts and slip",
+            "forces, sliding, rollers",
+            &contacts_of(shown, summary),
+        ),
+        page::topic("Energy", "where the motors' work went", &grid(energy)),
+        page::topic(
+            "Odometry",
+            "what wheel encoders alone would say",
+            &grid(odometry + &words::odometry_table(summary)),
+        ),
+        page::topic(
+            "The robot from above",
+            "wheels and roller axes at rest",
+            &robot_from_above(trace),
+        ),
+        page::topic("All numbers", "as in summary.json", &numbers),
+        page::topic("Scenario", "with all defaults", &scenario),
+        page::topic(
+            "Provenance",
+            "command, date, versions, files, remarks",
+            &context.provenance.html(&trace.header.versions),
+        ),
+    ];
     Section {
-        id: "wheels",
-        title: "Wheels",
+        id: "details",
+        title: "Details",
         lead: String::new(),
         body: format!(
-            "<div class=\"grid\">\n{rates}{rest}{}</div>\n",
-            robot_from_above(&shown.trace)
+            "<p><button type=\"button\" class=\"unfold\">Open or close all</button></p>\n{}",
+            topics.concat()
         ),
     }
 }
@@ -230,22 +368,41 @@ fn robot_from_above(trace: &Trace) -> String {
     )
 }
 
-fn contacts_section(shown: &Shown, summary: &Summary) -> Section {
+/// Below this no contact slides in a way that a figure could show, in m/s.
+const LEAST_SLIDING_M_S: f64 = 1e-3;
+
+fn contacts_of(shown: &Shown, summary: &Summary) -> String {
     let trace = &*shown.trace;
-    let figures = [
-        contacts::slip_speed(shown),
-        contacts::slip_energy(shown),
+    let mut figures = vec![
         contacts::normal_force(shown),
         contacts::tangential_force(shown),
         contacts::grip_used(shown),
         contacts::friction_cone(trace),
-        contacts::polar(shown),
-        contacts::contact_map(trace),
+    ];
+    let largest_m_s = shown.all.largest(gathered::OfWheel::SlipSpeed);
+    let slides = largest_m_s >= LEAST_SLIDING_M_S;
+    let quiet = if slides {
+        figures.extend([
+            contacts::slip_speed(shown),
+            contacts::slip_energy(shown),
+            contacts::polar(shown),
+            contacts::contact_map(trace),
+        ]);
+        String::new()
+    } else {
+        format!(
+            "<p class=\"lead\">No contact slid faster than {}: the figures of sliding are left out.</p>\n",
+            words::speed(largest_m_s)
+        )
+    };
+    figures.extend([
         contacts::residual(shown),
         contacts::roller_spin(shown),
         rollers::hand_over(shown),
-        rollers::slip_within_a_pitch(shown),
-    ];
+    ]);
+    if slides {
+        figures.push(rollers::slip_within_a_pitch(shown));
+    }
     let legend = [
         ("the roller that carries", solid("@real")),
         ("it shares the load with a neighbour", dotted("@slip")),
@@ -257,47 +414,24 @@ fn contacts_section(shown: &Shown, summary: &Summary) -> Section {
         &rollers::touching(trace),
     );
     let cards: String = figures.iter().map(card).collect();
-    Section {
-        id: "contacts",
-        title: "Contacts and slip",
-        lead: "What happened where the rollers touch the floor.".to_owned(),
-        body: format!(
-            "<div class=\"grid\">\n{cards}{touching}{}</div>\n",
-            words::wheel_table(summary)
-        ),
-    }
-}
-
-fn figures_section(trace: &Trace, summary: &Summary) -> Section {
-    // A summary of numbers and names always serialises.
-    let json = serde_json::to_string(summary).unwrap_or_default();
-    Section {
-        id: "numbers",
-        title: "All numbers",
-        lead: "As in <code>summary.json</code>.".to_owned(),
-        body: format!(
-            "<details><summary>Every figure of the summary</summary>{}</details>\n\
-             <details><summary>The scenario, with all defaults</summary><pre>{}</pre></details>\n\
-             <script type=\"application/json\" id=\"summary\">{}</script>\n",
-            words::all_figures(summary),
-            escape(&trace.header.scenario_toml),
-            page::json_in_script(&json)
-        ),
-    }
+    format!(
+        "{quiet}<div class=\"grid\">\n{cards}{touching}{}</div>\n",
+        words::wheel_table(summary)
+    )
 }
 
 fn footer(shown: &Shown) -> String {
     let some = match shown.every {
         1 => String::new(),
         every => format!(
-            " Ways over the floor, which roller touches, grip, the areas of the energy and the picture that plays are drawn \
-             from one row in {every}; all other curves and all figures are taken from all rows."
+            " Paths over the floor, which roller touches, grip and the areas of the energy are drawn from one row in {every}; all other \
+             curves and all figures are taken from all rows."
         ),
     };
     format!(
         "<p>Curves are thinned to at most {} points, of each interval the smallest and the largest value; the trace has one \
-         row for each of the {} control steps.{some} Zooming into the time of one figure zooms all; a double click goes \
-         back. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
+         row for each of the {} control steps.{some} Drag over a figure to zoom (all figures over time follow), double click to go \
+         back. A short peak beyond the axis is marked with its value. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
          Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
         thin::MAX_POINTS,
         shown.all.row_count()
@@ -360,8 +494,8 @@ mod tests {
     }
 
     #[test]
-    fn a_minute_makes_less_than_ten_megabytes() {
+    fn a_minute_makes_less_than_two_megabytes() {
         let (_, page) = report_of(60.0, false);
-        assert!(page.len() < 10_000_000, "{} bytes", page.len());
+        assert!(page.len() < 2_000_000, "{} bytes", page.len());
     }
 }

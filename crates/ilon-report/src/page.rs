@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use plotly::Plot;
-
 use super::figure::{DashKind, Figure, Pen, Span};
 
-const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("script.js");
+const STYLE: &str = include_str!("web/style.css");
+const THEME: &str = include_str!("web/theme.js");
+const PLOT: &str = include_str!("web/plot.js");
 
 /// The project's mark: a wheel with slanted rollers.
 const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
@@ -60,26 +59,39 @@ pub struct Head {
 /// What says in a page that ilon wrote it, so that another's is not taken for one.
 pub const GENERATOR: &str = "<meta name=\"generator\" content=\"ilon\">";
 
-/// The whole page. `scripts` run after the one that draws the figures.
-pub fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&str]) -> String {
-    let mut html = String::with_capacity(6 << 20);
+/// What a page carries beside its words and figures.
+#[derive(Default)]
+pub struct Parts<'a> {
+    /// More style sheets.
+    pub styles: &'a [&'a str],
+    /// Scripts that run before the one that draws the figures, such as the clock that moves their cursor.
+    pub before: &'a [&'a str],
+    /// Scripts that run after it.
+    pub after: &'a [&'a str],
+}
+
+/// The whole page.
+pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> String {
+    let mut html = String::with_capacity(2 << 20);
     let title = escape(&head.title);
     let facts: String = head.facts.iter().map(|f| format!("<li>{f}</li>")).collect();
     let links: String = sections
         .iter()
         .map(|s| format!("<li><a href=\"#{}\">{}</a></li>", s.id, escape(s.title)))
         .collect();
+    let styles = parts.styles.join("\n");
     // Writing to a string cannot fail.
     let _ = write!(
         html,
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
-         <title>{title} · ilon</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <link rel=\"icon\" href=\"data:,\">\n\
+         <title>{title} · ilon</title>\n<style>\n{STYLE}{styles}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
          <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\
          <h1>{title}</h1>\n<ul class=\"facts\">{facts}</ul>\n{lead}\n</header>\n\
-         <nav aria-label=\"Sections\"><ul>{links}</ul></nav>\n<main id=\"main\">\n",
+         <nav aria-label=\"Sections\"><ul tabindex=\"0\">{links}</ul></nav>\n<main id=\"main\">\n",
         kind = head.kind,
         lead = head.lead,
     );
@@ -96,15 +108,37 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, scripts: &[&str]) -
         html.push_str(&section.body);
         html.push_str("</section>\n");
     }
-    let _ = write!(html, "</main>\n<footer>{footer}</footer>\n");
-    if html.contains("data-figure=") {
-        html.push_str(&plotly_script());
-    }
-    for script in [SCRIPT].iter().chain(scripts) {
-        let _ = write!(html, "\n<script>\n{script}</script>");
+    let _ = write!(html, "</main>\n<footer>{footer}</footer>");
+    let plot: &[&str] = if html.contains("data-figure=") {
+        &[PLOT]
+    } else {
+        &[]
+    };
+    for script in [THEME]
+        .iter()
+        .chain(parts.before)
+        .chain(plot)
+        .chain(parts.after)
+    {
+        let _ = write!(html, "\n<script>\n{}</script>", compact(script));
     }
     html.push_str("\n</body>\n</html>\n");
     html
+}
+
+/// A script without indentation, empty lines and lines of comment.
+fn compact(script: &str) -> String {
+    let lines = script.lines().map(str::trim);
+    let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    code.flat_map(|line| [line, "\n"]).collect()
+}
+
+/// Content that is folded away until a person opens it; on paper it is open.
+pub fn topic(title: &str, says: &str, body: &str) -> String {
+    format!(
+        "<details class=\"topic\"><summary><span>{}</span> <small>{says}</small></summary>\n{body}</details>\n",
+        escape(title)
+    )
 }
 
 /// Figures side by side.
@@ -190,16 +224,6 @@ fn plot(figure: &Figure) -> String {
     )
 }
 
-/// plotly's script alone: what the library embeds beside it typesets formulas, of which there are none here.
-fn plotly_script() -> String {
-    let sources = Plot::offline_js_sources();
-    let end = "</script>";
-    match sources.find(end) {
-        Some(at) => sources[..at + end.len()].to_owned(),
-        None => sources,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,9 +244,21 @@ mod tests {
     }
 
     #[test]
-    fn only_plotly_is_embedded() {
-        let script = plotly_script();
-        assert_eq!(script.matches("<script").count(), 1);
-        assert!(script.contains("plotly.js v"));
+    fn scripts_are_carried_without_their_comments_and_load_nothing() {
+        for script in [THEME, PLOT] {
+            let carried = compact(script);
+            assert!(carried.len() < script.len() && !carried.contains("\n//"));
+            for word in [
+                "http",
+                "fetch(",
+                "import ",
+                "import(",
+                "XMLHttpRequest",
+                "eval(",
+                "</script",
+            ] {
+                assert!(!carried.contains(word), "{word}");
+            }
+        }
     }
 }

@@ -120,6 +120,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 odometry_ideal: by_ideal,
                 odometry_contact: by_contact,
                 desired,
+                measured: None,
                 command_twist_in_body: command,
                 granted_twist_in_body: granted,
                 twist_target_ideal: granted,

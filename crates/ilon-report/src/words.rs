@@ -8,8 +8,9 @@ use serde_json::Value;
 
 use super::figures::balance::TERM_COLORS;
 use super::page::escape;
+use super::provenance::Expectation;
 
-/// A length for reading: metres, centimetres, millimetres or micrometres.
+/// A length for reading: metres, or millimetres below one.
 pub(super) fn length(x_m: f64) -> String {
     let size_m = x_m.abs();
     if !x_m.is_finite() {
@@ -17,7 +18,7 @@ pub(super) fn length(x_m: f64) -> String {
     } else if size_m >= 1.0 {
         format!("{x_m:.3} m")
     } else if size_m >= 0.1 {
-        format!("{:.1} cm", 1e2 * x_m)
+        format!("{:.1} mm", 1e3 * x_m)
     } else if size_m >= 1e-3 {
         format!("{:.2} mm", 1e3 * x_m)
     } else if size_m >= 1e-6 {
@@ -45,235 +46,144 @@ pub(super) fn time(x_s: f64) -> String {
 /// A part of a whole for reading.
 pub(super) fn percent(x: f64) -> String {
     let x_pct = 100.0 * x;
-    if x_pct.abs() >= 0.1 || x_pct == 0.0 {
+    if x_pct.abs() >= 0.05 || x_pct == 0.0 {
         format!("{x_pct:.1} %")
     } else {
-        format!("{x_pct:.3} %")
+        "less than 0.05 %".to_owned()
     }
 }
 
 /// A speed for reading.
 pub(super) fn speed(x_m_s: f64) -> String {
-    if x_m_s.abs() >= 0.1 {
+    if x_m_s.abs() >= 1.0 {
         format!("{x_m_s:.3} m/s")
+    } else if x_m_s.abs() >= 0.1 {
+        format!("{:.0} mm/s", 1e3 * x_m_s)
     } else {
         format!("{:.2} mm/s", 1e3 * x_m_s)
     }
 }
 
-/// The run in a few sentences, as HTML.
-pub(super) fn story(trace: &Trace, summary: &Summary) -> String {
-    let mut lines = Vec::new();
-    lines.extend(tracking(summary));
-    lines.extend(shortfall(trace, summary));
-    lines.extend(slipping(summary));
-    lines.extend(reckoning(summary));
-    let paragraphs: String = lines.iter().map(|l| format!("<p>{l}</p>")).collect();
-    format!("<div class=\"story\">{paragraphs}</div>\n")
+/// An energy for reading.
+pub(super) fn energy(x_j: f64) -> String {
+    if x_j.abs() >= 0.1 {
+        format!("{x_j:.2} J")
+    } else {
+        format!("{x_j:.3} J")
+    }
 }
 
-/// How near it came to its reference.
-fn tracking(summary: &Summary) -> Option<String> {
-    let (position_m, heading_rad) = (
-        summary.position_error_final_m?,
-        summary.heading_error_final_rad?,
-    );
-    let mut text = format!(
-        "It ended <b>{}</b> and <b>{}</b> from its reference.",
-        length(position_m),
-        angle(heading_rad)
-    );
-    let converged = match (summary.position_converged_s, summary.heading_converged_s) {
-        (Some(p), Some(h)) if p == h => {
-            format!("Position and heading were there from {} on.", time(p))
-        }
-        (Some(p), Some(h)) if p < h => {
-            format!(
-                "The position was there from {} on, the heading from {}.",
-                time(p),
-                time(h)
-            )
-        }
-        (Some(p), Some(h)) => {
-            format!(
-                "The heading was there from {} on, the position from {}.",
-                time(h),
-                time(p)
-            )
-        }
-        (Some(p), None) => format!(
-            "The position was there from {} on, the heading never for good.",
-            time(p)
-        ),
-        (None, Some(h)) => format!(
-            "The heading was there from {} on, the position never for good.",
-            time(h)
-        ),
-        (None, None) => "Neither position nor heading converged.".to_owned(),
-    };
-    let _ = write!(text, " {converged}");
-    if let Some(share) = summary.saturated_share.filter(|&s| s > 0.0) {
-        let _ = write!(
-            text,
-            " Saturation made a task give way during {} of the run.",
-            percent(share)
-        );
-    }
-    Some(text)
-}
+/// What a tile shows: the key of the summary, by which an expectation finds it; its words; its value.
+type Tile = (&'static str, &'static str, Option<String>);
 
-/// What of the ideal motion did not come, and why, for each driven component of an open-loop run.
-fn shortfall(trace: &Trace, summary: &Summary) -> Vec<String> {
-    if !trace.header.open_loop {
-        return Vec::new();
-    }
-    let (Some(real), Some(ideal), Some(contact)) = (
-        summary.twist_mean,
-        summary.twist_ideal_mean,
-        summary.twist_contact_mean,
-    ) else {
-        return Vec::new();
-    };
-    let ratios = summary.twist_ratio_ideal;
-    let metres: fn(f64) -> String = |v| format!("{:.4} m/s", v.abs());
-    let degrees: fn(f64) -> String = |w| format!("{:.2}°/s", w.to_degrees().abs());
-    let side = |v: f64, plus: &'static str, minus: &'static str| if v < 0.0 { minus } else { plus };
-    let components = [
+/// The figures that matter most, as HTML; those that something was expected of say whether it held.
+pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
+    let s = summary;
+    let mut tiles: Vec<Tile> = vec![
         (
-            ratios.vx,
-            real.vx_m_s,
-            ideal.vx_m_s,
-            contact.vx_m_s,
-            metres,
-            side(ideal.vx_m_s, "Ahead", "Backwards"),
+            "position_error_max_m",
+            "largest position error",
+            s.position_error_max_m.map(length),
         ),
         (
-            ratios.vy,
-            real.vy_m_s,
-            ideal.vy_m_s,
-            contact.vy_m_s,
-            metres,
-            side(ideal.vy_m_s, "To the left", "To the right"),
+            "position_error_final_m",
+            "position error at the end",
+            s.position_error_final_m.map(length),
         ),
         (
-            ratios.omega,
-            real.omega_rad_s,
-            ideal.omega_rad_s,
-            contact.omega_rad_s,
-            degrees,
-            side(ideal.omega_rad_s, "Turning left", "Turning right"),
+            "heading_error_final_rad",
+            "heading error at the end",
+            s.heading_error_final_rad.map(angle),
+        ),
+        (
+            "position_converged_s",
+            "position converged after",
+            s.position_converged_s.map(time),
+        ),
+        (
+            "heading_converged_s",
+            "heading converged after",
+            s.heading_converged_s.map(time),
         ),
     ];
-    components
-        .into_iter()
-        .filter_map(|(ratio, real, ideal, contact, unit, direction)| {
-            let ratio = ratio?;
-            let geometry = (ideal - contact) / ideal;
-            let slip = (contact - real) / ideal;
-            Some(format!(
-                "<b>{direction}</b> the wheels turned for {} and the robot did {}: <b>{}</b> of the ideal kinematics. \
-                 The rollers' geometry takes {}, slip takes {}.",
-                unit(ideal),
-                unit(real),
-                percent(ratio),
-                percent(geometry),
-                percent(slip)
-            ))
-        })
-        .collect()
-}
-
-/// How much the contacts slid and what it cost.
-fn slipping(summary: &Summary) -> Option<String> {
-    let rms_m_s = summary.slip_speed_rms_m_s?;
-    let mut text = format!("The contacts slid at <b>{}</b> rms", speed(rms_m_s));
-    if let (Some(slip_j), Some(motor_j)) = (summary.energy.slip_j, summary.energy.motor_j) {
-        let _ = write!(text, " and lost {slip_j:.2} J");
-        if motor_j > 0.0 {
-            let _ = write!(text, " of the {motor_j:.2} J that the motors gave");
-        }
+    if s.position_error_final_m.is_none() {
+        let (ideal, contact) = (&s.twist_ratio_ideal, &s.twist_ratio_contact);
+        tiles.extend([
+            (
+                "twist_ratio_ideal.vx",
+                "real over ideal, ahead",
+                ideal.vx.map(percent_fine),
+            ),
+            (
+                "twist_ratio_ideal.vy",
+                "real over ideal, sideways",
+                ideal.vy.map(percent_fine),
+            ),
+            (
+                "twist_ratio_ideal.omega",
+                "real over ideal, yaw",
+                ideal.omega.map(percent_fine),
+            ),
+            (
+                "twist_ratio_contact.vx",
+                "real over touching rollers, ahead",
+                contact.vx.map(percent_fine),
+            ),
+            (
+                "twist_ratio_contact.vy",
+                "real over touching rollers, sideways",
+                contact.vy.map(percent_fine),
+            ),
+            (
+                "twist_ratio_contact.omega",
+                "real over touching rollers, yaw",
+                contact.omega.map(percent_fine),
+            ),
+        ]);
     }
-    text.push('.');
-    Some(text)
-}
-
-/// How far dead reckoning strays.
-fn reckoning(summary: &Summary) -> Option<String> {
-    let ideal = summary.odometry_ideal.m_per_m?;
-    let contact = summary.odometry_contact.m_per_m?;
-    Some(format!(
-        "Dead reckoning strays by {} a metre by the ideal kinematics, by {} when it allows for the rollers that touch.",
-        length(ideal),
-        length(contact)
-    ))
-}
-
-/// The figures that matter most, as HTML.
-pub(super) fn tiles(summary: &Summary) -> String {
-    let components = |ratio: &ilon_trace::metrics::TwistRatio| [ratio.vx, ratio.vy, ratio.omega];
-    let names = ["ahead", "sideways", "yaw"];
-    let mut tiles: Vec<(String, Option<String>)> = vec![
-        (
-            "position error at the end".to_owned(),
-            summary.position_error_final_m.map(length),
-        ),
-        (
-            "heading error at the end".to_owned(),
-            summary.heading_error_final_rad.map(angle),
-        ),
-        (
-            "position converged after".to_owned(),
-            summary.position_converged_s.map(time),
-        ),
-        (
-            "heading converged after".to_owned(),
-            summary.heading_converged_s.map(time),
-        ),
-    ];
-    if summary.position_error_final_m.is_none() {
-        for (of, ratio) in [
-            ("ideal", components(&summary.twist_ratio_ideal)),
-            ("contact", components(&summary.twist_ratio_contact)),
-        ] {
-            let named = names.iter().zip(ratio);
-            tiles.extend(
-                named.map(|(name, r)| (format!("real over {of}, {name}"), r.map(percent_fine))),
-            );
-        }
-    }
+    let work = s.wheel_torque_max_n_m.map(|t| format!("{t:.3} N m"));
+    let noteworthy = |x: Option<f64>, least: f64| x.filter(|x| x.abs() >= least);
     tiles.extend([
         (
-            "sliding speed, rms".to_owned(),
-            summary.slip_speed_rms_m_s.map(speed),
+            "slip_speed_rms_m_s",
+            "sliding speed, rms",
+            s.slip_speed_rms_m_s.map(speed),
         ),
         (
-            "lost to slip".to_owned(),
-            summary.slip_energy_j.map(|j| format!("{j:.3} J")),
+            "slip_energy_j",
+            "lost to sliding",
+            noteworthy(s.slip_energy_j, 5e-4).map(energy),
         ),
         (
-            "largest wheel rate asked".to_owned(),
-            summary
-                .wheel_rate_command_max_rad_s
-                .map(|w| format!("{w:.2} rad/s")),
+            "energy.spin_up_j",
+            "spent on spinning up rollers",
+            noteworthy(s.energy.spin_up_j, 5e-4).map(energy),
+        ),
+        ("wheel_torque_max_n_m", "largest wheel torque", work),
+        (
+            "odometry_drift_m_per_m",
+            "drift of dead reckoning, per metre",
+            s.odometry_drift_m_per_m.map(length),
         ),
         (
-            "largest wheel torque".to_owned(),
-            summary.wheel_torque_max_n_m.map(|t| format!("{t:.3} N m")),
+            "hub_ripple_m",
+            "hub ripple",
+            noteworthy(s.hub_ripple_m, 1e-5).map(length),
         ),
-        (
-            "drift of dead reckoning, per metre".to_owned(),
-            summary.odometry_drift_m_per_m.map(length),
-        ),
-        ("hub ripple".to_owned(), summary.hub_ripple_m.map(length)),
     ]);
     let cells: String = tiles
-        .iter()
-        .filter_map(|(name, value)| Some((name, value.as_ref()?)))
-        .map(|(name, value)| {
+        .into_iter()
+        .filter_map(|(key, name, value)| Some((key, name, value?)))
+        .map(|(key, name, value)| {
             // The unit stands smaller than the number.
-            let (number, unit) = value.split_once(' ').unwrap_or((value, ""));
+            let (number, unit) = value.split_once(' ').unwrap_or((&value, ""));
+            let expected = expectations.iter().find(|e| e.quantity == key);
+            let (class, bound) = expected.map_or(("", String::new()), |e| {
+                let (class, word) = if e.held { (" held", "held") } else { (" failed", "failed") };
+                (class, format!("<br>{} {word}", escape(&e.bound)))
+            });
             format!(
-                "<div class=\"tile\"><dt>{name}</dt><dd>{number}<small>{unit}</small></dd></div>"
+                "<div class=\"tile{class}\"><dt>{name}{bound}</dt><dd>{number}<small>{unit}</small></dd></div>"
             )
         })
         .collect();
@@ -288,7 +198,7 @@ fn percent_fine(x: f64) -> String {
 /// The ledger in numbers, as HTML.
 pub(super) fn ledger_table(summary: &Summary) -> String {
     let causes = [
-        "saturation made a task give way",
+        "a task was saturated",
         "the command allowed for the rollers' geometry in advance",
         "the wheels had not reached their targets",
         "the touching roller is tilted and off the wheel's middle",
@@ -320,9 +230,9 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
         })
         .collect();
     format!(
-        "<div class=\"card whole scroll\"><table><caption>Asked minus real motion over the run: net along the world's axes, \
-         and as the length of each term's own way</caption><thead><tr><th>term</th><th>x, mm</th><th>y, mm</th>\
-         <th>heading, deg</th><th>way, mm</th><th>turn, deg</th><th style=\"text-align:left\">because</th></tr></thead>\
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Asked minus real motion over the run: net along the world's axes, \
+         and as the length of the path of each term</caption><thead><tr><th>term</th><th>x, mm</th><th>y, mm</th>\
+         <th>heading, deg</th><th>path, mm</th><th>turn, deg</th><th style=\"text-align:left\">because</th></tr></thead>\
          <tbody>{rows}<tr class=\"total\"><th scope=\"row\">total</th>{}<td></td></tr></tbody></table></div>\n",
         cells(&summary.ledger.total)
     )
@@ -355,7 +265,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
     };
     format!(
-        "<div class=\"card whole scroll\"><table><caption>Means from {} to {}, in the body frame; a ratio stands only where \
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Means from {} to {}, in the body frame; a ratio stands only where \
          the component is driven</caption><thead><tr><th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th>\
          <th>ω, deg/s</th></tr></thead><tbody>{}{}{}{}{}</tbody></table></div>\n",
         time(trace.header.measure_from_s),
@@ -392,12 +302,17 @@ pub(super) fn energy_table(summary: &Summary) -> String {
         )
     });
     format!(
-        "<div class=\"card whole scroll\"><table><caption>Motors and outside = stored + slip + bearings + landing + solver</caption>\
-         <thead><tr><th></th><th>J</th><th style=\"text-align:left\">is</th></tr></thead><tbody>{}{}{}{}{}{}{}</tbody></table></div>\n",
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Motors and outside = stored + sliding + roller spin-up + bearings + landing + solver</caption>\
+         <thead><tr><th></th><th>J</th><th style=\"text-align:left\">is</th></tr></thead><tbody>{}{}{}{}{}{}{}{}</tbody></table></div>\n",
         row("motors", e.motor_j, "work at the wheels"),
         row("outside", e.outside_j, "brought by pushes and payloads"),
         row("stored", e.stored_j, "gain of kinetic and potential energy"),
-        row("slip", e.slip_j, "turned into heat where contacts slide"),
+        row("sliding", e.slip_j, "turned into heat where contacts slide"),
+        row(
+            "roller spin-up",
+            e.spin_up_j,
+            "rollers that come down at rest and are brought up to their spin at hand-over"
+        ),
         row("bearings", e.bearing_j, "of wheels and rollers"),
         row(
             "landing",
@@ -460,7 +375,7 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
         .map(|(head, _, _)| format!("<th>{head}</th>"))
         .collect();
     format!(
-        "<div class=\"card whole scroll\"><table><caption>Reckoned minus real. A robot of one's own reckons by the contacts \
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Reckoned minus real. A robot of one's own reckons by the contacts \
          with <code>ilon_control::Odometry</code>: wheel angles in, pose out</caption><thead><tr><th></th>{heads}</tr></thead>\
          <tbody>{}{}<tr class=\"total\"><th scope=\"row\">times less</th>{better}</tr></tbody></table></div>\n",
         row("by equation (7)", ideal),
@@ -499,7 +414,7 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
         })
         .collect();
     format!(
-        "<div class=\"card whole scroll\"><table><caption>The contacts of each wheel over the run</caption><thead><tr>\
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>The contacts of each wheel over the run</caption><thead><tr>\
          <th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
          <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
          <th>most grip used</th><th>hand-overs</th><th>two rollers<br>at once</th><th>off the floor</th>\
@@ -515,7 +430,7 @@ pub(super) fn all_figures(summary: &Summary) -> String {
     let json = serde_json::to_value(summary).unwrap_or_default();
     flatten("", &json, &mut rows);
     format!(
-        "<div class=\"scroll\"><table><caption>SI units; a dash is a quantity that does not apply</caption><thead><tr>\
+        "<div class=\"scroll\" tabindex=\"0\"><table><caption>SI units; a dash is a quantity that does not apply</caption><thead><tr>\
          <th>name</th><th>value</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
     )
 }
@@ -554,6 +469,24 @@ fn flatten(path: &str, value: &Value, rows: &mut String) {
                 rows,
                 "<tr><th scope=\"row\"><code>{key}</code></th><td{class} data-key=\"{key}\">{text}</td></tr>"
             );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_one_unit_below_a_metre() {
+        for (x_m, text) in [
+            (2.0, "2.000 m"),
+            (0.4222, "422.2 mm"),
+            (0.0031, "3.10 mm"),
+            (0.000_199, "0.199 mm"),
+            (-1e-9, "0 mm"),
+        ] {
+            assert_eq!(length(x_m), text);
         }
     }
 }

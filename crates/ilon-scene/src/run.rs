@@ -1,7 +1,7 @@
 //! The frames of a recorded run.
 
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{Header, Record, Rows, WheelSample, Which};
+use ilon_trace::{Header, Projection, Record, Rows, WheelSample};
 
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
@@ -61,7 +61,7 @@ pub fn frames_of_run<R: Rows>(
         .collect();
     let mut frames: Vec<Frame> = Vec::with_capacity(row_count / stride + 2);
     let mut row = 0;
-    rows.each_chunk(Which::All, &mut |chunk| {
+    rows.each_batch(Projection::All, &mut |chunk| {
         for (record, wheels) in chunk.steps() {
             if kept(row) {
                 frames.push(frame(rows.header(), record, wheels, &angles));

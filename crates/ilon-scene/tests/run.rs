@@ -8,7 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_robot::{Pose, Robot};
 use ilon_scene::{Frame, Frames, Kind, Thinning, frames_of_run};
-use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Which};
+use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
 
 const PERIOD_S: f64 = 0.01;
 
@@ -185,8 +185,8 @@ impl Rows for WithAngles {
         self.0.row_count()
     }
 
-    fn each_chunk(&self, which: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
-        self.0.each_chunk(which, see)
+    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
+        self.0.each_batch(which, see)
     }
 
     fn each_value(&self, signal: &str, see: &mut dyn FnMut(Option<f64>)) -> Result<(), Infallible> {

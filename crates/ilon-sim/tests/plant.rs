@@ -108,6 +108,39 @@ fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() 
     }
 }
 
+/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
+/// turns slippery. The step is chosen for it, nothing that it does not know is written into the scenario, and a snapshot is
+/// one.
+#[test]
+fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
+    let (scenario, robot) = eventful("[world.solver]\ncontacts = \"rapier\"\n");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    assert!(
+        resolved.physics_dt_s() <= 1e-3,
+        "{}",
+        resolved.physics_dt_s()
+    );
+    let again = resolve(resolved.scenario(), &robot).expect("what is spelled out can be run too");
+    assert_eq!(
+        again.scenario().to_toml().unwrap(),
+        resolved.scenario().to_toml().unwrap()
+    );
+
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    drive(&mut plant, 28);
+    let snapshot = plant.snapshot();
+    let first = drive(&mut plant, 40);
+    plant.restore(&snapshot);
+    assert_eq!(drive(&mut plant, 40), first);
+    // Ahead at some 0.4 m/s for 0.68 s, over a box: nothing has thrown it.
+    let truth = plant.truth();
+    assert!(truth.pose.x_m > 0.1 && truth.pose.x_m < 0.4, "{truth:?}");
+    assert!(
+        truth.roll_rad.abs() < 0.1 && truth.pitch_rad.abs() < 0.1,
+        "{truth:?}"
+    );
+}
+
 #[test]
 fn a_snapshot_is_of_the_energies_and_contacts_too() {
     let mut plant = plant();

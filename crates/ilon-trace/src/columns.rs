@@ -3,7 +3,7 @@
 use ilon_robot::Pose;
 
 use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
-use crate::rows::Which;
+use crate::rows::Projection;
 use crate::trace::{Header, RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
@@ -187,17 +187,17 @@ impl Signal {
     }
 
     /// Whether it is among those that are looked at.
-    pub(crate) fn is_among(&self, which: Which) -> bool {
+    pub(crate) fn is_among(&self, which: Projection) -> bool {
         match (which, &self.source) {
-            (Which::All, _) => true,
-            (Which::Robot, Source::Wheel(..) | Source::Roller(..)) => false,
-            (Which::Robot, _) => true,
-            (Which::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
+            (Projection::All, _) => true,
+            (Projection::Robot, Source::Wheel(..) | Source::Roller(..)) => false,
+            (Projection::Robot, _) => true,
+            (Projection::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
                 *wheel == wanted
             }
             // When a row was is asked of wheels too.
-            (Which::Wheel(_), Source::Record(column)) => column.name == TIME,
-            (Which::Wheel(_), _) => false,
+            (Projection::Wheel(_), Source::Record(column)) => column.name == TIME,
+            (Projection::Wheel(_), _) => false,
         }
     }
 

@@ -24,7 +24,7 @@ pub(crate) use atomic::{io_error, is_unfinished};
 pub(crate) use lock::LOCK;
 
 use crate::error::TraceError;
-use crate::rows::{Rows, Which};
+use crate::rows::{Projection, Rows};
 use crate::trace::Trace;
 
 /// The most rows of a trace: ten gigabytes or so, and a day at 100 Hz.
@@ -64,7 +64,7 @@ impl Trace {
         }
         let file = TraceFile::open(path)?;
         let mut trace = Self::with_capacity(file.header().clone(), file.row_count());
-        file.each_chunk(Which::All, &mut |chunk| trace.append(chunk))?;
+        file.each_batch(Projection::All, &mut |chunk| trace.append(chunk))?;
         Ok(trace)
     }
 }

@@ -71,7 +71,7 @@ impl Terms {
 
 /// What task `task` of a record lost to saturation: the part of its twist, in the body frame, that its weight took.
 /// Summed over the tasks this is the guidance term wherever saturation works by weights, Indiveri 2009, eq. (33).
-pub fn given_way(record: &Record, task: usize) -> Twist {
+pub fn taken_by_saturation(record: &Record, task: usize) -> Twist {
     record.tasks.get(task).map_or_else(Twist::default, |share| {
         share.asked_twist_in_body.scaled(1.0 - share.weight)
     })
@@ -233,7 +233,7 @@ mod tests {
             asked_twist_in_body: Twist::new(0.2, 0.0, 3.0),
             ..TaskShare::default()
         };
-        assert_eq!(given_way(&record, 1), Twist::new(0.1, 0.0, 1.5));
-        assert_eq!(given_way(&record, 9), Twist::default());
+        assert_eq!(taken_by_saturation(&record, 1), Twist::new(0.1, 0.0, 1.5));
+        assert_eq!(taken_by_saturation(&record, 9), Twist::default());
     }
 }

@@ -12,7 +12,7 @@
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
 //! | [`difference`] | where a trace leaves an earlier one |
-//! | [`odometry`] | how far dead reckoning strays |
+//! | [`odometry`] | how far dead reckoning drifts |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
 //! | [`recording`] | a run of any length, of which only the last rows lie in memory |
@@ -22,6 +22,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod accumulate;
 mod columns;
 pub mod difference;
 mod error;
@@ -42,7 +43,7 @@ mod sample;
 mod signal;
 pub mod sink;
 pub mod slip;
-mod tally;
+
 pub mod trace;
 
 pub use columns::{Kind, Signal};
@@ -54,6 +55,6 @@ pub use metrics::{Settings, Summary};
 pub use quantities::Quantity;
 pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
-pub use rows::{Rows, Which};
+pub use rows::{Projection, Rows};
 pub use sink::Sink;
 pub use trace::{Ground, GroundBox, GroundPatch, GroundRelief, Header, Trace, WheelHeader};

@@ -11,7 +11,7 @@ use crate::error::TraceError;
 use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
 use crate::finite::Watched;
 use crate::parts::Parts;
-use crate::rows::{Rows, Which};
+use crate::rows::{Projection, Rows};
 use crate::trace::{Header, Trace};
 
 /// The rows of a run under way.
@@ -205,13 +205,13 @@ impl Rows for Recorded {
         }
     }
 
-    fn each_chunk(&self, which: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
+    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
         match self {
             Self::Memory(trace) => {
-                let Ok(()) = trace.each_chunk(which, see);
+                let Ok(()) = trace.each_batch(which, see);
                 Ok(())
             }
-            Self::File(file) => file.each_chunk(which, see),
+            Self::File(file) => file.each_batch(which, see),
         }
     }
 
@@ -254,7 +254,7 @@ mod tests {
         let recorded = recording.finish().unwrap();
         let mut largest_chunk = 0;
         recorded
-            .each_chunk(Which::All, &mut |chunk| {
+            .each_batch(Projection::All, &mut |chunk| {
                 largest_chunk = largest_chunk.max(chunk.row_count());
             })
             .unwrap();

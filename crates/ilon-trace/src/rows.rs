@@ -21,7 +21,8 @@ pub trait Rows {
     ///
     /// # Errors
     /// Where the rows cannot be read.
-    fn each_chunk(&self, which: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), Self::Error>;
+    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace))
+    -> Result<(), Self::Error>;
 
     /// Shows the values of a signal, named as its column in the file, in their order to `see`: `None` where it is absent.
     /// Of a signal that there is not, nothing is shown.
@@ -44,7 +45,7 @@ pub trait Rows {
 
 /// Which signals are looked at: reading the others from a file takes time for nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub enum Projection {
     /// All of them.
     All,
     /// Those of the robot, not of its wheels.
@@ -64,7 +65,7 @@ impl Rows for Trace {
         self.records().len()
     }
 
-    fn each_chunk(&self, _: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
+    fn each_batch(&self, _: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
         see(self);
         Ok(())
     }
@@ -81,14 +82,14 @@ impl Rows for Trace {
 /// Every `every`-th row from the first on, as a trace of its own whose rows are as much further apart.
 ///
 /// # Errors
-/// Like [`Rows::each_chunk`].
+/// Like [`Rows::each_batch`].
 pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
     let every = every.max(1);
     let mut header = rows.header().clone();
     header.control_dt_s *= every as f64;
     let mut thin = Trace::with_capacity(header, rows.row_count().div_ceil(every));
     let mut row = 0;
-    rows.each_chunk(Which::All, &mut |chunk| {
+    rows.each_batch(Projection::All, &mut |chunk| {
         for (place, (record, wheels)) in chunk.steps().enumerate() {
             if row % every == 0 {
                 thin.push(*record, wheels);

@@ -54,14 +54,16 @@ pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_r
 
 /// What the contacts of each wheel did over the run.
 pub fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
-    let mut wheels = WheelTally::of_each(&trace.header);
+    let mut wheels = WheelAccumulator::of_each(&trace.header);
     for (record, samples) in trace.steps() {
         for (wheel, sample) in wheels.iter_mut().zip(samples) {
             wheel.add(&trace.header, record, sample);
         }
     }
     let slips = trace.header.wheels.iter().zip(wheels);
-    slips.map(|(wheel, tally)| tally.finish(wheel)).collect()
+    slips
+        .map(|(wheel, accumulator)| accumulator.finish(wheel))
+        .collect()
 }
 
 /// Root mean square; `None` of nothing.
@@ -87,7 +89,7 @@ pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// What the contacts of one wheel have done so far.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WheelTally {
+pub(crate) struct WheelAccumulator {
     index: usize,
     speed_m_s: Rms,
     speed_largest_m_s: Largest,
@@ -105,14 +107,14 @@ pub(crate) struct WheelTally {
     hub_height_m: Extent,
 }
 
-impl WheelTally {
+impl WheelAccumulator {
     /// One for each wheel.
     pub fn of_each(header: &Header) -> Vec<Self> {
-        let tally = |index| Self {
+        let accumulator = |index| Self {
             index,
             ..Self::default()
         };
-        (0..header.wheels.len()).map(tally).collect()
+        (0..header.wheels.len()).map(accumulator).collect()
     }
 
     /// Adds the wheel's sample of one row.

@@ -22,6 +22,14 @@ pub enum WorldError {
         /// What would be wrong.
         reason: String,
     },
+    /// Something that rapier's own solver of contacts does not know.
+    #[error("contacts that rapier solves cannot have {what}; let ilon solve them, or {remedy}")]
+    NotInRapier {
+        /// What it does not know.
+        what: String,
+        /// What to do without it.
+        remedy: &'static str,
+    },
     /// A robot without wheels has nothing to stand on.
     #[error("the robot has no wheels")]
     NoWheels,

@@ -4,11 +4,12 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3
 use parry3d::bounding_volume::Aabb;
 use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
+use rapier3d::pipeline::{ContactModificationContext, PhysicsHooks};
 use rapier3d::prelude::*;
 
-use crate::WorldError;
 use crate::contact::nearest::{Piece, SolidBox, Triangle};
 use crate::engine::{convert, groups};
+use crate::{ContactSolver, WorldError};
 
 /// The ground a robot drives on.
 ///
@@ -144,7 +145,7 @@ impl Floor {
     }
 
     /// Puts the ground into rapier, whose frame is the floor's.
-    pub(crate) fn insert(&self, colliders: &mut ColliderSet) -> Ground {
+    pub(crate) fn insert(&self, colliders: &mut ColliderSet, solver: ContactSolver) -> Ground {
         let solids = self.solids();
         let plane = self
             .relief
@@ -155,7 +156,7 @@ impl Floor {
                 ColliderBuilder::new(shape.clone())
                     .position(convert::pose(floor_from_shape))
                     .collision_groups(groups::GROUND)
-                    .solver_groups(InteractionGroups::none()),
+                    .solver_groups(groups::solved(solver)),
             )
         };
         if let Some(plane) = &plane {
@@ -388,5 +389,33 @@ impl Ground {
             .find(inside)
             .map_or(self.friction, |p| p.friction)
             .max(0.0)
+    }
+}
+
+/// What rapier asks where it solves contacts itself: how slippery the ground is where something touches it.
+impl PhysicsHooks for Ground {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let ground_first = context.rigid_body1.is_none();
+        let ground = if ground_first {
+            context.collider1
+        } else {
+            context.collider2
+        };
+        let Some(ground) = context.colliders.get(ground) else {
+            return;
+        };
+        let rapier_from_ground = *ground.position();
+        let Some(contact) = context.rigid_mut() else {
+            return;
+        };
+        if let Some(point) = contact.manifold.points.first() {
+            let on_ground = if ground_first {
+                point.local_p1
+            } else {
+                point.local_p2
+            };
+            let in_rapier_m = convert::to_f64(rapier_from_ground * on_ground);
+            *contact.friction = self.friction_at(&(self.rapier_origin_m + in_rapier_m)) as Real;
+        }
     }
 }

@@ -19,5 +19,5 @@ pub use ground::{Floor, GroundBox, Patch, Relief};
 pub use motor_torque::MotorTorque;
 pub use robot::energy::Energy;
 pub use robot::shared::SharedRobot;
-pub use settings::{RollerBodies, Settings};
+pub use settings::{ContactSolver, RollerBodies, Settings};
 pub use world::{BodyState, Payload, Push, World};

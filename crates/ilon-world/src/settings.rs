@@ -3,13 +3,24 @@
 /// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
 /// this is: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
     /// Those near the ground: the others are passed over by a bound on how far they reach.
     Near,
+}
+
+/// Who solves the contacts with the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ContactSolver {
+    /// ilon: rollers are flywheels on their hubs, and the laws of contact and friction are solved all at once, to the end.
+    #[default]
+    Ilon,
+    /// rapier alone, to compare with: every roller is a body on a joint of its own, and rapier's solver sweeps over contacts
+    /// and dry bearings. [`Settings::contact_stiffness_n_m`] and [`Settings::contact_relaxation_s`] do not act.
+    Rapier,
 }
 
 /// Numerical settings of a world.
@@ -21,6 +32,8 @@ pub struct Settings {
     /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
     /// over, and what that costs, is decided within milliseconds.
     pub split_dt_s: Option<f64>,
+    /// Who solves the contacts with the ground.
+    pub contacts: ContactSolver,
     /// Which rollers are looked at for contact.
     pub roller_bodies: RollerBodies,
     /// Stiffness of every contact with the ground, in N/m, > 0. The default is that of hard rollers on hard ground: under
@@ -42,6 +55,7 @@ impl Default for Settings {
         Self {
             dt_s: 1.0 / 500.0,
             split_dt_s: None,
+            contacts: ContactSolver::Ilon,
             roller_bodies: RollerBodies::All,
             contact_stiffness_n_m: 1e8,
             contact_relaxation_s: 1e-3,

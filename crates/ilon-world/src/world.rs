@@ -3,6 +3,7 @@
 mod advance;
 mod check;
 mod disturbance;
+mod reference;
 mod standing;
 #[cfg(test)]
 mod tests;
@@ -16,12 +17,13 @@ use crate::contact::reactions::Reactions;
 use crate::contact::wheel_contact::{Taken, WheelContact};
 use crate::engine::convert;
 use crate::engine::copy::Engine;
+use crate::engine::dispatcher::RollerDispatcher;
 use crate::ground::Ground;
 use crate::robot::assembly::Assembly;
 use crate::robot::shared::SharedRobot;
 use crate::robot::state::State;
 use crate::robot::wheel::RollerState;
-use crate::{Floor, MotorTorque, Settings, WorldError};
+use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
 use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
 pub use truth::BodyState;
@@ -129,10 +131,13 @@ impl World {
         check::check(&robot, floor, settings)?;
         let mut rapier = PhysicsWorld {
             integration_parameters: integration_parameters(settings),
-            narrow_phase: NarrowPhase::new(),
+            narrow_phase: match settings.contacts {
+                ContactSolver::Ilon => NarrowPhase::new(),
+                ContactSolver::Rapier => NarrowPhase::with_query_dispatcher(RollerDispatcher),
+            },
             ..PhysicsWorld::default()
         };
-        let mut ground = floor.insert(&mut rapier.colliders);
+        let mut ground = floor.insert(&mut rapier.colliders, settings.contacts);
 
         let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
         ground.follow(&start_m, &mut rapier.colliders);
@@ -144,6 +149,7 @@ impl World {
             (&robot, &chassis_mass),
             &state.seen_from(&ground),
             &robot.rollers_at_rest(),
+            settings.contacts,
         );
         let dofs = assembly.dofs(&rapier);
         Ok(Self {
@@ -247,6 +253,7 @@ impl World {
             (&self.robot, &self.chassis_mass),
             &self.state.seen_from(&self.ground),
             &rollers,
+            self.settings.contacts,
         );
     }
 }
@@ -271,6 +278,9 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
 
 /// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.
 fn integration_parameters(settings: &Settings) -> IntegrationParameters {
+    if settings.contacts == ContactSolver::Rapier {
+        return reference::integration_parameters(settings);
+    }
     IntegrationParameters {
         dt: settings.dt_s as Real,
         num_solver_iterations: 1,

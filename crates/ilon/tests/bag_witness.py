@@ -308,7 +308,7 @@ def check_cut(folder):
     last = 0
     with path.open("rb") as file:
         try:
-            for _, channel, message, _ in NonSeekingReader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages():
+            for _, channel, message, _ in NonSeekingReader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages(log_time_order=False):
                 read[channel.topic] += 1
                 last = message.log_time
         except Exception as error:  # the end is missing, which is all that may be wrong

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ilon::Error;
 use ilon::judge::{differences, judge, judge_rows};
-use ilon::report::{html, write_recorded};
+use ilon::report::{Context, html, write_recorded};
 use ilon::scenario::Scenario;
 use ilon::simulate::Simulation;
 use ilon::trace::file::ROWS_A_GROUP;
@@ -72,7 +72,13 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
 
     // Curves and means of the report are taken from all rows; a few kinds of picture are drawn from some of them.
     let report = file("report.html");
-    write_recorded(&report, &recorded.trace, &recorded.summary).expect("a report");
+    write_recorded(
+        &report,
+        &recorded.trace,
+        &recorded.summary,
+        &Context::default(),
+    )
+    .expect("a report");
     let page = std::fs::read_to_string(report).expect("it was written");
     let whole = html(&run.trace, &run.summary);
     for (figure, is_same) in [

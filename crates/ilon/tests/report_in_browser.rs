@@ -5,9 +5,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use ilon::bench::{Bench, Options};
+use ilon::bench::{Bench, Kind, Options};
 use ilon::compare::{Compared, Comparison};
-use ilon::scenario::RollerBodies;
 use ilon::{Run, Scenario};
 
 fn browser() -> Option<String> {
@@ -69,7 +68,7 @@ fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures:
 
     let page = String::from_utf8_lossy(&output.stdout);
     let figures = page.matches("data-figure=").count();
-    let drawn = page.matches("class=\"plot-container").count();
+    let drawn = page.matches("data-drawn=").count();
     assert!(figures >= least_figures, "the page has {figures} figures");
     assert_eq!(drawn, figures, "not every figure is drawn");
 }
@@ -117,7 +116,7 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
         return;
     };
     let options = Options {
-        configurations: vec![(RollerBodies::Near, 40.0), (RollerBodies::Near, 20.0)],
+        configurations: vec![(Kind::Near, 40.0), (Kind::Near, 20.0)],
         headings_deg: vec![0.0],
         rounds: 1,
         fleets: vec![1],

@@ -429,7 +429,7 @@ mod tests {
                 let of_point = moved(contact.twist_here(rates), point);
                 let off = of_point - command.saturated_twist_in_body;
                 assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-11);
-                assert!(command.tasks.iter().any(TaskShare::gave_way));
+                assert!(command.tasks.iter().any(TaskShare::is_saturated));
             }
         }
     }

@@ -34,7 +34,7 @@ pub struct TaskShare {
 
 impl TaskShare {
     /// Whether saturation kept the task from all that it asked for.
-    pub fn gave_way(&self) -> bool {
+    pub fn is_saturated(&self) -> bool {
         // Not `weight < 1`: a task that asks for nothing has weight zero and lacks nothing.
         self.asked_rad_s != 0.0 && self.weight < 1.0
     }
@@ -117,8 +117,8 @@ mod tests {
         let weights: Vec<_> = tasks.iter().map(|t| t.weight).collect();
         assert_eq!(capacities, [8.0, 6.0, 6.0, 1.0, 0.0]);
         assert_eq!(weights, [1.0, 0.0, 1.0, 0.25, 0.0]);
-        let gave_way: Vec<_> = tasks.iter().map(TaskShare::gave_way).collect();
-        assert_eq!(gave_way, [false, false, false, true, true]);
+        let is_saturated: Vec<_> = tasks.iter().map(TaskShare::is_saturated).collect();
+        assert_eq!(is_saturated, [false, false, false, true, true]);
     }
 
     #[test]

@@ -286,7 +286,7 @@ mod tests {
         };
         assert!((point_m - Vector2::new(0.05, 0.0)).norm() < 1e-9);
         assert_eq!(found.wheels.len(), 4);
-        assert!(found.mended_by_reversing_all);
+        assert!(found.repaired_by_reversing_all);
         assert_eq!(
             ControlError::Uncontrollable { singularity: found }.to_string(),
             "loss of controllability: all roller axes meet at (0.0500, 0.0000) m: the robot cannot control its \
@@ -308,7 +308,7 @@ mod tests {
         // The roller axis stands at axis + gamma + 90 deg.
         let angle = 0.7 + FRAC_PI_2;
         assert!((direction - Vector2::new(angle.cos(), angle.sin())).norm() < 1e-12);
-        assert_eq!(found.mended_by_reversing.len(), 3);
+        assert_eq!(found.repaired_by_reversing.len(), 3);
 
         // gamma = 0 and hub axes along y: the roller axes lie along x, all through y = 0.
         let line: Vec<_> = [0.2, 0.0, -0.2]

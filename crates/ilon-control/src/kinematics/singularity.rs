@@ -33,9 +33,9 @@ pub struct Singularity {
     /// The wheels whose roller axes share that geometry: all of the robot's.
     pub wheels: Vec<String>,
     /// Wheels of which reversing a single one's handedness (the sign of gamma) gives M the rank 3.
-    pub mended_by_reversing: Vec<String>,
+    pub repaired_by_reversing: Vec<String>,
     /// Whether reversing the handedness of every wheel gives M the rank 3: the wheels were put on the wrong sides.
-    pub mended_by_reversing_all: bool,
+    pub repaired_by_reversing_all: bool,
 }
 
 /// The geometry behind a rank below 3.
@@ -82,12 +82,12 @@ impl fmt::Display for Singularity {
                 libm::atan2(direction.y, direction.x).to_degrees()
             )?,
         }
-        if self.mended_by_reversing_all {
+        if self.repaired_by_reversing_all {
             write!(
                 f,
                 "; the wheels are probably on the wrong sides: reversing the handedness of all of them mends it"
             )
-        } else if self.mended_by_reversing.is_empty() {
+        } else if self.repaired_by_reversing.is_empty() {
             write!(
                 f,
                 "; turn or move a wheel so that its roller axis leaves the others'"
@@ -96,7 +96,7 @@ impl fmt::Display for Singularity {
             write!(
                 f,
                 "; reversing the handedness of one of {} mends it",
-                quoted(&self.mended_by_reversing)
+                quoted(&self.repaired_by_reversing)
             )
         }
     }
@@ -147,11 +147,11 @@ pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
     Some(Singularity {
         kind,
         wheels: wheels.iter().map(|w| w.name.clone()).collect(),
-        mended_by_reversing: (0..wheels.len())
+        repaired_by_reversing: (0..wheels.len())
             .filter(|&i| mended(i))
             .map(|i| wheels[i].name.clone())
             .collect(),
-        mended_by_reversing_all: kind_of(&all).is_none(),
+        repaired_by_reversing_all: kind_of(&all).is_none(),
     })
 }
 

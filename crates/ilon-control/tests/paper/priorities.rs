@@ -164,7 +164,7 @@ fn run(course: &Course, dt_s: f64, steps: usize) -> Vec<(Command, Vector2<f64>, 
 fn t_star(trail: &[(Command, Vector2<f64>, f64)]) -> usize {
     let starved = |(command, ..): &(Command, Vector2<f64>, f64)| {
         let (third, fourth) = (&command.tasks[2], &command.tasks[3]);
-        third.gave_way() || fourth.capacity_rad_s <= 0.0
+        third.is_saturated() || fourth.capacity_rad_s <= 0.0
     };
     trail.iter().rposition(starved).map_or(0, |k| k + 1)
 }
@@ -294,7 +294,7 @@ fn eq_46_before_t_star_the_low_task_may_lose_ground() {
         let desired = reference.at(0.02 * f64::from(k));
         let command = guidance.update(&seen, &desired).clone();
         assert_eq!(command.tasks[2].weight, 0.0);
-        assert!(command.tasks[1].gave_way());
+        assert!(command.tasks[1].is_saturated());
         heading_errors.push(errors(&seen, &desired).1);
         roll(&guidance, &command.wheel_rates_rad_s, &mut seen, 0.02);
     }

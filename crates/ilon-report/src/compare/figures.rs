@@ -3,16 +3,14 @@
 use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::ledger::Integral;
 use ilon_trace::{Record, Summary, WheelSample};
-use plotly::Bar;
-use plotly::common::{Marker, Orientation};
-use plotly::layout::{Axis, BarMode, Layout, RangeMode};
 
 use crate::compare::{Compared, Comparison};
-use crate::figure::{Figure, Pen, Span, axis, curve, dashed, layout, map_layout, plot, wheel_pen};
+use crate::figure::{
+    Axis, Curve, Figure, Layout, Pen, Span, axis, bars, curve, dashed, layout, map_layout, plot,
+    wheel_pen,
+};
 use crate::figures::balance::TERM_COLORS;
 use crate::figures::motion::{COMPONENTS, way};
-use crate::page::escape;
-use crate::thin::short;
 
 /// The pen of a run: colours and dashes as those of wheels, broader.
 pub(super) fn run_pen(index: usize) -> Pen {
@@ -21,7 +19,7 @@ pub(super) fn run_pen(index: usize) -> Pen {
 
 /// The ways over the floor, and the references that they should have followed.
 pub(super) fn path(comparison: &Comparison) -> Figure {
-    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     for reference in references(comparison) {
         curves.push(way("reference", &reference, dashed("@asked")));
     }
@@ -152,26 +150,23 @@ fn ledger(
     unit: &str,
     of: fn(&Integral) -> f64,
 ) -> Figure {
-    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
-    for (term, color) in TERM_COLORS.into_iter().enumerate() {
-        let mut name = "";
-        let values = comparison.runs.iter().map(|run| {
-            let (term_name, integral) = run.summary.ledger.named()[term];
-            name = term_name;
-            Some(of(&integral))
-        });
-        let values: Vec<_> = values.collect();
-        traces.push(bar_of_runs(comparison, name, values, color));
-    }
-    bars(
-        id,
-        title,
-        caption,
-        unit,
-        comparison,
-        BarMode::Relative,
-        traces,
-    )
+    let terms = TERM_COLORS.into_iter().enumerate().map(|(term, color)| {
+        let named = comparison
+            .runs
+            .first()
+            .map(|run| run.summary.ledger.named()[term].0);
+        let values = comparison
+            .runs
+            .iter()
+            .map(|run| Some(of(&run.summary.ledger.named()[term].1)));
+        bars(
+            named.unwrap_or_default(),
+            &values.collect::<Vec<_>>(),
+            color,
+        )
+    });
+    let bars = terms.collect();
+    bars_of_runs(id, title, caption, axis(unit), comparison, false, bars)
 }
 
 /// Where the motors' work of each run went.
@@ -185,18 +180,18 @@ pub(super) fn energy(comparison: &Comparison) -> Figure {
         ("the solver's", "@asked", |s| s.energy.unexplained_j),
     ];
     let traces = parts.into_iter().map(|(name, color, of)| {
-        let values = comparison.runs.iter().map(|run| of(&run.summary)).collect();
-        bar_of_runs(comparison, name, values, color)
+        let values: Vec<_> = comparison.runs.iter().map(|run| of(&run.summary)).collect();
+        bars(name, &values, color)
     });
     let traces = traces.collect();
-    bars(
+    bars_of_runs(
         "energy",
         "Where the motors' work went",
         "Lost to slip, bearings and rollers that land, or stored as motion. The last is the solver's own loss or \
          gain.",
-        "J",
+        axis("J").least_span(0.01),
         comparison,
-        BarMode::Relative,
+        false,
         traces,
     )
 }
@@ -215,17 +210,17 @@ pub(super) fn odometry(comparison: &Comparison) -> Figure {
             .runs
             .iter()
             .map(|run| of(&run.summary).map(|m| 1e3 * m));
-        bar_of_runs(comparison, name, values.collect(), color)
+        bars(name, &values.collect::<Vec<_>>(), color)
     });
     let traces = traces.collect();
-    bars(
+    bars_of_runs(
         "odometry",
         "Drift of dead reckoning",
         "Distance from the truth at the end, per metre travelled. What the contact kinematics saves is geometry, which a \
          robot can correct for; what it leaves is slip, which the wheels cannot see.",
-        "mm per m",
+        axis("mm per m").least_span(0.1),
         comparison,
-        BarMode::Group,
+        true,
         traces,
     )
 }
@@ -251,28 +246,41 @@ pub(super) fn slip_speed(comparison: &Comparison) -> Figure {
 
 /// Energy that each wheel lost to slip.
 pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
+    let names: Vec<&str> = comparison
+        .runs
+        .iter()
+        .flat_map(|run| &run.summary.wheels)
+        .map(|w| w.name.as_str())
+        .collect();
+    let mut wheels: Vec<String> = Vec::new();
+    for name in names {
+        if !wheels.iter().any(|known| known == name) {
+            wheels.push(name.to_owned());
+        }
+    }
     let traces = comparison.runs.iter().enumerate().map(|(index, run)| {
-        let names: Vec<String> = run.summary.wheels.iter().map(|w| escape(&w.name)).collect();
-        let values = run
-            .summary
-            .wheels
-            .iter()
-            .map(|w| w.speed_rms_m_s.map(|v| short(1e3 * v, 5)));
-        Bar::new(names, values.collect())
-            .name(escape(&run.name))
-            .marker(Marker::new().color(run_pen(index).color)) as Box<dyn plotly::Trace>
+        let of = |name: &String| {
+            let wheel = run.summary.wheels.iter().find(|w| w.name == *name);
+            wheel.and_then(|w| w.speed_rms_m_s).map(|v| 1e3 * v)
+        };
+        bars(
+            &run.name,
+            &wheels.iter().map(of).collect::<Vec<_>>(),
+            run_pen(index).color,
+        )
     });
-    let layout = Layout::new()
-        .bar_mode(BarMode::Group)
-        .y_axis(axis("rms sliding speed in mm/s"));
+    let traces: Vec<Curve> = traces.collect();
+    let height_px = 110 + wheels.len() as u32 * (24 + 11 * traces.len().min(12) as u32);
+    let x = axis("rms sliding speed in mm/s").least_span(1.0);
+    let layout = Layout::of(x, axis("").names(wheels)).grouped();
     Figure {
         id: "slip-of-wheels".to_owned(),
         title: "Slip, wheel by wheel".to_owned(),
         caption: "Rms sliding speed over the run.".to_owned(),
-        height_px: 320,
+        height_px,
         span: Span::Half,
         over_time: false,
-        plot: plot(traces.collect(), layout),
+        plot: plot(traces, layout),
     }
 }
 
@@ -322,76 +330,44 @@ fn over_time(id: &str, title: &str, caption: &str, plot: String) -> Figure {
 }
 
 fn from_zero(x_title: &str, y_title: &str) -> Layout {
-    Layout::new()
-        .x_axis(axis(x_title))
-        .y_axis(axis(y_title).range_mode(RangeMode::ToZero))
+    Layout::of(axis(x_title), axis(y_title).from_zero())
 }
 
 /// One curve a run.
-fn each_run(
-    comparison: &Comparison,
-    points: impl Fn(&Compared) -> Vec<(f64, f64)>,
-) -> Vec<Box<dyn plotly::Trace>> {
+fn each_run(comparison: &Comparison, points: impl Fn(&Compared) -> Vec<(f64, f64)>) -> Vec<Curve> {
     let runs = comparison.runs.iter().enumerate();
-    runs.map(|(index, run)| {
-        curve(&run.name, points(run).into_iter(), run_pen(index)) as Box<dyn plotly::Trace>
-    })
-    .collect()
+    runs.map(|(index, run)| curve(&run.name, points(run).into_iter(), run_pen(index)))
+        .collect()
 }
 
 /// One curve a run, of a quantity over its wheels; instants at which it does not apply are left out.
-fn over_wheels(
-    comparison: &Comparison,
-    of: fn(&[WheelSample]) -> Option<f64>,
-) -> Vec<Box<dyn plotly::Trace>> {
+fn over_wheels(comparison: &Comparison, of: fn(&[WheelSample]) -> Option<f64>) -> Vec<Curve> {
     each_run(comparison, |run| {
         let point = |(record, wheels): (&Record, &[WheelSample])| Some((record.t_s, of(wheels)?));
         run.trace.steps().filter_map(point).collect()
     })
 }
 
-/// A bar for each run, of one part.
-fn bar_of_runs(
-    comparison: &Comparison,
-    part: &str,
-    values: Vec<Option<f64>>,
-    color: &'static str,
-) -> Box<dyn plotly::Trace> {
-    let names: Vec<String> = comparison
-        .runs
-        .iter()
-        .map(|run| escape(&run.name))
-        .collect();
-    let values: Vec<_> = values.into_iter().map(|x| x.map(|x| short(x, 5))).collect();
-    Bar::new(values, names)
-        .name(escape(part))
-        .orientation(Orientation::Horizontal)
-        .marker(Marker::new().color(color))
-}
-
-/// Horizontal bars, a row a run, stacked by sign; the first run on top.
-fn bars(
+/// Horizontal bars, a row a run, stacked by sign unless they are grouped; the first run on top.
+fn bars_of_runs(
     id: &str,
     title: &str,
     caption: &str,
-    unit: &str,
+    x: Axis,
     comparison: &Comparison,
-    mode: BarMode,
-    traces: Vec<Box<dyn plotly::Trace>>,
+    grouped: bool,
+    curves: Vec<Curve>,
 ) -> Figure {
-    let count = comparison.runs.len();
-    let layout = Layout::new().bar_mode(mode).x_axis(axis(unit)).y_axis(
-        Axis::new()
-            .auto_margin(true)
-            .range(vec![count as f64 - 0.5, -0.5]),
-    );
+    let names: Vec<String> = comparison.runs.iter().map(|run| run.name.clone()).collect();
+    let count = names.len().min(12) as u32;
+    let layout = Layout::of(x, axis("").names(names));
     Figure {
         id: id.to_owned(),
         title: title.to_owned(),
         caption: caption.to_owned(),
-        height_px: 180 + 40 * count.min(12) as u32,
+        height_px: 110 + 46 * count,
         span: Span::Half,
         over_time: false,
-        plot: plot(traces, layout),
+        plot: plot(curves, if grouped { layout.grouped() } else { layout }),
     }
 }

@@ -63,7 +63,7 @@ pub fn html(comparison: &Comparison) -> String {
                   double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
                   G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
                   Transactions on Robotics 25(1), 2009.</p>";
-    page::page(&head, &sections, footer, &[])
+    page::page(&head, &sections, footer, &page::Parts::default())
 }
 
 /// Writes the comparison to a file, whole or not at all.
@@ -146,7 +146,7 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
             Some(x) => {
                 let against = first
                     .filter(|_| index > 0)
-                    .and_then(|first| against(x, first, quantity));
+                    .and_then(|first| against(x, first, quantity.decimals));
                 let against =
                     against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
                 format!("<td>{x:.*}{against}</td>", quantity.decimals)
@@ -161,8 +161,8 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
 }
 
 /// A figure against the first run's; `None` where that one is too near to zero to be a measure.
-fn against(x: f64, first: f64, quantity: &Quantity) -> Option<String> {
-    let last_digit = 10f64.powi(-(quantity.decimals as i32));
+fn against(x: f64, first: f64, decimals: usize) -> Option<String> {
+    let last_digit = 10f64.powi(-(decimals as i32));
     if first.abs() < 10.0 * last_digit {
         return None;
     }
@@ -307,14 +307,8 @@ mod tests {
 
     #[test]
     fn a_figure_is_told_against_the_first_run_where_that_measures_anything() {
-        let two_decimals = Quantity {
-            name: "",
-            unit: "",
-            decimals: 2,
-            of: |_| None,
-        };
-        assert_eq!(against(1.5, 1.0, &two_decimals).as_deref(), Some("+50.0 %"));
-        assert_eq!(against(3.0, 1.0, &two_decimals).as_deref(), Some("×3.00"));
-        assert_eq!(against(3.0, 0.04, &two_decimals), None);
+        assert_eq!(against(1.5, 1.0, 2).as_deref(), Some("+50.0 %"));
+        assert_eq!(against(3.0, 1.0, 2).as_deref(), Some("×3.00"));
+        assert_eq!(against(3.0, 0.04, 2), None);
     }
 }

@@ -2,14 +2,15 @@
 
 use ilon_trace::ledger::{Integral, Terms};
 use ilon_trace::{Ledger, Record, Summary};
-use plotly::Bar;
-use plotly::common::{Marker, Orientation};
-use plotly::layout::{Axis, BarMode, Layout};
 
-use crate::figure::{Figure, Span, axis, curve, dashed, exact_curve, layout, plot, solid};
+use crate::figure::{
+    Curve, Figure, Layout, Span, axis, bars, curve, dashed, dots, exact_curve, layout, plot, solid,
+};
 use crate::gathered::{OfRobot, Way};
 use crate::shown::Shown;
-use crate::thin::{evenly, short};
+use crate::story::{Budget, PARTS};
+use crate::thin::evenly;
+use crate::words::length;
 
 /// A quantity of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;
@@ -26,42 +27,99 @@ pub(crate) fn ledger(shown: &Shown, summary: &Summary) -> Vec<Figure> {
     vec![
         Figure {
             id: "ledger-position".to_owned(),
-            title: "What was asked for and did not come: millimetres".to_owned(),
+            title: "Asked minus real: position".to_owned(),
             caption: "Asked minus real motion over the run along the world's axes. The bars of one row add up to its \
                       total exactly; bars that point left are gains."
                 .to_owned(),
             height_px: 260,
             span: Span::Half,
             over_time: false,
-            plot: bars(&summary.ledger, &position, mm, "mm"),
+            plot: bars_of(&summary.ledger, &position, mm, "mm"),
         },
         Figure {
             id: "ledger-heading".to_owned(),
-            title: "… and degrees".to_owned(),
+            title: "Asked minus real: heading".to_owned(),
             caption: "The same for the heading.".to_owned(),
             height_px: 260,
             span: Span::Half,
             over_time: false,
-            plot: bars(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+            plot: bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
         },
         growth(
             shown,
             "ledger-growth-position",
-            "How it grew: millimetres",
-            "The length of each term's own way, stacked: going to and fro counts twice, so that nothing hides behind \
-             a sum that happens to cancel.",
+            "How the terms grew: position",
+            "The length of the path of each term, stacked. Motion to and fro counts twice, so that no term hides in a \
+             sum that cancels.",
             "mm",
             |way| way.way_mm,
         ),
         growth(
             shown,
             "ledger-growth-heading",
-            "How it grew: degrees",
+            "How the terms grew: heading",
             "The same for the heading.",
             "deg",
             |way| way.turn_deg,
         ),
     ]
+}
+
+/// What carried the robot off its reference up to the worst instant, and what brought it back.
+pub(crate) fn budget(budget: &Budget) -> Figure {
+    const COLORS: [&str; 6] = [
+        "@asked",
+        "@guidance",
+        "@compensation",
+        "@servo",
+        "@geometry",
+        "@slip",
+    ];
+    // What is below a hundredth of the error is none that a bar can show.
+    let least_m = 0.01 * budget.error_m;
+    let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
+    if budget.before_m.abs() > least_m {
+        rows.push(("off before".to_owned(), budget.before_m, "@asked"));
+    }
+    for ((name, m), color) in PARTS.into_iter().zip(budget.parts_m).zip(COLORS) {
+        if m.abs() > least_m {
+            rows.push((name.to_owned(), m, color));
+        }
+    }
+    if budget.rest_m.abs() > least_m {
+        rows.push(("between rows".to_owned(), budget.rest_m, "@limit"));
+    }
+    rows.push((
+        "error at the worst instant".to_owned(),
+        budget.error_m,
+        "@fg",
+    ));
+    let names: Vec<String> = rows.iter().map(|(name, _, _)| name.clone()).collect();
+    let height_px = 60 + 44 * rows.len() as u32;
+    let curves = rows.iter().enumerate().map(|(row, (name, m, color))| {
+        let values: Vec<_> = (0..rows.len())
+            .map(|k| (k == row).then_some(1e3 * m))
+            .collect();
+        bars(name, &values, color).unlisted()
+    });
+    Figure {
+        id: "budget".to_owned(),
+        title: "Error budget at the worst instant".to_owned(),
+        caption: format!(
+            "What made the position error of {} at {:.2} s, counted along the error since {:.2} s. The parts add up to it; bars \
+             that point left brought the robot back.",
+            length(budget.error_m),
+            budget.at_s,
+            budget.from_s
+        ),
+        height_px,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves.collect(),
+            Layout::of(axis("mm along the error"), axis("").names(names)),
+        ),
+    }
 }
 
 /// The motors' work and where it went.
@@ -77,13 +135,12 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
     let stacked = |name, points: &mut dyn Iterator<Item = (f64, f64)>, color| {
         let points: Vec<_> = points.collect();
         let kept = evenly(points.len(), 800).into_iter().map(|k| points[k]);
-        exact_curve(name, kept, solid(color).width(0.8)).stack_group("energy")
-            as Box<dyn plotly::Trace>
+        exact_curve(name, kept, solid(color).width(0.8)).stacked()
     };
     let traces = vec![
-        stacked("slip", &mut of(|r, _| r.slip_energy_j), "@slip"),
+        stacked("sliding", &mut of(|r, _| r.slip_energy_j), "@slip"),
         stacked(
-            "spin-up of rollers",
+            "roller spin-up at hand-over",
             &mut of(|r, _| r.spin_up_energy_j),
             "@w1",
         ),
@@ -99,12 +156,12 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
             "@contact",
         ),
         curve(
-            "put in",
+            "motors and outside",
             shown.all.robot(OfRobot::PutIn),
             solid("@asked").width(2.2),
         ),
         curve(
-            "the solver's",
+            "solver",
             shown.all.robot(OfRobot::Unexplained),
             dashed("@limit"),
         ),
@@ -112,9 +169,8 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
     Figure {
         id: "energy".to_owned(),
         title: "Where the motors' work went".to_owned(),
-        caption: "Lost to slip, bearings and rollers that land, or stored as motion. The line is what was put in: the \
-                  motors' work and, where the scenario has any, that of pushes and payloads. What lies between it and the \
-                  stack is the solver's own loss or gain, the dashed line."
+        caption: "Lost to sliding, to spinning up rollers, bearings and landing, or stored as motion. The line is the motors' work \
+                  with that of pushes and payloads; what lies between it and the stack is the solver's own loss or gain."
             .to_owned(),
         height_px: 320,
         span: Span::Half,
@@ -124,46 +180,25 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
 }
 
 /// Horizontal bars, stacked by sign: one row a quantity, one colour a term.
-fn bars(
+fn bars_of(
     ledger: &Ledger,
     rows: &[(&str, Quantity)],
     value: fn(&Integral, Quantity) -> f64,
     unit: &str,
 ) -> String {
-    let names: Vec<String> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
-    for ((name, term), color) in ledger.named().into_iter().zip(TERM_COLORS) {
-        let values = rows
-            .iter()
-            .map(|(_, f)| short(value(&term, *f), 5))
-            .collect();
-        traces.push(
-            Bar::new(values, names.clone())
-                .name(name)
-                .orientation(Orientation::Horizontal)
-                .marker(Marker::new().color(color)),
-        );
-    }
-    let totals = rows
-        .iter()
-        .map(|(_, f)| short(value(&ledger.total, *f), 5))
+    let names = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let terms = ledger.named().into_iter().zip(TERM_COLORS);
+    let mut curves: Vec<Curve> = terms
+        .map(|((name, term), color)| {
+            let values: Vec<_> = rows.iter().map(|(_, f)| Some(value(&term, *f))).collect();
+            bars(name, &values, color)
+        })
         .collect();
-    traces.push(
-        plotly::Scatter::new(totals, names)
-            .name("total")
-            .mode(plotly::common::Mode::Markers)
-            .marker(
-                Marker::new()
-                    .color("@fg")
-                    .size(13)
-                    .symbol(plotly::common::MarkerSymbol::DiamondTall),
-            ),
-    );
-    let layout = Layout::new()
-        .bar_mode(BarMode::Relative)
-        .x_axis(axis(&format!("asked minus real in {unit}")))
-        .y_axis(Axis::new().auto_margin(true));
-    plot(traces, layout)
+    let totals = rows.iter().enumerate();
+    let totals = totals.map(|(row, (_, f))| (value(&ledger.total, *f), row as f64));
+    curves.push(dots("total", totals, "@fg", 12).opacity(1.0));
+    let x = axis(&format!("asked minus real in {unit}"));
+    plot(curves, Layout::of(x, axis("").names(names)))
 }
 
 /// Each term's way so far, stacked.
@@ -175,12 +210,12 @@ fn growth(
     unit: &str,
     of: fn(&Way) -> f64,
 ) -> Figure {
-    let mut traces: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut traces: Vec<Curve> = Vec::new();
     let names = Terms::default().named().map(|(name, _)| name);
     for (term, (name, color)) in names.into_iter().zip(TERM_COLORS).enumerate() {
         let grown = shown.all.grown().iter();
         let points = grown.map(|grown| (grown.t_s, of(&grown.ways[term])));
-        traces.push(exact_curve(name, points, solid(color).width(0.8)).stack_group("terms"));
+        traces.push(exact_curve(name, points, solid(color).width(0.8)).stacked());
     }
     Figure {
         id: id.to_owned(),

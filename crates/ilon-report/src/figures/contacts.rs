@@ -3,15 +3,12 @@
 use std::f64::consts::TAU;
 
 use ilon_trace::{Record, Trace, WheelSample};
-use plotly::ScatterPolar;
-use plotly::common::Mode;
-use plotly::layout::Layout;
 
 use crate::figure::{
-    Figure, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot, wheel_pen,
+    Curve, Figure, Layout, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
+    wheel_pen,
 };
 use crate::gathered::{OfWheel, SECTORS};
-use crate::page::escape;
 use crate::shown::Shown;
 use crate::thin::{evenly, short};
 
@@ -28,7 +25,7 @@ pub(crate) fn slip_speed(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
-            layout("t in s", "sliding speed in mm/s"),
+            Layout::of(axis("t in s"), axis("sliding speed in mm/s").from_zero().least_span(2.0)),
         ),
     }
 }
@@ -46,7 +43,7 @@ pub(crate) fn normal_force(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::NormalForce, |v| v),
-            layout("t in s", "normal force in N"),
+            Layout::of(axis("t in s"), axis("normal force in N").from_zero().least_span(1.0)),
         ),
     }
 }
@@ -64,7 +61,7 @@ pub(crate) fn tangential_force(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::TangentialForce, |v| v),
-            layout("t in s", "tangential force in N"),
+            Layout::of(axis("t in s"), axis("tangential force in N").from_zero().least_span(0.1)),
         ),
     }
 }
@@ -81,7 +78,7 @@ pub(crate) fn grip_used(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::GripUsed, |v| v),
-            layout("t in s", "share of µN"),
+            Layout::of(axis("t in s"), axis("share of µN").from_zero().least_span(0.1)),
         ),
     }
 }
@@ -97,7 +94,7 @@ pub(crate) fn slip_energy(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SlipEnergy, |v| v),
-            layout("t in s", "energy in J"),
+            Layout::of(axis("t in s"), axis("energy in J").from_zero().least_span(0.01)),
         ),
     }
 }
@@ -115,7 +112,7 @@ pub(crate) fn residual(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
-            layout("t in s", "residual in mm/s"),
+            Layout::of(axis("t in s"), axis("residual in mm/s").least_span(1.0)),
         ),
     }
 }
@@ -123,30 +120,67 @@ pub(crate) fn residual(shown: &Shown) -> Figure {
 /// Rms sliding speed around each wheel's turn.
 pub(crate) fn polar(shown: &Shown) -> Figure {
     let header = &shown.trace.header;
-    let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
-        let squares = shown.all.slip_around(index);
-        let middle_deg = |k: usize| (k as f64 + 0.5) * 360.0 / SECTORS as f64;
-        let around = (0..=SECTORS).map(|k| k % SECTORS);
-        let (theta, r): (Vec<f64>, Vec<f64>) = around
-            .map(|k| (middle_deg(k), short(1e3 * squares[k].sqrt(), 5)))
-            .unzip();
-        ScatterPolar::new(theta, r)
-            .name(escape(&wheel.name))
-            .mode(Mode::Lines)
-            .line(wheel_pen(index).line()) as Box<dyn plotly::Trace>
-    });
-    let traces = wheels.collect();
+    let around: Vec<[f64; SECTORS]> = (0..header.wheels.len())
+        .map(|index| {
+            shown
+                .all
+                .slip_around(index)
+                .map(|square| 1e3 * square.sqrt())
+        })
+        .collect();
+    let largest_mm_s = around.iter().flatten().copied().fold(0.0, f64::max);
+    let ring_mm_s = round_up(largest_mm_s);
+    let at = |turn: f64, r: f64| {
+        let (s, c) = (TAU * turn).sin_cos();
+        (r * c, r * s)
+    };
+    let mut curves: Vec<Curve> = [0.5, 1.0]
+        .into_iter()
+        .map(|part| {
+            let r = part * ring_mm_s;
+            let rim = (0..=90).map(|k| at(f64::from(k) / 90.0, r));
+            // The value stands on the rim, on its right.
+            let mut labels = vec![String::new(); 91];
+            labels[11] = format!("{r} mm/s");
+            exact_curve("", rim, dotted("@rule"))
+                .labels(labels, false)
+                .unlisted()
+        })
+        .collect();
+    curves.extend(
+        header
+            .wheels
+            .iter()
+            .zip(&around)
+            .enumerate()
+            .map(|(index, (wheel, mm_s))| {
+                let sectors = (0..=SECTORS).map(|k| k % SECTORS);
+                let points = sectors.map(|k| at((k as f64 + 0.5) / SECTORS as f64, mm_s[k]));
+                exact_curve(&wheel.name, points, wheel_pen(index))
+            }),
+    );
     Figure {
         id: "slip-polar".to_owned(),
         title: "Slip around the wheel".to_owned(),
-        caption: "Rms sliding speed in mm/s against the wheel's angle. As many lobes as rollers: slip comes from the \
+        caption: "Rms sliding speed against the wheel's angle. As many lobes as rollers: slip comes from the \
                   hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding."
             .to_owned(),
         height_px: 400,
         span: Span::Half,
         over_time: false,
-        plot: plot(traces, Layout::new()),
+        plot: plot(curves, layout("", "").equal().bare()),
     }
+}
+
+/// The next 1, 2 or 5 times a power of ten; 1 of nothing.
+fn round_up(x: f64) -> f64 {
+    if !(x.is_finite() && x > 0.0) {
+        return 1.0;
+    }
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0];
+    let step = steps.into_iter().find(|step| step * power >= x);
+    short(step.unwrap_or(10.0) * power, 2)
 }
 
 /// Tangential force over the friction limit: inside the circle it grips.
@@ -156,7 +190,7 @@ pub(crate) fn friction_cone(trace: &Trace) -> Figure {
         let (s, c) = (TAU * f64::from(k) / 90.0).sin_cos();
         (c, s)
     });
-    let mut traces: Vec<Box<dyn plotly::Trace>> = vec![exact_curve(
+    let mut traces: Vec<Curve> = vec![exact_curve(
         "friction limit",
         rim,
         dotted("@limit").width(2.0),
@@ -180,9 +214,7 @@ pub(crate) fn friction_cone(trace: &Trace) -> Figure {
         over_time: false,
         plot: plot(
             traces,
-            Layout::new()
-                .x_axis(axis("ahead, in µN"))
-                .y_axis(axis("to the left, in µN").scale_anchor("x")),
+            Layout::of(axis("ahead, in µN"), axis("to the left, in µN")).equal(),
         ),
     }
 }
@@ -210,9 +242,7 @@ pub(crate) fn contact_map(trace: &Trace) -> Figure {
         .iter()
         .zip(points)
         .filter(|(_, points)| !points.is_empty())
-        .map(|((name, _, color, size), points)| {
-            dots(name, points.into_iter(), color, *size) as Box<dyn plotly::Trace>
-        });
+        .map(|((name, _, color, size), points)| dots(name, points.into_iter(), color, *size));
     Figure {
         id: "contact-map".to_owned(),
         title: "Slip over the floor".to_owned(),
@@ -239,18 +269,18 @@ pub(crate) fn roller_spin(shown: &Shown) -> Figure {
         over_time: true,
         plot: plot(
             each_wheel(shown, OfWheel::SpinError, |v| v),
-            layout("t in s", "spin in rad/s"),
+            Layout::of(axis("t in s"), axis("spin in rad/s").least_span(0.1)),
         ),
     }
 }
 
 /// One curve a wheel.
-fn each_wheel(shown: &Shown, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Box<dyn plotly::Trace>> {
+fn each_wheel(shown: &Shown, what: OfWheel, scale: fn(f64) -> f64) -> Vec<Curve> {
     let header = &shown.trace.header;
     let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let points = shown.all.wheel(index, what);
         let points = points.map(|(t_s, value)| (t_s, scale(value)));
-        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+        curve(&wheel.name, points, wheel_pen(index))
     });
     wheels.collect()
 }

@@ -2,13 +2,14 @@
 
 use ilon_robot::{Pose, Twist};
 use ilon_trace::{Record, Settings};
-use plotly::layout::Layout;
 
 use crate::figure::{
-    Figure, Span, axis, curve, dashed, dotted, exact_curve, layout, map_layout, plot, solid,
+    Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, map_layout,
+    plot, solid,
 };
 use crate::gathered::{OfRobot, TwistOf};
 use crate::shown::Shown;
+use crate::story::Budget;
 use crate::thin::{MAX_POINTS, evenly};
 
 /// The way over the floor, against the reference.
@@ -16,7 +17,7 @@ pub(crate) fn path(shown: &Shown) -> Figure {
     let trace = &*shown.trace;
     let records = trace.records();
     let desired = || records.iter().filter_map(|r| r.desired).map(|d| d.pose);
-    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     if desired().next().is_some() {
         let reference: Vec<_> = desired().collect();
         curves.push(way("reference", &reference, dashed("@asked").width(2.2)));
@@ -33,13 +34,13 @@ pub(crate) fn path(shown: &Shown) -> Figure {
         .push(exact_curve("heading", arrows.into_iter(), solid("@real").width(1.4)).opacity(0.75));
     if let Some(start) = truth.first() {
         let here = std::iter::once((start.x_m, start.y_m));
-        curves.push(super::super::figure::dots("start", here, "@slip", 11).opacity(1.0));
+        curves.push(dots("start", here, "@slip", 11).opacity(1.0));
     }
-    let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight way, \
+    let caption = "Seen from above. Arrows point along the robot's x axis: where they turn along a straight path, \
                    the robot turns while it travels. The dot is the initial pose.";
     Figure {
         id: "path".to_owned(),
-        title: "The way over the floor".to_owned(),
+        title: "The path over the floor".to_owned(),
         caption: caption.to_owned(),
         height_px: 440,
         span: Span::Half,
@@ -54,7 +55,7 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
         return Vec::new();
     }
     let drawn = |real: OfRobot, seen: OfRobot, name: &str| {
-        let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+        let mut curves: Vec<Curve> = Vec::new();
         if shown.all.sees_otherwise {
             let pen = solid("@contact").width(1.0);
             curves.push(curve("as the robot saw it", shown.all.robot(seen), pen));
@@ -81,17 +82,20 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
         "heading error",
     );
     heading_curves.extend([
-        level(shown, "threshold", heading_threshold_deg, dotted("@limit"))
-            as Box<dyn plotly::Trace>,
-        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).show_legend(false),
+        level(shown, "threshold", heading_threshold_deg, dotted("@limit")),
+        level(shown, "threshold", -heading_threshold_deg, dotted("@limit")).unlisted(),
     ]);
     let position_plot = plot(
         position_curves,
-        Layout::new()
-            .x_axis(axis("t in s"))
-            .y_axis(axis("distance in m").range_mode(plotly::layout::RangeMode::ToZero)),
+        Layout::of(
+            axis("t in s"),
+            axis("distance in m").from_zero().least_span(1e-3),
+        ),
     );
-    let heading_plot = plot(heading_curves, layout("t in s", "angle in deg"));
+    let heading_plot = plot(
+        heading_curves,
+        Layout::of(axis("t in s"), axis("angle in deg").least_span(0.05)),
+    );
     vec![
         Figure {
             id: "position-error".to_owned(),
@@ -121,16 +125,47 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
     ]
 }
 
+/// The position error and what happened around the worst instant.
+pub(crate) fn error_around(shown: &Shown, budget: &Budget) -> Figure {
+    let around_s = (budget.at_s - budget.from_s).max(0.2);
+    let (from_s, to_s) = (budget.from_s - 0.5 * around_s, budget.at_s + 0.7 * around_s);
+    let near = shown
+        .all
+        .robot(OfRobot::PositionError)
+        .filter(|(t_s, _)| (from_s..=to_s).contains(t_s))
+        .map(|(t_s, m)| (t_s, 1e3 * m));
+    let counted = [(budget.from_s, 0.0), (budget.at_s, 0.0)].into_iter();
+    let worst = std::iter::once((budget.at_s, 1e3 * budget.error_m));
+    let curves = vec![
+        exact_curve("position error", near, solid("@real").width(2.2)),
+        exact_curve("counted", counted, solid("@limit").width(4.0)),
+        dots("worst", worst, "@limit", 10).opacity(1.0),
+    ];
+    Figure {
+        id: "budget-error".to_owned(),
+        title: "The position error around it".to_owned(),
+        caption: "The budget counts from where the error was last a tenth of its peak, or least."
+            .to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(axis("t in s"), axis("position error in mm").from_zero()),
+        ),
+    }
+}
+
 /// A component of a twist.
 pub(crate) type Component = fn(&Twist) -> f64;
 
 /// The components of a twist: for the figure's id, its title, its axis, and the component as it is drawn there.
 pub(crate) const COMPONENTS: [(&str, &str, &str, Component); 3] = [
-    ("vx", "Velocity ahead", "v<sub>x</sub> in m/s", |v| v.vx_m_s),
-    ("vy", "Velocity to the left", "v<sub>y</sub> in m/s", |v| {
+    ("vx", "Velocity ahead", "ahead in m/s", |v| v.vx_m_s),
+    ("vy", "Velocity to the left", "to the left in m/s", |v| {
         v.vy_m_s
     }),
-    ("omega", "Yaw rate", "ω in deg/s", |v| {
+    ("omega", "Yaw rate", "yaw rate in deg/s", |v| {
         v.omega_rad_s.to_degrees()
     }),
 ];
@@ -140,12 +175,12 @@ pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
     COMPONENTS
         .into_iter()
         .enumerate()
-        .map(|(axis, (id, title, y_title, component))| {
+        .map(|(index, (id, title, y_title, component))| {
             let of = |twist: TwistOf| {
-                let points = shown.all.robot(OfRobot::Twist(twist, axis));
+                let points = shown.all.robot(OfRobot::Twist(twist, index));
                 points.map(move |(t_s, value)| {
                     let mut components = [0.0; 3];
-                    components[axis] = value;
+                    components[index] = value;
                     let [vx_m_s, vy_m_s, omega_rad_s] = components;
                     (t_s, component(&Twist::new(vx_m_s, vy_m_s, omega_rad_s)))
                 })
@@ -168,7 +203,7 @@ pub(crate) fn twist(shown: &Shown) -> Vec<Figure> {
                             solid("@contact").width(1.2),
                         ),
                     ],
-                    layout("t in s", y_title),
+                    Layout::of(axis("t in s"), axis(y_title).least_span(0.02)),
                 ),
             }
         })
@@ -213,13 +248,18 @@ pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
                 solid("@contact"),
             ),
         ],
-        layout("t in s", "distance from the truth in mm"),
+        Layout::of(
+            axis("t in s"),
+            axis("distance from the truth in mm")
+                .from_zero()
+                .least_span(0.5),
+        ),
     );
     vec![
         Figure {
             id: "odometry".to_owned(),
             title: "Dead reckoning".to_owned(),
-            caption: "The way as the wheel rates alone tell it, by the ideal kinematics (7) and by the kinematics of \
+            caption: "The path by the wheel rates alone, by the ideal kinematics (7) and by the kinematics of \
                       the rollers that really touch."
                 .to_owned(),
             height_px: 400,
@@ -242,22 +282,13 @@ pub(crate) fn odometry(shown: &Shown) -> Vec<Figure> {
 }
 
 /// A way over the floor, evenly thinned: a map has no up and down to keep.
-pub(crate) fn way(
-    name: &str,
-    poses: &[Pose],
-    pen: super::super::figure::Pen,
-) -> Box<plotly::Scatter<f64, f64>> {
+pub(crate) fn way(name: &str, poses: &[Pose], pen: Pen) -> Curve {
     let kept = evenly(poses.len(), MAX_POINTS).into_iter();
     exact_curve(name, kept.map(|k| (poses[k].x_m, poses[k].y_m)), pen)
 }
 
 /// A horizontal line over the run.
-pub(super) fn level(
-    shown: &Shown,
-    name: &str,
-    y: f64,
-    pen: super::super::figure::Pen,
-) -> Box<plotly::Scatter<f64, f64>> {
+pub(super) fn level(shown: &Shown, name: &str, y: f64, pen: Pen) -> Curve {
     exact_curve(name, shown.all.ends_s().map(|t_s| (t_s, y)), pen)
 }
 

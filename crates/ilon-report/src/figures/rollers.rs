@@ -1,10 +1,10 @@
 //! Which roller carries a wheel, and how the load goes from one to the next.
 
 use ilon_trace::{Trace, WheelSample};
-use plotly::common::{Line, LineShape};
-use plotly::layout::{Layout, RangeMode};
 
-use crate::figure::{Figure, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen};
+use crate::figure::{
+    Curve, Figure, Layout, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen,
+};
 use crate::gathered::{Gathered, PITCH_BINS};
 use crate::shown::Shown;
 use crate::thin::{MAX_POINTS, evenly};
@@ -23,7 +23,6 @@ pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
                 .collect();
             let shared = evenly(shared.len(), DOTS).into_iter().map(|k| shared[k]);
             let carrying = changes(samples());
-            let line: Line = solid("@real").line().shape(LineShape::Hv);
             Figure {
                 id: format!("roller-{index}"),
                 title: wheel.name.clone(),
@@ -33,12 +32,13 @@ pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {
                 over_time: true,
                 plot: plot(
                     vec![
-                        exact_curve("carries", carrying.into_iter(), solid("@real")).line(line),
+                        exact_curve("carries", carrying.into_iter(), solid("@real")).steps(),
                         dots("shares", shared, "@slip", 6).opacity(1.0),
                     ],
-                    Layout::new()
-                        .x_axis(axis("t in s"))
-                        .y_axis(axis("roller").range(vec![-0.6, wheel.roller_count as f64 - 0.4])),
+                    Layout::of(
+                        axis("t in s"),
+                        axis("roller").range(-0.6, wheel.roller_count as f64 - 0.4),
+                    ),
                 ),
             }
         })
@@ -82,9 +82,7 @@ pub(crate) fn hand_over(shown: &Shown) -> Figure {
         over_time: false,
         plot: plot(
             curves,
-            Layout::new()
-                .x_axis(axis("turn within a roller pitch in deg"))
-                .y_axis(axis("share of the load").range_mode(RangeMode::ToZero)),
+            Layout::of(axis("turn within a roller pitch in deg"), axis("share of the load").from_zero()),
         ),
     }
 }
@@ -110,10 +108,7 @@ pub(crate) fn slip_within_a_pitch(shown: &Shown) -> Figure {
 
 /// A curve for each wheel of what was folded into one roller pitch, in degrees; parts of the pitch where nothing came are
 /// left out.
-fn each_wheel(
-    shown: &Shown,
-    folded: fn(&Gathered, usize) -> [f64; PITCH_BINS],
-) -> Vec<Box<dyn plotly::Trace>> {
+fn each_wheel(shown: &Shown, folded: fn(&Gathered, usize) -> [f64; PITCH_BINS]) -> Vec<Curve> {
     let header = &shown.trace.header;
     let wheels = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let pitch_deg = 360.0 / wheel.roller_count.max(1) as f64;
@@ -121,7 +116,7 @@ fn each_wheel(
         let points = bins
             .map(|(k, mean)| ((k as f64 + 0.5) * pitch_deg / PITCH_BINS as f64, mean))
             .filter(|(_, mean)| !mean.is_nan());
-        curve(&wheel.name, points, wheel_pen(index)) as Box<dyn plotly::Trace>
+        curve(&wheel.name, points, wheel_pen(index))
     });
     wheels.collect()
 }

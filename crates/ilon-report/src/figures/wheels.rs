@@ -1,10 +1,9 @@
 //! What the wheels did: rates, torques, and the tasks that shared them.
 
-use plotly::common::Mode;
-use plotly::layout::{Axis, Layout, RangeMode};
-
 use super::motion::level;
-use crate::figure::{Figure, Span, axis, curve, dashed, dotted, layout, plot, solid, wheel_pen};
+use crate::figure::{
+    Curve, Figure, Layout, Span, axis, curve, dashed, dotted, plot, solid, wheel_pen,
+};
 use crate::gathered::{OfRobot, OfWheel};
 use crate::shown::Shown;
 
@@ -27,7 +26,7 @@ pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
     (0..trace.wheel_count())
         .map(|index| {
             let of = |what| shown.all.wheel(index, what);
-            let mut curves: Vec<Box<dyn plotly::Trace>> = vec![
+            let mut curves: Vec<Curve> = vec![
                 curve("real", of(OfWheel::Rate), solid("@real").width(2.2)),
                 curve("commanded", of(OfWheel::Target), dashed("@asked")),
             ];
@@ -35,7 +34,7 @@ pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
             let limit = header.wheel_rate_limit_rad_s.or(wheel.rate_limit_rad_s);
             if let Some(limit) = limit.filter(|&l| l <= top) {
                 curves.push(level(shown, "limit", limit, dotted("@limit")));
-                curves.push(level(shown, "limit", -limit, dotted("@limit")).show_legend(false));
+                curves.push(level(shown, "limit", -limit, dotted("@limit")).unlisted());
             }
             Figure {
                 id: format!("rate-{index}"),
@@ -46,9 +45,7 @@ pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {
                 over_time: true,
                 plot: plot(
                     curves,
-                    Layout::new()
-                        .x_axis(axis("t in s"))
-                        .y_axis(axis("rad/s").range(vec![-top, top])),
+                    Layout::of(axis("t in s"), axis("rad/s").range(-top, top)),
                 ),
             }
         })
@@ -60,7 +57,7 @@ pub(crate) fn torques(shown: &Shown) -> Figure {
     let header = &shown.trace.header;
     let curves = header.wheels.iter().enumerate().map(|(index, wheel)| {
         let torques = shown.all.wheel(index, OfWheel::Torque);
-        curve(&wheel.name, torques, wheel_pen(index)) as Box<dyn plotly::Trace>
+        curve(&wheel.name, torques, wheel_pen(index))
     });
     Figure {
         id: "torques".to_owned(),
@@ -71,7 +68,7 @@ pub(crate) fn torques(shown: &Shown) -> Figure {
         height_px: 320,
         span: Span::Half,
         over_time: true,
-        plot: plot(curves.collect(), layout("t in s", "torque in N m")),
+        plot: plot(curves.collect(), Layout::of(axis("t in s"), axis("torque in N m").least_span(0.01))),
     }
 }
 
@@ -80,13 +77,13 @@ pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
     let position = || shown.all.robot(OfRobot::PositionTorqueWeight);
     let heading = || shown.all.robot(OfRobot::HeadingTorqueWeight);
     position().chain(heading()).any(|(_, w)| w < 1.0).then(|| {
-        let curves: Vec<Box<dyn plotly::Trace>> = vec![
+        let curves: Vec<Curve> = vec![
             curve("position", position(), solid("@w0")),
             curve("heading", heading(), dashed("@w1")),
         ];
         Figure {
             id: "torque-weights".to_owned(),
-            title: "Which acceleration gives way".to_owned(),
+            title: "Accelerations at the torque limit".to_owned(),
             caption: "How much of the acceleration that each task asks for motors and grip can give. Below 1 the \
                       torques are at their limit, and the task of lower priority is held back."
                 .to_owned(),
@@ -95,9 +92,7 @@ pub(crate) fn torque_weights(shown: &Shown) -> Option<Figure> {
             over_time: true,
             plot: plot(
                 curves,
-                Layout::new()
-                    .x_axis(axis("t in s"))
-                    .y_axis(axis("weight").range(vec![-0.03, 1.05])),
+                Layout::of(axis("t in s"), axis("weight").range(-0.03, 1.05)),
             ),
         }
     })
@@ -117,7 +112,6 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
             shown.all.robot(OfRobot::TaskWeight(task)),
             wheel_pen(task),
         )
-        .mode(Mode::Lines) as Box<dyn plotly::Trace>
     });
     let capacities = tasks().map(|(task, name)| {
         let name = format!("{}. {name}", task + 1);
@@ -125,12 +119,12 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
             &name,
             shown.all.robot(OfRobot::TaskCapacity(task)),
             wheel_pen(task),
-        ) as Box<dyn plotly::Trace>
+        )
     });
     vec![
         Figure {
             id: "task-weights".to_owned(),
-            title: "Which task gives way".to_owned(),
+            title: "Weights of the tasks".to_owned(),
             caption: "The weight of each task, highest priority first (Indiveri 2009, eq. (33)). At 1 the task has all \
                       that it asks for; below, saturation holds it back; 0 also where it asks for nothing."
                 .to_owned(),
@@ -139,23 +133,19 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
             over_time: true,
             plot: plot(
                 weights.collect(),
-                Layout::new()
-                    .x_axis(axis("t in s"))
-                    .y_axis(axis("weight").range(vec![-0.03, 1.05])),
+                Layout::of(axis("t in s"), axis("weight").range(-0.03, 1.05)),
             ),
         },
         Figure {
             id: "task-capacities".to_owned(),
-            title: "What is left for each task".to_owned(),
+            title: "Capacity for each task".to_owned(),
             caption: "The capacity of each task: the wheel rate that those above it leave (eq. (34)).".to_owned(),
             height_px: 300,
             span: Span::Half,
             over_time: true,
             plot: plot(
                 capacities.collect(),
-                Layout::new()
-                    .x_axis(axis("t in s"))
-                    .y_axis(Axis::new().title("capacity in rad/s").range_mode(RangeMode::ToZero)),
+                Layout::of(axis("t in s"), axis("capacity in rad/s").from_zero()),
             ),
         },
     ]

@@ -172,7 +172,11 @@ pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
     }
     let footer = "<p>All runs are in <code>runs.parquet</code>, one row each, which pandas, polars and DuckDB read; what was found \
                   is in <code>findings.json</code>.</p>";
-    page::page(&head, &sections, footer, &[chart::SCRIPT])
+    let parts = page::Parts {
+        after: &[chart::SCRIPT],
+        ..page::Parts::default()
+    };
+    page::page(&head, &sections, footer, &parts)
 }
 
 /// Writes the page to a file, whole or not at all.

@@ -1,6 +1,6 @@
 //! Bounds on signals over time.
 
-use ilon_trace::{Header, Rows, Trace, Which, metrics};
+use ilon_trace::{Header, Projection, Rows, Trace, metrics};
 
 use super::Verdict;
 use crate::Error;
@@ -44,7 +44,7 @@ pub fn check_names<'a>(
     Ok(())
 }
 
-/// Holds a run against bounds; of a bound on every wheel the worst wheel is told.
+/// Holds a run against bounds; of a bound on every wheel the worst wheel counts.
 pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Verdict>, R::Error> {
     if bounds.is_empty() {
         return Ok(Vec::new());
@@ -54,7 +54,7 @@ pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Ver
         .iter()
         .map(|bound| Watch::of_each_signal(bound, wheel_count))
         .collect();
-    rows.each_chunk(Which::All, &mut |chunk| {
+    rows.each_batch(Projection::All, &mut |chunk| {
         for watch in watches.iter_mut().flatten() {
             watch.add(chunk);
         }
@@ -64,7 +64,7 @@ pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Ver
         verdicts
             .max_by(|(_, a), (_, b)| a.total_cmp(b))
             .map(|(verdict, _)| verdict)
-            .unwrap_or_else(|| told(bound, &bound.signal, None, false))
+            .unwrap_or_else(|| verdict_of(bound, &bound.signal, None, false))
     });
     Ok(verdicts.collect())
 }
@@ -145,12 +145,12 @@ impl<'b> Watch<'b> {
             Some((_, value)) => self.limits.breach(value),
             None => f64::INFINITY,
         };
-        let verdict = told(self.bound, &self.name, self.counts, breach <= 0.0);
+        let verdict = verdict_of(self.bound, &self.name, self.counts, breach <= 0.0);
         (verdict, breach)
     }
 }
 
-fn told(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bool) -> Verdict {
+fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bool) -> Verdict {
     let limits: Bound = bound.bound();
     let window = match (bound.must, bound.until_s) {
         (Must::Settle, Some(until_s)) => format!("from {until_s} s on"),

@@ -34,7 +34,7 @@ pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
-pub use world::{Floor, FloorBox, FloorPatch, Rough, Solver, World};
+pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 use ilon_trace::file::MOST_ROWS;
 
 use super::objection::Objection;
-use super::{Motion, Robot, RollerBodies, Rollers, Scenario, Step};
+use super::{Contacts, Motion, Robot, RollerBodies, Rollers, Scenario, Step};
 use crate::Error;
 
 /// The most physics steps of a run: weeks of computing.
@@ -35,6 +35,7 @@ impl Scenario {
                 "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
             ));
         }
+        self.object_to_solver()?;
         if self.wheel_loop.friction.is_some()
             && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
         {
@@ -46,6 +47,43 @@ impl Scenario {
         }
         self.object_to_times()?;
         self.expect.object()
+    }
+
+    /// What rapier's own solver does not know may not be asked of it.
+    fn object_to_solver(&self) -> Result<(), Objection> {
+        let solver = &self.world.solver;
+        if solver.contacts == Contacts::Ilon {
+            return Ok(());
+        }
+        if self.robot.roller_bodies == RollerBodies::Near {
+            return Err(Objection::to(
+                "robot.roller_bodies",
+                "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
+                 is a body of its own there",
+                "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+            ));
+        }
+        let keys = [
+            ("world.solver.split_dt_s", solver.split_dt_s),
+            (
+                "world.solver.contact_stiffness_n_m",
+                solver.contact_stiffness_n_m,
+            ),
+            (
+                "world.solver.contact_relaxation_s",
+                solver.contact_relaxation_s,
+            ),
+        ];
+        match keys.into_iter().find(|(_, value)| value.is_some()) {
+            Some((key, _)) => Err(Objection::to(
+                key,
+                format!(
+                    "`{key}` says how ilon solves contacts, but `world.solver.contacts` = \"rapier\""
+                ),
+                "leave it out, or let ilon solve the contacts",
+            )),
+            None => Ok(()),
+        }
     }
 
     fn object_to_motion(&self) -> Result<(), Objection> {
@@ -236,6 +274,26 @@ mod tests {
             "{message}"
         );
         assert_eq!(at, "201");
+    }
+
+    #[test]
+    fn what_rapiers_solver_does_not_know_is_refused_beside_it() {
+        let rapier = "[world.solver]\ncontacts = \"rapier\"\n";
+        assert!(scenario(rapier).is_ok());
+        for (key, value) in [
+            ("split_dt_s", "0.0001"),
+            ("contact_stiffness_n_m", "1e6"),
+            ("contact_relaxation_s", "0.001"),
+        ] {
+            let (message, at) = told(&format!("{rapier}{key} = {value}\n"));
+            assert!(
+                message.contains("says how ilon solves contacts"),
+                "{message}"
+            );
+            assert_eq!(at, value);
+            let by_ilon = format!("[world.solver]\n{key} = {value}\n");
+            assert!(scenario(&by_ilon).is_ok(), "{key}");
+        }
     }
 
     #[test]

@@ -107,11 +107,26 @@ pub struct Rough {
     pub seed: u64,
 }
 
+/// Who solves the contacts with the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Contacts {
+    /// ilon: the laws of contact and friction all at once, to the end.
+    #[default]
+    Ilon,
+    /// rapier alone: every roller is a body on a joint of its own, and rapier's own solver sweeps over contacts and dry
+    /// bearings. Slower and less exact; it shows what the engine does by itself, and cross-checks ilon. It knows no
+    /// `split_dt_s`, no contact stiffness or relaxation, no `roller_bodies = "near"` and no gear that loses a share of the torque.
+    Rapier,
+}
+
 /// How the physics is solved: for those who measure the solver itself.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]
 pub struct Solver {
+    /// Who solves the contacts with the ground: ilon, or rapier alone, to compare with.
+    pub contacts: Contacts,
     /// Steps in which a roller is about to slide, or has just begun to, are taken in parts of about this length, in seconds.
     /// 0.0001 with an automatic `run.physics_dt_s` unless given; with a given step every step is taken whole unless given.
     #[serde(skip_serializing_if = "Option::is_none")]

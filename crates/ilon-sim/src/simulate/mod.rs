@@ -10,10 +10,12 @@ mod pilot;
 mod plant;
 mod playback;
 mod recorder;
+mod reference;
 mod remarks;
 mod resolve;
 mod sensors;
 mod tuning;
+mod twist_profile;
 mod waypoints;
 
 use std::collections::BTreeMap;
@@ -22,12 +24,14 @@ use std::convert::Infallible;
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Loaded, Robot};
 use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
+pub use ilon_world::WheelContact;
 use ilon_world::World;
 
-pub use pilot::{Commanded, Controller, Moment, TwistProfile};
+pub use pilot::{Commanded, Controller, Moment};
 pub use plant::{Outcome, Plant, Snapshot, WheelCommand};
 pub use resolve::{Driver, Resolved, resolve, resolve_for};
 pub use sensors::Seen;
+pub use twist_profile::TwistProfile;
 
 pub use clock::CpuTime;
 pub use floor::relief_heights_m;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ilon_control::{
-    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Heading,
-    Kinematics, Reference, Task, TaskShare,
+    Command, ContactKinematics, Desired, Feasibility, Gain, Guidance, GuidanceSettings, Kinematics,
+    Reference, Task, TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
@@ -13,7 +13,7 @@ use super::plant::WheelCommand;
 use super::playback::{Asked, Log};
 use super::resolve::start_pose;
 use super::sensors::Seen;
-use super::waypoints;
+use super::twist_profile::TwistProfile;
 use crate::Error;
 use crate::scenario::{self, ReferencePoint, Scenario};
 
@@ -100,17 +100,6 @@ pub(super) struct Decision {
 
 /// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
 const SAMPLES: usize = 2000;
-
-/// The reference of a scenario, if it has one.
-///
-/// # Errors
-/// Where it cannot be, or its waypoints cannot be read.
-pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
-    let section = scenario.reference.as_ref();
-    section
-        .map(|section| reference(section, scenario))
-        .transpose()
-}
 
 impl Pilot {
     /// What a resolved scenario says about how its robot is driven; `tracked` is its reference, and `log` its log.
@@ -323,8 +312,8 @@ impl Pilot {
             Planned::Twist(profile) => {
                 let kinematics = self.guidance.kinematics();
                 let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-                let fastest = profile.changes.iter().map(|(_, twist)| {
-                    kinematics.wheel_rates(*twist, &mut rates_rad_s);
+                let fastest = profile.held().map(|twist| {
+                    kinematics.wheel_rates(twist, &mut rates_rad_s);
                     rates_rad_s
                         .iter()
                         .fold(0.0, |most: f64, rate| most.max(rate.abs()))
@@ -376,166 +365,5 @@ impl Decision {
         for task in &mut self.tasks {
             moved(&mut task.twist_in_body);
         }
-    }
-}
-
-fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Reference, Error> {
-    use scenario::Reference as Section;
-    let reference = match section {
-        Section::Line {
-            from_x_m,
-            from_y_m,
-            to_x_m,
-            to_y_m,
-            speed_m_s,
-            heading,
-        } => Reference::line(
-            Vector2::new(*from_x_m, *from_y_m),
-            Vector2::new(*to_x_m, *to_y_m),
-            *speed_m_s,
-            heading_of(heading),
-        ),
-        Section::Circle {
-            center_x_m,
-            center_y_m,
-            radius_m,
-            speed_m_s,
-            start_deg,
-            heading,
-        } => Reference::circle(
-            Vector2::new(*center_x_m, *center_y_m),
-            *radius_m,
-            *speed_m_s,
-            start_deg.to_radians(),
-            heading_of(heading),
-        ),
-        Section::FigureEight {
-            center_x_m,
-            center_y_m,
-            half_width_m,
-            axis_deg,
-            period_s,
-            heading,
-        } => Reference::figure_eight(
-            Vector2::new(*center_x_m, *center_y_m),
-            *half_width_m,
-            axis_deg.to_radians(),
-            *period_s,
-            heading_of(heading),
-        ),
-        Section::Waypoints {
-            file,
-            speed_m_s,
-            heading,
-        } => {
-            let path = scenario.resolve(file);
-            let heading = heading_of(heading);
-            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
-        }
-        Section::HoldPose {
-            x_m,
-            y_m,
-            heading_deg,
-        } => Reference::hold(Pose {
-            x_m: *x_m,
-            y_m: *y_m,
-            heading_rad: heading_deg.to_radians(),
-        }),
-    };
-    Ok(reference?)
-}
-
-fn heading_of(section: &scenario::Heading) -> Heading {
-    match *section {
-        scenario::Heading::ConstantDeg(heading_deg) => Heading::Constant {
-            heading_rad: heading_deg.to_radians(),
-        },
-        scenario::Heading::AlongPath => Heading::Tangent { offset_rad: 0.0 },
-        scenario::Heading::FromPathDeg(offset_deg) => Heading::Tangent {
-            offset_rad: offset_deg.to_radians(),
-        },
-        scenario::Heading::Turning {
-            from_deg,
-            rate_deg_s,
-        } => Heading::Rate {
-            start_rad: from_deg.to_radians(),
-            rate_rad_s: rate_deg_s.to_radians(),
-        },
-    }
-}
-
-/// A twist over time: held, with linear ramps between.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TwistProfile {
-    /// When each change begins, in seconds, and what it leads to.
-    changes: Vec<(f64, Twist)>,
-    ramp_s: f64,
-    settle_s: f64,
-}
-
-impl TwistProfile {
-    /// The profile of a `[twist]` section.
-    pub fn new(section: &scenario::Twist) -> Self {
-        let first = Twist::new(section.vx_m_s, section.vy_m_s, section.omega_rad_s);
-        let further = section.schedule.iter().map(|next| {
-            (
-                next.from_s,
-                Twist::new(next.vx_m_s, next.vy_m_s, next.omega_rad_s),
-            )
-        });
-        Self {
-            changes: std::iter::once((section.rest_s, first))
-                .chain(further)
-                .collect(),
-            ramp_s: section.ramp_s,
-            settle_s: section.settle_s,
-        }
-    }
-
-    /// The twist in the body frame at a time in seconds.
-    pub fn at(&self, t_s: f64) -> Twist {
-        let mut twist = Twist::default();
-        for (from_s, to) in &self.changes {
-            if t_s <= *from_s {
-                break;
-            }
-            let share = match self.ramp_s {
-                0.0 => 1.0,
-                ramp_s => ((t_s - from_s) / ramp_s).min(1.0),
-            };
-            twist = twist + (*to - twist).scaled(share);
-        }
-        twist
-    }
-
-    /// When the last change has settled, in seconds.
-    pub fn settled_s(&self) -> f64 {
-        let last_s = self.changes.last().map_or(0.0, |(from_s, _)| *from_s);
-        last_s + self.ramp_s + self.settle_s
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_twist_rests_ramps_and_holds() {
-        let profile = TwistProfile::new(&scenario::Twist {
-            vx_m_s: 0.4,
-            schedule: vec![scenario::Scheduled {
-                from_s: 3.0,
-                vx_m_s: 0.0,
-                vy_m_s: -0.2,
-                omega_rad_s: 0.0,
-            }],
-            ..scenario::Twist::default()
-        });
-        assert_eq!(profile.at(0.5), Twist::default());
-        assert_eq!(profile.at(1.25), Twist::new(0.2, 0.0, 0.0));
-        assert_eq!(profile.at(2.0), Twist::new(0.4, 0.0, 0.0));
-        assert_eq!(profile.at(3.25), Twist::new(0.2, -0.1, 0.0));
-        assert_eq!(profile.at(9.0), Twist::new(0.0, -0.2, 0.0));
-        assert_eq!(profile.settled_s(), 4.5);
     }
 }

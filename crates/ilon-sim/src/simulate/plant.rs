@@ -324,6 +324,13 @@ impl Plant {
         self.clock.tick();
     }
 
+    /// Changes how slippery the floor is from now on, but on its patches. A fault of the scenario that changes it too has the
+    /// last word from its own time on.
+    pub fn set_friction(&mut self, friction: f64) {
+        let patches = self.plan.floor.patches.clone();
+        self.world.set_friction(friction.max(0.0), &patches);
+    }
+
     /// What the sensors said when they looked last.
     pub(super) fn seen(&self) -> &Seen {
         self.sensors.seen()

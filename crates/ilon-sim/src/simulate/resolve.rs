@@ -8,9 +8,9 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{drive, pilot, remarks, tuning};
+use super::{drive, reference, remarks, tuning};
 use crate::Error;
-use crate::scenario::{RollerBodies, Scenario, Step};
+use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
@@ -61,7 +61,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
     let log = Log::read(&scenario, robot, start_pose(&scenario))?;
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
-    let reference = pilot::reference_of(&scenario)?.or(path);
+    let reference = reference::reference_of(&scenario)?.or(path);
     // What it would decide says how fast the wheels are asked to turn.
     let pilot = Pilot::new(
         &scenario,
@@ -90,12 +90,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
 
     let defaults = ilon_world::Settings::default();
     let solver = &mut scenario.world.solver;
-    solver
-        .contact_stiffness_n_m
-        .get_or_insert(defaults.contact_stiffness_n_m);
-    solver
-        .contact_relaxation_s
-        .get_or_insert(defaults.contact_relaxation_s);
+    if solver.contacts == Contacts::Ilon {
+        solver
+            .contact_stiffness_n_m
+            .get_or_insert(defaults.contact_stiffness_n_m);
+        solver
+            .contact_relaxation_s
+            .get_or_insert(defaults.contact_relaxation_s);
+    }
     drive::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
@@ -177,6 +179,10 @@ impl Resolved {
         ilon_world::Settings {
             dt_s: self.physics_dt_s,
             split_dt_s: solver.split_dt_s,
+            contacts: match solver.contacts {
+                Contacts::Ilon => ilon_world::ContactSolver::Ilon,
+                Contacts::Rapier => ilon_world::ContactSolver::Rapier,
+            },
             roller_bodies: match self.scenario.robot.roller_bodies {
                 RollerBodies::All => ilon_world::RollerBodies::All,
                 RollerBodies::Near => ilon_world::RollerBodies::Near,

@@ -6,7 +6,7 @@ use ilon_control::DynamicModel;
 use ilon_robot::Robot;
 
 use crate::Error;
-use crate::scenario::{LoopTiming, Rollers, Scenario, WheelLaw};
+use crate::scenario::{Contacts, LoopTiming, Rollers, Scenario, WheelLaw};
 
 /// The longest step on an open plane, in seconds. Mean motion is as accurate at 20 steps a second as at 1000, but how a
 /// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/accuracy.md`).
@@ -21,6 +21,8 @@ const SPLIT_DT_S: f64 = 1e-4;
 /// The shortest step that a limit of the wheels' rates makes by itself, in seconds. Many files hold a limit that no wheel
 /// reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
 const SHORTEST_FOR_LIMIT_S: f64 = 1e-3;
+/// The longest step where rapier solves the contacts, in seconds.
+const LONGEST_IN_RAPIER_S: f64 = 1e-3;
 /// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
 const FASTER_THAN_ASKED: f64 = 2.0;
 /// The shortest step that is chosen, in seconds. Nothing that rolls needs a shorter one, and a second of it takes half a
@@ -29,7 +31,8 @@ const SHORTEST_S: f64 = 1e-5;
 
 /// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
 pub(super) fn split_dt_s(scenario: &Scenario) -> Option<f64> {
-    is_open_plane(scenario).then_some(SPLIT_DT_S)
+    let by_ilon = scenario.world.solver.contacts == Contacts::Ilon;
+    (by_ilon && is_open_plane(scenario)).then_some(SPLIT_DT_S)
 }
 
 /// Whether exact rollers roll on nothing but a plane.
@@ -60,6 +63,7 @@ pub(super) fn physics_dt_s(
 ) -> Result<f64, Error> {
     let needs = [
         contact_need(scenario, robot, asked_rad_s),
+        solver_need(scenario),
         loop_need(scenario, model),
         pose_need(scenario),
     ];
@@ -129,6 +133,18 @@ fn contact_need(scenario: &Scenario, robot: &Robot, asked_rad_s: Option<f64>) ->
         longest_s: longest_s.min(for_rates_s),
         because,
         help,
+    }
+}
+
+/// What rapier's own solver of contacts needs: its sweeps come near enough to the laws of contact in short steps only.
+fn solver_need(scenario: &Scenario) -> Need {
+    Need {
+        longest_s: match scenario.world.solver.contacts {
+            Contacts::Ilon => f64::INFINITY,
+            Contacts::Rapier => LONGEST_IN_RAPIER_S,
+        },
+        because: String::new(),
+        help: "",
     }
 }
 

@@ -311,10 +311,10 @@ fn questions(
 fn quantities(text: &str, path: &Path, file: &StudyFile) -> Result<(), Error> {
     let known = |name: &str, keys: &[&str]| {
         let names = figure_names();
-        if names.iter().any(|known| known == name) {
+        if names.contains(&name) {
             return Ok(());
         }
-        let help = match nearest(name, names.iter().map(String::as_str)) {
+        let help = match nearest(name, names.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
                 "the quantities are the numbers of `summary.json`, such as `position_error_max_m`"

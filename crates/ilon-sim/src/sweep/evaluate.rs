@@ -106,7 +106,7 @@ pub(super) fn evaluate(study: &Study, task: &Task) -> (Row, Option<Finished>) {
         Ok(finished) => {
             row.status = Status::Done;
             row.trace_hash = Some(finished.run.summary.trace_hash.clone());
-            row.figures = figures_of(&serde_json::json!(finished.run.summary));
+            row.figures = figures_of(&finished.run.summary);
             (row, Some(finished))
         }
     }

@@ -1,9 +1,8 @@
 //! What came of one run: a row of `runs.parquet`.
 
+use ilon_trace::{Quantity, Summary, quantities};
 use serde::{Deserialize, Serialize};
 use toml::Value;
-
-use crate::judge;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,32 +77,25 @@ impl Row {
 /// What a run takes of the machine is no property of the run: rows of two machines are equal.
 const OF_THE_MACHINE: &str = "sim_seconds_per_cpu_second";
 
-/// The numbers of a summary that stand in a row, by their dotted names.
-pub fn figure_names() -> &'static [String] {
-    static NAMES: std::sync::OnceLock<Vec<String>> = std::sync::OnceLock::new();
-    NAMES.get_or_init(|| {
-        let names = judge::quantities().iter();
-        names
-            .filter(|name| *name != OF_THE_MACHINE)
-            .cloned()
-            .collect()
-    })
+/// The figures of a run that stand in a row.
+fn figures() -> impl Iterator<Item = &'static Quantity> {
+    quantities::all().filter(|quantity| quantity.key != OF_THE_MACHINE)
+}
+
+/// The figures of a run that stand in a row, by their dotted names.
+pub fn figure_names() -> &'static [&'static str] {
+    static NAMES: std::sync::OnceLock<Vec<&'static str>> = std::sync::OnceLock::new();
+    NAMES.get_or_init(|| figures().map(|quantity| quantity.key).collect())
 }
 
 /// Where a quantity stands among the figures of a row.
 pub fn figure_index(quantity: &str) -> Option<usize> {
-    figure_names().iter().position(|name| name == quantity)
+    figure_names().iter().position(|name| *name == quantity)
 }
 
-/// The figures of a summary, as its JSON.
-pub(super) fn figures_of(summary: &serde_json::Value) -> Vec<Option<f64>> {
-    let figure = |name: &String| {
-        let pointer = format!("/{}", name.replace('.', "/"));
-        summary
-            .pointer(&pointer)
-            .and_then(serde_json::Value::as_f64)
-    };
-    figure_names().iter().map(figure).collect()
+/// The figures of a summary, in the order of [`figure_names`].
+pub(super) fn figures_of(summary: &Summary) -> Vec<Option<f64>> {
+    figures().map(|quantity| quantity.value(summary)).collect()
 }
 
 #[cfg(test)]
@@ -115,7 +107,11 @@ mod tests {
         assert!(figure_index("position_error_max_m").is_some());
         assert!(figure_index("twist_ratio_ideal.vy").is_some());
         assert!(figure_index(OF_THE_MACHINE).is_none());
-        let summary = serde_json::json!({ "duration_s": 2.5, "twist_ratio_ideal": { "vy": 0.98 } });
+        let mut summary = Summary {
+            duration_s: 2.5,
+            ..Summary::default()
+        };
+        summary.twist_ratio_ideal.vy = Some(0.98);
         let figures = figures_of(&summary);
         assert_eq!(figures[figure_index("duration_s").unwrap()], Some(2.5));
         assert_eq!(

@@ -16,7 +16,7 @@ use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
 use crate::file::io_error;
 use crate::record::MAX_TASKS;
-use crate::rows::{Rows, Which};
+use crate::rows::{Projection, Rows};
 use crate::trace::{Header, Trace};
 
 /// A trace in its file: its rows are read as they are gone through, a group at a time, so that memory does not grow with
@@ -161,7 +161,7 @@ impl Rows for TraceFile {
         self.row_count
     }
 
-    fn each_chunk(&self, which: Which, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
+    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
         let mut signals = signals(&self.header);
         signals.retain(|signal| signal.is_among(which));
         let mut chunk = Trace::with_capacity(self.header.clone(), 0);

@@ -178,7 +178,7 @@ pub static GROUPS: &[Group] = &[
         quantities: &[
             main!(position_error_rms_m, "position error, rms", MILLIMETRE, 2),
             main!(position_error_max_m, "position error, largest", MILLIMETRE, 2),
-            detail!(position_error_max_at_s, "position error, largest at", SECOND, 2),
+            main!(position_error_max_at_s, "position error, largest at", SECOND, 2),
             main!(position_error_final_m, "position error, at the end", MILLIMETRE, 3),
             main!(position_converged_s, "position under 5 cm from", SECOND, 2),
             main!(heading_error_rms_rad, "heading error, rms", DEGREE, 3),
@@ -220,7 +220,8 @@ pub static GROUPS: &[Group] = &[
         quantities: &[
             main!(slip_speed_rms_m_s, "sliding speed, rms", MILLIMETRE_A_SECOND, 2),
             main!(slip_speed_max_m_s, "sliding speed, largest", MILLIMETRE_A_SECOND, 2),
-            main!(slip_energy_j, "energy lost to sliding", JOULE, 4),
+            main!(slip_energy_j, "lost to sliding", JOULE, 4),
+            main!(energy.spin_up_j, "roller spin-up at hand-over", JOULE, 4),
             main!(friction_used_max, "most grip used by a wheel", PERCENT, 1),
             detail!(contact_residual_max_m_s, "largest residual of the contacts", MILLIMETRE_A_SECOND, 6),
         ],
@@ -233,7 +234,6 @@ pub static GROUPS: &[Group] = &[
             detail!(energy.outside_j, "brought from outside", JOULE, 3),
             detail!(energy.stored_j, "gain of kinetic and potential energy", JOULE, 3),
             detail!(energy.slip_j, "lost to sliding", JOULE, 4),
-            main!(energy.spin_up_j, "lost in bringing rollers up to speed", JOULE, 4),
             main!(energy.bearing_j, "lost in bearings", JOULE, 4),
             detail!(energy.impact_j, "lost in impacts", JOULE, 4),
             detail!(energy.unexplained_j, "unexplained", JOULE, 4),

@@ -377,6 +377,6 @@ pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>;
 }
 
 /// A vector along the axes of a frame.
-fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
     Vector3::from(frame.map(|axis| axis.dot(vector)))
 }

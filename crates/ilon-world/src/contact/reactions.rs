@@ -142,6 +142,16 @@ impl Reactions {
         }
     }
 
+    /// Takes over what another solver did in the step: its reactions, and by how much it broke the laws, in m/s or rad/s.
+    pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
+        self.clear();
+        self.error = 0.0;
+        for (reaction, error) in reactions {
+            self.all.push(reaction);
+            self.error = self.error.max(error);
+        }
+    }
+
     /// The jump of rollers that came down in the last step.
     pub fn jump(&self) -> &Jump {
         &self.jump

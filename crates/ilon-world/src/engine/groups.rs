@@ -1,5 +1,6 @@
 //! Who may touch whom: the ground touches everything, the parts of a robot never each other.
 
+use crate::ContactSolver;
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 
 const fn groups(member: Group, filter: Group) -> InteractionGroups {
@@ -8,6 +9,14 @@ const fn groups(member: Group, filter: Group) -> InteractionGroups {
 
 /// The ground and whatever else stands in the world.
 pub(crate) const GROUND: InteractionGroups = groups(Group::GROUP_1, Group::ALL);
+/// Whose contacts rapier solves: all of them in its own mode, else none.
+pub(crate) fn solved(solver: ContactSolver) -> InteractionGroups {
+    match solver {
+        ContactSolver::Ilon => InteractionGroups::none(),
+        ContactSolver::Rapier => InteractionGroups::all(),
+    }
+}
+
 /// Rollers.
 pub(crate) const ROLLER: InteractionGroups = groups(Group::GROUP_2, Group::GROUP_1);
 /// Chassis.

@@ -4,11 +4,11 @@ use ilon_robot::{Collision, MassProperties as RobotMass, Robot};
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use crate::MotorTorque;
 use crate::engine::shapes::shape_of;
 use crate::engine::{convert, groups};
 use crate::robot::state::State;
 use crate::robot::wheel::{self, RollerState, WheelBody};
+use crate::{ContactSolver, MotorTorque};
 
 /// The robot's parts in rapier.
 #[derive(Clone, Debug)]
@@ -32,6 +32,7 @@ impl Assembly {
         (robot, chassis_mass): (&Robot, &RobotMass),
         state: &State,
         rollers: &[Vec<RollerState>],
+        solver: ContactSolver,
     ) -> Self {
         let chassis = rapier.bodies.insert(
             RigidBodyBuilder::dynamic()
@@ -41,7 +42,7 @@ impl Assembly {
         );
         let chassis_from_body = Isometry3::from(-chassis_mass.center_of_mass_m);
         for collision in &robot.chassis.collisions {
-            if let Some(collider) = chassis_collider(&chassis_from_body, collision) {
+            if let Some(collider) = chassis_collider(&chassis_from_body, collision, solver) {
                 rapier.insert_collider(collider, Some(chassis));
             }
         }
@@ -52,6 +53,7 @@ impl Assembly {
                     &robot.wheels[i],
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
                     &rollers[i],
+                    solver,
                 )
             })
             .collect();
@@ -66,6 +68,7 @@ impl Assembly {
         };
         assembly.set_wheel_angles(rapier, state.wheel_angles_rad());
         assembly.set_velocities(rapier, state);
+        assembly.set_spins(rapier, state);
         let PhysicsWorld {
             bodies,
             multibody_joints,
@@ -79,8 +82,9 @@ impl Assembly {
 
     /// Takes the robot out of the world.
     pub fn remove(&self, rapier: &mut PhysicsWorld) {
-        let hubs = self.wheels.iter().map(|wheel| wheel.hub);
-        for body in hubs.chain([self.chassis]) {
+        let wheels = self.wheels.iter();
+        let parts = wheels.flat_map(|wheel| wheel.bodies.iter().map(|b| b.body).chain([wheel.hub]));
+        for body in parts.chain([self.chassis]) {
             rapier.remove_body(body);
         }
     }
@@ -138,6 +142,18 @@ impl Assembly {
         }
     }
 
+    /// Sets the spins of rollers that are bodies.
+    fn set_spins(&self, rapier: &mut PhysicsWorld, state: &State) {
+        let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
+        let mut rates = multibody.generalized_velocity_mut();
+        for (index, wheel) in self.wheels.iter().enumerate() {
+            let hub_rate_in_hub = state.hub_rate_in_hub(index);
+            for part in &wheel.bodies {
+                rates[part.dof] = wheel.rollers[part.roller].spin_rad_s(&hub_rate_in_hub) as Real;
+            }
+        }
+    }
+
     /// Sets rapier's rates, rounded.
     pub fn set_velocities(&self, rapier: &mut PhysicsWorld, state: &State) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
@@ -169,13 +185,15 @@ fn chassis_mass_properties(mass: &RobotMass) -> MassProperties {
 fn chassis_collider(
     chassis_from_body: &Isometry3<f64>,
     collision: &Collision,
+    solver: ContactSolver,
 ) -> Option<ColliderBuilder> {
     let (body_from_shape, shape) = shape_of(collision)?;
     let collider = ColliderBuilder::new(shape)
         .position(convert::pose(&(chassis_from_body * body_from_shape)))
         .density(0.0)
         .collision_groups(groups::CHASSIS)
-        .solver_groups(InteractionGroups::none());
+        .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
+        .solver_groups(groups::solved(solver));
     Some(collider)
 }
 
@@ -203,6 +221,9 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
     };
     for wheel in wheels {
         (wheel.hub_link, wheel.hub_dof) = place(wheel.hub);
+        for roller in &mut wheel.bodies {
+            (_, roller.dof) = place(roller.body);
+        }
     }
     index
 }
@@ -222,5 +243,15 @@ fn set_joints(
         // The rotor is felt where the wheel turns against the chassis. What little it adds when the chassis itself turns about
         // the wheel's axis is left out.
         multibody.armature_mut()[body.hub_dof] = wheel.drive.reflected_inertia_kg_m2() as Real;
+        if body.bodies.is_empty() {
+            continue;
+        }
+        // Where rollers are bodies, rapier solves dry friction too.
+        multibody.frictions_mut()[body.hub_dof] = wheel.dry_friction_n_m() as Real;
+        for (part, roller) in body.bodies.iter().zip(&wheel.rollers) {
+            multibody.damping_mut()[part.dof] = roller.joint.damping_n_m_s as Real;
+            multibody.frictions_mut()[part.dof] = roller.joint.friction_n_m as Real;
+            multibody.armature_mut()[part.dof] = body.rollers[part.roller].armature_kg_m2() as Real;
+        }
     }
 }

@@ -12,7 +12,9 @@ use ilon_robot::{Barrel, MassProperties as RobotMass, Roller, RollerForm, Wheel}
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
+use crate::ContactSolver;
 use crate::contact::nearest::PlacedBarrel;
+use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
 use crate::robot::state::HubPose;
@@ -28,6 +30,8 @@ pub(crate) struct WheelBody {
     pub hub_dof: usize,
     /// The colliders of the rollers that have the shapes of their file; barrels have none.
     pub colliders: Vec<RollerCollider>,
+    /// The bodies of the rollers where rapier solves the contacts; none otherwise.
+    pub bodies: Vec<RollerBody>,
     /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
     pub reach_m: f64,
     /// The rollers.
@@ -52,6 +56,26 @@ pub(crate) struct RollerCollider {
     pub collider: ColliderHandle,
     pub roller: usize,
 }
+
+/// The body of a roller where rapier solves the contacts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RollerBody {
+    pub body: RigidBodyHandle,
+    pub collider: ColliderHandle,
+    pub roller: usize,
+    /// Its spin among the multibody's degrees of freedom.
+    pub dof: usize,
+    /// Its spin when the step began, in rad/s.
+    pub spin_before_rad_s: f64,
+}
+
+/// Inertia that a roller's joint gets where rapier solves the contacts, as a multiple of the roller's own about its axis: the
+/// least that keeps rollers which should stick below 1 mm/s at 1000 steps a second. Without any they slide at 10 mm/s.
+pub(crate) const ARMATURE: f64 = 3.0;
+
+/// The armature of a roller that has seized, in kg m^2: 0.1 N m, more than a contact puts on a roller, takes 1000 s to give it
+/// 0.1 rad/s.
+const SEIZED_KG_M2: f64 = 1e3;
 
 /// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
 /// it.
@@ -199,6 +223,20 @@ impl RollerState {
         self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
     }
 
+    /// Takes over a spin against the hub, in rad/s.
+    pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
+        self.axial_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
+    }
+
+    /// The armature of the roller's joint where rapier solves the contacts, in kg m^2.
+    pub fn armature_kg_m2(&self) -> f64 {
+        if self.seized {
+            SEIZED_KG_M2
+        } else {
+            ARMATURE * self.axial_inertia_kg_m2
+        }
+    }
+
     /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
     /// missing.
     pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
@@ -298,34 +336,95 @@ fn hub_mass_properties(wheel: &Wheel, states: &[RollerState]) -> MassProperties 
     });
     let parts: Vec<RobotMass> = [wheel.hub.clone()].into_iter().chain(carried).collect();
     let whole = RobotMass::merged(&parts).unwrap_or_else(|| wheel.hub.clone());
+    mass_properties(&whole)
+}
+
+fn mass_properties(mass: &RobotMass) -> MassProperties {
     MassProperties::with_inertia_matrix(
-        convert::vector(&whole.center_of_mass_m),
-        whole.mass_kg as Real,
-        convert::matrix(&whole.inertia_kg_m2),
+        convert::vector(&mass.center_of_mass_m),
+        mass.mass_kg as Real,
+        convert::matrix(&mass.inertia_kg_m2),
     )
 }
 
+/// Adds a roller to the robot's multibody as a body on its hub.
+fn insert_roller(
+    rapier: &mut PhysicsWorld,
+    wheel: &Wheel,
+    (hub, world_from_hub): (RigidBodyHandle, Pose),
+    (index, states): (usize, &[RollerState]),
+) -> RollerBody {
+    let (roller, state) = (&wheel.rollers[index], &states[index]);
+    let across = roller.transverse_inertia_kg_m2 as Real;
+    let mass = MassProperties::new(
+        Vector::ZERO,
+        roller.mass_kg as Real,
+        Vector::new(across, across, roller.axial_inertia_kg_m2 as Real),
+    );
+    let body = rapier.bodies.insert(
+        RigidBodyBuilder::dynamic()
+            .pose(world_from_hub * convert::pose(&state.hub_from_roller))
+            .can_sleep(false)
+            .additional_mass_properties(mass),
+    );
+    rapier.insert_multibody_joint(hub, body, joint_about_z(&state.hub_from_roller));
+    let shape = match (&roller.form, &state.barrel) {
+        (RollerForm::AsModelled(modelled), _) => shape_of_roller(modelled),
+        (_, Some(barrel)) => Some(SharedShape::new(BarrelShape::new(barrel))),
+        (_, None) => None,
+    };
+    let shape = shape.expect("the shapes are checked before the robot is built");
+    let collider = rapier.insert_collider(
+        ColliderBuilder::new(shape)
+            .density(0.0)
+            .restitution(0.0)
+            .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
+            .collision_groups(crate::engine::groups::ROLLER),
+        Some(body),
+    );
+    RollerBody {
+        body,
+        collider,
+        roller: index,
+        dof: 0,
+        spin_before_rad_s: 0.0,
+    }
+}
+
 /// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller that has the
-/// shapes of its file.
+/// shapes of its file. Where rapier solves the contacts, each roller is a body on the hub.
 pub(crate) fn insert(
     rapier: &mut PhysicsWorld,
     wheel: &Wheel,
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     rollers: &[RollerState],
+    solver: ContactSolver,
 ) -> WheelBody {
     let world_from_hub = rapier.bodies[chassis].position() * convert::pose(&chassis_from_hub);
     let hub = rapier.bodies.insert(
         RigidBodyBuilder::dynamic()
             .pose(world_from_hub)
             .can_sleep(false)
-            .additional_mass_properties(hub_mass_properties(wheel, rollers)),
+            .additional_mass_properties(match solver {
+                ContactSolver::Ilon => hub_mass_properties(wheel, rollers),
+                ContactSolver::Rapier => mass_properties(&wheel.hub),
+            }),
     );
     rapier.insert_multibody_joint(chassis, hub, joint_about_z(&chassis_from_hub));
+    let bodies: Vec<RollerBody> = match solver {
+        ContactSolver::Ilon => Vec::new(),
+        ContactSolver::Rapier => (0..rollers.len())
+            .map(|roller| insert_roller(rapier, wheel, (hub, world_from_hub), (roller, rollers)))
+            .collect(),
+    };
     let mut colliders = Vec::new();
     for (roller, state) in rollers.iter().enumerate() {
         let RollerForm::AsModelled(modelled) = &wheel.rollers[roller].form else {
             continue;
         };
+        if solver == ContactSolver::Rapier {
+            continue;
+        }
         let shape =
             shape_of_roller(modelled).expect("the shapes are checked before the robot is built");
         let collider = ColliderBuilder::new(shape)
@@ -344,6 +443,7 @@ pub(crate) fn insert(
         hub_link: 0,
         hub_dof: 0,
         colliders,
+        bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
@@ -373,6 +473,17 @@ impl WheelBody {
             self.owed_in_hub_n_m += borne.owed_n_m * roller.axis_in_hub;
         }
         lost_j
+    }
+
+    /// Places the bodies of rollers on a hub.
+    pub fn place_bodies(&self, rapier: &mut PhysicsWorld, rapier_from_hub: &Isometry3<f64>) {
+        for part in &self.bodies {
+            let roller = &self.rollers[part.roller];
+            let angle_rad = ilon_robot::wrap_angle(roller.angle_rad);
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
+            let pose = convert::pose(&(rapier_from_hub * roller.hub_from_roller * turned));
+            rapier.bodies[part.body].set_position(pose, false);
+        }
     }
 
     /// Turns the colliders of rollers with the shapes of their file to where the rollers are.

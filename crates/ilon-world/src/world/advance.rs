@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use super::World;
+use crate::ContactSolver;
 use crate::contact::reaction::{Part, Reaction};
 use crate::contact::scene::Scene;
 use crate::contact::wheel_contact::{Taken, WheelContact};
@@ -29,6 +30,9 @@ impl World {
                 .after_gaining(gained_rad_s)
                 .over(dt_s, self.wheel_inertia_kg_m2);
         }
+        if self.settings.contacts == ContactSolver::Rapier {
+            return self.advance_in_rapier(dt_s);
+        }
         self.before.copy_from(&self.state);
         self.middle.copy_from(&self.state);
         self.middle.advance(half_s);
@@ -50,7 +54,7 @@ impl World {
 
     /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
     /// from rapier's own origin and rounded.
-    fn set_poses_in_rapier(&mut self) {
+    pub(super) fn set_poses_in_rapier(&mut self) {
         let place_m = self.middle.center_m();
         self.ground.follow(&place_m, &mut self.rapier.colliders);
         let rapier_from_floor = self.ground.rapier_from_floor();
@@ -62,11 +66,13 @@ impl World {
         self.assembly.set_velocities(&mut self.rapier, &self.middle);
         for (wheel, hub) in self.assembly.wheels.iter().zip(self.middle.hubs()) {
             // rapier moves the hubs by itself, but not the colliders on them.
-            if !wheel.colliders.is_empty() {
+            if !wheel.colliders.is_empty() || !wheel.bodies.is_empty() {
                 let rotation = UnitQuaternion::from_matrix(&hub.rotation);
                 let floor_from_hub = Isometry3::from_parts(hub.center_m.into(), rotation);
-                let pose = convert::pose(&(rapier_from_floor * floor_from_hub));
+                let rapier_from_hub = rapier_from_floor * floor_from_hub;
+                let pose = convert::pose(&rapier_from_hub);
                 self.rapier.bodies[wheel.hub].set_position(pose, false);
+                wheel.place_bodies(&mut self.rapier, &rapier_from_hub);
                 wheel.turn_rollers(&mut self.rapier);
             }
         }
@@ -191,7 +197,7 @@ impl World {
     }
 
     /// Counts what the motors did.
-    fn count_motors(&mut self, dt_s: f64) {
+    pub(super) fn count_motors(&mut self, dt_s: f64) {
         for (index, motor) in self.motors.iter().enumerate() {
             let after_rad_s = self.state.wheel_rates_rad_s[index];
             let gained_rad_s = after_rad_s - self.before.wheel_rates_rad_s[index];
@@ -210,9 +216,13 @@ impl World {
     }
 
     /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
-    fn read_contacts(&mut self, dt_s: f64) {
+    pub(super) fn read_contacts(&mut self, dt_s: f64) {
         self.residual_m_s = self.residual_m_s.max(self.reactions.error());
-        let springs_j = self.reactions.spring_energy_j(&self.settings, dt_s);
+        let springs_j = match self.settings.contacts {
+            ContactSolver::Ilon => self.reactions.spring_energy_j(&self.settings, dt_s),
+            // What rapier's soft contacts store goes with the hits.
+            ContactSolver::Rapier => 0.0,
+        };
         self.energies.impact_j -= springs_j - self.energies.springs_j;
         self.energies.springs_j = springs_j;
         let wheels = &mut self.assembly.wheels;

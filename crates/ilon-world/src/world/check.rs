@@ -3,7 +3,7 @@
 use ilon_robot::{Robot, RollerForm, Wheel};
 
 use crate::engine::shapes::shape_of_roller;
-use crate::{Floor, Settings, WorldError};
+use crate::{ContactSolver, Floor, RollerBodies, Settings, WorldError};
 
 /// Refuses what cannot be simulated.
 pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
@@ -47,7 +47,35 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
     if robot.wheels.is_empty() {
         return Err(WorldError::NoWheels);
     }
+    if settings.contacts == ContactSolver::Rapier {
+        check_reference(robot, settings)?;
+    }
     robot.wheels.iter().try_for_each(check_wheel)
+}
+
+/// Refuses what rapier's own solver does not know.
+fn check_reference(robot: &Robot, settings: &Settings) -> Result<(), WorldError> {
+    let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
+    if settings.split_dt_s.is_some() {
+        return refused("steps taken in parts".to_owned(), "take shorter steps");
+    }
+    if settings.roller_bodies != RollerBodies::All {
+        return refused(
+            "only the rollers near the ground".to_owned(),
+            "take all of them: each is a body of its own",
+        );
+    }
+    let lossy = |wheel: &&Wheel| wheel.drive.gear_efficiency < 1.0;
+    match robot.wheels.iter().find(lossy) {
+        Some(wheel) => refused(
+            format!(
+                "a gear that loses a share of the torque (wheel `{}`)",
+                wheel.name
+            ),
+            "give the gear an efficiency of 1",
+        ),
+        None => Ok(()),
+    }
 }
 
 fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {

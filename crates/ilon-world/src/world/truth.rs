@@ -4,6 +4,7 @@ use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::Translation3;
 
 use super::World;
+use crate::ContactSolver;
 use crate::contact::wheel_contact::WheelContact;
 use crate::robot::energy::{Energy, kinetic_j, potential_j};
 
@@ -147,11 +148,15 @@ impl World {
     }
 
     pub(super) fn kinetic_j(&self) -> f64 {
-        kinetic_j(
+        let robot_j = kinetic_j(
             (&self.robot, &self.chassis_mass),
             &self.state,
             &self.assembly.wheels,
-        )
+        );
+        match self.settings.contacts {
+            ContactSolver::Ilon => robot_j,
+            ContactSolver::Rapier => robot_j + self.armatures_j(),
+        }
     }
 
     pub(super) fn potential_j(&self) -> f64 {

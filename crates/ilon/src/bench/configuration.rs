@@ -7,9 +7,9 @@ use ilon_trace::Summary;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{DRIVES, scenario, word};
+use super::{DRIVES, Kind, scenario};
 use crate::Error;
-use crate::scenario::{RollerBodies, Scenario};
+use crate::scenario::Scenario;
 use crate::simulate::{CpuTime, Simulation};
 
 /// Simulated time before the clock is started, in seconds: the ramp and half a second held.
@@ -25,7 +25,7 @@ const LONGEST_STRETCH_S: f64 = 100.0;
 /// One way to simulate a robot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Configuration {
-    /// Which rollers have their shapes in the world: `all` or `near`.
+    /// Which rollers are looked at, `all` or `near`; or `rapier`: all of them, with contacts that rapier solves itself.
     pub roller_bodies: String,
     /// Length of a physics step, in seconds.
     pub physics_dt_s: f64,
@@ -83,7 +83,7 @@ pub struct Heading {
 
 /// What of a configuration is measured first: how right it is.
 pub(super) struct Accuracy {
-    bodies: RollerBodies,
+    kind: Kind,
     rate_hz: f64,
     /// Each drive's headings.
     outcomes: Vec<(&'static str, Heading)>,
@@ -94,7 +94,7 @@ impl Accuracy {
     /// threads take part.
     pub fn measure(
         robot: &Robot,
-        (bodies, rate_hz): (RollerBodies, f64),
+        (kind, rate_hz): (Kind, f64),
         bandwidth_rad_s: Option<f64>,
         headings_deg: &[f64],
     ) -> Result<Self, Error> {
@@ -105,13 +105,13 @@ impl Accuracy {
         let outcomes = tasks
             .into_par_iter()
             .map(|(name, twist, heading_deg)| {
-                let scenario = scenario(twist, heading_deg, bodies, rate_hz, bandwidth_rad_s)?;
+                let scenario = scenario(twist, heading_deg, kind, rate_hz, bandwidth_rad_s)?;
                 let run = Simulation::with_robot(&scenario, robot)?.run();
                 Ok((name, Heading::of(&run.summary, twist, heading_deg)))
             })
             .collect::<Result<_, Error>>()?;
         Ok(Self {
-            bodies,
+            kind,
             rate_hz,
             outcomes,
         })
@@ -121,7 +121,7 @@ impl Accuracy {
 impl Configuration {
     pub(super) fn of(accuracy: Accuracy, timing: Timing) -> Self {
         let Accuracy {
-            bodies,
+            kind,
             rate_hz,
             outcomes,
         } = accuracy;
@@ -142,7 +142,7 @@ impl Configuration {
         let speed = cpu_s.map(|cpu_s| DRIVES.len() as f64 / cpu_s);
         let spreads = speeds.iter().flatten().map(|speed| speed.spread_pct);
         Self {
-            roller_bodies: word(bodies).to_owned(),
+            roller_bodies: kind.word().to_owned(),
             physics_dt_s: 1.0 / rate_hz,
             worst_error_pct: largest(|h| Some(h.error_pct)).unwrap_or(f64::NAN),
             hub_ripple_m: largest(|h| h.hub_ripple_m),
@@ -238,7 +238,7 @@ impl Timing {
     /// All drives of a robot, warmed up.
     pub fn warmed_up(
         robot: &Robot,
-        (bodies, rate_hz): (RollerBodies, f64),
+        (kind, rate_hz): (Kind, f64),
         bandwidth_rad_s: Option<f64>,
         heading_deg: f64,
     ) -> Result<Self, Error> {
@@ -246,7 +246,7 @@ impl Timing {
             let scenario = held(scenario(
                 *twist,
                 heading_deg,
-                bodies,
+                kind,
                 rate_hz,
                 bandwidth_rad_s,
             )?);

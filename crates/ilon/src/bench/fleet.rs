@@ -7,9 +7,8 @@ use ilon_robot::Robot;
 use serde::Serialize;
 
 use super::configuration::{advance, held};
-use super::{DRIVES, Options, scenario};
+use super::{DRIVES, Kind, Options, scenario};
 use crate::Error;
-use crate::scenario::RollerBodies;
 use crate::simulate::{CpuTime, Simulation};
 
 /// Physics steps a second of every robot of a fleet, in the contact window.
@@ -126,7 +125,7 @@ fn set_up(robot: &Robot, index: usize) -> Result<Simulation, Error> {
     let scenario = held(scenario(
         DRIVES[1].1,
         heading_deg,
-        RollerBodies::Near,
+        Kind::Near,
         RATE_HZ,
         None,
     )?);

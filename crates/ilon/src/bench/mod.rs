@@ -19,7 +19,7 @@ use ilon_robot::Robot;
 use serde::Serialize;
 
 use crate::Error;
-use crate::scenario::{RollerBodies, Scenario, Step, Twist};
+use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
 
 use configuration::{Accuracy, Timing};
 
@@ -48,16 +48,30 @@ const ALL_RATES_HZ: [f64; 7] = [1000.0, 500.0, 240.0, 120.0, 60.0, 30.0, 20.0];
 const NEAR_RATES_HZ: [f64; 10] = [
     1000.0, 500.0, 240.0, 120.0, 60.0, 40.0, 30.0, 20.0, 15.0, 10.0,
 ];
+/// Physics steps a second with contacts that rapier solves.
+const RAPIER_RATES_HZ: [f64; 3] = [1000.0, 500.0, 240.0];
 /// The error up to which a configuration may be the headline, in per cent.
 const HEADLINE_ERROR_PCT: f64 = 0.1;
+
+/// Which rollers are looked at, and who solves their contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// All of them; ilon.
+    All,
+    /// Those near the ground; ilon.
+    Near,
+    /// All of them; rapier itself.
+    Rapier,
+}
 
 /// What to measure.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The robots, each by a name that no other has.
     pub robots: Vec<(String, Robot)>,
-    /// Which rollers have their shapes in the world, and at how many steps a second (> 0), in the order of measurement.
-    pub configurations: Vec<(RollerBodies, f64)>,
+    /// Which rollers are looked at, or who solves their contacts, and at how many steps a second (> 0), in the order of
+    /// measurement.
+    pub configurations: Vec<(Kind, f64)>,
     /// Bandwidth of the wheel loops on the ground, in rad/s; a scenario's own where none is given.
     pub bandwidth_rad_s: Option<f64>,
     /// Headings at which the accuracy is measured, in degrees, at least one; speed is measured at the first.
@@ -77,12 +91,13 @@ impl Options {
     /// # Errors
     /// None of the built-in robots has a fault; an error is one of this program.
     pub fn full() -> Result<Self, Error> {
-        let all = ALL_RATES_HZ.map(|rate_hz| (RollerBodies::All, rate_hz));
-        let near = NEAR_RATES_HZ.map(|rate_hz| (RollerBodies::Near, rate_hz));
+        let all = ALL_RATES_HZ.map(|rate_hz| (Kind::All, rate_hz));
+        let near = NEAR_RATES_HZ.map(|rate_hz| (Kind::Near, rate_hz));
+        let rapier = RAPIER_RATES_HZ.map(|rate_hz| (Kind::Rapier, rate_hz));
         let robots = ROBOTS.map(|(name, _)| Ok((name.to_owned(), Self::built_in(name)?)));
         Ok(Self {
             robots: robots.into_iter().collect::<Result<_, Error>>()?,
-            configurations: all.into_iter().chain(near).collect(),
+            configurations: all.into_iter().chain(near).chain(rapier).collect(),
             bandwidth_rad_s: None,
             headings_deg: vec![0.0, 20.0],
             rounds: 5,
@@ -96,12 +111,9 @@ impl Options {
     /// # Errors
     /// Like [`Self::full`].
     pub fn quick() -> Result<Self, Error> {
-        let near = [240.0, 60.0, 20.0].map(|rate_hz| (RollerBodies::Near, rate_hz));
+        let near = [240.0, 60.0, 20.0].map(|rate_hz| (Kind::Near, rate_hz));
         Ok(Self {
-            configurations: [(RollerBodies::All, 240.0)]
-                .into_iter()
-                .chain(near)
-                .collect(),
+            configurations: [(Kind::All, 240.0)].into_iter().chain(near).collect(),
             headings_deg: vec![20.0],
             rounds: 3,
             fleets: vec![1, 10],
@@ -166,13 +178,13 @@ impl Bench {
         let bandwidth_rad_s = options.bandwidth_rad_s;
         let mut measured = Vec::new();
         for (name, robot) in &options.robots {
-            for (bodies, rate_hz) in &options.configurations {
-                tell(&format!("{name}: {}", describe(word(*bodies), *rate_hz)));
+            for (kind, rate_hz) in &options.configurations {
+                tell(&format!("{name}: {}", describe(kind.word(), *rate_hz)));
                 let headings_deg = &options.headings_deg;
                 let accuracy =
-                    Accuracy::measure(robot, (*bodies, *rate_hz), bandwidth_rad_s, headings_deg)?;
+                    Accuracy::measure(robot, (*kind, *rate_hz), bandwidth_rad_s, headings_deg)?;
                 let timing =
-                    Timing::warmed_up(robot, (*bodies, *rate_hz), bandwidth_rad_s, heading_deg)?;
+                    Timing::warmed_up(robot, (*kind, *rate_hz), bandwidth_rad_s, heading_deg)?;
                 measured.push((name, accuracy, timing));
             }
         }
@@ -210,6 +222,7 @@ impl RobotBench {
         let within = configurations
             .iter()
             .filter(|c| c.worst_error_pct <= HEADLINE_ERROR_PCT)
+            .filter(|c| c.roller_bodies != Kind::Rapier.word())
             .max_by(|a, b| speed(a).total_cmp(&speed(b)));
         let most_accurate = || {
             configurations
@@ -229,15 +242,25 @@ impl RobotBench {
 }
 
 /// A configuration in a few words.
-fn describe(bodies: &str, rate_hz: f64) -> String {
-    format!("{bodies} rollers, {rate_hz} steps a second")
+fn describe(kind: &str, rate_hz: f64) -> String {
+    if kind == Kind::Rapier.word() {
+        format!("contacts by rapier, {rate_hz} steps a second")
+    } else {
+        format!("{kind} rollers, {rate_hz} steps a second")
+    }
 }
 
-/// Which rollers have their shapes in the world, as a scenario writes it.
-fn word(bodies: RollerBodies) -> &'static str {
-    match bodies {
-        RollerBodies::All => "all",
-        RollerBodies::Near => "near",
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::All, Self::Near, Self::Rapier];
+
+    /// The kind in a word, as a scenario writes it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Near => "near",
+            Self::Rapier => "rapier",
+        }
     }
 }
 
@@ -246,14 +269,20 @@ fn word(bodies: RollerBodies) -> &'static str {
 fn scenario(
     [vx_m_s, vy_m_s, omega_rad_s]: [f64; 3],
     heading_deg: f64,
-    roller_bodies: RollerBodies,
+    kind: Kind,
     rate_hz: f64,
     bandwidth_rad_s: Option<f64>,
 ) -> Result<Scenario, Error> {
     const BASE: &str = "[robot]\nfile = \"\"\n[twist]\n[run]\nduration_s = 5.5\n";
     let physics_dt_s = 1.0 / rate_hz;
     let mut scenario = Scenario::from_toml(BASE, "bench", "")?;
-    scenario.robot.roller_bodies = roller_bodies;
+    scenario.robot.roller_bodies = match kind {
+        Kind::All | Kind::Rapier => RollerBodies::All,
+        Kind::Near => RollerBodies::Near,
+    };
+    if kind == Kind::Rapier {
+        scenario.world.solver.contacts = Contacts::Rapier;
+    }
     scenario.robot.heading_deg = heading_deg;
     if let Some(bandwidth_rad_s) = bandwidth_rad_s {
         scenario.wheel_loop.bandwidth_rad_s = bandwidth_rad_s;

@@ -9,10 +9,9 @@ use super::escape::one_line;
 use super::robot::Sources;
 use super::table::Table;
 use super::{Outcome, claim, say};
-use crate::bench::{Bench, Configuration, DRIVES, Options, ROBOTS, RobotBench};
+use crate::bench::{Bench, Configuration, DRIVES, Kind, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
-use crate::scenario::RollerBodies;
 
 /// The files that `--out` writes; the one that stands for both is written last.
 const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
@@ -46,10 +45,10 @@ pub(super) struct Arguments {
     robots: Vec<String>,
     #[command(flatten)]
     sources: Sources,
-    /// Which rollers have their shapes in the world: `all`, or those `near` the ground [default: both].
-    #[arg(long, value_name = "all|near", value_parser = roller_bodies)]
-    rollers: Option<RollerBodies>,
-    /// Physics steps a second [default: 1000,500,240,120,60,30,20, and near also 40,15,10].
+    /// Which rollers are looked at: `all`, or those `near` the ground; or `rapier`: all of them, with contacts that rapier solves itself [default: each].
+    #[arg(long, value_name = "all|near|rapier", value_parser = kind)]
+    rollers: Option<Kind>,
+    /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier 1000,500,240].
     #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
     rates: Vec<f64>,
     /// Bandwidth of the wheel loops on the ground [default: 60].
@@ -136,8 +135,12 @@ fn options(arguments: &Arguments) -> Result<Options, Failure> {
             ));
         }
     }
-    if let Some(bodies) = arguments.rollers {
-        options.configurations.retain(|(of, _)| *of == bodies);
+    if let Some(kind) = arguments.rollers {
+        options.configurations.retain(|(of, _)| *of == kind);
+        // What a first look leaves out is measured where it is asked for.
+        if options.configurations.is_empty() {
+            options.configurations.push((kind, 240.0));
+        }
     }
     if !arguments.rates.is_empty() {
         let mut kinds: Vec<_> = options.configurations.iter().map(|(of, _)| *of).collect();
@@ -145,7 +148,7 @@ fn options(arguments: &Arguments) -> Result<Options, Failure> {
         let rates = &arguments.rates;
         options.configurations = kinds
             .into_iter()
-            .flat_map(|bodies| rates.iter().map(move |rate_hz| (bodies, *rate_hz)))
+            .flat_map(|kind| rates.iter().map(move |rate_hz| (kind, *rate_hz)))
             .collect();
     }
     options.bandwidth_rad_s = arguments.bandwidth.or(options.bandwidth_rad_s);
@@ -187,15 +190,12 @@ fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
     Ok((stem, Robot::load_with(path, &sources.options())?.robot))
 }
 
-fn roller_bodies(text: &str) -> Result<RollerBodies, String> {
-    match text {
-        "all" => Ok(RollerBodies::All),
-        "near" => Ok(RollerBodies::Near),
-        _ => Err(
-            "the shapes in the world are those of `all` rollers, or of those `near` the ground"
-                .to_owned(),
-        ),
-    }
+fn kind(text: &str) -> Result<Kind, String> {
+    let known = Kind::ALL.into_iter().find(|kind| kind.word() == text);
+    known.ok_or_else(|| {
+        "rollers are looked at `all`, or those `near` the ground, or by `rapier`, which solves their contacts itself"
+            .to_owned()
+    })
 }
 
 fn rate_hz(text: &str) -> Result<f64, String> {

@@ -59,6 +59,9 @@ pub(super) struct Arguments {
     /// a share of it; every change is shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
+    /// How many scenarios run at once; without it, as many as there are processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
@@ -83,9 +86,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|setting| format!(" --set '{setting}'"))
         .collect();
-    let checked: Vec<Checked> = found
-        .into_par_iter()
-        .map(|one| {
+    let check_all = || {
+        let each = found.into_par_iter();
+        let each = each.map(|one| {
             let mut checked = check(one, arguments, &files, &stop);
             if arguments.fail_fast && checked.has_failed() {
                 stop.store(true, Ordering::Relaxed);
@@ -94,12 +97,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let _ = say::lines(&checked.lines(&settings));
             checked.write_update();
             checked
-        })
-        .collect();
+        });
+        each.collect::<Vec<Checked>>()
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.jobs.map_or(0, usize::from))
+        .build()
+        .map_err(|error| {
+            Failure::usage(
+                format!("the threads could not be started: {error}"),
+                "ask for fewer with --jobs",
+            )
+        })?;
+    let checked = pool.install(check_all);
     if let Some(path) = &arguments.junit {
         file::write_text(path, &junit::xml(&checked)?)?;
     }
     say::lines(&format!("\n{}", outcome::totals(&checked)))?;
+    if checked
+        .iter()
+        .all(|one| one.count() == Count::NothingExpected)
+    {
+        say::note(
+            "note: NOTHING WAS CHECKED: no scenario has an `[expect]`, so that none of them can fail",
+        );
+    }
     let mut outcome = Outcome::Done;
     for one in checked {
         match (one.count(), one.result) {
@@ -251,7 +273,8 @@ fn run_and_judge(
     if let Some(folder) = &arguments.keep
         && !judged.failures().is_empty()
     {
-        OutputFolder::prepare(folder.join(name), "--keep", &[])?.write_all(&run)?;
+        OutputFolder::prepare(folder.join(name), "--keep", &[])?
+            .write_all(&run, &judged.verdicts)?;
     }
     Ok(judged)
 }

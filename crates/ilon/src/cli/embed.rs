@@ -11,6 +11,7 @@ use super::failure::Failure;
 use super::output::OutputFolder;
 use super::{Cli, Outcome, dispatch, fault};
 use crate::Run;
+use crate::judge::judge;
 
 /// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
 pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
@@ -63,10 +64,12 @@ pub fn write_results(folder: &Path, run: &Run) -> Result<(), Explained> {
 
 fn write(folder: &Path, run: &Run) -> Result<(), Failure> {
     let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?;
-    folder.write_all(&Run {
+    let verdicts = judge(run);
+    let run = Run {
         scenario: run.scenario.clone(),
         trace: Recorded::Memory(run.trace.clone()),
         summary: run.summary.clone(),
         warnings: run.warnings.clone(),
-    })
+    };
+    folder.write_all(&run, &verdicts)
 }

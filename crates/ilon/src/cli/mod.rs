@@ -5,6 +5,8 @@ mod bench;
 mod check;
 mod claim;
 mod compare;
+mod context;
+mod demo;
 mod embed;
 mod escape;
 mod failure;
@@ -13,8 +15,12 @@ mod flags;
 mod gallery;
 mod generate;
 mod inspect;
+#[cfg(feature = "live")]
+mod live;
+mod open;
 mod output;
 mod progress;
+mod report;
 mod robot;
 mod ros2;
 mod run;
@@ -47,8 +53,12 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 b
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Simulate a scenario and write its results.
+    /// Write example robots and scenarios beside you, and say what to run.
+    Demo(demo::Arguments),
+    /// Simulate scenarios and write their results.
     Run(run::Arguments),
+    /// Make the page of a run again from its folder.
+    Report(report::Arguments),
     /// Print a robot as it is understood: wheels, rollers, kinematics.
     Inspect(inspect::Arguments),
     /// Run scenarios and hold each against its own `[expect]`.
@@ -61,6 +71,9 @@ enum Command {
     Generate(generate::Arguments),
     /// Measure how right and how fast the simulation is on this machine.
     Bench(bench::Arguments),
+    /// Drive a robot while it is simulated, from a page in the browser.
+    #[cfg(feature = "live")]
+    Live(live::Arguments),
     /// Print the JSON Schema of the scenario file.
     Schema,
 }
@@ -79,7 +92,7 @@ enum Outcome {
 /// Keys of a scenario changed on the command line.
 #[derive(Clone, Debug, clap::Args)]
 struct Settings {
-    /// Change a key of the scenario, such as `world.floor.friction=0.2`.
+    /// Change a key of the scenario, such as `world.floor.friction=0.2`; may be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
 }
@@ -122,13 +135,17 @@ pub fn main() -> ExitCode {
 
 fn dispatch(command: Command) -> Result<Outcome, Failure> {
     match command {
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        #[cfg(feature = "live")]
+        Command::Live(arguments) => live::run(&arguments),
         Command::Schema => schema::run(),
     }
 }

@@ -11,9 +11,11 @@ use ilon_robot::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::claim::{self, Claim};
+use super::context;
 use crate::cli::failure::Failure;
+use crate::judge::Verdict;
 use crate::scenario::Reference;
-use crate::simulate::{Run, Simulation};
+use crate::simulate::{Run, Simulation, load_robot};
 use crate::{Scenario, report};
 
 /// The files of a finished run, the one that stands for all of them first.
@@ -39,6 +41,13 @@ const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 
 /// The longest summary that is looked at, in bytes.
 const SUMMARY_BYTES: u64 = 64 << 20;
+
+/// Whether the page of a run is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Report {
+    Written,
+    Left,
+}
 
 /// A folder that results can be written to, for this run alone.
 #[derive(Debug)]
@@ -145,19 +154,36 @@ impl OutputFolder {
     }
 
     /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
-    pub fn write(&self, run: &Run<Recorded>) -> Result<(), Failure> {
+    ///
+    /// Gives the answer of the report in plain sentences.
+    pub fn write(
+        &self,
+        run: &Run<Recorded>,
+        verdicts: &[Verdict],
+        report: Report,
+    ) -> Result<Vec<String>, Failure> {
         let summary = self.summary_json(run)?;
-        report::write_recorded(&self.path.join("report.html"), &run.trace, &run.summary)?;
-        self.write_text("summary.json", &summary)
+        // It was read when the run began; a file that has gone since costs its picture alone.
+        let robot = load_robot(&run.scenario).ok();
+        let context = context::of(run, robot.as_ref(), verdicts);
+        let answer = match report {
+            Report::Written => {
+                let page = self.path.join("report.html");
+                report::write_recorded(&page, &run.trace, &run.summary, &context)?
+            }
+            Report::Left => report::answer(&run.trace, &run.summary)?,
+        };
+        self.write_text("summary.json", &summary)?;
+        Ok(answer)
     }
 
     /// Writes all results of a run that was recorded elsewhere.
-    pub fn write_all(&self, run: &Run<Recorded>) -> Result<(), Failure> {
+    pub fn write_all(&self, run: &Run<Recorded>, verdicts: &[Verdict]) -> Result<(), Failure> {
         // An older summary would make the new files look complete before they are.
         self.remove(&self.path.join("summary.json"))?;
         self.write_scenario(&run.scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
-        self.write(run)
+        self.write(run, verdicts, Report::Written).map(|_| ())
     }
 
     /// The content of `summary.json`.

@@ -48,6 +48,15 @@ impl Bar {
         }
     }
 
+    /// One that shows nothing.
+    pub fn hidden(name: &str) -> Self {
+        Self {
+            name: one_line(name).into_owned(),
+            bar: Some(ProgressBar::hidden()),
+            told: Cell::new(Instant::now()),
+        }
+    }
+
     pub fn show(&self, progress: Progress) {
         let Progress { time_s, duration_s } = progress;
         let share = time_s / duration_s;

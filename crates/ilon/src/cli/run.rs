@@ -1,17 +1,17 @@
-//! `ilon run`: simulate one scenario and write its results.
+//! `ilon run`: simulate scenarios and write their results.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
 
 use super::bag::Bag;
 use super::escape::one_line;
-use super::output::{self, KeepingUp, OutputFolder};
+use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
-use super::say;
 use super::table::Table;
-use super::{Outcome, Sandbox, Settings};
+use super::{Outcome, Sandbox, Settings, open, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -20,42 +20,97 @@ use crate::simulate;
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario file.
-    scenario: PathBuf,
-    /// Where to write results.
+    /// The scenario files, which are run one after the other.
+    #[arg(required = true, value_name = "SCENARIO")]
+    scenarios: Vec<PathBuf>,
+    /// Where to write results; of several scenarios, the folder that holds a folder of each.
     #[arg(long, value_name = "DIR", default_value = "out/<scenario>")]
     out: PathBuf,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
     sandbox: Sandbox,
-    /// Print the summary as JSON, and nothing else, on standard output.
+    /// Print the summary as JSON, and nothing else, on standard output; of several scenarios a list.
     #[arg(long)]
     json: bool,
     /// Write a bag beside the other results, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and
     /// PlotJuggler. Rollers turn in it where the scenario sets `run.roller_angles_hz`.
     #[arg(long)]
     mcap: bool,
+    /// Write no report.html.
+    #[arg(long)]
+    no_report: bool,
+    /// Open the report in the browser.
+    #[arg(long, conflicts_with = "no_report")]
+    open: bool,
+    /// Print nothing but faults, and the summary where it is asked for.
+    #[arg(long, short)]
+    quiet: bool,
 }
 
 /// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let path = &arguments.scenario;
     let files = arguments.sandbox.files()?;
-    let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
-    let out = out_folder(&arguments.out, &scenario.name);
-    let inputs = output::inputs(path, &scenario);
+    // All are read before the first is run: a slip in the last costs no time.
+    let mut scenarios = Vec::new();
+    let mut taken = BTreeSet::new();
+    for path in &arguments.scenarios {
+        let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
+        if !taken.insert(scenario.name.clone()) {
+            return Err(Failure::usage(
+                format!(
+                    "two of the scenarios are named `{}`: their results would share a folder",
+                    scenario.name
+                ),
+                "run them one by one, each with its own --out",
+            ));
+        }
+        scenarios.push((path, scenario));
+    }
+    let is_alone = scenarios.len() == 1;
+    let mut summaries = Vec::new();
+    for (path, scenario) in &scenarios {
+        let out = out_folder(&arguments.out, &scenario.name, is_alone);
+        summaries.push(one(path, scenario, out, arguments)?);
+    }
+    if arguments.json {
+        let printed = match summaries.as_slice() {
+            [summary] => summary.clone(),
+            several => format!("[\n{}]\n", several.join(",\n")),
+        };
+        say::data(&printed)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Simulates one scenario, writes and prints; gives its summary as JSON.
+fn one(
+    path: &Path,
+    scenario: &Scenario,
+    out: PathBuf,
+    arguments: &Arguments,
+) -> Result<String, Failure> {
+    let inputs = output::inputs(path, scenario);
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
-    let bar = Bar::new(&scenario.name, scenario.run.duration_s);
-    let simulation = simulate::Simulation::new(&scenario)?;
+    let bar = if arguments.quiet {
+        Bar::hidden(&scenario.name)
+    } else {
+        Bar::new(&scenario.name, scenario.run.duration_s)
+    };
+    let note = |text: &str| {
+        if !arguments.quiet {
+            bar.note(text);
+        }
+    };
+    let simulation = simulate::Simulation::new(scenario)?;
     let foreseen = simulation.warnings().len();
     for warning in simulation.warnings() {
-        bar.note(&format!("note: {warning}"));
+        note(&format!("note: {warning}"));
     }
     if let Err(fault) = scenario.expect.check_windows(&scenario.run) {
-        bar.note(&format!("note: {fault}"));
+        note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
     let mut kept = KeepingUp::new();
@@ -67,30 +122,50 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })?;
     bar.done();
 
-    folder.write(&run)?;
-    for warning in &run.warnings[foreseen..] {
-        say::note(&one_line(&format!("note: {warning}")));
-    }
-    for verdict in judge_rows(&run)?.iter().filter(|verdict| !verdict.held) {
-        say::note(&one_line(&format!("note: expected {verdict}")));
-    }
-    if arguments.json {
-        say::data(&folder.summary_json(&run)?)?;
+    let verdicts = judge_rows(&run)?;
+    let report = if arguments.no_report {
+        Report::Left
     } else {
+        Report::Written
+    };
+    let answer = folder.write(&run, &verdicts, report)?;
+    for warning in &run.warnings[foreseen..] {
+        note(&format!("note: {warning}"));
+    }
+    for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
+        note(&format!("note: expected {verdict}"));
+    }
+    if !arguments.json && !arguments.quiet {
+        let page = if arguments.no_report {
+            ""
+        } else {
+            "report.html, "
+        };
         say::lines(&format!(
-            "{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml{}\n",
+            "{}\n{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
             summary_table(&run.summary),
+            verdict_lines(&answer),
             one_line(&folder.path().display().to_string()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;
     }
-    Ok(Outcome::Done)
+    if arguments.open {
+        open::page(&folder.path().join("report.html"));
+    }
+    folder.summary_json(&run)
 }
 
-fn out_folder(out: &std::path::Path, scenario: &str) -> PathBuf {
+/// The two most important sentences of the answer, each on a line of its own.
+fn verdict_lines(answer: &[String]) -> String {
+    let lines = answer.iter().take(2);
+    lines.map(|line| format!("{}\n", one_line(line))).collect()
+}
+
+fn out_folder(out: &Path, scenario: &str, is_alone: bool) -> PathBuf {
     match out.to_str() {
         Some("out/<scenario>") => PathBuf::from("out").join(scenario),
-        _ => out.to_owned(),
+        _ if is_alone => out.to_owned(),
+        _ => out.join(scenario),
     }
 }
 
@@ -131,7 +206,9 @@ fn twists(table: &mut Table, summary: &Summary) {
     row(table, &means, "vy_m_s", "vy");
     row(table, &means, "omega_rad_s", "omega");
     let ratios = ["twist_ratio_ideal", "twist_ratio_contact"];
-    table.heading("real over ideal, real over the rollers that touch");
+    table.heading(
+        "real over ideal (geometry and slip), real over the rollers that touch (slip alone)",
+    );
     for component in ["vx", "vy", "omega"] {
         row(table, &ratios, component, component);
     }

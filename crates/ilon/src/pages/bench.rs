@@ -5,12 +5,11 @@ use std::path::Path;
 
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
-use plotly::Scatter;
-use plotly::common::{Font, Marker, Mode, Position};
-use plotly::layout::{Axis, AxisType, Layout, RangeMode};
 
 use crate::bench::{Bench, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench};
-use ilon_report::figure::{DashKind, Figure, Pen, Span, axis, exact_curve, plot, solid};
+use ilon_report::figure::{
+    Curve, DashKind, Figure, Layout, Pen, Span, axis, exact_curve, plot, solid,
+};
 use ilon_report::page::{self, Head, Section, card, escape};
 use ilon_report::short;
 
@@ -46,7 +45,7 @@ pub fn html(bench: &Bench) -> String {
         sections.push(fleet_section(bench));
     }
     sections.push(method_section(bench));
-    page::page(&head, &sections, &footer(bench), &[])
+    page::page(&head, &sections, &footer(bench), &page::Parts::default())
 }
 
 /// Writes the page to a file, whole or not at all.
@@ -164,12 +163,12 @@ fn pen(robot: usize, roller_bodies: &str) -> Pen {
 
 /// Error over cost, both as logarithms, a curve for each robot and kind.
 fn work_precision(bench: &Bench) -> Figure {
-    let mut curves: Vec<Box<dyn plotly::Trace>> = Vec::new();
+    let mut curves: Vec<Curve> = Vec::new();
     for (index, (name, robot)) in bench.robots.iter().enumerate() {
         // Both kinds of a robot may lie on each other: the figures at their points do not.
-        for (kind, words, side) in [
-            ("all", "all rollers", Position::TopCenter),
-            ("near", "contact window", Position::BottomCenter),
+        for (kind, words, below) in [
+            ("all", "all rollers", false),
+            ("near", "contact window", true),
         ] {
             let of_kind = robot
                 .configurations
@@ -180,13 +179,14 @@ fn work_precision(bench: &Bench) -> Figure {
                 .collect();
             if !points.is_empty() {
                 let name = format!("{name}, {words}");
-                curves.push(labelled(&name, &points, pen(index, kind), side));
+                curves.push(labelled(&name, &points, pen(index, kind), below));
             }
         }
     }
-    let layout = Layout::new()
-        .x_axis(log_axis("CPU time a simulated second, in ms"))
-        .y_axis(log_axis("worst error D1-D5 in %"));
+    let layout = Layout::of(
+        axis("CPU time for a simulated second in ms").log(),
+        axis("worst error of D1 to D5 in %").log(),
+    );
     Figure {
         id: "work-precision-plot".to_owned(),
         title: "Worst error against cost".to_owned(),
@@ -201,42 +201,14 @@ fn work_precision(bench: &Bench) -> Figure {
 }
 
 /// A curve whose points say their steps a second.
-fn labelled(
-    name: &str,
-    points: &[(&Configuration, f64)],
-    pen: Pen,
-    side: Position,
-) -> Box<Scatter<f64, f64>> {
+fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen, below: bool) -> Curve {
     let at = points
         .iter()
         .map(|(c, cpu_s)| (1e3 * cpu_s, c.worst_error_pct.max(LEAST_ERROR_PCT)));
-    let hover = points.iter().map(|(c, cost)| {
-        format!(
-            "{}, {}: {} % at {} simulated s a CPU s",
-            escape(name),
-            escape(&c.describe()),
-            figure(c.worst_error_pct),
-            figure(1.0 / cost)
-        )
-    });
+    let rates = points.iter().map(|(c, _)| c.rate_hz().to_string());
     exact_curve(name, at, pen)
-        .mode(Mode::LinesMarkersText)
-        .marker(Marker::new().color(pen.color).size(7))
-        .text_array(
-            points
-                .iter()
-                .map(|(c, _)| c.rate_hz().to_string())
-                .collect(),
-        )
-        .text_position(side)
-        .text_font(Font::new().size(10).color(pen.color))
-        .hover_text_array(hover.collect())
-        .hover_info(plotly::common::HoverInfo::Text)
-}
-
-fn log_axis(title: &str) -> Axis {
-    // Plain figures, not powers or prefixes.
-    axis(title).type_(AxisType::Log).tick_format("~g")
+        .with_dots(7)
+        .labels(rates.collect(), below)
 }
 
 fn configurations(bench: &Bench) -> String {
@@ -378,13 +350,12 @@ fn fleet(bench: &Bench) -> Figure {
             format!("{threads} threads")
         };
         let pen = ilon_report::figure::wheel_pen(index).width(2.2);
-        exact_curve(&name, points, pen)
-            .mode(Mode::LinesMarkers)
-            .marker(Marker::new().color(pen.color).size(7)) as Box<dyn plotly::Trace>
+        exact_curve(&name, points, pen).with_dots(7)
     });
-    let layout = Layout::new()
-        .x_axis(log_axis("robots"))
-        .y_axis(axis("simulated s a second of wall clock").range_mode(RangeMode::ToZero));
+    let layout = Layout::of(
+        axis("robots").log(),
+        axis("simulated s a second of wall clock").from_zero(),
+    );
     Figure {
         id: "fleet".to_owned(),
         title: "All robots together".to_owned(),

@@ -22,9 +22,8 @@ use ilon_control::{Arrangement, ContactKinematics, Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
-use plotly::layout::Layout;
 
-use ilon_report::figure::{Figure, Span, axis, exact_curve, layout, plot, wheel_pen};
+use ilon_report::figure::{Figure, Layout, Span, axis, exact_curve, layout, plot, wheel_pen};
 use ilon_report::page::{self, Head, Section, escape, panels};
 
 /// What an arrangement of wheels is good for. A number that does not apply, of a robot that Lemma 1 refuses, is not a
@@ -166,7 +165,7 @@ pub fn html(title: &str, reaches: &[Reach], studies: &[Study]) -> String {
     let footer = "<p>Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
                   Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009. Where a curve breaks off, Lemma 1 \
                   refuses the robot.</p>";
-    page::page(&head, &sections, footer, &[])
+    page::page(&head, &sections, footer, &page::Parts::default())
 }
 
 /// Shares of the top yaw rate at which the set of velocities is drawn.
@@ -199,8 +198,7 @@ fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
     let outlines = YAW_SHARES.iter().enumerate().map(|(index, share)| {
         let corners = reach.limits.at_yaw_rate(share * top_rad_s);
         let closed = corners.iter().chain(corners.first()).map(|v| (v.x, v.y));
-        exact_curve(&reach.name, closed, wheel_pen(index)).show_legend(false)
-            as Box<dyn plotly::Trace>
+        exact_curve(&reach.name, closed, wheel_pen(index)).unlisted()
     });
     let (slowest_m_s, fastest_m_s) = reach.limits.top_speed_range_m_s();
     Figure {
@@ -216,9 +214,7 @@ fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
         over_time: false,
         plot: plot(
             outlines.collect(),
-            Layout::new()
-                .x_axis(axis("v<sub>x</sub> in m/s"))
-                .y_axis(axis("v<sub>y</sub> in m/s").scale_anchor("x")),
+            Layout::of(axis("ahead in m/s"), axis("to the left in m/s")).equal(),
         ),
     }
 }
@@ -298,8 +294,7 @@ fn figure(study: &Study, (id, title, unit, of): &Panel) -> Figure {
             .points
             .iter()
             .map(|(x, merits)| (*x, shown(of(merits))));
-        exact_curve(&curve.name, points, wheel_pen(index)).show_legend(false)
-            as Box<dyn plotly::Trace>
+        exact_curve(&curve.name, points, wheel_pen(index)).unlisted()
     });
     Figure {
         id: format!("{}-{id}", study.id),

@@ -87,7 +87,7 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
     let footer = "<p>Each robot is drawn to its own scale, its x axis to the right. Top speeds are what the wheels' rates allow. \
                   γ and M are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
                   Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
-    page::page(&head, &sections, footer, &[])
+    page::page(&head, &sections, footer, &page::Parts::default())
 }
 
 /// Writes the robots to a file, whole or not at all.

@@ -44,7 +44,17 @@ fn status(one: &Checked) -> TestCaseStatus {
         }
         Ended::Judged(judged) => match judged.failures() {
             failures if failures.is_empty() => TestCaseStatus::success(),
-            failures => non_success(NonSuccessKind::Failure, &failures.join("; ")),
+            failures => {
+                let count = failures.len();
+                let message = match count {
+                    1 => failures[0].clone(),
+                    _ => format!("{}; and {} more", failures[0], count - 1),
+                };
+                let mut status = non_success(NonSuccessKind::Failure, &message);
+                // One line a bound: viewers show the body as it is.
+                status.set_description(failures.join("\n"));
+                status
+            }
         },
     }
 }

@@ -7,8 +7,8 @@ use crate::ledger::Ledger;
 use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
 use crate::odometry;
 use crate::record::Record;
-use crate::rows::{Rows, Which};
-use crate::slip::WheelTally;
+use crate::rows::{Projection, Rows};
+use crate::slip::WheelAccumulator;
 use crate::trace::{Header, Trace};
 
 impl Summary {
@@ -18,18 +18,20 @@ impl Summary {
     /// Where the rows cannot be read.
     pub fn of_rows<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
         let header = rows.header();
-        let mut run = Tally::new(header, settings);
-        rows.each_chunk(Which::All, &mut |chunk| run.add(header, chunk))?;
+        let mut run = Accumulator::new(header, settings);
+        rows.each_batch(Projection::All, &mut |chunk| run.add(header, chunk))?;
         let mut all_wheels = AllWheels::default();
         for wheel in 0..header.wheels.len() {
-            rows.each_chunk(Which::Wheel(wheel), &mut |chunk| {
+            rows.each_batch(Projection::Wheel(wheel), &mut |chunk| {
                 all_wheels.add(chunk, wheel);
             })?;
         }
         let twist_mean = run.twist.get();
         let mut ripple = Ripple::default();
         if let Some(mean) = twist_mean.filter(|_| header.open_loop) {
-            rows.each_chunk(Which::Robot, &mut |chunk| ripple.add(header, chunk, mean))?;
+            rows.each_batch(Projection::Robot, &mut |chunk| {
+                ripple.add(header, chunk, mean)
+            })?;
         }
         let trace_hash = crate::hash::hash_of_rows(rows)?;
 
@@ -39,7 +41,9 @@ impl Summary {
         let driven = run.driven(twist_ideal_mean, settings.driven_share);
         let reckoning = run.reckoning.finish();
         let slips = header.wheels.iter().zip(run.wheels);
-        let wheels: Vec<_> = slips.map(|(wheel, tally)| tally.finish(wheel)).collect();
+        let wheels: Vec<_> = slips
+            .map(|(wheel, accumulator)| accumulator.finish(wheel))
+            .collect();
         Ok(Self {
             scenario: header.scenario_name.clone(),
             robot: header.robot_name.clone(),
@@ -100,9 +104,9 @@ impl Summary {
 }
 
 /// What is counted in one pass over all rows.
-struct Tally {
-    position: ErrorTally,
-    heading: ErrorTally,
+struct Accumulator {
+    position: ErrorAccumulator,
+    heading: ErrorAccumulator,
     seen_m: Rms,
     seen_rad: Rms,
     saturated: Mean,
@@ -112,22 +116,22 @@ struct Tally {
     /// The farthest wheel's distance from the body's origin, in metres.
     arm_m: f64,
     ideal_speed_m_s: Rms,
-    reckoning: odometry::Tally,
+    reckoning: odometry::Accumulator,
     ledger: Ledger,
     residual_m_s: Largest,
     /// The pose of the last row within the window of the means.
     measured: Option<Pose>,
     first: Option<Record>,
     last: Option<Record>,
-    wheels: Vec<WheelTally>,
+    wheels: Vec<WheelAccumulator>,
 }
 
-impl Tally {
+impl Accumulator {
     fn new(header: &Header, settings: &Settings) -> Self {
         let positions = header.wheels.iter().map(|wheel| wheel.position_m);
         Self {
-            position: ErrorTally::new(settings.position_threshold_m),
-            heading: ErrorTally::new(settings.heading_threshold_rad),
+            position: ErrorAccumulator::new(settings.position_threshold_m),
+            heading: ErrorAccumulator::new(settings.heading_threshold_rad),
             seen_m: Rms::default(),
             seen_rad: Rms::default(),
             saturated: Mean::default(),
@@ -138,13 +142,13 @@ impl Tally {
                 .map(|[x_m, y_m]| libm::hypot(x_m, y_m))
                 .fold(0.0, f64::max),
             ideal_speed_m_s: Rms::default(),
-            reckoning: odometry::Tally::default(),
+            reckoning: odometry::Accumulator::default(),
             ledger: Ledger::default(),
             residual_m_s: Largest::default(),
             measured: None,
             first: None,
             last: None,
-            wheels: WheelTally::of_each(header),
+            wheels: WheelAccumulator::of_each(header),
         }
     }
 
@@ -207,7 +211,7 @@ impl Tally {
 }
 
 /// An error over the run, and since when it is small for good.
-struct ErrorTally {
+struct ErrorAccumulator {
     threshold: f64,
     rms: Rms,
     last: Option<f64>,
@@ -219,7 +223,7 @@ struct ErrorTally {
     without_reference: bool,
 }
 
-impl ErrorTally {
+impl ErrorAccumulator {
     fn new(threshold: f64) -> Self {
         Self {
             threshold,

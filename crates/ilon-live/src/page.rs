@@ -1,0 +1,23 @@
+//! The page that drives.
+
+use ilon_scene::{Frames, Scene, embed};
+
+use crate::session::Session;
+
+/// The whole page, with all that it needs but what comes over its socket.
+pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
+    let scene = Scene::new(session.description(), Frames::live(session.robot()));
+    let title = session.name().replace('&', "&amp;").replace('<', "&lt;");
+    let settings = serde_json::json!({
+        "friction": session.friction(),
+        "reference": session.has_reference(),
+    });
+    Ok(include_str!("page.html")
+        .replace("{{style}}", embed::STYLE)
+        .replace("{{script}}", &embed::script())
+        .replace("{{live}}", include_str!("page.js"))
+        .replace("{{settings}}", &settings.to_string())
+        .replace("{{data}}", &embed::data(&scene)?)
+        // The name comes last: whatever it holds is replaced no more.
+        .replace("{{title}}", &title))
+}

@@ -1,0 +1,360 @@
+//! The local server: the page, and one WebSocket for each page that looks on.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use tungstenite::handshake::server::NoCallback;
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Message, WebSocket};
+
+use crate::LiveError;
+use crate::control::Controls;
+use crate::page;
+use crate::session::{Figures, Session};
+
+/// The most connections at once.
+const MOST_CLIENTS: usize = 64;
+/// The longest head of a request, in bytes, and how long it may take to come.
+const HEAD_BYTES: usize = 8 << 10;
+const HEAD_TIME: Duration = Duration::from_secs(5);
+/// The longest message of a page, in bytes.
+const MESSAGE_BYTES: usize = 4 << 10;
+/// Messages that are taken from a page before it is sent what is new.
+const AT_ONCE: usize = 64;
+/// How long a client waits for a message before it looks for something to send.
+const LOOK: Duration = Duration::from_millis(5);
+/// Who does not read for as long is sent away.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// What is said to a page comes at most this often.
+const SAY_EVERY: Duration = Duration::from_millis(200);
+
+/// Shows a session to whoever looks on, and hears what they say. It ends with the last of its owners.
+#[derive(Debug)]
+pub struct Server {
+    port: u16,
+    shared: Arc<Shared>,
+}
+
+/// What all connections share: no more than the newest of each.
+#[derive(Debug, Default)]
+struct Shared {
+    controls: Mutex<Controls>,
+    shown: Mutex<Shown>,
+    clients: AtomicUsize,
+    watching: AtomicUsize,
+    ended: AtomicBool,
+}
+
+#[derive(Debug, Default)]
+struct Shown {
+    frame: Newest,
+    figures: Newest,
+    note: Newest,
+}
+
+/// Something that is sent once to each client, unless something newer comes before.
+#[derive(Clone, Debug, Default)]
+struct Newest {
+    number: u64,
+    bytes: Arc<Vec<u8>>,
+}
+
+impl Newest {
+    fn put(&mut self, bytes: Vec<u8>) {
+        self.number += 1;
+        self.bytes = Arc::new(bytes);
+    }
+}
+
+impl Server {
+    /// Listens on a port of the loopback interface, 0 for any that is free.
+    ///
+    /// # Errors
+    /// [`LiveError::Listen`], [`LiveError::Page`].
+    pub fn start(port: u16, session: &Session) -> Result<Self, LiveError> {
+        let fault = |reason| LiveError::Listen { port, reason };
+        let page: Arc<str> = page::html(session)?.into();
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(fault)?;
+        let port = listener.local_addr().map_err(fault)?.port();
+        let shared = Arc::new(Shared::default());
+        let of_thread = Arc::clone(&shared);
+        std::thread::spawn(move || listen(&listener, port, &page, &of_thread));
+        Ok(Self { port, shared })
+    }
+
+    /// Where the page is.
+    pub fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/", self.port)
+    }
+
+    /// What was said last.
+    pub fn controls(&self) -> Controls {
+        locked(&self.shared.controls).clone()
+    }
+
+    /// Sets the pace, as a page could.
+    pub fn set_speed(&self, speed: f64) {
+        locked(&self.shared.controls).speed = speed;
+    }
+
+    /// Whether anybody looks on.
+    pub fn has_clients(&self) -> bool {
+        self.shared.watching.load(Ordering::Relaxed) > 0
+    }
+
+    /// Shows a frame: a message for the page's scene.
+    pub fn show(&self, frame: Vec<u8>) {
+        locked(&self.shared.shown).frame.put(frame);
+    }
+
+    /// Shows figures.
+    pub fn report(&self, figures: &Figures, real_time_factor: f64) {
+        let mut json = serde_json::json!({ "figures": figures });
+        json["figures"]["real_time_factor"] = real_time_factor.into();
+        locked(&self.shared.shown)
+            .figures
+            .put(json.to_string().into_bytes());
+    }
+
+    /// Says something to everybody.
+    pub fn say(&self, note: &str) {
+        let json = serde_json::json!({ "note": note });
+        locked(&self.shared.shown)
+            .note
+            .put(json.to_string().into_bytes());
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.shared.ended.store(true, Ordering::Relaxed);
+        // Wakes the thread that listens.
+        let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port));
+    }
+}
+
+/// What stands behind a lock: a thread that broke down while it held it has left something whole, for nothing is changed by parts.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn listen(listener: &TcpListener, port: u16, page: &Arc<str>, shared: &Arc<Shared>) {
+    for stream in listener.incoming() {
+        if shared.ended.load(Ordering::Relaxed) {
+            return;
+        }
+        let Ok(stream) = stream else { continue };
+        if shared.clients.fetch_add(1, Ordering::Relaxed) >= MOST_CLIENTS {
+            shared.clients.fetch_sub(1, Ordering::Relaxed);
+            let _ = answer(
+                stream,
+                "503 Service Unavailable",
+                "text/plain",
+                "too many pages look on",
+            );
+            continue;
+        }
+        let (page, of_thread) = (Arc::clone(page), Arc::clone(shared));
+        let spawned = std::thread::Builder::new().spawn(move || {
+            // Whatever goes wrong with one client ends with it.
+            let _ = serve(stream, port, &page, &of_thread);
+            of_thread.clients.fetch_sub(1, Ordering::Relaxed);
+        });
+        if spawned.is_err() {
+            shared.clients.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The head of a request.
+struct Head {
+    method: String,
+    path: String,
+    host: Option<String>,
+    origin: Option<String>,
+    upgrade: bool,
+}
+
+fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::io::Result<()> {
+    stream.set_nodelay(true)?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let Some(head) = head(&stream)? else {
+        return answer(stream, "400 Bad Request", "text/plain", "not understood");
+    };
+    let names = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
+    // A page of another site whose name leads here would ask for that name.
+    if !head.host.is_some_and(|host| names.contains(&host)) {
+        return answer(
+            stream,
+            "403 Forbidden",
+            "text/plain",
+            "this server answers to its own address alone",
+        );
+    }
+    let own = |origin: &str| names.iter().any(|name| origin == format!("http://{name}"));
+    if head.origin.as_deref().is_some_and(|origin| !own(origin)) {
+        return answer(
+            stream,
+            "403 Forbidden",
+            "text/plain",
+            "pages of other origins may not drive",
+        );
+    }
+    match (head.method.as_str(), head.path.as_str(), head.upgrade) {
+        ("GET", "/live", true) => {
+            let config = WebSocketConfig::default()
+                .max_message_size(Some(MESSAGE_BYTES))
+                .max_frame_size(Some(MESSAGE_BYTES))
+                .max_write_buffer_size(1 << 20);
+            stream.set_read_timeout(Some(HEAD_TIME))?;
+            let Ok(socket) = tungstenite::accept_hdr_with_config(stream, NoCallback, Some(config))
+            else {
+                return Ok(());
+            };
+            shared.watching.fetch_add(1, Ordering::Relaxed);
+            let ended = converse(socket, shared);
+            shared.watching.fetch_sub(1, Ordering::Relaxed);
+            ended
+        }
+        ("GET", "/", false) => {
+            // What was looked at is taken out, so that closing does not reset the connection.
+            drain(&mut stream);
+            answer(stream, "200 OK", "text/html; charset=utf-8", page)
+        }
+        _ => answer(
+            stream,
+            "404 Not Found",
+            "text/plain",
+            "there is nothing here",
+        ),
+    }
+}
+
+/// Looks at the head of a request without taking it: the WebSocket's handshake reads it again. `None` of what is none.
+fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
+    let deadline = Instant::now() + HEAD_TIME;
+    let mut bytes = vec![0; HEAD_BYTES];
+    stream.set_read_timeout(Some(HEAD_TIME))?;
+    let mut seen = 0;
+    let text = loop {
+        let read = stream.peek(&mut bytes)?;
+        let text = String::from_utf8_lossy(&bytes[..read]);
+        if let Some((head, _)) = text.split_once("\r\n\r\n") {
+            break head.to_owned();
+        }
+        if read == 0 || read == HEAD_BYTES || Instant::now() > deadline {
+            return Ok(None);
+        }
+        // A look gives the same bytes again at once: the rest is waited for.
+        if read == seen {
+            std::thread::sleep(LOOK);
+        }
+        seen = read;
+    };
+    let mut lines = text.split("\r\n");
+    let mut words = lines.next().unwrap_or_default().split(' ');
+    let (Some(method), Some(path)) = (words.next(), words.next()) else {
+        return Ok(None);
+    };
+    let mut head = Head {
+        method: method.to_owned(),
+        path: path.to_owned(),
+        host: None,
+        origin: None,
+        upgrade: false,
+    };
+    for (name, value) in lines.filter_map(|line| line.split_once(':')) {
+        let value = value.trim();
+        match name.to_ascii_lowercase().as_str() {
+            "host" => head.host = Some(value.to_ascii_lowercase()),
+            "origin" => head.origin = Some(value.to_ascii_lowercase()),
+            "upgrade" => head.upgrade = value.eq_ignore_ascii_case("websocket"),
+            _ => {}
+        }
+    }
+    Ok(Some(head))
+}
+
+fn drain(stream: &mut TcpStream) {
+    let mut bytes = vec![0; HEAD_BYTES];
+    let _ = stream.read(&mut bytes);
+}
+
+fn answer(mut stream: TcpStream, status: &str, kind: &str, body: &str) -> std::io::Result<()> {
+    let head = format!(
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-store\r\nX-Frame-Options: DENY\r\n\
+         X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+        body.len()
+    );
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(body.as_bytes())
+}
+
+/// Hears and tells until the client goes.
+fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Result<()> {
+    socket.get_ref().set_read_timeout(Some(LOOK))?;
+    let (mut frame, mut figures, mut note) = (0, 0, 0);
+    let mut said: Option<String> = None;
+    let mut may_say = Instant::now();
+    loop {
+        for _ in 0..AT_ONCE {
+            match socket.read() {
+                Ok(Message::Text(text)) => {
+                    // Only the last is said: a flood of commands brings no flood of answers.
+                    said = locked(&shared.controls).take(&text).or(said);
+                }
+                Ok(Message::Close(_)) => return Ok(()),
+                Ok(_) => {}
+                Err(tungstenite::Error::Io(error))
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    break;
+                }
+                Err(_) => return Ok(()),
+            }
+        }
+        if shared.ended.load(Ordering::Relaxed) {
+            let _ = socket.close(None);
+            return Ok(());
+        }
+        let (next_frame, next_figures, next_note) = {
+            let shown = locked(&shared.shown);
+            (
+                shown.frame.clone(),
+                shown.figures.clone(),
+                shown.note.clone(),
+            )
+        };
+        let text =
+            |newest: &Newest| Message::text(String::from_utf8_lossy(&newest.bytes).into_owned());
+        let mut messages = Vec::new();
+        if next_frame.number != frame {
+            frame = next_frame.number;
+            messages.push(Message::binary(next_frame.bytes.as_ref().clone()));
+        }
+        if next_figures.number != figures {
+            figures = next_figures.number;
+            messages.push(text(&next_figures));
+        }
+        if next_note.number != note {
+            note = next_note.number;
+            messages.push(text(&next_note));
+        }
+        if Instant::now() >= may_say
+            && let Some(said) = said.take()
+        {
+            may_say = Instant::now() + SAY_EVERY;
+            messages.push(Message::text(
+                serde_json::json!({ "note": said }).to_string(),
+            ));
+        }
+        for message in messages {
+            if socket.send(message).is_err() {
+                return Ok(());
+            }
+        }
+    }
+}

@@ -1,0 +1,386 @@
+//! What is drawn in a figure: curves, axes, and how they become data that the page's own script draws.
+//!
+//! Colours are named by what they stand for (`@real`, `@slip`, `@w0`); the script looks them up in the style sheet, so that a figure
+//! follows the light and the dark theme. Long columns are little-endian numbers in base64: times as 16 bits over the curve's own
+//! range, which is finer than any screen, values as f32.
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::{Map, Value, json};
+
+use super::figure::Pen;
+use super::thin::{MAX_POINTS, envelope, short};
+
+/// Significant digits of numbers that are written as text.
+const DIGITS: usize = 6;
+
+/// Columns up to this length are written as text.
+const SHORT_COLUMN: usize = 24;
+
+/// One curve, cloud of dots or row of bars.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    name: String,
+    kind: Kind,
+    pen: Pen,
+    size_px: usize,
+    opacity: f64,
+    listed: bool,
+    labels: Vec<String>,
+    labels_below: bool,
+    points: Vec<(f64, f64)>,
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// From point to point.
+    Line,
+    /// Level from each point to the next.
+    Steps,
+    /// A line with a dot at each point.
+    Dotted,
+    /// Dots alone.
+    Dots,
+    /// The area on top of the areas before it.
+    Area,
+    /// Bars along x, one for each row.
+    Bars,
+}
+
+/// A curve over time, thinned to its outline.
+pub fn curve(name: &str, points: impl Iterator<Item = (f64, f64)>, pen: Pen) -> Curve {
+    let points: Vec<_> = points.collect();
+    exact_curve(name, envelope(&points, MAX_POINTS).into_iter(), pen)
+}
+
+/// A curve of few points, all of them drawn.
+pub fn exact_curve(name: &str, points: impl Iterator<Item = (f64, f64)>, pen: Pen) -> Curve {
+    Curve {
+        name: name.to_owned(),
+        kind: Kind::Line,
+        pen,
+        size_px: 6,
+        opacity: 1.0,
+        listed: true,
+        labels: Vec::new(),
+        labels_below: false,
+        points: points.collect(),
+    }
+}
+
+/// Points without a line.
+pub fn dots(
+    name: &str,
+    points: impl Iterator<Item = (f64, f64)>,
+    color: &'static str,
+    size_px: usize,
+) -> Curve {
+    Curve {
+        kind: Kind::Dots,
+        size_px,
+        opacity: 0.55,
+        ..exact_curve(name, points, super::figure::solid(color))
+    }
+}
+
+/// A bar in each row of an axis with names; `None` where there is none.
+pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
+    let rows = values.iter().enumerate();
+    let points = rows.map(|(row, x)| (x.unwrap_or(f64::NAN), row as f64));
+    Curve {
+        kind: Kind::Bars,
+        ..exact_curve(name, points, super::figure::solid(color))
+    }
+}
+
+impl Curve {
+    /// The same, level from each point to the next.
+    pub fn steps(self) -> Self {
+        Self {
+            kind: Kind::Steps,
+            ..self
+        }
+    }
+
+    /// The same with a dot at each point.
+    pub fn with_dots(self, size_px: usize) -> Self {
+        Self {
+            kind: Kind::Dotted,
+            size_px,
+            ..self
+        }
+    }
+
+    /// The area on top of the areas before it. All areas of a plot need the same x.
+    pub fn stacked(self) -> Self {
+        Self {
+            kind: Kind::Area,
+            ..self
+        }
+    }
+
+    /// The same, left out of the legend.
+    pub fn unlisted(self) -> Self {
+        Self {
+            listed: false,
+            ..self
+        }
+    }
+
+    /// The same with another opacity, from 0 to 1.
+    pub fn opacity(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
+    }
+
+    /// The same with words at its points, above them or below.
+    pub fn labels(self, labels: Vec<String>, below: bool) -> Self {
+        Self {
+            labels,
+            labels_below: below,
+            ..self
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        let mut map = Map::new();
+        let mut put = |key: &str, value: Value| map.insert(key.to_owned(), value);
+        put("name", self.name.clone().into());
+        put("color", self.pen.color.trim_start_matches('@').into());
+        let kind = match self.kind {
+            Kind::Line => "line",
+            Kind::Steps => "steps",
+            Kind::Dotted => "dotted",
+            Kind::Dots => "dots",
+            Kind::Area => "area",
+            Kind::Bars => "bars",
+        };
+        put("kind", kind.into());
+        put("width", self.pen.width_px.into());
+        if let Some(dash) = self.pen.dash.name() {
+            put("dash", dash.into());
+        }
+        if matches!(self.kind, Kind::Dots | Kind::Dotted) {
+            put("size", self.size_px.into());
+        }
+        if self.opacity < 1.0 {
+            put("opacity", self.opacity.into());
+        }
+        if !self.listed {
+            put("unlisted", true.into());
+        }
+        if !self.labels.is_empty() {
+            put("labels", self.labels.clone().into());
+            put("below", self.labels_below.into());
+        }
+        let (x, y): (Vec<f64>, Vec<f64>) = self.points.iter().copied().unzip();
+        put("x", column(&x, true));
+        put("y", column(&y, false));
+        Value::Object(map)
+    }
+}
+
+/// A column of numbers. What is no number becomes a gap.
+fn column(values: &[f64], coarse: bool) -> Value {
+    if values.len() <= SHORT_COLUMN {
+        let values = values.iter().map(|&x| short(x, DIGITS));
+        return values.collect::<Vec<_>>().into();
+    }
+    if coarse && values.iter().all(|x| x.is_finite()) {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let step = (high - low) / f64::from(u16::MAX);
+        let steps = values.iter().map(|x| match step > 0.0 {
+            true => ((x - low) / step).round() as u16,
+            false => 0,
+        });
+        let bytes: Vec<u8> = steps.flat_map(u16::to_le_bytes).collect();
+        return json!({ "from": low, "step": step, "u16": BASE64_STANDARD.encode(bytes) });
+    }
+    let bytes: Vec<u8> = values
+        .iter()
+        .flat_map(|&x| (x as f32).to_le_bytes())
+        .collect();
+    json!({ "f32": BASE64_STANDARD.encode(bytes) })
+}
+
+/// An axis.
+#[derive(Clone, Debug, Default)]
+pub struct Axis {
+    title: String,
+    log: bool,
+    from_zero: bool,
+    range: Option<[f64; 2]>,
+    least_span: f64,
+    names: Vec<String>,
+}
+
+/// An axis with its title, as text.
+pub fn axis(title: &str) -> Axis {
+    Axis {
+        title: title.to_owned(),
+        ..Axis::default()
+    }
+}
+
+impl Axis {
+    /// Logarithmic.
+    pub fn log(self) -> Self {
+        Self { log: true, ..self }
+    }
+
+    /// Zero is always on it.
+    pub fn from_zero(self) -> Self {
+        Self {
+            from_zero: true,
+            ..self
+        }
+    }
+
+    /// From one value to another, whatever the curves do.
+    pub fn range(self, from: f64, to: f64) -> Self {
+        Self {
+            range: Some([from, to]),
+            ..self
+        }
+    }
+
+    /// It spans at least so much: what is smaller is noise, and is drawn as small as it is.
+    pub fn least_span(self, least_span: f64) -> Self {
+        Self { least_span, ..self }
+    }
+
+    /// Rows with names in place of numbers, the first on top.
+    pub fn names(self, names: Vec<String>) -> Self {
+        Self { names, ..self }
+    }
+
+    fn to_json(&self) -> Value {
+        let mut map = Map::new();
+        let mut put = |key: &str, value: Value| map.insert(key.to_owned(), value);
+        put("title", self.title.clone().into());
+        if self.log {
+            put("log", true.into());
+        }
+        if self.from_zero {
+            put("zero", true.into());
+        }
+        if let Some(range) = self.range {
+            put("range", range.to_vec().into());
+        }
+        if self.least_span > 0.0 {
+            put("least", self.least_span.into());
+        }
+        if !self.names.is_empty() {
+            put("names", self.names.clone().into());
+        }
+        Value::Object(map)
+    }
+}
+
+/// The axes of a plot, and how curves share them.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    x: Axis,
+    y: Axis,
+    equal: bool,
+    grouped: bool,
+    marks: bool,
+}
+
+/// A layout with named axes.
+pub fn layout(x_title: &str, y_title: &str) -> Layout {
+    Layout::of(axis(x_title), axis(y_title))
+}
+
+/// A layout for a map: both axes in metres at the same scale.
+pub fn map_layout() -> Layout {
+    layout("x in m", "y in m").equal()
+}
+
+impl Layout {
+    /// Of two axes.
+    pub fn of(x: Axis, y: Axis) -> Self {
+        Self {
+            x,
+            y,
+            ..Self::default()
+        }
+    }
+
+    /// Both axes have the same scale.
+    pub fn equal(self) -> Self {
+        Self {
+            equal: true,
+            ..self
+        }
+    }
+
+    /// Bars of a row stand under each other; without it they are stacked by their sign.
+    pub fn grouped(self) -> Self {
+        Self {
+            grouped: true,
+            ..self
+        }
+    }
+
+    /// Without axes: only the curves, such as circles around a centre.
+    pub fn bare(self) -> Self {
+        Self {
+            marks: true,
+            ..self
+        }
+    }
+}
+
+/// A plot of curves in a layout, as JSON.
+pub fn plot(curves: Vec<Curve>, layout: Layout) -> String {
+    let curves: Vec<Value> = curves.iter().map(Curve::to_json).collect();
+    json!({
+        "x": layout.x.to_json(), "y": layout.y.to_json(), "equal": layout.equal, "grouped": layout.grouped,
+        "bare": layout.marks, "curves": curves,
+    })
+    .to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::solid;
+
+    #[test]
+    fn long_columns_keep_their_values_to_what_a_screen_shows() {
+        let points = (0..1000).map(|k| (0.04 * f64::from(k), (0.1 * f64::from(k)).sin()));
+        let json = exact_curve("a", points.clone(), solid("@real")).to_json();
+        let decode = |text: &Value| {
+            BASE64_STANDARD
+                .decode(text.as_str().expect("text"))
+                .expect("base64")
+        };
+        let from = json["x"]["from"].as_f64().expect("a number");
+        let step = json["x"]["step"].as_f64().expect("a number");
+        let x = decode(&json["x"]["u16"]);
+        let y = decode(&json["y"]["f32"]);
+        for (k, (want_x, want_y)) in points.enumerate() {
+            let found_x = from + step * f64::from(u16::from_le_bytes([x[2 * k], x[2 * k + 1]]));
+            let found_y = f32::from_le_bytes(y[4 * k..4 * k + 4].try_into().expect("four bytes"));
+            // Half a step of 40 s over 65535 parts; f32 has 24 bits.
+            assert!(
+                (found_x - want_x).abs() <= 0.5001 * step,
+                "{found_x} {want_x}"
+            );
+            assert!(
+                (f64::from(found_y) - want_y).abs() <= 6e-8,
+                "{found_y} {want_y}"
+            );
+        }
+    }
+
+    #[test]
+    fn gaps_stay_gaps_in_short_and_long_columns() {
+        let short = exact_curve("a", [(0.0, f64::NAN)].into_iter(), solid("@real")).to_json();
+        assert!(short["y"][0].is_null());
+        let long = exact_curve("a", (0..99).map(|_| (f64::NAN, 1.0)), solid("@real")).to_json();
+        assert!(long["x"]["f32"].is_string());
+    }
+}

@@ -1,0 +1,123 @@
+//! Where a page comes from, and what the run was expected to do: given by whoever ran it, for a trace does not know.
+
+use std::collections::BTreeMap;
+
+use super::page::escape;
+
+/// One expectation and what came of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Expectation {
+    /// The quantity or signal, as `[expect]` names it.
+    pub quantity: String,
+    /// The bound with its unit, such as `<= 20 mm`.
+    pub bound: String,
+    /// What was measured, with its unit, and when.
+    pub measured: String,
+    /// Whether it held.
+    pub held: bool,
+}
+
+/// Where a page comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Provenance {
+    /// The command that made it.
+    pub command: Option<String>,
+    /// When, as a person reads it.
+    pub date: Option<String>,
+    /// Files and the hashes of their contents.
+    pub files: BTreeMap<String, String>,
+    /// What a person should know about the input or the run.
+    pub remarks: Vec<String>,
+}
+
+/// The verdict as HTML: what was expected, and whether it held; failures first. Empty without expectations.
+pub fn verdict(expectations: &[Expectation]) -> String {
+    if expectations.is_empty() {
+        return String::new();
+    }
+    let failed = expectations.iter().filter(|e| !e.held).count();
+    let (class, text) = match (failed, expectations.len()) {
+        (0, 1) => ("held", "The expectation held".to_owned()),
+        (0, all) => ("held", format!("All {all} expectations held")),
+        (failed, all) => ("failed", format!("{failed} of {all} expectations failed")),
+    };
+    let mut sorted: Vec<&Expectation> = expectations.iter().collect();
+    sorted.sort_by_key(|e| e.held);
+    let items: String = sorted
+        .into_iter()
+        .map(|e| {
+            format!(
+                "<li class=\"{}\"><b>{}</b> <code>{} {}</code>: {}</li>",
+                if e.held { "held" } else { "failed" },
+                if e.held { "held" } else { "failed" },
+                escape(&e.quantity),
+                escape(&e.bound),
+                escape(&e.measured)
+            )
+        })
+        .collect();
+    let open = if failed > 0 { " open" } else { "" };
+    format!(
+        "<details class=\"verdict {class}\"{open}><summary>{text}</summary><ul>{items}</ul></details>\n"
+    )
+}
+
+impl Provenance {
+    /// As HTML; `versions` are those of what made the run, by name.
+    pub fn html(&self, versions: &BTreeMap<String, String>) -> String {
+        let row = |name: &str, value: &str| {
+            format!(
+                "<tr><th scope=\"row\">{}</th><td class=\"words\"><code>{}</code></td></tr>",
+                escape(name),
+                escape(value)
+            )
+        };
+        let mut rows = String::new();
+        if let Some(command) = &self.command {
+            rows += &row("command", command);
+        }
+        if let Some(date) = &self.date {
+            rows += &row("made", date);
+        }
+        for (name, version) in versions {
+            rows += &row(name, version);
+        }
+        for (name, hash) in &self.files {
+            rows += &row(name, hash);
+        }
+        let remarks: String = self
+            .remarks
+            .iter()
+            .map(|remark| format!("<li>{}</li>", escape(remark)))
+            .collect();
+        let remarks = if remarks.is_empty() {
+            String::new()
+        } else {
+            format!("<h3>Remarks</h3><ul class=\"remarks\">{remarks}</ul>")
+        };
+        format!(
+            "<div class=\"card whole scroll\" tabindex=\"0\">{remarks}<table><tbody>{rows}</tbody></table></div>\n"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_come_first_and_are_counted() {
+        let one = |quantity: &str, held| Expectation {
+            quantity: quantity.to_owned(),
+            bound: "<= 1 <mm>".to_owned(),
+            measured: "2 mm".to_owned(),
+            held,
+        };
+        let html = verdict(&[one("good", true), one("bad", false)]);
+        assert!(html.contains("1 of 2 expectations failed") && html.contains(" open>"));
+        assert!(html.find("bad").expect("there") < html.find("good").expect("there"));
+        assert!(html.contains("&lt;mm&gt;"));
+        assert_eq!(verdict(&[]), "");
+        assert!(verdict(&[one("good", true)]).contains("The expectation held"));
+    }
+}

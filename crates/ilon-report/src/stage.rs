@@ -1,0 +1,320 @@
+//! The run on a stage: the scene in three dimensions, the track of events, and the slider that moves the whole page.
+
+use std::fmt::Write;
+
+use ilon_robot::Robot;
+use ilon_scene::description::Floor;
+use ilon_scene::{
+    Description, FrictionChange, GroundBox, Patch, Push, Relief, Scene, Thinning, embed,
+    frames_of_run,
+};
+use ilon_trace::{Header, Rows};
+use serde_json::json;
+use toml::Value;
+
+use super::page::{escape, json_in_script};
+use super::story::{Event, EventKind};
+use super::thin::short;
+
+/// The script of clock, slider, keys and events.
+pub(crate) const SCRIPT: &str = include_str!("web/clock.js");
+
+/// Frames of a run in the page: half of what a screen shows is smooth, and a page stays small.
+const THINNING: Thinning = Thinning {
+    rate_hz: 30.0,
+    most: 1500,
+};
+
+/// The most events that a lane of the track shows: those that matter most.
+const MOST_A_LANE: usize = 60;
+
+/// The scene of a run as JSON; `None` where its robot is not known.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub(crate) fn scene_json<R: Rows>(
+    rows: &R,
+    robot: Option<&Robot>,
+    relief_m: Option<&[Vec<f64>]>,
+) -> Result<Option<String>, R::Error> {
+    let header = rows.header();
+    let read;
+    let robot = match robot {
+        Some(robot) => robot,
+        None => match Robot::from_urdf_str(&header.urdf, &header.robot_name) {
+            Ok(robot) => {
+                read = robot;
+                &read
+            }
+            Err(_) => return Ok(None),
+        },
+    };
+    let same = robot.wheels.len() == header.wheels.len()
+        && robot
+            .wheels
+            .iter()
+            .zip(&header.wheels)
+            .all(|(ours, theirs)| ours.rollers.len() == theirs.roller_count);
+    if !same {
+        return Ok(None);
+    }
+    let urdf = (!header.urdf.is_empty()).then_some(header.urdf.as_str());
+    let mut description = Description::of_robot(robot, urdf);
+    description.floor = floor(header, relief_m);
+    description.pushes = pushes(header);
+    let frames = frames_of_run(rows, robot, THINNING)?;
+    Ok(embed::data(&Scene::new(description, frames)).ok())
+}
+
+fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
+    let ground = header.ground.clone().unwrap_or_default();
+    let half = |side: f64| 0.5 * side as f32;
+    Floor {
+        friction: ground.friction as f32,
+        slope_rad: ground.slope_rad as f32,
+        patches: ground
+            .patches
+            .iter()
+            .map(|p| Patch {
+                center_m: p.center_m.map(|x| x as f32),
+                half_sides_m: p.sides_m.map(half),
+                friction: p.friction as f32,
+                from_s: p.from_s as f32,
+                until_s: p.until_s.map(|t| t as f32),
+            })
+            .collect(),
+        boxes: ground
+            .boxes
+            .iter()
+            .map(|b| GroundBox {
+                center_m: [
+                    b.center_m[0] as f32,
+                    b.center_m[1] as f32,
+                    half(b.sides_m[2]),
+                ],
+                half_sides_m: b.sides_m.map(half),
+                heading_rad: b.heading_rad as f32,
+            })
+            .collect(),
+        relief: ground
+            .relief
+            .zip(relief_m)
+            .and_then(|(r, heights_m)| Relief::new(r.cell_m, heights_m)),
+        changes: faults_of(header, "friction_changed")
+            .filter_map(|fault| {
+                Some(FrictionChange {
+                    friction: number(&fault, "friction")?,
+                    from_s: number(&fault, "from_s").unwrap_or(0.0),
+                    until_s: number(&fault, "until_s"),
+                })
+            })
+            .collect(),
+    }
+}
+
+fn pushes(header: &Header) -> Vec<Push> {
+    faults_of(header, "push")
+        .map(|push| {
+            let x = |key: &str| number(&push, key).unwrap_or(0.0);
+            Push {
+                impulse_n_s: ["impulse_x_n_s", "impulse_y_n_s", "impulse_z_n_s"].map(x),
+                in_body: push.get("frame").and_then(Value::as_str) == Some("body"),
+                point_m: ["x_m", "y_m", "z_m"].map(x),
+                from_s: x("from_s"),
+                until_s: x("from_s") + x("lasts_s"),
+            }
+        })
+        .collect()
+}
+
+fn faults_of(header: &Header, kind: &str) -> impl Iterator<Item = Value> {
+    let scenario = header
+        .scenario_toml
+        .parse::<toml::Table>()
+        .unwrap_or_default();
+    let faults = scenario.get("faults").and_then(Value::as_array).cloned();
+    let kind = kind.to_owned();
+    faults
+        .into_iter()
+        .flatten()
+        .filter_map(move |fault| fault.get(&kind).cloned())
+}
+
+fn number(table: &Value, key: &str) -> Option<f32> {
+    let value = table.get(key)?;
+    let value = value.as_float().or(value.as_integer().map(|x| x as f64));
+    value.map(|x| x as f32)
+}
+
+/// The stage as HTML: scene, track, slider.
+pub(crate) fn html(
+    header: &Header,
+    ends_s: [f64; 2],
+    events: &[Event],
+    scene: Option<&str>,
+) -> String {
+    let [start_s, end_s] = ends_s;
+    let picture = scene.map_or_else(
+        || "<p class=\"lead\">The robot is not drawn: the trace does not carry what describes it.</p>\n".to_owned(),
+        |scene| {
+            format!(
+                "<div class=\"scene-stage\"><canvas aria-label=\"The robot, its rollers and its contacts in three dimensions\">\
+                 </canvas></div>\n<script type=\"application/json\" id=\"scene-data\">{scene}</script>\n"
+            )
+        },
+    );
+    let wheels: String = header
+        .wheels
+        .iter()
+        .enumerate()
+        .map(|(index, wheel)| format!("<option value=\"{index}\">{}</option>", escape(&wheel.name)))
+        .collect();
+    let scene_controls = scene.map_or_else(String::new, |_| {
+        format!(
+            "<span class=\"views\"><button type=\"button\" data-view=\"follow\">Follow</button>\
+             <button type=\"button\" data-view=\"whole\">Whole run</button>\
+             <button type=\"button\" data-view=\"top\">From above</button></span>\
+             <label>Close-up <select class=\"wheel\"><option value=\"\">none</option>{wheels}</select></label>\
+             <label><input type=\"checkbox\" class=\"ghost\" checked> Ideal kinematics</label>"
+        )
+    });
+    let legend = scene.map_or("", |_| {
+        "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
+         <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
+         <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
+         <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
+         <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>"
+    });
+    format!(
+        "<figure id=\"run-view\"><figcaption><h2>The run</h2></figcaption>\n{picture}\
+         <div class=\"track\">{track}<div class=\"lane-line\"><label class=\"lane-name\" for=\"time\">time</label>\
+         <input id=\"time\" class=\"time\" type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"0\"></div></div>\n\
+         <p class=\"said\">&nbsp;</p>\n\
+         <div class=\"controls\"><button type=\"button\" class=\"play\">Play</button>\
+         <button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
+         <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button><output class=\"now\"></output>\
+         <label>Speed <select class=\"speed\"><option value=\"0.05\">0.05×</option><option value=\"0.25\">0.25×</option>\
+         <option value=\"1\" selected>1×</option><option value=\"4\">4×</option><option value=\"16\">16×</option></select></label>\
+         {scene_controls}</div>{legend}\
+         <details class=\"help\"><summary>How to use it</summary><p>Drag the picture to turn it, scroll to zoom, click a wheel to \
+         see its touching roller close up. The slider moves the picture and the cursor of every figure; a click in a figure over \
+         time goes there. Space plays, arrows step, N and P go to the next and the previous event.</p></details>\n\
+         <script type=\"application/json\" id=\"clock-data\">{clock}</script></figure>\n",
+        track = track(header, ends_s, events),
+        clock = json_in_script(&clock(start_s, end_s, events).to_string()),
+    )
+}
+
+fn clock(start_s: f64, end_s: f64, events: &[Event]) -> serde_json::Value {
+    let spans: Vec<_> = events
+        .iter()
+        .filter(|event| event.is_outside())
+        .map(|event| json!({ "from": short(event.from_s, 6), "until": short(event.until_s, 6), "color": "limit" }))
+        .collect();
+    let events: Vec<_> = important(events, 200)
+        .into_iter()
+        .map(|event| json!({ "from": short(event.from_s, 6), "until": short(event.until_s, 6), "text": event.text }))
+        .collect();
+    json!({ "start": start_s, "end": end_s, "spans": spans, "events": events })
+}
+
+/// The most important ones, in the order of time: those from outside, then by what they lost and how long they lasted.
+fn important(events: &[Event], most: usize) -> Vec<&Event> {
+    let weight = |event: &Event| {
+        let outside = if event.is_outside() { 1e9 } else { 0.0 };
+        outside + 10.0 * event.lost_j + event.slid_m + 0.01 * (event.until_s - event.from_s)
+    };
+    let mut kept: Vec<&Event> = events.iter().collect();
+    kept.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    kept.truncate(most);
+    kept.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    kept
+}
+
+/// A lane for each kind of event that happened.
+fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> String {
+    let mut lanes: Vec<(String, String, Vec<&Event>)> = Vec::new();
+    for event in events {
+        let (name, color) = match event.kind {
+            EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
+            EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
+            EventKind::Saturated(task) => {
+                let name = header.task_names.get(task).map_or("task", String::as_str);
+                (format!("saturated: {name}"), "guidance".to_owned())
+            }
+            EventKind::Slide(wheel) => (
+                format!("{} slides", header.wheels[wheel].name),
+                format!("w{}", wheel % 8),
+            ),
+            EventKind::Airborne(wheel) => (
+                format!("{} in the air", header.wheels[wheel].name),
+                format!("w{}", wheel % 8),
+            ),
+        };
+        match lanes.iter_mut().find(|lane| lane.0 == name) {
+            Some(lane) => lane.2.push(event),
+            None => lanes.push((name, color, vec![event])),
+        }
+    }
+    let order = |lane: &(String, String, Vec<&Event>)| match lane.2[0].kind {
+        EventKind::Fault => 0,
+        EventKind::Ground => 1,
+        EventKind::Saturated(task) => 2 + task,
+        EventKind::Slide(wheel) => 100 + wheel,
+        EventKind::Airborne(wheel) => 10_000 + wheel,
+    };
+    lanes.sort_by_key(order);
+    let span_s = (end_s - start_s).max(1e-9);
+    let mut html = String::new();
+    for (name, color, events) in lanes {
+        let owned: Vec<Event> = events.into_iter().cloned().collect();
+        let spells: String = important(&owned, MOST_A_LANE)
+            .into_iter()
+            .map(|event| {
+                format!(
+                    "<i style=\"left:{:.2}%;width:{:.2}%\" data-from=\"{}\" title=\"{}\"></i>",
+                    100.0 * (event.from_s - start_s) / span_s,
+                    100.0 * (event.until_s - event.from_s) / span_s,
+                    short(event.from_s, 6),
+                    escape(&format!("{}: {}", event.when(), event.text)),
+                )
+            })
+            .collect();
+        // Writing to a string cannot fail.
+        let _ = write!(
+            html,
+            "<div class=\"lane-line\"><span class=\"lane-name\">{}</span><div class=\"lane\" style=\"--c:var(--{color})\">{spells}</div></div>",
+            escape(&name)
+        );
+    }
+    html
+}
+
+/// All events as a table whose times seek.
+pub(crate) fn table(events: &[Event]) -> String {
+    if events.is_empty() {
+        return "<p class=\"lead\">Nothing stood out: no fault, no slide, no lost contact, no saturation.</p>\n".to_owned();
+    }
+    const MOST: usize = 120;
+    let rows: String = important(events, MOST)
+        .into_iter()
+        .map(|event| {
+            format!(
+                "<tr><td><a href=\"#run-view\" data-seek=\"{}\">{:.2} s</a></td><td>{:.2} s</td><td class=\"words\">{}</td></tr>",
+                short(event.from_s, 6),
+                event.from_s,
+                event.until_s - event.from_s,
+                escape(&event.text)
+            )
+        })
+        .collect();
+    let more = match events.len().saturating_sub(MOST) {
+        0 => String::new(),
+        more => format!("; {more} lesser ones are left out"),
+    };
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>A click on a time goes there{more}</caption><thead><tr>\
+         <th scope=\"col\">from</th><th scope=\"col\">lasts</th><th scope=\"col\" class=\"words\">what</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div>\n"
+    )
+}

@@ -1,0 +1,200 @@
+//! The error budget at the worst instant: what carried the robot off its reference, and what brought it back.
+//!
+//! With **e** = desired - real, of the point that follows the reference,
+//!
+//! d**e**/dt = (desired rate - asked) + (asked - granted) + ... + (contact - real)
+//!
+//! where the first bracket is what the guidance asks beyond the reference's own rate, which is its correction, and the others are
+//! the terms of [`ilon_trace::ledger`]. Integrated from an instant at which the error was small to the worst one, and taken along
+//! the error there, the parts add up to the growth of the error. Unlike the ledger of the whole run it does not count a correction
+//! that feedback renews for ever.
+
+use ilon_robot::Twist;
+use ilon_trace::ledger::Terms;
+use ilon_trace::{Header, Record};
+
+/// Names of the parts: the guidance's correction, then the terms of the ledger in their order.
+pub(crate) const PARTS: [&str; 6] = [
+    "correction by guidance",
+    "saturation",
+    "compensation",
+    "servo",
+    "geometry",
+    "slip",
+];
+
+/// How far the parts have come at an instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Standing {
+    pub t_s: f64,
+    /// Desired minus real place of the reference point, in the world, in metres.
+    pub error_m: [f64; 2],
+    /// The integral of each part since the start, in the world, in metres.
+    pub parts_m: [[f64; 2]; 6],
+}
+
+/// The error budget of a growth of the error.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Budget {
+    /// When the error was small.
+    pub from_s: f64,
+    /// When it was largest.
+    pub at_s: f64,
+    /// Its size there, in metres.
+    pub error_m: f64,
+    /// Along the error: what it was at the start, in metres.
+    pub before_m: f64,
+    /// Along the error: what each part of [`PARTS`] added, in metres.
+    pub parts_m: [f64; 6],
+    /// What rows at the control period cannot resolve, in metres.
+    pub rest_m: f64,
+}
+
+/// Integrates the parts row by row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Integrator {
+    parts_m: [[f64; 2]; 6],
+}
+
+impl Integrator {
+    /// Adds a row, and says how things stand at its time; `None` without a reference.
+    pub fn add(&mut self, header: &Header, record: &Record) -> Option<Standing> {
+        let desired = record.desired?;
+        let real = header.reference_point_at(record.truth.pose);
+        let standing = Standing {
+            t_s: record.t_s,
+            error_m: [desired.pose.x_m - real.x_m, desired.pose.y_m - real.y_m],
+            parts_m: self.parts_m,
+        };
+        let heading_rad = record.truth.pose.heading_rad;
+        let [arm_x_m, arm_y_m] = header.reference_point_m;
+        // The velocity of the reference point in the world, of a twist in the body frame.
+        let of_point = |twist: Twist| {
+            let vx = twist.vx_m_s - twist.omega_rad_s * arm_y_m;
+            let vy = twist.vy_m_s + twist.omega_rad_s * arm_x_m;
+            let (s, c) = heading_rad.sin_cos();
+            [c * vx - s * vy, s * vx + c * vy]
+        };
+        let wanted = desired.velocity_in_world;
+        let asked = of_point(record.command_twist_in_body);
+        let terms = Terms::of(record).named().map(|(_, term)| of_point(term));
+        let correction = [wanted.vx_m_s - asked[0], wanted.vy_m_s - asked[1]];
+        let rates = std::iter::once(correction).chain(terms);
+        for (sum, rate) in self.parts_m.iter_mut().zip(rates) {
+            sum[0] += rate[0] * header.control_dt_s;
+            sum[1] += rate[1] * header.control_dt_s;
+        }
+        Some(standing)
+    }
+}
+
+impl Standing {
+    fn error(&self) -> f64 {
+        self.error_m[0].hypot(self.error_m[1])
+    }
+}
+
+/// The budget of the largest error after `after_s`; `None` where there are too few instants.
+pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budget> {
+    /// The growth is counted from where the error was last below this part of its peak.
+    const SMALL: f64 = 0.1;
+    let first = standings.iter().position(|s| s.t_s >= after_s)?;
+    let considered = &standings[first..];
+    let worst = (0..considered.len())
+        .max_by(|&a, &b| considered[a].error().total_cmp(&considered[b].error()))?;
+    let peak = considered[worst];
+    let small = |s: &Standing| s.error() <= SMALL * peak.error();
+    // Where the error was never small, the least before the peak is its beginning.
+    let onset = considered[..worst].iter().rposition(small).or_else(|| {
+        (0..worst).min_by(|&a, &b| considered[a].error().total_cmp(&considered[b].error()))
+    })?;
+    let start = considered[onset];
+    let size_m = peak.error();
+    if !(size_m > 0.0) {
+        return None;
+    }
+    let along = peak.error_m.map(|x| x / size_m);
+    let dot = |v: [f64; 2]| v[0] * along[0] + v[1] * along[1];
+    let mut parts_m = [0.0; 6];
+    for (part, (to, from)) in parts_m
+        .iter_mut()
+        .zip(peak.parts_m.iter().zip(&start.parts_m))
+    {
+        *part = dot([to[0] - from[0], to[1] - from[1]]);
+    }
+    let before_m = dot(start.error_m);
+    Some(Budget {
+        from_s: start.t_s,
+        at_s: peak.t_s,
+        error_m: size_m,
+        before_m,
+        rest_m: size_m - before_m - parts_m.iter().sum::<f64>(),
+        parts_m,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_robot::Pose;
+    use ilon_trace::Desired;
+
+    /// The reference goes ahead at 1 m/s. From 1 to 2 s the robot's contacts slide by 0.4 m/s sideways, and the guidance asks 0.1 m/s
+    /// against it.
+    #[test]
+    fn a_slide_and_its_correction_are_told_apart_and_add_up() {
+        let header = Header {
+            control_dt_s: 0.01,
+            ..Header::default()
+        };
+        let mut sum = Integrator::default();
+        let mut standings = Vec::new();
+        let mut y_m = 0.0;
+        for row in 0..=300 {
+            let t_s = 0.01 * f64::from(row);
+            let sliding = (0.995..1.995).contains(&t_s);
+            let asked_y = if sliding { 0.1 } else { 0.0 };
+            let real_y = if sliding { -0.3 } else { 0.0 };
+            let ahead = Twist::new(1.0, asked_y, 0.0);
+            let record = Record {
+                t_s,
+                desired: Some(Desired {
+                    pose: Pose {
+                        x_m: t_s,
+                        ..Pose::default()
+                    },
+                    velocity_in_world: Twist::new(1.0, 0.0, 0.0),
+                }),
+                command_twist_in_body: ahead,
+                granted_twist_in_body: ahead,
+                twist_target_ideal: ahead,
+                twist_ideal: ahead,
+                twist_contact: ahead,
+                truth: ilon_trace::Truth {
+                    pose: Pose {
+                        x_m: t_s,
+                        y_m,
+                        heading_rad: 0.0,
+                    },
+                    twist_in_body: Twist::new(1.0, real_y, 0.0),
+                    ..ilon_trace::Truth::default()
+                },
+                ..Record::default()
+            };
+            standings.extend(sum.add(&header, &record));
+            y_m += 0.01 * real_y;
+        }
+        let budget = at_the_worst(&standings, 0.0).expect("it was off");
+        // 0.3 m/s for a second; slip takes 0.4 m of it, the guidance brings back 0.1 m. Sums of 100 terms: rounding below 1e-12.
+        assert!((budget.error_m - 0.3).abs() < 1e-12, "{budget:?}");
+        assert!((budget.parts_m[5] - 0.4).abs() < 1e-12, "{budget:?}");
+        assert!((budget.parts_m[0] + 0.1).abs() < 1e-12, "{budget:?}");
+        assert!(budget.rest_m.abs() < 1e-12 && (budget.from_s - 1.0).abs() < 0.011);
+    }
+
+    #[test]
+    fn a_run_that_is_never_off_has_no_budget() {
+        assert_eq!(at_the_worst(&[Standing::default(); 3], 0.0), None);
+        assert_eq!(at_the_worst(&[], 0.0), None);
+    }
+}

@@ -1,0 +1,286 @@
+use super::super::Step;
+use super::*;
+
+const CIRCLE: &str = r#"
+[robot]
+file = "robot.urdf"
+
+[reference.circle]
+radius_m = 1.0
+speed_m_s = 0.2
+
+[run]
+duration_s = 30
+"#;
+
+fn told(text: &str, settings: &[&str]) -> (String, String, usize) {
+    let settings: Vec<Setting> = settings.iter().map(|s| s.parse().unwrap()).collect();
+    match parse(text, "test.toml", &settings) {
+        Err(Error::Scenario(fault)) => (
+            fault.message.clone(),
+            fault.help.clone(),
+            fault.span.offset(),
+        ),
+        Err(Error::Invalid { message, help }) => (message, help, 0),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_left_out_takes_its_documented_default() {
+    let scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
+    assert_eq!(scenario.world.floor.friction, 0.6);
+    assert_eq!(scenario.run.physics_dt_s, Step::default());
+}
+
+#[test]
+fn a_scenario_written_out_loads_again_to_the_same_text() {
+    let once = parse(CIRCLE, "test.toml", &[]).unwrap().to_toml().unwrap();
+    let twice = parse(&once, "test.toml", &[]).unwrap().to_toml().unwrap();
+    assert_eq!(once, twice);
+    assert!(once.contains("friction = 0.6"), "{once}");
+}
+
+#[test]
+fn a_setting_changes_any_key_and_needs_no_quotes() {
+    let settings = [
+        "world.floor.friction=0.2",
+        "robot.roller_bodies=near",
+        "robot.x_m = -1",
+    ]
+    .map(|s| s.parse().unwrap());
+    let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
+    assert_eq!(scenario.world.floor.friction, 0.2);
+    assert_eq!(
+        scenario.robot.roller_bodies,
+        super::super::RollerBodies::Near
+    );
+    assert_eq!(scenario.robot.x_m, -1.0);
+    assert_eq!(scenario.robot.file, Path::new("robot.urdf"));
+}
+
+#[test]
+fn an_unknown_key_is_refused_with_the_nearest_known_one_and_its_place() {
+    let text = format!("{CIRCLE}\n[world.floor]\nfrction = 0.2\n");
+    let (message, help, at) = told(&text, &[]);
+    assert_eq!(message, "unknown key `world.floor.frction`");
+    assert_eq!(help, "did you mean `friction`?");
+    assert_eq!(at, text.find("frction").unwrap());
+    assert_eq!(
+        told(CIRCLE, &["wrld.floor.friction=1"]).1,
+        "did you mean `world`?"
+    );
+}
+
+#[test]
+fn a_fault_in_a_setting_is_shown_in_the_setting() {
+    for (setting, offset) in [("world.flor.friction=1", 6), ("run.duration_s=x", 17)] {
+        let settings = [setting.parse().unwrap()];
+        match parse(CIRCLE, "test.toml", &settings) {
+            Err(Error::Scenario(fault)) => {
+                assert_eq!(fault.source_code.name(), SETTING);
+                assert_eq!(fault.span.offset(), offset);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
+    let (message, ..) = told(CIRCLE, &["reference.circle.radius_m=wide"]);
+    assert_eq!(
+        message,
+        "`reference.circle.radius_m` is a text, but must be a number"
+    );
+    let (message, help, _) = told(CIRCLE, &["guidance.priority=positon"]);
+    assert_eq!(message, "`guidance.priority` cannot be \"positon\"");
+    assert_eq!(help, "did you mean \"position\"?");
+    let (message, ..) = told(CIRCLE, &["world.floor=0.2"]);
+    assert_eq!(message, "`world.floor` is a number, but must be a table");
+}
+
+#[test]
+fn numbers_must_be_finite_and_within_their_bounds() {
+    for not_finite in ["nan", "inf", "-inf"] {
+        let (message, ..) = told(CIRCLE, &[&format!("run.duration_s={not_finite}")]);
+        assert_eq!(message, "`run.duration_s` is not a finite number");
+    }
+    let (message, ..) = told(CIRCLE, &["run.physics_dt_s=0"]);
+    assert_eq!(
+        message,
+        "`run.physics_dt_s` is 0, but must be greater than 0"
+    );
+    let (message, ..) = told(CIRCLE, &["run.control_dt_s=-0.01"]);
+    assert_eq!(
+        message,
+        "`run.control_dt_s` is -0.01, but must be greater than 0"
+    );
+    let (message, ..) = told(CIRCLE, &["world.floor.friction=-1"]);
+    assert_eq!(
+        message,
+        "`world.floor.friction` is -1, but must be 0 or more"
+    );
+}
+
+#[test]
+fn numbers_are_of_a_size_to_compute_with_but_for_what_is_expected() {
+    for (setting, told_of) in [
+        ("run.duration_s=1e30", "`run.duration_s` is 1e30"),
+        ("robot.x_m=-1e10", "`robot.x_m` is -1e10"),
+        (
+            "world.floor.friction=1e-300",
+            "`world.floor.friction` is 1e-300",
+        ),
+    ] {
+        let (message, help, _) = told(CIRCLE, &[setting]);
+        assert!(message.starts_with(told_of), "{message}");
+        assert_eq!(
+            help,
+            "write 0 or a number whose size is between 1e-12 and 1e9"
+        );
+    }
+    let expected = ["expect.slip_energy_j={max=1e-20}".parse().unwrap()];
+    assert!(parse(CIRCLE, "t", &expected).is_ok());
+}
+
+#[test]
+fn a_control_period_is_a_whole_number_of_physics_steps() {
+    let (message, help, _) = told(CIRCLE, &["run.physics_dt_s=0.003"]);
+    assert_eq!(
+        message,
+        "`run.control_dt_s` = 0.01 is 3.333333 physics steps of `run.physics_dt_s` = 0.003, but must be a whole \
+         number of them"
+    );
+    assert_eq!(help, "set `run.physics_dt_s` to 0.0025, which divides it");
+    let longer = parse(CIRCLE, "t", &["run.physics_dt_s=0.02".parse().unwrap()]);
+    assert!(longer.is_err());
+}
+
+#[test]
+fn a_run_that_no_memory_holds_is_refused_with_what_would_do() {
+    // 1e8 s at 100 Hz are 1e10 rows: a thousand times too many.
+    let (message, help, _) = told(CIRCLE, &["run.duration_s=1e8"]);
+    assert_eq!(
+        message,
+        "`run.duration_s` = 100000000 makes 1.0e10 rows of the trace, where at most 1e7 are kept"
+    );
+    assert!(help.ends_with("`run.record_every` = 1000"), "{help}");
+    let thinned = ["run.duration_s=1e8", "run.record_every=1000"].map(|s| s.parse().unwrap());
+    assert!(parse(CIRCLE, "t", &thinned).is_ok());
+    let (message, ..) = told(CIRCLE, &["run.physics_dt_s=1e-12"]);
+    assert!(message.contains("3.0e13 physics steps"), "{message}");
+}
+
+#[test]
+fn a_scenario_moved_to_another_folder_names_the_same_files() {
+    let mut scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
+    scenario.folder = PathBuf::from("/home/a/scenarios");
+    scenario.robot.file = PathBuf::from("../robots/x.urdf");
+    let packages = &mut scenario.robot.packages;
+    packages.insert("x".to_owned(), PathBuf::from("../meshes"));
+    let moved = scenario.moved_to(Path::new("/home/b/out"));
+    assert_eq!(moved.robot.file, Path::new("../../a/robots/x.urdf"));
+    assert_eq!(moved.robot.packages["x"], Path::new("../../a/meshes"));
+}
+
+#[test]
+fn of_a_file_that_is_no_scenario_nothing_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let told = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        match Scenario::load(&path) {
+            Err(Error::Invalid { message, .. }) => message,
+            other => panic!("{other:?}"),
+        }
+    };
+    for secret in [
+        "[registry]\ntoken = \"secret\"\n",
+        "A=1\u{0}secret=2",
+        "run=1\n= secret",
+    ] {
+        let told = told(secret);
+        assert!(told.contains("is no scenario: on line"), "{told}");
+        assert!(!told.contains("secret"), "{told}");
+    }
+    std::fs::write(&path, CIRCLE.replace("radius_m", "raduis_m")).unwrap();
+    assert!(matches!(Scenario::load(&path), Err(Error::Scenario(_))));
+}
+
+#[test]
+fn the_largest_seed_is_read_and_written_and_the_next_is_refused_as_the_number_it_is() {
+    let seed = u64::MAX.to_string();
+    let settings = [format!("sensors.seed={seed}").parse().unwrap()];
+    let scenario = parse(CIRCLE, "t", &settings).unwrap();
+    assert_eq!(scenario.sensors.seed, u64::MAX);
+    let again = parse(&scenario.to_toml().unwrap(), "t", &[]).unwrap();
+    assert_eq!(again.sensors.seed, u64::MAX);
+    for beyond in [
+        "18446744073709551616",
+        "99999999999999999999999999999999999999999999",
+    ] {
+        let (message, help, _) = told(CIRCLE, &[&format!("sensors.seed={beyond}")]);
+        assert_eq!(
+            message,
+            format!("`sensors.seed` is {beyond}, but must be {seed} or less")
+        );
+        assert_eq!(help, format!("write a whole number that is {seed} or less"));
+    }
+    let (message, ..) = told(CIRCLE, &["sensors.seed=-1"]);
+    assert_eq!(message, "`sensors.seed` is -1, but must be 0 or more");
+}
+
+#[test]
+fn a_name_that_means_another_folder_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["...toml", "..toml"] {
+        let path = folder.path().join(file);
+        std::fs::write(&path, CIRCLE).unwrap();
+        let refused = Scenario::load(&path).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("a scenario cannot be called `."),
+            "{refused}"
+        );
+    }
+    let path = folder.path().join("....toml");
+    std::fs::write(&path, CIRCLE).unwrap();
+    assert_eq!(Scenario::load(&path).unwrap().name, "...");
+}
+
+#[test]
+fn exactly_one_motion_is_asked_for() {
+    let (message, ..) = told(CIRCLE, &["twist.vx_m_s=0.3"]);
+    assert!(
+        message.starts_with("both `[reference]` and `[twist]` stand"),
+        "{message}"
+    );
+    let none = CIRCLE.replace("[reference.circle]\nradius_m = 1.0\nspeed_m_s = 0.2\n", "");
+    let (message, ..) = told(&none, &[]);
+    assert!(
+        message.starts_with("neither `[reference]` nor"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_missing_key_is_named_with_what_it_is_for() {
+    let (message, help, _) = told("[run]\nduration_s = 1\n[twist]\n", &[]);
+    assert_eq!(message, "the key `robot` is missing");
+    assert_eq!(help, "add `robot`: Which robot, and how it starts.");
+}
+
+#[test]
+fn an_expectation_names_a_quantity_that_exists() {
+    let (message, help, _) = told(CIRCLE, &["expect.position_eror_final_m={max=1}"]);
+    assert_eq!(message, "unknown key `expect.position_eror_final_m`");
+    assert_eq!(help, "did you mean `position_error_final_m`?");
+    let (message, ..) = told(CIRCLE, &["expect.twist_ratio_contact.vx={mx=1}"]);
+    assert_eq!(message, "unknown key `expect.twist_ratio_contact.vx.mx`");
+    let settings = ["expect.twist_ratio_contact.vx={min=0.9,max=1.1}"
+        .parse()
+        .unwrap()];
+    let scenario = parse(CIRCLE, "t", &settings).unwrap();
+    let bound = scenario.expect.bounds["twist_ratio_contact.vx"];
+    assert_eq!((bound.min, bound.max), (Some(0.9), Some(1.1)));
+}

@@ -1,0 +1,105 @@
+//! The reference of a scenario, as the control tracks it.
+
+use ilon_control::{Heading, Reference};
+use ilon_robot::Pose;
+use nalgebra::Vector2;
+
+use super::waypoints;
+use crate::Error;
+use crate::scenario::{self, Scenario};
+
+/// The reference of a scenario, if it has one.
+///
+/// # Errors
+/// Where it cannot be, or its waypoints cannot be read.
+pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
+    let section = scenario.reference.as_ref();
+    section
+        .map(|section| reference(section, scenario))
+        .transpose()
+}
+
+fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Reference, Error> {
+    use scenario::Reference as Section;
+    let reference = match section {
+        Section::Line {
+            from_x_m,
+            from_y_m,
+            to_x_m,
+            to_y_m,
+            speed_m_s,
+            heading,
+        } => Reference::line(
+            Vector2::new(*from_x_m, *from_y_m),
+            Vector2::new(*to_x_m, *to_y_m),
+            *speed_m_s,
+            heading_of(heading),
+        ),
+        Section::Circle {
+            center_x_m,
+            center_y_m,
+            radius_m,
+            speed_m_s,
+            start_deg,
+            heading,
+        } => Reference::circle(
+            Vector2::new(*center_x_m, *center_y_m),
+            *radius_m,
+            *speed_m_s,
+            start_deg.to_radians(),
+            heading_of(heading),
+        ),
+        Section::FigureEight {
+            center_x_m,
+            center_y_m,
+            half_width_m,
+            axis_deg,
+            period_s,
+            heading,
+        } => Reference::figure_eight(
+            Vector2::new(*center_x_m, *center_y_m),
+            *half_width_m,
+            axis_deg.to_radians(),
+            *period_s,
+            heading_of(heading),
+        ),
+        Section::Waypoints {
+            file,
+            speed_m_s,
+            heading,
+        } => {
+            let path = scenario.resolve(file);
+            let heading = heading_of(heading);
+            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
+        }
+        Section::HoldPose {
+            x_m,
+            y_m,
+            heading_deg,
+        } => Reference::hold(Pose {
+            x_m: *x_m,
+            y_m: *y_m,
+            heading_rad: heading_deg.to_radians(),
+        }),
+    };
+    Ok(reference?)
+}
+
+fn heading_of(section: &scenario::Heading) -> Heading {
+    match *section {
+        scenario::Heading::ConstantDeg(heading_deg) => Heading::Constant {
+            heading_rad: heading_deg.to_radians(),
+        },
+        scenario::Heading::AlongPath => Heading::Tangent { offset_rad: 0.0 },
+        scenario::Heading::FromPathDeg(offset_deg) => Heading::Tangent {
+            offset_rad: offset_deg.to_radians(),
+        },
+        scenario::Heading::Turning {
+            from_deg,
+            rate_deg_s,
+        } => Heading::Rate {
+            start_rad: from_deg.to_radians(),
+            rate_rad_s: rate_deg_s.to_radians(),
+        },
+    }
+}

@@ -1,0 +1,317 @@
+use super::*;
+use crate::record::{Desired, TaskShare, WheelSample};
+use crate::trace::WheelHeader;
+use ilon_robot::Pose;
+
+const DT_S: f64 = 0.01;
+
+/// 10 s of records made from their time; one wheel at (0.3, 0.4), so that the arm is 0.5 m. A robot whose twist is given
+/// moves by it.
+fn run(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Trace {
+    let header = Header {
+        wheels: vec![WheelHeader {
+            position_m: [0.3, 0.4],
+            ..WheelHeader::default()
+        }],
+        task_names: vec!["position".to_owned()],
+        physics_dt_s: 0.002,
+        control_dt_s: DT_S,
+        measure_from_s: 2.0,
+        measure_to_s: 8.0,
+        ..Header::default()
+    };
+    let mut trace = Trace::with_capacity(header, 1000);
+    let mut pose = Pose::default();
+    for step in 0..1000 {
+        let t_s = f64::from(step) * DT_S;
+        let (mut record, wheel) = of_time(t_s);
+        record.t_s = t_s;
+        let twist = record.truth.twist_in_body;
+        if twist != Twist::default() {
+            record.truth.pose = pose;
+            pose = pose.moved(twist.scaled(DT_S));
+        }
+        trace.push(record, &[wheel]);
+    }
+    trace
+}
+
+fn summary(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Summary {
+    Summary::of(&run(of_time), &Settings::default())
+}
+
+/// The robot off its reference, which stands at (1 m, 2 m, 0.5 rad), along x and in heading.
+fn tracking(off_x_m: f64, off_rad: f64) -> Record {
+    let desired = Pose {
+        x_m: 1.0,
+        y_m: 2.0,
+        heading_rad: 0.5,
+    };
+    let mut record = Record {
+        desired: Some(Desired {
+            pose: desired,
+            ..Desired::default()
+        }),
+        ..Record::default()
+    };
+    record.truth.pose = Pose {
+        x_m: desired.x_m + off_x_m,
+        heading_rad: desired.heading_rad + off_rad,
+        ..desired
+    };
+    record
+}
+
+#[test]
+fn the_error_has_converged_from_the_last_time_on_that_it_enters_its_threshold() {
+    // exp(-t) m falls below 5 cm at ln 20 = 2.996 s; the heading dips below 3 deg at once, but leaves again until
+    // 7 s; the wrap at pi is crossed on the way.
+    let heading_rad = |t: f64| if (3.0..7.0).contains(&t) { 6.0 } else { 0.01 };
+    let s = summary(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
+    let entered = s.position_converged_s.unwrap();
+    assert!(
+        (20.0_f64.ln()..20.0_f64.ln() + DT_S).contains(&entered),
+        "{entered}"
+    );
+    // The times are sums of no more than rounding: within a nanosecond of 7 s.
+    assert!((s.heading_converged_s.unwrap() - 7.0).abs() < 1e-9);
+    assert!((s.position_error_final_m.unwrap() - (-9.99_f64).exp()).abs() < 1e-12);
+    assert!((s.heading_error_final_rad.unwrap() - 0.01).abs() < 1e-15);
+    // The mean of exp(-2t) over 1000 steps is a geometric series.
+    let q = (-2.0 * DT_S).exp();
+    let rms = ((1.0 - q.powi(1000)) / (1.0 - q) / 1000.0).sqrt();
+    assert!((s.position_error_rms_m.unwrap() - rms).abs() < 1e-12);
+
+    let trace = run(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
+    let (errors_m, errors_rad) = errors(&trace);
+    assert_eq!((errors_m.len(), errors_rad.len()), (1000, 1000));
+    assert_eq!(errors_m.last().copied(), s.position_error_final_m);
+    assert_eq!(errors_rad.last().copied(), s.heading_error_final_rad);
+}
+
+#[test]
+fn an_error_on_its_threshold_is_not_below_it() {
+    let trace = run(|_| (tracking(0.5, 0.25), WheelSample::default()));
+    let thresholds = |position_threshold_m, heading_threshold_rad| Settings {
+        position_threshold_m,
+        heading_threshold_rad,
+        ..Settings::default()
+    };
+    // Powers of two: their squares and roots are exact.
+    let on = Summary::of(&trace, &thresholds(0.5, 0.25));
+    assert_eq!(
+        (on.position_converged_s, on.heading_converged_s),
+        (None, None)
+    );
+    let above = Summary::of(&trace, &thresholds(0.5001, 0.2501));
+    let start = Some(0.0);
+    assert_eq!(
+        (above.position_converged_s, above.heading_converged_s),
+        (start, start)
+    );
+}
+
+#[test]
+fn the_seen_pose_is_held_against_the_real_one() {
+    let s = summary(|_| {
+        let mut record = tracking(7.0, 3.0);
+        // 3-4-5, and across the cut at pi.
+        record.seen_pose = Pose {
+            x_m: 8.3,
+            y_m: 1.6,
+            heading_rad: 3.7 - std::f64::consts::TAU,
+        };
+        (record, WheelSample::default())
+    });
+    // Means of equal numbers: a thousand roundings at most.
+    assert!((s.seen_position_error_rms_m.unwrap() - 0.5).abs() < 1e-13);
+    assert!((s.seen_heading_error_rms_rad.unwrap() - 0.2).abs() < 1e-13);
+}
+
+#[test]
+fn a_task_gives_way_only_where_it_asks_and_there_is_one() {
+    let at_rest = |_| {
+        let mut record = Record::default();
+        record.tasks[0].weight = 0.0;
+        (record, WheelSample::default())
+    };
+    assert_eq!(summary(at_rest).saturated_share, Some(0.0));
+    let mut without = run(at_rest);
+    without.header.task_names.clear();
+    let s = Summary::of(&without, &Settings::default());
+    assert_eq!(s.saturated_share, None);
+}
+
+#[test]
+fn a_component_is_driven_from_a_hundredth_of_the_speed_at_the_outermost_wheel() {
+    // 0.4 rad/s are 0.2 m/s at 0.5 m: 2 mm/s decide.
+    let v = Twist::new(0.0021, 0.0019, 0.4);
+    let s = summary(|_| {
+        let mut record = Record {
+            twist_ideal: v,
+            ..Record::default()
+        };
+        record.truth.twist_in_body = v;
+        (record, WheelSample::default())
+    });
+    let TwistRatio { vx, vy, omega } = s.twist_ratio_ideal;
+    // 600 roundings of poses of a few units over a way of millimetres.
+    assert!((vx.unwrap() - 1.0).abs() < 1e-10 && (omega.unwrap() - 1.0).abs() < 1e-10);
+    assert_eq!(vy, None);
+}
+
+#[test]
+fn an_open_loop_run_shakes_by_its_deviation_from_the_mean() {
+    let shaking = |t: f64| {
+        let sign = if (t / DT_S).round() % 2.0 == 0.0 {
+            1.0
+        } else {
+            -1.0
+        };
+        let mut record = Record::default();
+        record.truth.twist_in_body = Twist::new(0.3 + 0.01 * sign, 0.02 * sign, -0.4 - 0.03 * sign);
+        (record, WheelSample::default())
+    };
+    let mut trace = run(shaking);
+    trace.header.open_loop = true;
+    let ripple = Summary::of(&trace, &Settings::default())
+        .twist_ripple
+        .unwrap();
+    // As many rows on either side, but 599 ways between them: their mean lies a 599th of the deviation off the middle,
+    // which lengthens the root of the squares by half the square of that; and the ways are chords of arcs that bend
+    // by 4 mrad, which the mean undoes.
+    let is = |is: f64, derived: f64| (is / derived - 1.0).abs() < 0.5 / (598.0 * 598.0);
+    assert!(is(ripple.vx_m_s, 0.01));
+    assert!(is(ripple.vy_m_s, 0.02));
+    assert!(is(ripple.omega_rad_s, 0.03));
+    assert_eq!(summary(shaking).twist_ripple, None, "closed loop");
+}
+
+#[test]
+fn without_a_row_in_the_window_there_is_no_mean_and_without_a_step_no_steps() {
+    let mut trace = run(|_| (Record::default(), WheelSample::default()));
+    trace.header.measure_from_s = 20.0;
+    trace.header.physics_dt_s = 0.0;
+    trace.header.open_loop = true;
+    let s = Summary::of(&trace, &Settings::default());
+    assert_eq!((s.twist_mean, s.twist_ripple, s.steps), (None, None, 0));
+    assert_eq!(s.hub_ripple_m, None);
+}
+
+#[test]
+fn an_error_above_its_threshold_at_the_end_has_not_converged() {
+    let s = summary(|t| {
+        (
+            tracking(if t > 9.9 { 1.0 } else { 0.0 }, 0.0),
+            WheelSample::default(),
+        )
+    });
+    assert_eq!(s.position_converged_s, None);
+    assert_eq!(s.heading_converged_s, Some(0.0));
+}
+
+#[test]
+fn without_a_reference_the_errors_are_null_in_json() {
+    let s = summary(|_| (Record::default(), WheelSample::default()));
+    let json = serde_json::to_value(&s).unwrap();
+    for key in [
+        "position_error_rms_m",
+        "position_error_final_m",
+        "heading_error_rms_rad",
+        "heading_error_final_rad",
+        "position_converged_s",
+        "heading_converged_s",
+        "odometry_drift_m_per_m",
+        "odometry_drift_rad_per_m",
+        "slip_speed_rms_m_s",
+        "sim_seconds_per_cpu_second",
+    ] {
+        assert_eq!(json.get(key), Some(&serde_json::Value::Null), "{key}");
+    }
+    let nothing = serde_json::json!({"vx": null, "vy": null, "omega": null});
+    assert_eq!(json["twist_ratio_ideal"], nothing);
+    assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), s);
+}
+
+#[test]
+fn means_leave_out_what_is_outside_their_window() {
+    let s = summary(|t| {
+        let inside = (1.995..7.995).contains(&t);
+        let v = Twist::new(0.0, if inside { 0.3 } else { 77.0 }, 0.002);
+        let mut record = Record {
+            twist_ideal: v,
+            twist_contact: Twist::new(0.0, 0.98 * v.vy_m_s, 0.002),
+            ..Record::default()
+        };
+        record.truth.twist_in_body = Twist::new(1e-4, 0.97 * v.vy_m_s, 0.001);
+        (record, WheelSample::default())
+    });
+    // 600 additions of 0.3: below 1e-13. Poses at 150 m are rounded by 3e-14 m, 600 of them over a way of 1.7 m.
+    assert!((s.twist_ideal_mean.unwrap().vy_m_s - 0.3).abs() < 1e-13);
+    assert!((s.twist_ratio_ideal.vy.unwrap() - 0.97).abs() < 1e-11);
+    assert!((s.twist_ratio_contact.vy.unwrap() - 0.97 / 0.98).abs() < 1e-11);
+    // vx is not driven; the yaw rate reaches 0.001 m/s at the wheel, 0.3 % of the speed, below 1 %.
+    assert_eq!(
+        (s.twist_ratio_ideal.vx, s.twist_ratio_ideal.omega),
+        (None, None)
+    );
+}
+
+#[test]
+fn duration_steps_and_extremes_are_those_of_the_run() {
+    let s = summary(|t| {
+        let wheel = WheelSample {
+            target_rad_s: -8.7 * t / 9.99,
+            rate_rad_s: -8.7 * t / 9.99 + 0.25,
+            torque_n_m: if t == 0.5 { -3.0 } else { 1.0 },
+            hub_height_m: 0.05
+                + if t > 8.5 {
+                    1.0
+                } else {
+                    1e-4 * (10.0 * t).sin()
+                },
+            ..WheelSample::default()
+        };
+        let mut record = Record::default();
+        record.tasks[0] = TaskShare {
+            asked_rad_s: 1.0,
+            weight: if t < 2.495 { 0.5 } else { 1.0 },
+            ..TaskShare::default()
+        };
+        (record, wheel)
+    });
+    assert!((s.duration_s - 10.0).abs() < 1e-12);
+    assert_eq!(s.steps, 5000);
+    assert!((s.wheel_rate_command_max_rad_s.unwrap() - 8.7).abs() < 1e-12);
+    // A thousand squares of 0.25, each off by a rounding of 8.7.
+    assert!((s.wheel_rate_error_rms_rad_s.unwrap() - 0.25).abs() < 1e-14);
+    assert_eq!(s.wheel_torque_max_n_m, Some(3.0));
+    // A sine of amplitude 0.1 mm; the sampling at 0.1 rad misses its peaks by at most (0.05^2)/2 each.
+    assert!((s.hub_ripple_m.unwrap() - 2e-4).abs() < 2e-4 * 0.00125);
+    assert_eq!(s.saturated_share, Some(0.25));
+}
+
+#[test]
+fn the_energy_balance_starts_at_the_first_record() {
+    let s = summary(|t| {
+        let record = Record {
+            motor_energy_j: 10.0 * t,
+            slip_energy_j: 2.0 * t,
+            bearing_energy_j: 1.0 * t,
+            impact_energy_j: 0.25 * t,
+            outside_energy_j: 7.0 + 0.5 * t,
+            kinetic_energy_j: 3.0 + 4.0 * t,
+            potential_energy_j: 2.0 * t,
+            ..Record::default()
+        };
+        (record, WheelSample::default())
+    });
+    // At 9.99 s.
+    assert!((s.energy.stored_j.unwrap() - 59.94).abs() < 1e-12);
+    assert!((s.energy.outside_j.unwrap() - 4.995).abs() < 1e-12);
+    // 10 + 0.5 - (4 + 2) - 2 - 1 - 0.25 = 1.25 a second.
+    assert!((s.energy.unexplained_j.unwrap() - 12.4875).abs() < 1e-12);
+    // Of 99.9 J from the motors and 4.995 J from outside; 32.5 J were lost.
+    assert!((s.energy.unexplained_share.unwrap() - 12.4875 / 104.895).abs() < 1e-12);
+    assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
+}

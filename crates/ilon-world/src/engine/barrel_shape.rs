@@ -1,0 +1,210 @@
+//! The exact roller as a parry shape, for contacts that rapier solves.
+//!
+//! The barrel is the envelope of spheres centred on the roller's axis (see [`ilon_robot::barrel`]). Its frame has the
+//! origin at the roller's centre and z along the roller's axis. parry works in f32; the profile does too.
+
+use ilon_robot::Barrel;
+use parry3d::bounding_volume::{Aabb, BoundingSphere};
+use parry3d::mass_properties::MassProperties;
+use parry3d::math::{Pose, Real, Vector};
+use parry3d::query::details::local_ray_intersection_with_support_map_with_params;
+use parry3d::query::gjk::VoronoiSimplex;
+use parry3d::query::{PointProjection, PointQuery, Ray, RayCast, RayIntersection};
+use parry3d::shape::{FeatureId, Shape, ShapeType, SupportMap, TypedShape};
+
+/// The barrel of one roller, in metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BarrelShape {
+    /// The wheel's radius rho.
+    wheel_radius_m: Real,
+    /// Distance a between hub axis and roller axis.
+    ring_radius_m: Real,
+    /// sin delta = cos gamma.
+    sin_delta: Real,
+    /// Half of the length L between the centres of the outermost spheres.
+    half_length_m: Real,
+}
+
+impl BarrelShape {
+    /// The shape of a barrel.
+    pub fn new(barrel: &Barrel) -> Self {
+        Self {
+            wheel_radius_m: barrel.wheel_radius_m as Real,
+            ring_radius_m: barrel.ring_radius_m as Real,
+            sin_delta: barrel.sin_delta as Real,
+            half_length_m: barrel.half_length_m as Real,
+        }
+    }
+
+    /// Half of the length L, in metres.
+    pub fn half_length_m(&self) -> Real {
+        self.half_length_m
+    }
+
+    /// Radius s(t) of the sphere centred `t_m` along the axis, in metres.
+    pub fn sphere_radius_m(&self, t_m: Real) -> Real {
+        let kt = self.sin_delta * t_m;
+        self.wheel_radius_m - (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt()
+    }
+
+    /// The place t* of the sphere that reaches furthest along a unit direction whose component along the axis is
+    /// `w_axial`: `Barrel::support_place_m` in f32.
+    pub fn support_place_m(&self, w_axial: Real) -> Real {
+        let k = self.sin_delta;
+        let under_root = k * k - w_axial * w_axial;
+        if under_root <= 0.0 {
+            return self.half_length_m.copysign(w_axial);
+        }
+        let t_m = w_axial * self.ring_radius_m / (k * under_root.sqrt());
+        t_m.clamp(-self.half_length_m, self.half_length_m)
+    }
+
+    /// The largest radius, at the roller's middle, in metres.
+    fn middle_radius_m(&self) -> Real {
+        self.wheel_radius_m - self.ring_radius_m
+    }
+
+    /// Distance from the middle to the tips, in metres.
+    fn tip_m(&self) -> Real {
+        self.half_length_m + self.sphere_radius_m(self.half_length_m)
+    }
+}
+
+impl SupportMap for BarrelShape {
+    fn local_support_point(&self, direction: Vector) -> Vector {
+        self.local_support_point_toward(direction.normalize_or(Vector::Z))
+    }
+
+    fn local_support_point_toward(&self, direction: Vector) -> Vector {
+        let t_m = self.support_place_m(direction.z);
+        Vector::Z * t_m + direction * self.sphere_radius_m(t_m)
+    }
+}
+
+impl PointQuery for BarrelShape {
+    /// The nearest sphere to a point minimises |p - t z| - s(t), which is convex in t: where the derivative
+    /// (t - p_z)/|p - t z| + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign. Bisection finds it to rounding.
+    fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
+        let r = point.truncate().length();
+        let slope = |t: Real| {
+            let kt = self.sin_delta * t;
+            let q = (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt();
+            (t - point.z) / libm::hypotf(r, t - point.z).max(Real::MIN_POSITIVE)
+                + self.sin_delta * kt / q
+        };
+        let (mut low, mut high) = (-self.half_length_m, self.half_length_m);
+        for _ in 0..32 {
+            let middle = 0.5 * (low + high);
+            if slope(middle) > 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        let t_m = 0.5 * (low + high);
+        let center = Vector::Z * t_m;
+        let radius = self.sphere_radius_m(t_m);
+        let offset = point - center;
+        let is_inside = offset.length() <= radius;
+        if is_inside && solid {
+            return PointProjection::new(true, point);
+        }
+        PointProjection::new(is_inside, center + offset.normalize_or(Vector::X) * radius)
+    }
+
+    fn project_local_point_and_get_feature(&self, point: Vector) -> (PointProjection, FeatureId) {
+        (self.project_local_point(point, false), FeatureId::Face(0))
+    }
+}
+
+impl RayCast for BarrelShape {
+    fn cast_local_ray_and_get_normal(
+        &self,
+        ray: &Ray,
+        max_time_of_impact: Real,
+        solid: bool,
+    ) -> Option<RayIntersection> {
+        local_ray_intersection_with_support_map_with_params(
+            self,
+            &mut VoronoiSimplex::new(),
+            ray,
+            max_time_of_impact,
+            solid,
+        )
+    }
+}
+
+impl Shape for BarrelShape {
+    fn compute_local_aabb(&self) -> Aabb {
+        let r = self.middle_radius_m();
+        let half_extents = Vector::new(r, r, self.tip_m());
+        Aabb::new(-half_extents, half_extents)
+    }
+
+    fn compute_aabb(&self, position: &Pose) -> Aabb {
+        // Tight, from the support map: the box around a turning roller should not reach further down than it does.
+        let extent = |axis: Vector| {
+            let local = position.rotation.inverse() * axis;
+            (position.rotation * self.local_support_point_toward(local)).dot(axis)
+        };
+        let half_extents = Vector::new(extent(Vector::X), extent(Vector::Y), extent(Vector::Z));
+        Aabb::new(
+            position.translation - half_extents,
+            position.translation + half_extents,
+        )
+    }
+
+    fn compute_local_bounding_sphere(&self) -> BoundingSphere {
+        BoundingSphere::new(Vector::ZERO, self.tip_m().max(self.middle_radius_m()))
+    }
+
+    fn clone_dyn(&self) -> Box<dyn Shape> {
+        Box::new(*self)
+    }
+
+    fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
+        // A barrel scaled unevenly is no barrel any more.
+        (scale.x == scale.y && scale.y == scale.z && scale.x > 0.0).then(|| {
+            Box::new(Self {
+                wheel_radius_m: scale.x * self.wheel_radius_m,
+                ring_radius_m: scale.x * self.ring_radius_m,
+                sin_delta: self.sin_delta,
+                half_length_m: scale.x * self.half_length_m,
+            }) as Box<dyn Shape>
+        })
+    }
+
+    fn mass_properties(&self, density: Real) -> MassProperties {
+        // A roller's mass comes from its file, never from its shape; parry only asks for a fair default.
+        MassProperties::from_capsule(
+            density,
+            Vector::Z * -self.half_length_m,
+            Vector::Z * self.half_length_m,
+            self.middle_radius_m(),
+        )
+    }
+
+    fn shape_type(&self) -> ShapeType {
+        ShapeType::Custom
+    }
+
+    fn as_typed_shape(&self) -> TypedShape<'_> {
+        TypedShape::Custom(self)
+    }
+
+    fn ccd_thickness(&self) -> Real {
+        self.middle_radius_m()
+    }
+
+    fn ccd_angular_thickness(&self) -> Real {
+        std::f32::consts::FRAC_PI_2
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn as_support_map(&self) -> Option<&dyn SupportMap> {
+        Some(self)
+    }
+}

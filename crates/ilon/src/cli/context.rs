@@ -1,0 +1,71 @@
+//! What a page says beside its trace: who made it, when, from what, and what was expected.
+
+use std::collections::BTreeMap;
+use std::time::SystemTime;
+
+use chrono::{DateTime, SecondsFormat, Utc};
+use ilon_robot::Robot;
+use ilon_trace::{Rows, number, quantities};
+
+use super::flags;
+use crate::judge::Verdict;
+use crate::report::{self, Context, Expectation, Provenance};
+use crate::simulate::{self, Run};
+
+/// What a report of this run is told. The robot is read again from its file; where that is gone since, the report draws what the
+/// trace carries.
+pub(super) fn of<'a, R: Rows>(
+    run: &Run<R>,
+    robot: Option<&'a Robot>,
+    verdicts: &[Verdict],
+) -> Context<'a> {
+    let relief = run
+        .trace
+        .header()
+        .ground
+        .as_ref()
+        .and_then(|g| g.relief.as_ref());
+    Context {
+        robot,
+        relief_m: relief.map(simulate::relief_heights_m),
+        expectations: verdicts.iter().map(expectation).collect(),
+        provenance: Provenance {
+            files: BTreeMap::from([("trace".to_owned(), run.summary.trace_hash.clone())]),
+            remarks: run.warnings.clone(),
+            ..here_and_now()
+        },
+    }
+}
+
+/// The command line and the time.
+pub(super) fn here_and_now() -> Provenance {
+    let words = std::env::args_os()
+        .skip(1)
+        .map(|word| flags::shell(&word.to_string_lossy()));
+    let words = std::iter::once("ilon".to_owned()).chain(words);
+    let now: DateTime<Utc> = SystemTime::now().into();
+    Provenance {
+        command: Some(words.collect::<Vec<_>>().join(" ")),
+        date: Some(now.to_rfc3339_opts(SecondsFormat::Secs, true)),
+        ..Provenance::default()
+    }
+}
+
+fn expectation(verdict: &Verdict) -> Expectation {
+    let unit = quantities::si_unit(&verdict.quantity);
+    let space = if unit.is_empty() { "" } else { " " };
+    let measured = match (verdict.measured, verdict.at_s) {
+        (Some(x), Some(at_s)) => format!(
+            "measured {}{space}{unit} at {at_s} s",
+            number(report::short(x, 4))
+        ),
+        (Some(x), None) => format!("measured {}{space}{unit}", number(report::short(x, 4))),
+        (None, _) => "it does not apply to this run".to_owned(),
+    };
+    Expectation {
+        quantity: verdict.quantity.clone(),
+        bound: format!("{}{space}{unit}", verdict.bound),
+        measured,
+        held: verdict.held,
+    }
+}

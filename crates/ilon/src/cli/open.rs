@@ -1,0 +1,32 @@
+//! `--open`: a page in the person's browser.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use super::say;
+
+/// Opens a page; where nothing opens it, says where it lies.
+pub(super) fn page(path: &Path) {
+    // By its whole path: the opener may work elsewhere.
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let (program, first): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("cmd", &["/C", "start", ""])
+    } else {
+        ("xdg-open", &[])
+    };
+    let opened = Command::new(program)
+        .args(first)
+        .arg(&path)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if opened.is_err() {
+        say::note(&format!(
+            "note: `{program}` did not start; open {} in a browser",
+            path.display()
+        ));
+    }
+}

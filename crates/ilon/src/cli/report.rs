@@ -1,0 +1,72 @@
+//! `ilon report`: the page of a run made again from its folder.
+
+use std::path::PathBuf;
+
+use ilon_trace::{Recorded, Settings, Summary};
+
+use super::escape::one_line;
+use super::{Outcome, claim, context, open, say};
+use crate::Scenario;
+use crate::cli::failure::Failure;
+use crate::judge::judge_rows;
+use crate::report;
+use crate::simulate::{Run, load_robot};
+
+/// Arguments of `ilon report`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The folder that `ilon run` wrote.
+    folder: PathBuf,
+    /// Where to write the page; without it, `report.html` in the folder.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Open the page in the browser.
+    #[arg(long)]
+    open: bool,
+}
+
+/// Reads, writes, prints.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let folder = &arguments.folder;
+    let file = folder.join("trace.parquet");
+    let resolved = folder.join("scenario.toml");
+    if !file.exists() || !resolved.exists() {
+        return Err(Failure::usage(
+            format!("`{}` holds no finished run", folder.display()),
+            "name a folder that `ilon run` wrote: it holds trace.parquet and scenario.toml",
+        ));
+    }
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| folder.join("report.html"));
+    let _claim = claim::file(
+        &out,
+        "--out",
+        &[file.clone(), resolved.clone(), folder.join("summary.json")],
+    )?;
+    let trace = Recorded::open(&file)?;
+    let summary = Summary::of_rows(&trace, &Settings::default())?;
+    let run = Run {
+        scenario: Scenario::load(&resolved)?,
+        trace,
+        summary,
+        warnings: Vec::new(),
+    };
+    let verdicts = judge_rows(&run)?;
+    let robot = load_robot(&run.scenario).ok();
+    let context = context::of(&run, robot.as_ref(), &verdicts);
+    let answer = report::write_recorded(&out, &run.trace, &run.summary, &context)?;
+    let lines: String = answer
+        .iter()
+        .map(|line| format!("{}\n", one_line(line)))
+        .collect();
+    say::lines(&format!(
+        "{lines}\nwritten to {}\n",
+        one_line(&out.display().to_string())
+    ))?;
+    if arguments.open {
+        open::page(&out);
+    }
+    Ok(Outcome::Done)
+}
