@@ -12,7 +12,7 @@
 //! | [`ledger`] | where the difference between asked and real motion goes |
 //! | [`slip`] | how the contacts slid |
 //! | [`difference`] | where a trace leaves an earlier one |
-//! | [`odometry`] | how far dead reckoning strays |
+//! | [`odometry`] | how far dead reckoning drifts |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
 //! | [`recording`] | a run of any length, of which only the last rows lie in memory |

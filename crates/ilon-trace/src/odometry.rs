@@ -1,4 +1,4 @@
-//! How far dead reckoning from the wheel rates strays from the truth.
+//! How far dead reckoning from the wheel rates drifts from the truth.
 
 use ilon_robot::{Pose, wrap_angle};
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ const SHORTEST_WAY_M: f64 = 0.01;
 /// Below this turn, in radians, a drift per turn says nothing.
 const LEAST_TURN_RAD: f64 = 0.1;
 
-/// How far one way of dead reckoning strays.
+/// How far one way of dead reckoning drifts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
     /// Distance from the reckoned to the true position at the end, in metres.
@@ -29,9 +29,9 @@ pub struct Drift {
     pub rad_per_turn: Option<f64>,
 }
 
-/// How far the robot went, and how far dead reckoning strays from that.
+/// How far the robot went, and how far dead reckoning drifts from that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reckoning {
+pub struct OdometryDrift {
     /// Length of the way that the body's origin really travelled, in metres.
     pub travelled_m: f64,
     /// How much the robot really turned, back and forth both counted, in radians.
@@ -42,8 +42,8 @@ pub struct Reckoning {
     pub contact: Drift,
 }
 
-impl Reckoning {
-    /// The reckoning of a run.
+impl OdometryDrift {
+    /// The drifts of a run.
     pub fn of(trace: &Trace) -> Self {
         let mut accumulator = Accumulator::default();
         trace
@@ -79,12 +79,12 @@ impl Accumulator {
             .add(away_m(record, record.odometry_contact));
     }
 
-    /// The reckoning of the run that ends here.
-    pub fn finish(self) -> Reckoning {
+    /// The drifts of the run that ends here.
+    pub fn finish(self) -> OdometryDrift {
         let Some(last) = self.last else {
-            return Reckoning::default();
+            return OdometryDrift::default();
         };
-        Reckoning {
+        OdometryDrift {
             travelled_m: self.travelled_m,
             turned_rad: self.turned_rad,
             ideal: self.drift(&last, last.odometry_ideal, self.worst_ideal_m),
@@ -148,11 +148,11 @@ mod tests {
             (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),
             (pose(5.0, 0.0, -2.5), pose(5.0, 0.02, -2.4)),
         ]);
-        let reckoning = Reckoning::of(&trace);
-        let drift = reckoning.ideal;
+        let drifts = OdometryDrift::of(&trace);
+        let drift = drifts.ideal;
         let turned = std::f64::consts::TAU - 6.1 + 0.5;
-        assert!((reckoning.turned_rad - turned).abs() < 1e-14);
-        assert_eq!(reckoning.travelled_m, 2.0);
+        assert!((drifts.turned_rad - turned).abs() < 1e-14);
+        assert_eq!(drifts.travelled_m, 2.0);
         assert_eq!((drift.m_per_m, drift.worst_m), (Some(0.01), Some(0.05)));
         // One subtraction near 2.5: 4e-16.
         assert!((drift.rad_per_m.unwrap() - 0.05).abs() < 1e-15);
@@ -163,11 +163,11 @@ mod tests {
     #[test]
     fn a_robot_that_stands_has_no_drift_per_metre() {
         let trace = moved(&[(Pose::default(), Pose::default()); 3]);
-        let drift = Reckoning::of(&trace).ideal;
+        let drift = OdometryDrift::of(&trace).ideal;
         assert_eq!(
             (drift.final_m, drift.m_per_m, drift.rad_per_turn),
             (Some(0.0), None, None)
         );
-        assert_eq!(Reckoning::of(&moved(&[])), Reckoning::default());
+        assert_eq!(OdometryDrift::of(&moved(&[])), OdometryDrift::default());
     }
 }

@@ -312,8 +312,8 @@ impl Pilot {
             Planned::Twist(profile) => {
                 let kinematics = self.guidance.kinematics();
                 let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-                let fastest = profile.changes.iter().map(|(_, twist)| {
-                    kinematics.wheel_rates(*twist, &mut rates_rad_s);
+                let fastest = profile.held().map(|twist| {
+                    kinematics.wheel_rates(twist, &mut rates_rad_s);
                     rates_rad_s
                         .iter()
                         .fold(0.0, |most: f64, rate| most.max(rate.abs()))

@@ -48,6 +48,11 @@ impl TwistProfile {
         twist
     }
 
+    /// The twists that are held, in their order.
+    pub fn held(&self) -> impl Iterator<Item = Twist> {
+        self.changes.iter().map(|(_, twist)| *twist)
+    }
+
     /// When the last change has settled, in seconds.
     pub fn settled_s(&self) -> f64 {
         let last_s = self.changes.last().map_or(0.0, |(from_s, _)| *from_s);

@@ -217,8 +217,10 @@ fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         ranked.sort_by(|a, b| b.total.value.total_cmp(&a.total.value));
         if let Some(first) = ranked.first() {
             answers.push(plain(format!(
-                "{}: {} causes {:.0} % of its variance, by itself {:.0} %.",
+                "{} is {} with a standard deviation of {}: {} causes {:.0} % of that variance, by itself {:.0} %.",
                 one.quantity,
+                sweep::figure(one.mean),
+                sweep::figure(one.deviation),
                 first.key,
                 100.0 * first.total.value,
                 100.0 * first.first.value
