@@ -67,10 +67,10 @@ def pictures(ilon, folder):
     screenshot(scene_page(lateral / "report.html", "follow", 0, folder) + "#t=3.02", docs / "wheel.png", 900, 480)
     page = scene_page(wet / "report.html", "follow", "null", folder)
     frames = []
-    for k in range(24):
+    for k in range(12):
         frames.append(Path(folder) / f"frame{k:03}.png")
-        screenshot(f"{page}#t={3.6 + 0.18 * k:.2f}", frames[-1], 520, 300)
-    (docs / "run.png").write_bytes(animation(frames, 0.18))
+        screenshot(f"{page}#t={3.8 + 0.34 * k:.2f}", frames[-1], 520, 300)
+    (docs / "run.png").write_bytes(animation(frames, 0.34))
 
 
 def chunk(kind, data):
