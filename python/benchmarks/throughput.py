@@ -26,22 +26,22 @@ ROBOTS = 64
 
 
 def twists(step: int) -> np.ndarray:
-    """Shares of the top speeds that turn slowly: a robot that drives around."""
-    return 0.2 * np.array([np.cos(0.02 * step), np.sin(0.02 * step), 0.3], dtype=np.float32)
+    """Shares of the top speeds that turn slowly, from rest: a robot that drives around."""
+    share = 0.2 * min(1.0, step / 50)
+    return share * np.array([np.cos(0.02 * step), np.sin(0.02 * step), 0.3], dtype=np.float32)
 
 
 def rate(act, seconds: float, robots: int = 1) -> tuple[float, float]:
     """Control steps in a second: of the clock, and of the CPU time of all threads."""
-    for step in range(20):
+    warm_up = 100
+    for step in range(warm_up):
         act(step)
-    wall, cpu, step = time.perf_counter(), time.process_time(), 0
+    wall, cpu, step = time.perf_counter(), time.process_time(), warm_up
     while time.perf_counter() - wall < seconds:
         act(step)
         step += 1
-    return (
-        robots * step / (time.perf_counter() - wall),
-        robots * step / (time.process_time() - cpu),
-    )
+    steps = robots * (step - warm_up)
+    return steps / (time.perf_counter() - wall), steps / (time.process_time() - cpu)
 
 
 def of_ilon(seconds: float, physics_dt_s: float | None, robots: int = 1, threads: int | None = None, action=twists):
@@ -61,16 +61,13 @@ def mujoco_model(timestep_s: float):
     """The robot of the URDF on a plane, with a velocity actuator a wheel."""
     import mujoco
 
-    text = URDF.read_text()
-    # A fixed root would hang the robot up; MuJoCo drops visuals and merges fixed links unless asked not to.
-    text = text.replace("<robot ", '<robot xmlns:m="none" ', 1).replace(
+    # MuJoCo merges links that are fixed to each other, and drops their names, unless told not to.
+    text = URDF.read_text().replace(
         "</robot>", '<mujoco><compiler discardvisual="true" fusestatic="false"/></mujoco></robot>'
     )
-    spec = mujoco.MjSpec.from_string(text.replace(' xmlns:m="none"', ""))
-    spec.option.timestep = timestep_s
-    base = spec.body("base_link") or spec.worldbody.first_body()
+    spec = mujoco.MjSpec.from_string(text)
+    base = spec.body("base_link")
     base.add_freejoint()
-    base.pos = [0.0, 0.0, 0.051]
     floor = spec.worldbody.add_geom()
     floor.type, floor.size = mujoco.mjtGeom.mjGEOM_PLANE, [0, 0, 1]
     floor.friction[0] = 0.6
@@ -81,11 +78,9 @@ def mujoco_model(timestep_s: float):
         actuator.forcelimited, actuator.forcerange = True, [-1.8, 1.8]
     # The robot touches the floor alone.
     model = spec.compile()
-    floor_id = model.ngeom - 1
     for geom in range(model.ngeom):
         is_floor = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
         model.geom_contype[geom], model.geom_conaffinity[geom] = (1, 0) if is_floor else (0, 1)
-    del floor_id
     return model
 
 

@@ -150,6 +150,11 @@ impl Trace {
         PyList::new(py, self.signals.iter().map(|signal| signal.name.as_str()))
     }
 
+    /// The same, so that `dict(trace)` is a dict of arrays.
+    fn keys<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        self.columns(py)
+    }
+
     /// How many rows there are.
     #[getter]
     fn rows(&self) -> usize {

@@ -1,5 +1,6 @@
 """Where robots and scenarios lie, and short runs that several tests look at."""
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -48,3 +49,10 @@ def command():
         return done
 
     return run
+
+
+@pytest.fixture(autouse=True)
+def at_rest_between_tests():
+    """Nothing is left over from one test to the next: pools of threads end with what they belong to."""
+    yield
+    gc.collect()

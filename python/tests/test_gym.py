@@ -106,8 +106,8 @@ def test_energy_and_slip_can_cost(circle):
     def earned(**reward):
         return rollout(ilon.gym.TrackEnv(circle, reward=reward), 30, scale=1.0)[1].sum()
 
-    # Hard turns of a robot on ice slide: both cost.
-    circle["world"] = {"floor": {"friction": 0.05}}
+    # A robot that starts hard on a wet floor slides: both cost.
+    circle["world"] = {"floor": {"friction": 0.2}}
     free = earned()
     assert earned(energy=1.0) < free and earned(slip=1.0) < free
 
@@ -124,11 +124,11 @@ def test_an_episode_is_truncated_when_its_time_is_up(circle):
 def test_an_episode_terminates_where_the_robot_leaves_its_path(circle):
     env = ilon.gym.TrackEnv(circle, fail_at_m=0.1, start_off_m=0.0)
     env.reset(seed=0)
-    for step in range(200):
-        _, _, terminated, truncated, info = env.step(np.array([-1.0, 0.0, 0.0], dtype=np.float32))
+    for _ in range(60):
+        _, _, terminated, truncated, info = env.step(np.array([-0.3, 0.0, 0.0], dtype=np.float32))
         if terminated or truncated:
             break
-    assert terminated and not truncated and info["position_error_m"] > 0.1 and step < 60
+    assert terminated and not truncated and info["position_error_m"] > 0.1
 
 
 def test_what_lies_outside_of_the_actions_is_cut_off(circle):

@@ -176,6 +176,8 @@ class Trace:
     @property
     def columns(self) -> list[str]:
         """The names of all columns, in the order of the file's."""
+    def keys(self) -> list[str]:
+        """The same, so that `dict(trace)` is a dict of arrays."""
     @property
     def rows(self) -> int:
         """How many rows there are."""

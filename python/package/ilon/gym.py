@@ -99,11 +99,12 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
 
     | `action` | numbers | 1 is |
     |---|---|---|
-    | `"twist"` | vx, vy, omega of the body in its own frame | its top speeds in m/s, m/s and rad/s; all three are lowered by one factor where a wheel would turn faster than it can |
+    | `"twist"` | vx, vy, omega of the body in its own frame | its top speeds in m/s, m/s and rad/s |
     | `"wheel_rates"` | one a wheel | the wheel's rate limit in rad/s |
     | `"wheel_torques"` | one a wheel | the motor's torque limit in N m |
 
-    What lies outside of [-1, 1] is cut off; NaN and other shapes raise.
+    What lies outside of [-1, 1] is cut off; NaN and other shapes raise. A twist at which a wheel would turn faster than it can is lowered
+    by one factor for all three numbers.
 
     **Observations** are what the robot's sensors say (`[sensors]` of the scenario), in the body's frame; `observation_names` names
     them with their units: the error to the desired pose (m, m, rad), the desired velocity (m/s, m/s, rad/s), the path `preview_s`

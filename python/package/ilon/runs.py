@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _ilon
-from ._ilon import ArrowTable, Desired, Observation, Torques, Trace
+from ._ilon import ArrowTable, Desired, Observation, Torques
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -38,6 +38,8 @@ class TrackVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
+        if self._actions is None:
+            raise RuntimeError("there are no actions: call step_async first, or step")
         observations, rewards, failed, time_is_up, info = self.envs.step(self._actions)
         done = failed | time_is_up
         self._earned += rewards
