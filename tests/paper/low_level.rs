@@ -71,7 +71,7 @@ fn drive(
         let t_s = (k as f64 * settings.dt_s - 0.2).max(0.0);
         kinematics.wheel_rates(acceleration.scaled(t_s), &mut targets);
         let torques = law.update(&targets, world.wheel_rates_rad_s(), &limits, settings.dt_s);
-        world.apply(&torques);
+        world.apply(torques);
         world.step();
     }
     Outcome {

@@ -117,7 +117,8 @@ pub(crate) fn at_the_worst(standings: &[Standing], after_s: f64) -> Option<Budge
     })?;
     let start = considered[onset];
     let size_m = peak.error();
-    if !(size_m > 0.0) {
+    // NaN is no error either.
+    if size_m.is_nan() || size_m <= 0.0 {
         return None;
     }
     let along = peak.error_m.map(|x| x / size_m);

@@ -249,7 +249,9 @@ impl Plant {
         );
         let force_in_world_n = Vector3::from(force_in_world_n);
         let mut numbers = force_in_world_n.iter().chain(&place_in_body_m);
-        if !numbers.all(|number| number.is_finite()) || !(lasts_s.is_finite() && lasts_s > 0.0) {
+        let can_be =
+            numbers.all(|number| number.is_finite()) && lasts_s.is_finite() && lasts_s > 0.0;
+        if !can_be {
             return Err(Error::invalid(
                 format!(
                     "the robot cannot be pushed with {:?} N for {lasts_s} s",

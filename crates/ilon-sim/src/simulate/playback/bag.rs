@@ -116,7 +116,7 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
     };
     let fits: Vec<&String> = types(wanted.section.drives)
         .iter()
-        .flat_map(|kind| fitting(kind))
+        .flat_map(fitting)
         .collect();
     match fits[..] {
         [only] => Ok(only.clone()),
