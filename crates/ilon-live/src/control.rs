@@ -89,6 +89,10 @@ impl Controls {
     /// Takes a message, as JSON; gives what there is to say about it. What is out of range is limited, and what is no message changes
     /// nothing.
     pub fn take(&mut self, text: &str) -> Option<String> {
+        // A list would be taken for the values of the fields in their order.
+        if !text.trim_start().starts_with('{') {
+            return Some("not understood: a message is a JSON object".to_owned());
+        }
         let message: Message = match serde_json::from_str(text) {
             Ok(message) => message,
             Err(error) => return Some(format!("not understood: {error}")),

@@ -76,7 +76,8 @@ async def main():
             await say(socket, twist=[0.3, 0.0, 0.0])
             await asyncio.sleep(0.1)
         driven, texts = await frames(socket, 0.3)
-        assert len(driven) > 20 and driven[-1][1] > 0.1, f"{len(driven)} frames, x = {driven[-1][1]}"
+        # A second at 0.3 m/s and some tenths, less what it takes to get there.
+        assert len(driven) > 10 and 0.15 < driven[-1][1] < 0.5, f"{len(driven)} frames, x = {driven[-1][1]}"
         times = [values[0] for values in driven]
         assert all(b > a for a, b in zip(times, times[1:])), "time does not grow"
         figures = [text["figures"] for text in texts if "figures" in text]

@@ -8,13 +8,17 @@ use std::time::{Duration, Instant};
 use ilon_live::{Controls, Mode, Pace, Server, Session};
 use ilon_sim::Scenario;
 
-fn session() -> Session {
+fn session(further: &[&str]) -> Session {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../assets/scenarios/mecanum4_circle.toml"
     );
-    // Contacts of the rollers within reach, and a coarse step: what the machine has to do should leave time for the clients.
-    let settings = ["robot.roller_bodies=near".parse().expect("a setting")];
+    // Only the rollers within reach, which leaves the machine time for the clients.
+    let settings = [&["robot.roller_bodies=near"], further].concat();
+    let settings: Vec<_> = settings
+        .iter()
+        .map(|text| text.parse().expect("a setting"))
+        .collect();
     let scenario = Scenario::load_with(path, &settings).expect("a scenario");
     Session::new(&scenario).expect("a session")
 }
@@ -40,7 +44,7 @@ fn python() -> Option<String> {
 #[test]
 fn a_client_of_others_drives_and_none_does_harm() {
     let Some(python) = python() else { return };
-    let mut session = session();
+    let mut session = session(&["robot.x_m=0", "robot.heading_deg=0"]);
     let floats = session.frame().values().len().to_string();
     let server = Server::start(0, &session).expect("a server");
     let port = server
@@ -74,7 +78,7 @@ fn a_client_of_others_drives_and_none_does_harm() {
 #[test]
 fn the_guidance_follows_the_reference_whatever_comes_first() {
     for first in ["position", "heading"] {
-        let mut session = session();
+        let mut session = session(&[]);
         let mut controls = Controls::default();
         assert_eq!(
             controls.take(&format!(
@@ -89,7 +93,7 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
         };
         // It starts 1.5 m off, and turns by 120 degrees before it hurries there where heading comes first.
         assert!(off_m(&session) > 1.0);
-        let steps = (12.0 / session.control_dt_s()) as usize;
+        let steps = (20.0 / session.control_dt_s()) as usize;
         (0..steps).for_each(|_| session.advance(&controls).expect("a step"));
         assert!(off_m(&session) < 0.05, "{first}: {} m off", off_m(&session));
     }
@@ -97,7 +101,7 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
 
 #[test]
 fn ice_takes_the_grip_and_the_start_is_where_it_was() {
-    let mut session = session();
+    let mut session = session(&[]);
     let start = session.frame().pose;
     let mut controls = Controls::default();
     let mut way_m = |session: &mut Session, friction: f64| {
@@ -124,7 +128,7 @@ fn ice_takes_the_grip_and_the_start_is_where_it_was() {
 
 #[test]
 fn a_port_that_is_taken_is_said() {
-    let session = session();
+    let session = session(&[]);
     let first = Server::start(0, &session).expect("a server");
     let port: u16 = first
         .url()

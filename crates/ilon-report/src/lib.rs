@@ -261,7 +261,7 @@ fn budget_section(shown: &Shown, summary: &Summary, story: &Story) -> Section {
         format!("<div class=\"grid\">\n{twist}</div>\n{integral}")
     } else {
         let worst = story.budget.as_ref().map_or_else(
-            || "<p class=\"lead\">The robot was never more than a millimetre off its reference.</p>\n".to_owned(),
+            || "<p class=\"lead\">Once at its reference, the robot was never more than a millimetre off.</p>\n".to_owned(),
             |budget| {
                 let error = motion::error_around(shown, budget);
                 page::grid(&[balance::budget(budget), error])

@@ -85,7 +85,6 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
         html,
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
-         <link rel=\"icon\" href=\"data:,\">\n\
          <title>{title} · ilon</title>\n<style>\n{STYLE}{styles}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\

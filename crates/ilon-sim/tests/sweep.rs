@@ -351,7 +351,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
 )]
 #[case::expectation_varied(
     "axes.expect.slip_energy_j.max = [1]",
-    "`expect.slip_energy_j.max` cannot be varied",
+    "`expect` cannot be varied",
     "write what the runs shall keep"
 )]
 #[case::too_many(

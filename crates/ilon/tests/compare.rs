@@ -103,7 +103,7 @@ fn the_table_has_a_column_a_run_and_tells_what_was_set_differently() {
             .collect()
     };
     assert_eq!(cells("world.floor.friction"), ["0.2", "0.8"]);
-    assert_eq!(cells("ahead").len(), 3, "two values and a unit");
+    assert_eq!(cells("vx").len(), 3, "two values and a unit");
     assert!(folder.path("out/compare.html").is_file());
 }
 

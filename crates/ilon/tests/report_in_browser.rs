@@ -26,15 +26,15 @@ fn run(name: &str, duration_s: f64) -> Run {
     ilon::run(&scenario).expect("a shipped scenario runs")
 }
 
-/// Opens a page: every figure must be drawn, and the console show no fault. `folder` is for the browser's own files.
-fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures: usize) {
+/// What a page is after some seconds, with what it said on its console. `folder` is for the browser's own files.
+fn opened(browser: &str, page: &Path, folder: &Path) -> (String, String) {
     let output = Command::new(browser)
         .args([
             "--headless",
             "--no-sandbox",
-            "--disable-gpu",
             "--disable-quic",
             "--no-first-run",
+            "--window-size=1440,1000",
         ])
         .args([
             "--disable-background-networking",
@@ -53,24 +53,112 @@ fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures:
         .arg(format!("file://{}", page.display()))
         .output()
         .expect("Chromium starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    // Chromium logs every console message at one level; faults name themselves.
-    let faults: Vec<&str> = said
-        .lines()
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
+    (dom, said)
+}
+
+/// What a console said of faults. Chromium logs every message at one level; faults name themselves.
+fn faults(said: &str) -> Vec<&str> {
+    said.lines()
         .filter(|line| line.contains(":CONSOLE"))
         .filter(|line| {
             ["Uncaught", "ERROR", "Error", "Failed"]
                 .iter()
                 .any(|f| line.contains(f))
         })
-        .collect();
-    assert!(faults.is_empty(), "the console says: {faults:#?}");
+        .collect()
+}
 
-    let page = String::from_utf8_lossy(&output.stdout);
-    let figures = page.matches("data-figure=").count();
-    let drawn = page.matches("data-drawn=").count();
+/// Opens a page with all that is folded in it open: every figure must be drawn, and the console show no fault.
+fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures: usize) {
+    let text = std::fs::read_to_string(page).expect("the page");
+    let unfolded = folder.join("unfolded.html");
+    let text = text.replace(
+        "<details class=\"topic\">",
+        "<details class=\"topic\" open>",
+    );
+    std::fs::write(&unfolded, text).expect("a copy");
+    let (dom, said) = opened(browser, &unfolded, folder);
+    let faults = faults(&said);
+    assert!(faults.is_empty(), "the console says: {faults:#?}");
+    let figures = dom.matches("data-figure=").count();
+    let drawn = dom.matches("data-drawn=").count();
     assert!(figures >= least_figures, "the page has {figures} figures");
     assert_eq!(drawn, figures, "not every figure is drawn");
+}
+
+/// What a person does with the page, one thing after the other, and what comes of it, as one line of words.
+const USE: &str = r#"<script>
+setTimeout(() => {
+  const [clock, scene] = [window.ilonClock, window.ilonRunScene];
+  const canvas = document.querySelector('#run-view canvas');
+  const figure = window.ilonFigures.find((f) => f.div.id === 'position-error');
+  const said = [];
+  const picture = () => { scene.draw(); return canvas.toDataURL(); };
+  const key = (name) => document.body.dispatchEvent(new KeyboardEvent('keydown', { key: name, bubbles: true }));
+  said.push(clock.now === 0 ? 'starts-at-0' : 'starts-at-' + clock.now);
+  figure.draw();
+  const [still, cursor] = [picture(), figure.mark.style.transform];
+  clock.seek(1.5);
+  figure.seek(clock.now);
+  said.push(picture() !== still ? 'scene-moves' : 'scene-stands');
+  said.push(figure.mark.style.transform !== cursor ? 'cursor-moves' : 'cursor-stands');
+  key('ArrowRight');
+  said.push(clock.now > 1.5 ? 'arrow-steps' : 'arrow-does-nothing');
+  const box = figure.canvas.getBoundingClientRect();
+  const middle = (figure.view.left + figure.view.right) / 2;
+  for (const name of ['pointerdown', 'pointerup']) {
+    figure.stage.dispatchEvent(new PointerEvent(name, { clientX: box.left + middle, clientY: box.top + 80, pointerType: 'mouse' }));
+  }
+  said.push(Math.abs(clock.now - 1.5) < 0.02 ? 'click-seeks' : 'click-leads-to-' + clock.now);
+  clock.seek(0);
+  key('n');
+  said.push(clock.now > 0 ? 'next-event' : 'no-event');
+  document.documentElement.dataset.used = said.join(' ');
+}, 2500);
+</script>"#;
+
+#[test]
+fn one_time_moves_the_scene_and_the_cursors() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
+        return;
+    };
+    let run = run("volksbot_position_first", 3.0);
+    let folder = tempfile::tempdir().expect("a folder to write to");
+    let page = folder.path().join("used.html");
+    let html = ilon::report::html(&run.trace, &run.summary);
+    std::fs::write(&page, html.replace("</body>", &format!("{USE}</body>"))).expect("a page");
+    let (dom, said) = opened(&browser, &page, folder.path());
+    assert!(faults(&said).is_empty(), "{:#?}", faults(&said));
+    let used = dom
+        .split("data-used=\"")
+        .nth(1)
+        .and_then(|rest| rest.split('"').next());
+    assert_eq!(
+        used,
+        Some("starts-at-0 scene-moves cursor-moves arrow-steps click-seeks next-event")
+    );
+}
+
+/// The page of a run of 40 s stays below two million bytes, and its first sentence names the fault, its time and the largest error.
+#[test]
+fn the_wet_floor_is_named_first_and_the_page_is_light() {
+    let run = run("mecanum4_wet_floor", 12.0);
+    let page = ilon::report::html(&run.trace, &run.summary);
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    let story = page.split("<div class=\"story\">").nth(1).expect("a story");
+    let first = story.split("</p>").next().expect("a sentence");
+    assert!(
+        first.contains("From 4.00 to 7.00 s the floor was slippery"),
+        "{first}"
+    );
+    let largest_mm = 1e3 * run.summary.position_error_max_m.expect("a reference");
+    assert!(
+        first.contains(&format!("<b>{largest_mm:.1} mm</b>")),
+        "{first}"
+    );
 }
 
 #[test]

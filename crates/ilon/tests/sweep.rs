@@ -180,7 +180,7 @@ fn check_holds_a_study_against_its_share_of_runs() {
     let folder = Folder::new();
     let expect = |share: f64| {
         format!(
-            "[expect]\nslip_energy_j = {{ max = 0.05, share = {share} }}\n[axes]\nworld.floor.friction = [0.01, 0.5, 0.6, 0.7]\n"
+            "[expect]\nduration_s = {{ max = 0.65, share = {share} }}\n[axes]\nrun.duration_s = [0.9, 0.4, 0.5, 0.6]\n"
         )
     };
     study(&folder, &expect(0.75));
@@ -189,7 +189,7 @@ fn check_holds_a_study_against_its_share_of_runs() {
     study(&folder, &expect(0.9));
     let failed = ended_with(1, &folder.ilon(&["check", "study.toml"]));
     assert!(
-        failed.contains("share of 4 runs with slip_energy_j <= 0.05 >= 0.9 failed: measured 0.75"),
+        failed.contains("share of 4 runs with duration_s <= 0.65 >= 0.9 failed: measured 0.75"),
         "{failed}"
     );
     assert!(

@@ -374,13 +374,10 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
         }
         let _ = write!(
             content,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} across, {} upward; from {} to {}</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             (left + right) / 2.0,
             bottom + 34.0,
-            escape(&drawn.x.name),
-            escape(&scale.name),
-            figure(least),
-            figure(largest)
+            escape(&drawn.x.name)
         );
     }
     svg(&drawn.title, &content)

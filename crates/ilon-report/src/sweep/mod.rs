@@ -269,10 +269,10 @@ fn listed(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
             .map(|varied| format!("<th>{}</th>", escape(&varied.key)))
             .collect();
         let name = quantity.map_or("", |quantity| shown.quantities[quantity].name.as_str());
-        let _ = write!(
+        let _ = writeln!(
             html,
             "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
-             <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
+             <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>",
             escape(&title),
             escape(name)
         );

@@ -276,10 +276,21 @@ fn heat(shown: &Shown, quantity: usize, a: usize, b: usize) -> Figure {
         let mean = (*count > 0.0).then(|| sum / count);
         (xs[at / ys.len()], ys[at % ys.len()], mean)
     });
+    let means = || {
+        sums.iter()
+            .filter(|sum| sum.1 > 0.0)
+            .map(|(sum, count)| sum / count)
+    };
+    let caption = format!(
+        "{} upward. Pale is {}, strong {}; empty fields failed.",
+        shown.varied[b].key,
+        super::figure(means().fold(f64::INFINITY, f64::min)),
+        super::figure(means().fold(f64::NEG_INFINITY, f64::max))
+    );
     let named = &shown.quantities[quantity];
     Figure {
         title: format!("{} over both", named.name),
-        caption: "Empty fields failed.".to_owned(),
+        caption,
         x: scale(shown, a),
         y: Some(scale(shown, b)),
         content: Content::Heat(fields.collect()),

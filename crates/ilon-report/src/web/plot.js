@@ -490,7 +490,7 @@
         const clock = this.overTime && window.ilonClock;
         const near = clock && Math.abs(this.view.toX(clock.now) - px) < 7;
         from = { px, py, scrub: near || event.pointerType !== 'mouse', moved: false };
-        this.stage.setPointerCapture(event.pointerId);
+        if (event.isTrusted) this.stage.setPointerCapture(event.pointerId);
       });
       this.stage.addEventListener('pointermove', (event) => {
         if (!this.view) return;

@@ -68,6 +68,10 @@ pub struct Outcome {
 /// ```
 ///
 /// It keeps no record and decides nothing. It may go to another thread, and copies of it go on to the bit as it does.
+///
+/// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and [`Plant::reset`] puts each where it begins. A
+/// thread goes through many plants fastest where it advances each by a control period at a time, for then what a plant needs is
+/// fetched into the processor's cache once a period, and not once a step.
 #[derive(Clone)]
 pub struct Plant {
     /// What stays as it is, shared by all copies.

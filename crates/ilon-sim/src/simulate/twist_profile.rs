@@ -8,7 +8,7 @@ use crate::scenario;
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwistProfile {
     /// When each change begins, in seconds, and what it leads to.
-    changes: Vec<(f64, Twist)>,
+    pub(super) changes: Vec<(f64, Twist)>,
     ramp_s: f64,
     settle_s: f64,
 }

@@ -77,6 +77,16 @@ pub(super) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
         },
         _ => Vec::new(),
     };
+    let is_expectation = |key: &&String| key.split('.').next() == Some("expect");
+    if let Some(key) = file.axes.keys().find(is_expectation) {
+        return Err(fault(
+            text,
+            path,
+            place(text, &["axes", key]),
+            format!("`{key}` cannot be varied: what a scenario expects is no part of its run"),
+            "write what the runs shall keep below `[expect]` of the study",
+        ));
+    }
     let mut axes: Vec<Axis> = Vec::new();
     for (span, axis) in found {
         let axis =
@@ -89,15 +99,6 @@ pub(super) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
                 span,
                 format!("`axes.{key}` and `axes.{}` set the same key", other.key),
                 "leave one of them out",
-            ));
-        }
-        if key.split('.').next() == Some("expect") {
-            return Err(fault(
-                text,
-                path,
-                span,
-                format!("`{key}` cannot be varied: what a scenario expects is no part of its run"),
-                "write what the runs shall keep below `[expect]` of the study",
             ));
         }
         if let (Method::Grid, None, None) = (file.method, axis.count(), &file.minimise) {

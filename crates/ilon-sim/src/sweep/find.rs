@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::axis::{along, rounded};
 use super::file::{Find, Scale};
 
+/// Steps back of less than this share of the quantity's range are none.
+const STILL: f64 = 1e-3;
+
 /// What was found along the searched key, at one point of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
@@ -94,13 +97,18 @@ impl Find {
             })
             .collect::<Result<_, E>>()?;
         let known: Vec<f64> = values.iter().flatten().copied().collect();
-        let rises = known.windows(2).any(|pair| pair[1] > pair[0]);
-        let falls = known.windows(2).any(|pair| pair[1] < pair[0]);
+        let least = known.iter().copied().reduce(f64::min);
+        let largest = known.iter().copied().reduce(f64::max);
+        let range = largest.zip(least).map_or(0.0, |(most, least)| most - least);
+        let moves = |sign: f64| {
+            let by = |pair: &[f64]| sign * (pair[1] - pair[0]);
+            known.windows(2).any(|pair| by(pair) > STILL * range)
+        };
         Ok(Found {
             crossings,
-            is_monotonic: !(rises && falls),
-            least: known.iter().copied().reduce(f64::min),
-            largest: known.iter().copied().reduce(f64::max),
+            is_monotonic: !(moves(1.0) && moves(-1.0)),
+            least,
+            largest,
             failed: values.len() - known.len(),
         })
     }

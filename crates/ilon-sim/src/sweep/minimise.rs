@@ -30,6 +30,9 @@ pub struct Minimum {
 /// How far the first trials lie from a start, as a share of each axis.
 const FIRST_STEP: f64 = 0.25;
 
+/// By how much a place keeps a bound, as COBYLA asks for it.
+type Margin<'a> = dyn Fn(&[f64], &mut ()) -> f64 + 'a;
+
 /// What one start came to.
 struct Descent {
     tried: Vec<(u64, Vec<f64>, Trial)>,
@@ -139,7 +142,7 @@ impl Minimise {
             2.0 * largest - least + 1.0
         };
         let objective = |place: &[f64], _: &mut ()| at(place).map_or_else(&worst, |trial| trial.0);
-        let mut kept: Vec<Box<dyn Fn(&[f64], &mut ()) -> f64 + '_>> = Vec::new();
+        let mut kept: Vec<Box<Margin<'_>>> = Vec::new();
         for (index, bound) in self.subject_to.values().enumerate() {
             let value = move |place: &[f64]| at(place).map(|trial| trial.1[index]);
             if let Some(max) = bound.max {
@@ -153,8 +156,7 @@ impl Minimise {
                 }));
             }
         }
-        let kept: Vec<&dyn Fn(&[f64], &mut ()) -> f64> =
-            kept.iter().map(|kept| &**kept as _).collect();
+        let kept: Vec<&Margin<'_>> = kept.iter().map(|kept| &**kept as _).collect();
         let tolerances = StopTols {
             xtol_abs: vec![self.tolerance; from.len()],
             ..StopTols::default()

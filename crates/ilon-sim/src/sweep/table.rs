@@ -31,10 +31,13 @@ struct Column {
     of: Of,
 }
 
+/// What a row has in a column, if it has anything there.
+type Get<T> = Box<dyn Fn(&Row) -> Option<T>>;
+
 enum Of {
     Whole(fn(&Row) -> u64),
-    Text(Box<dyn Fn(&Row) -> Option<String>>),
-    Number(Box<dyn Fn(&Row) -> Option<f64>>),
+    Text(Get<String>),
+    Number(Get<f64>),
 }
 
 /// Writes the rows of a study. The file appears whole or not at all, and the same rows make the same bytes.

@@ -74,6 +74,13 @@ enum Command {
     /// Drive a robot while it is simulated, from a page in the browser.
     #[cfg(feature = "live")]
     Live(live::Arguments),
+    /// Drive a robot while it is simulated: left out of this build.
+    #[cfg(not(feature = "live"))]
+    #[command(hide = true)]
+    Live {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        _arguments: Vec<std::ffi::OsString>,
+    },
     /// Print the JSON Schema of the scenario file.
     Schema,
 }
@@ -146,6 +153,11 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Bench(arguments) => bench::run(&arguments),
         #[cfg(feature = "live")]
         Command::Live(arguments) => live::run(&arguments),
+        #[cfg(not(feature = "live"))]
+        Command::Live { .. } => Err(Failure::usage(
+            "this ilon was built without live runs, which keeps it small",
+            "build it with them: `cargo build --release -p ilon --features live`",
+        )),
         Command::Schema => schema::run(),
     }
 }

@@ -259,7 +259,7 @@ fn section(study: &Study) -> Section {
     let names: Vec<String> = study
         .curves
         .iter()
-        .map(|curve| escape(&curve.name))
+        .map(|curve| curve.name.clone())
         .collect();
     let legend: Vec<_> = names
         .iter()

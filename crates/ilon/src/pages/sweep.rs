@@ -135,7 +135,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
     Shown {
         name: study.name().to_owned(),
         facts: facts(study, findings),
-        answers: answers(study, findings),
+        answers: answers(study, rows, findings),
         quantities,
         runs,
         varied,
@@ -185,7 +185,39 @@ fn facts(study: &Study, findings: &Findings) -> Vec<String> {
     ]
 }
 
-fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
+/// From where to where the first quantities go, of a study that asks nothing more.
+fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
+    let at = |row: &Row| {
+        let values = study.columns().iter().zip(&row.values);
+        let values = values.filter(|(column, _)| column.key != "sensors.seed");
+        let values: Vec<String> = values
+            .map(|(column, value)| format!("{} = {}", column.key, text_of(value)))
+            .collect();
+        values.join(", ")
+    };
+    let range = |quantity: &String| {
+        let index = ilon_sim::sweep::figure_index(quantity)?;
+        let value = |row: &&Row| row.figure(index);
+        let known = || rows.iter().filter(|row| value(row).is_some());
+        let by = |a: &&Row, b: &&Row| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0));
+        let (least, largest) = (known().min_by(by)?, known().max_by(by)?);
+        Some(format!(
+            "{quantity} goes from {} ({}) to {} ({}).",
+            sweep::figure(value(&least)?),
+            at(least),
+            sweep::figure(value(&largest)?),
+            at(largest)
+        ))
+    };
+    study
+        .quantities()
+        .iter()
+        .take(4)
+        .filter_map(range)
+        .collect()
+}
+
+fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<Answer> {
     let mut answers: Vec<Answer> = findings.expectations.iter().map(expectation).collect();
     let plain = |text: String| Answer {
         is_good: None,
@@ -195,6 +227,9 @@ fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         Question::Find(find) => answers.extend(found(find, &findings.found).into_iter().map(plain)),
         Question::Minimise(_) => {
             answers.extend(findings.minimum.iter().map(|minimum| plain(least(minimum))))
+        }
+        Question::Table { .. } if study.file().method == ilon_sim::sweep::Method::Grid => {
+            answers.extend(ranges(study, rows).into_iter().map(plain));
         }
         Question::Table { .. } => {}
     }
@@ -217,8 +252,10 @@ fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         ranked.sort_by(|a, b| b.total.value.total_cmp(&a.total.value));
         if let Some(first) = ranked.first() {
             answers.push(plain(format!(
-                "{}: {} causes {:.0} % of its variance, by itself {:.0} %.",
+                "{} is {} with a standard deviation of {}: {} causes {:.0} % of that variance, by itself {:.0} %.",
                 one.quantity,
+                sweep::figure(one.mean),
+                sweep::figure(one.deviation),
                 first.key,
                 100.0 * first.total.value,
                 100.0 * first.first.value

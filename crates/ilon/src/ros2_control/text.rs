@@ -79,13 +79,20 @@ fn frames(base: &str) -> String {
 
 /// What the radius is right for, as comments.
 fn about_radius(drive: &DriveParameters, rolling_m: f64, indent: &str) -> String {
-    let [x, y, yaw] = drive.real_over_asked.map(|share| 100.0 * (share - 1.0));
-    format!(
-        "{indent}# The wheels' own radius is {:.6} m; {rolling_m:.6} m is what they roll on. With these parameters and no slip the robot\n\
-         {indent}# drives {x:+.2} % more than asked ahead, {y:+.2} % to the side and {yaw:+.2} % in a turn. The controller has no parameter\n\
-         {indent}# for the side alone: its odometry is off by as much there.\n",
+    // What rounds to nothing has no sign.
+    let percent = |share: f64| ((share - 1.0) * 1e4).round() / 1e2 + 0.0;
+    let [x, y, yaw] = drive.real_over_asked.map(percent);
+    let mut text = format!(
+        "{indent}# The wheels' own radius is {:.6} m, and {rolling_m:.6} m is what they roll on. Without slip the real motion differs from\n\
+         {indent}# the motion asked for by {x:+.2} % ahead, {y:+.2} % to the side and {yaw:+.2} % in a turn.\n",
         drive.radius_m
-    )
+    );
+    if y.abs() > 0.1 {
+        text.push_str(&format!(
+            "{indent}# The controller has no parameter for the side alone: its odometry is off by as much there.\n"
+        ));
+    }
+    text
 }
 
 /// The speeds that the wheels allow, for Nav2.

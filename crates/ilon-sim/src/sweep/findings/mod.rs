@@ -120,6 +120,10 @@ pub struct IndicesOf {
     pub scenario: String,
     /// Base points that are whole: none of their runs failed.
     pub base_points: u64,
+    /// The quantity's mean over them.
+    pub mean: f64,
+    /// Its standard deviation: what the shares are of. Where it is small, none of the axes matters much.
+    pub deviation: f64,
     /// Those of each axis.
     pub axes: Vec<Indices>,
 }
@@ -194,10 +198,14 @@ impl Findings {
                         let keys: Vec<String> =
                             study.axes().iter().map(|axis| axis.key.clone()).collect();
                         let axes = sensitivity::sobol_indices(&keys, &base, study.file().seed);
+                        let drawn = base.iter().flat_map(|row| row[..2].to_vec());
+                        let (mean, deviation) = mean_and_deviation(&drawn.collect::<Vec<f64>>());
                         findings.indices.extend(axes.map(|axes| IndicesOf {
                             quantity,
                             scenario,
                             base_points: base.len() as u64,
+                            mean,
+                            deviation,
                             axes,
                         }));
                     }
@@ -255,18 +263,13 @@ fn failures(rows: &[Row]) -> Vec<Failures> {
 fn distribution(quantity: String, scenario: String, mut values: Vec<f64>) -> Option<Distribution> {
     values.sort_by(f64::total_cmp);
     let (least, largest) = (*values.first()?, *values.last()?);
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let spread = values
-        .iter()
-        .map(|value| (value - mean) * (value - mean))
-        .sum::<f64>();
+    let (mean, deviation) = mean_and_deviation(&values);
     Some(Distribution {
         quantity,
         scenario,
         count: values.len() as u64,
         mean,
-        deviation: (spread / (n - 1.0).max(1.0)).sqrt(),
+        deviation,
         least,
         largest,
         quantiles: SHARES
@@ -274,6 +277,14 @@ fn distribution(quantity: String, scenario: String, mut values: Vec<f64>) -> Opt
             .map(|share| quantile(&values, *share))
             .collect(),
     })
+}
+
+/// Mean and standard deviation of a sample.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let spread: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (mean, (spread / (n - 1.0).max(1.0)).sqrt())
 }
 
 fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {

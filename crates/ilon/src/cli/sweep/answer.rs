@@ -6,12 +6,15 @@ use std::fmt::Write;
 use ilon_report::sweep::figure as number;
 use ilon_sim::judge::Verdict;
 use ilon_sim::sweep::findings::{Expectation, FoundAt, MinimumAt};
-use ilon_sim::sweep::{Find, Findings, Minimise, Question, Study, text_of};
+use ilon_sim::sweep::{Find, Findings, Minimise, Question, Study, number_of, text_of};
 
 use crate::cli::table::Table;
 
 /// Points of which what was found is listed.
 const MOST_POINTS: usize = 40;
+
+/// A minimum that lies in this share of an axis at either end is said to lie at its end.
+const AT_THE_END: f64 = 0.01;
 
 /// What was found, in words and tables.
 pub(super) fn words(study: &Study, findings: &Findings) -> String {
@@ -95,7 +98,8 @@ pub(in crate::cli) fn verdicts(findings: &Findings) -> Vec<Verdict> {
 
 /// Values of keys, `key = value` each.
 fn at(values: &BTreeMap<String, toml::Value>) -> String {
-    let one = |(key, value): (&String, &toml::Value)| format!("{key} = {}", text_of(value));
+    let shown = |value: &toml::Value| number_of(value).map_or_else(|| text_of(value), number);
+    let one = |(key, value): (&String, &toml::Value)| format!("{key} = {}", shown(value));
     values.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
@@ -208,7 +212,7 @@ fn minimum(text: &mut String, minimise: &Minimise, at_minimum: &MinimumAt) {
     let edges: Vec<&str> = values
         .keys()
         .zip(&minimum.place)
-        .filter(|(_, share)| **share <= minimise.tolerance || **share >= 1.0 - minimise.tolerance)
+        .filter(|(_, share)| **share <= AT_THE_END || **share >= 1.0 - AT_THE_END)
         .map(|(key, _)| key.as_str())
         .collect();
     if !edges.is_empty() {
@@ -258,8 +262,10 @@ fn tables(study: &Study, findings: &Findings) -> Table {
     }
     for one in &findings.indices {
         table.heading(&format!(
-            "share of the variance of {}: by itself, with others (95 %)",
-            title(&one.quantity, &one.scenario)
+            "{}: {} +- {}; share of that variance by itself, with others (95 %)",
+            title(&one.quantity, &one.scenario),
+            number(one.mean),
+            number(one.deviation)
         ));
         for axis in &one.axes {
             let range = |interval: &ilon_sim::sweep::findings::sensitivity::Interval| {

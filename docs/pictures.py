@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Makes the pictures of README and docs, and holds README's sentences against what the program says today.
+
+    docs/pictures.py ILON            pictures anew, and the sentences in README; needs Chromium
+    docs/pictures.py --check ILON    exit 1 where README says something else than the program; needs nothing
+
+ILON is the program, such as target/release/ilon. Chromium is `chromium`, or what ILON_CHROMIUM names.
+"""
+
+import os
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+README = ROOT / "README.md"
+BLOCK = re.compile(r"(<!-- said of (\w+) -->\n```\n)(.*?)(\n```)", re.DOTALL)
+
+# What a frame of the animation shows: the scene alone, over the whole window.
+SCENE_ALONE = """<style>
+.scene-stage { position: fixed !important; inset: 0; height: 100vh !important; z-index: 99; border-radius: 0; }
+</style><script>ilonRunScene.view('%s'); ilonRunScene.select(%s);</script>"""
+
+
+def run(ilon, scenario, folder):
+    """Runs a scenario; gives its folder and the sentences that it ends with."""
+    out = Path(folder) / scenario
+    command = [ilon, "run", f"assets/scenarios/{scenario}.toml", "--out", out]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    paragraphs = done.stdout.strip().split("\n\n")
+    return out, "\n".join(paragraphs[-2].splitlines())
+
+
+def screenshot(page, out, width, height):
+    """What a browser shows of a page; the address may name a time."""
+    browser = os.environ.get("ILON_CHROMIUM", "chromium")
+    with tempfile.TemporaryDirectory() as profile:
+        options = ["--headless", "--no-sandbox", "--hide-scrollbars", "--no-first-run", "--disable-background-networking"]
+        options += [f"--user-data-dir={profile}", f"--window-size={width},{height}", "--virtual-time-budget=9000"]
+        # Now and then a browser without a screen does not come to an end.
+        for _ in range(3):
+            try:
+                subprocess.run([browser, *options, f"--screenshot={out}", page], check=True, capture_output=True, timeout=40)
+                return
+            except subprocess.TimeoutExpired:
+                print(f"the browser hung on {page}", file=sys.stderr)
+    sys.exit("the browser does not come to an end")
+
+
+def scene_page(report, view, wheel, folder):
+    """A copy of a report that shows its scene alone."""
+    text = report.read_text().replace("</body>", SCENE_ALONE % (view, wheel) + "</body>")
+    page = Path(folder) / f"{view}_{wheel}.html"
+    page.write_text(text)
+    return f"file://{page}"
+
+
+def pictures(ilon, folder):
+    wet, _ = run(ilon, "mecanum4_wet_floor", folder)
+    lateral, _ = run(ilon, "mecanum4_lateral", folder)
+    docs = ROOT / "docs"
+    screenshot(f"file://{wet}/report.html#t=5.5", docs / "report.png", 1280, 860)
+    screenshot(scene_page(lateral / "report.html", "follow", 0, folder) + "#t=3.02", docs / "wheel.png", 900, 480)
+    page = scene_page(wet / "report.html", "follow", "null", folder)
+    frames = []
+    for k in range(12):
+        frames.append(Path(folder) / f"frame{k:03}.png")
+        screenshot(f"{page}#t={3.8 + 0.34 * k:.2f}", frames[-1], 520, 300)
+    (docs / "run.png").write_bytes(animation(frames, 0.34))
+
+
+def chunk(kind, data):
+    """A chunk of a PNG file."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def pixels(path):
+    """Width, height and rows of red, green and blue of a screenshot: eight bits, not interlaced."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + 8 + size]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
+        elif kind == b"IDAT":
+            packed += body
+        at += size + 12
+    assert depth == 8 and colour in (2, 6), "a screenshot has eight bits of colour"
+    step = 3 if colour == 2 else 4
+    raw, rows, above = zlib.decompress(packed), [], bytearray(width * step)
+    for y in range(height):
+        begin = y * (width * step + 1)
+        row = bytearray(raw[begin + 1 : begin + 1 + width * step])
+        unfilter(raw[begin], row, above, step)
+        rows.append(row)
+        above = row
+    if step == 4:
+        rows = [bytearray(b for k, b in enumerate(row) if k % 4 < 3) for row in rows]
+    return width, height, rows
+
+
+def unfilter(kind, row, above, step):
+    """Undoes the filter of a row of a PNG file, in place."""
+    for k in range(len(row)) if kind else ():
+        left = row[k - step] if k >= step else 0
+        corner = above[k - step] if k >= step else 0
+        if kind == 1:
+            guess = left
+        elif kind == 2:
+            guess = above[k]
+        elif kind == 3:
+            guess = (left + above[k]) // 2
+        else:
+            paeth = left + above[k] - corner
+            guess = min((left, above[k], corner), key=lambda x: abs(paeth - x))
+        row[k] = (row[k] + guess) & 255
+
+
+def animation(frames, period_s):
+    """An animated PNG of screenshots, with fewer shades, so that it stays small."""
+    shades = bytes(min(255, (x + 4) // 8 * 8) for x in range(256))
+    out, number = [b"\x89PNG\r\n\x1a\n"], 0
+    for index, path in enumerate(frames):
+        width, height, rows = pixels(path)
+        packed = zlib.compress(b"".join(b"\0" + row.translate(shades) for row in rows), 9)
+        if index == 0:
+            out.append(chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)))
+            out.append(chunk(b"acTL", struct.pack(">II", len(frames), 0)))
+        delay = struct.pack(">HH", round(1000 * period_s), 1000)
+        out.append(chunk(b"fcTL", struct.pack(">IIIII", number, width, height, 0, 0) + delay + b"\0\0"))
+        number += 1
+        if index == 0:
+            out.append(chunk(b"IDAT", packed))
+        else:
+            out.append(chunk(b"fdAT", struct.pack(">I", number) + packed))
+            number += 1
+    out.append(chunk(b"IEND", b""))
+    return b"".join(out)
+
+
+def sentences(ilon, folder):
+    """README with what the program says today."""
+    return BLOCK.sub(lambda m: m[1] + run(ilon, m[2], folder)[1] + m[4], README.read_text())
+
+
+def main():
+    arguments = sys.argv[1:]
+    check = "--check" in arguments
+    arguments = [a for a in arguments if a != "--check"]
+    if len(arguments) != 1:
+        sys.exit(__doc__)
+    ilon = Path(arguments[0]).resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        now = sentences(ilon, folder)
+        if check:
+            if now != README.read_text():
+                sys.exit("README.md says something else than the program: run docs/pictures.py and look at what changed")
+            return
+        README.write_text(now)
+        pictures(ilon, folder)
+
+
+if __name__ == "__main__":
+    main()
