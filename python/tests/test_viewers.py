@@ -11,7 +11,8 @@ import ilon
 
 rr = pytest.importorskip("rerun")
 
-from ilon.viewers import _quaternions, to_rerun  # noqa: E402
+from ilon import to_rerun  # noqa: E402
+from ilon.viewers import _quaternions  # noqa: E402
 
 
 def test_a_recording_holds_wheels_rollers_arrows_and_scalars(circle, tmp_path):

@@ -148,7 +148,7 @@ fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
 #[case::twice(&["--robot", "volksbot", "--robot", "volksbot"], "two robots are called `volksbot`")]
 #[case::no_rate(&["--rates", "240,0"], "give a number of steps a second from 1 to 100000")]
 #[case::not_a_number(&["--headings", "nan"], "give a number of degrees from -360 to 360")]
-#[case::no_kind(&["--rollers", "some"], "the shapes in the world are those of `all` rollers, or of those `near` the ground")]
+#[case::no_kind(&["--rollers", "some"], "name `all` rollers, those `near` the ground, or `rapier`")]
 #[case::no_round(&["--rounds", "0"], "give a whole number from 1 to 10000")]
 #[case::no_thread(&["--threads", "0"], "give a whole number from 1 to 10000")]
 #[case::half_a_robot(&["--fleets", "1.5"], "give a whole number, 10000 at most")]

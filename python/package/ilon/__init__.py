@@ -36,6 +36,7 @@ from .errors import (
 )
 from .runs import Report, Run, run
 from .tools import Check, Comparison, Inspection, check, compare, generate, inspect
+from .viewers import to_rerun
 
 __all__ = [
     "ArrowTable",
@@ -67,6 +68,7 @@ __all__ = [
     "inspect",
     "run",
     "schema",
+    "to_rerun",
 ]
 
 

@@ -193,7 +193,7 @@ fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
 fn kind(text: &str) -> Result<Kind, String> {
     let known = Kind::ALL.into_iter().find(|kind| kind.word() == text);
     known.ok_or_else(|| {
-        "rollers are looked at `all`, or those `near` the ground, or by `rapier`, which solves their contacts itself"
+        "name `all` rollers, those `near` the ground, or `rapier`, which solves the contacts of all itself"
             .to_owned()
     })
 }
