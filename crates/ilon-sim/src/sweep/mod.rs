@@ -19,7 +19,7 @@
 //! | `evaluate`, `row` | one run, and what is kept of it |
 //! | [`store`](Store) | rows that outlive the process |
 //! | `find`, `minimise` | studies that search |
-//! | [`findings`] | what the rows say |
+//! | [`findings`](mod@findings) | what the rows say |
 
 mod axis;
 mod check;

@@ -83,7 +83,7 @@ impl World {
     }
 
     /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
-    /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`], and a landing is caught within a
+    /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing is caught within a
     /// step; anything more would be an error of the simulation. Rollers with shapes of their file do not count.
     pub fn penetration_m(&self) -> f64 {
         let mut pieces = Vec::new();
