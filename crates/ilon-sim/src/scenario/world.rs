@@ -136,7 +136,7 @@ pub struct Solver {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub contact_stiffness_n_m: Option<f64>,
-    /// Time in which a contact's spring gives back what it was loaded with, in seconds; 0.005 unless given. Shorter, and
+    /// Time in which a contact's spring gives back what it was loaded with, in seconds; 0.001 unless given. Shorter, and
     /// heavy robots bounce.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
