@@ -311,17 +311,30 @@ fn shortfall(header: &Header, summary: &Summary) -> Vec<String> {
             let ratio = ratio?;
             let geometry = (ideal - contact) / ideal;
             let slip = (contact - real) / ideal;
+            let way = if real * ideal < 0.0 { " the other way" } else { "" };
             Some(format!(
-                "<b>{direction}</b> the wheels turned for {} and the robot did {}: <b>{}</b> of the ideal kinematics. \
-                 The rollers' geometry takes {}, slip takes {}.",
+                "<b>{direction}</b> the wheels turned for {} and the robot did {}{way}: <b>{}</b> of the ideal kinematics. \
+                 The rollers' geometry {}, slip {}.",
                 unit(ideal),
                 unit(real),
                 percent(ratio),
-                percent(geometry),
-                percent(slip)
+                takes(geometry),
+                takes(slip)
             ))
         })
         .collect()
+}
+
+/// What a cause takes of the ideal motion, as a verb: a floor that slopes or a push can make slip add to it.
+fn takes(share: f64) -> String {
+    let text = percent(share.abs());
+    let is_shown = !text.starts_with("less");
+    let verb = if share < 0.0 && is_shown {
+        "adds"
+    } else {
+        "takes"
+    };
+    format!("{verb} {text}")
 }
 
 /// What slid, when, and what it cost; and what new rollers cost.
@@ -531,6 +544,14 @@ mod tests {
             plain("a <b>1 mm</b> &lt;x&gt; &amp;amp;"),
             "a 1 mm <x> &amp;"
         );
+    }
+
+    #[test]
+    fn slip_that_carries_the_robot_on_adds_to_its_motion() {
+        assert_eq!(takes(0.0204), "takes 2.0 %");
+        assert_eq!(takes(-0.52), "adds 52.0 %");
+        // Too little to be shown has no direction.
+        assert_eq!(takes(-1e-5), "takes less than 0.05 %");
     }
 
     #[test]
