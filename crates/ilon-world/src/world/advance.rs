@@ -115,13 +115,13 @@ impl World {
         for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
             *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
         }
-        let motors = self.motors.iter().zip(&self.acted_n_m);
-        for (geared_n_m, (motor, acted_n_m)) in self.geared_n_m.iter_mut().zip(motors) {
+        for (index, geared_n_m) in self.geared_n_m.iter_mut().enumerate() {
             // Of a motor whose torque falls within the step only what it gave in the last one is known.
-            *geared_n_m = if motor.is_constant() {
+            let motor = &self.motors[index];
+            *geared_n_m = if motor.is_constant_from(self.before.wheel_rates_rad_s[index]) {
                 motor.torque_n_m
             } else {
-                *acted_n_m
+                self.acted_n_m[index]
             };
         }
         self.reactions.react(&Scene {

@@ -149,14 +149,18 @@ impl Reactions {
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
     /// needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
-        /// Below this share of its limit a wheel does not reach it within a step.
-        const NEAR_LIMIT: f64 = 0.9;
         let (motor, dof) = (&scene.motors[wheel], scene.assembly.wheels[wheel].hub_dof);
         let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
-        let limit_rad_s = motor.rate_limit_rad_s.copysign(now_rad_s);
-        if now_rad_s.abs().max(free_rad_s * limit_rad_s.signum())
-            < NEAR_LIMIT * motor.rate_limit_rad_s
-        {
+        // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
+        let is_near = motor.is_near_limit(now_rad_s);
+        let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
+        let way = if is_near && !ends_beyond {
+            now_rad_s
+        } else {
+            free_rad_s
+        };
+        let limit_rad_s = motor.rate_limit_rad_s.copysign(way);
+        if !is_near && !motor.is_near_limit(free_rad_s) {
             return;
         }
         let gives_n_m = motor.torque_n_m - motor.droop_n_m_s * (limit_rad_s - now_rad_s);
