@@ -11,6 +11,7 @@ mod body;
 mod check;
 mod dae;
 mod disc;
+mod doubt;
 mod faults;
 mod fit;
 mod form;
