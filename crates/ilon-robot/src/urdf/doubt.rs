@@ -53,15 +53,17 @@ fn remark_overlap(robot: &Robot, remarks: &mut Vec<Remark>) {
 fn half_width_m(wheel: &Wheel) -> f64 {
     let of_roller = wheel.rollers.iter().map(|roller| {
         let along = roller.axis_in_hub.z.abs();
-        roller.row_offset_m().abs() + 0.5 * roller.length_m * along
+        roller.row_offset_m().abs() + (0.5 * roller.length_m * along).max(roller.radius_m)
     });
     of_roller.fold(0.0, f64::max)
 }
 
-/// Whether the rim of a wheel reaches into another, seen as discs.
+/// Whether a wheel reaches into another, seen as discs.
 fn reaches_into(wheel: &Wheel, other: &Wheel) -> bool {
-    /// Places around the rim.
+    /// Places around a circle.
     const PLACES: u32 = 72;
+    /// Circles, as shares of the radius: rims of wheels alike may meet in points of both.
+    const CIRCLES: [f64; 3] = [1.0, 0.75, 0.5];
     /// What wheels side by side may share by rounding.
     const MARGIN_M: f64 = 1e-6;
     let between_m = (wheel.position_m() - other.position_m()).norm();
