@@ -10,6 +10,7 @@ mod described;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
@@ -24,8 +25,9 @@ pub(crate) use described::Described;
 const MAX_BYTES: u64 = 1 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Robot")]
 pub struct Spec {
     /// The robot's name.
     pub name: String,
@@ -43,7 +45,7 @@ pub struct Spec {
 }
 
 /// The chassis: a solid of even density.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChassisSpec {
     /// Its shape.
@@ -55,7 +57,7 @@ pub struct ChassisSpec {
 }
 
 /// The shape of a chassis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ChassisShape {
     /// `shape.box = { size_m = [x, y, z] }`: a box along the body's axes.
@@ -73,7 +75,7 @@ pub enum ChassisShape {
 }
 
 /// What all wheels have in common. The hub is a solid cylinder about the hub axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSpec {
     /// The paper's rho: from the hub axis to the ground, in metres.
@@ -121,8 +123,8 @@ impl WheelSpec {
 }
 
 /// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
-/// neither gap nor overlap (see [`crate::barrel`]), or is a factor longer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// neither gap nor overlap, or is a factor longer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
     /// Number of rollers in one row.
@@ -156,7 +158,7 @@ pub struct RollerSpec {
 }
 
 /// What rollers that give are covered with.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TreadSpec {
     /// Stiffness along the ground's normal, in N/m.
@@ -211,7 +213,7 @@ fn unity() -> f64 {
 
 /// What is otherwise about one wheel. Its axle stays as high as `wheel.radius_m` says, so that a smaller wheel hangs, or the robot
 /// leans on it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelOverride {
@@ -239,7 +241,7 @@ pub struct WheelOverride {
 }
 
 /// Where the wheels sit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
     /// `[wheels.mecanum]`: pairs of wheels on axles, all hub axes to the left, handed in the usual X: seen from above,
@@ -270,7 +272,7 @@ pub enum Arrangement {
 }
 
 /// One wheel: its place, axis and handedness.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacedWheel {
     /// The name of its joint.
@@ -286,6 +288,11 @@ pub struct PlacedWheel {
 }
 
 impl Spec {
+    /// The JSON Schema of the file.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+
     /// Reads a description from a TOML file.
     ///
     /// # Errors

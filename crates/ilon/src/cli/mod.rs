@@ -17,6 +17,7 @@ mod generate;
 mod inspect;
 #[cfg(feature = "live")]
 mod live;
+mod manual;
 mod open;
 mod output;
 mod progress;
@@ -81,8 +82,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         _arguments: Vec<std::ffi::OsString>,
     },
-    /// Print the JSON Schema of the scenario file.
-    Schema,
+    /// Print the JSON Schema of a file that you write: a scenario, a robot in short, a study.
+    Schema(schema::Arguments),
+    /// Print the script that completes ilon's commands in a shell.
+    Completions(manual::CompletionsArguments),
+    /// Print a page of the manual: `ilon man run | man -l -`.
+    Man(manual::ManArguments),
 }
 
 /// How a command that found no fault ended.
@@ -158,6 +163,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
             "this ilon was built without live runs, which keeps it small",
             "build it with them: `cargo build --release -p ilon --features live`",
         )),
-        Command::Schema => schema::run(),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
     }
 }
