@@ -151,7 +151,7 @@ impl World {
 
     /// Kinetic and potential energy of the robot now.
     pub fn energy(&self) -> Energy {
-        let potential_j = self.potential_j() + self.energies.springs_j;
+        let potential_j = self.potential_j() + (self.energies.springs_j + self.energies.treads_j);
         Energy {
             kinetic_j: self.kinetic_j(),
             potential_j,
