@@ -74,9 +74,11 @@ fn reaches_into(wheel: &Wheel, other: &Wheel) -> bool {
     let other_from_wheel: Isometry3<f64> = other.body_from_hub.inverse() * wheel.body_from_hub;
     (0..PLACES).any(|place| {
         let (sin, cos) = libm::sincos(TAU * f64::from(place) / f64::from(PLACES));
-        [-own_m, 0.0, own_m].into_iter().any(|along_m| {
-            let rim = Point3::new(wheel.radius_m * cos, wheel.radius_m * sin, along_m);
-            let seen = other_from_wheel * rim;
+        let places = CIRCLES.iter().flat_map(|share| {
+            let radius_m = share * wheel.radius_m;
+            [-own_m, 0.0, own_m].map(|along_m| Point3::new(radius_m * cos, radius_m * sin, along_m))
+        });
+        places.map(|place| other_from_wheel * place).any(|seen| {
             seen.z.abs() < other_m - MARGIN_M && seen.coords.xy().norm() < other.radius_m - MARGIN_M
         })
     })
