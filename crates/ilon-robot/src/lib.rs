@@ -85,3 +85,4 @@ pub use spec::{
     Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec,
 };
 pub use urdf::WheelOutline;
+pub use xacro::{FindPackage, RosXacro, use_ros_xacro};
