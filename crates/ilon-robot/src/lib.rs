@@ -86,3 +86,4 @@ pub use spec::{
     WheelOverride, WheelSpec,
 };
 pub use urdf::WheelOutline;
+pub use xacro::{FindPackage, RosXacro, use_ros_xacro};
