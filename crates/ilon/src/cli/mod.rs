@@ -14,6 +14,7 @@ mod fault;
 mod flags;
 mod gallery;
 mod generate;
+mod identify;
 mod inspect;
 #[cfg(feature = "live")]
 mod live;
@@ -69,6 +70,8 @@ enum Command {
     Check(check::Arguments),
     /// Run a scenario many times under keys that vary, and say what comes of it.
     Sweep(sweep::Arguments),
+    /// Fit what a robot really is to logs of its drives: radii, levers, gains, and keys of its simulation.
+    Identify(identify::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -156,6 +159,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
