@@ -253,9 +253,15 @@ impl Pilot {
         }
     }
 
-    /// Where a log says that the real robot was at a time in seconds.
+    /// Where a log says that the real robot was at a time in seconds, in the world if [`Pilot::measured_is_placed`].
     pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
         self.log.as_ref()?.measured_at(t_s)
+    }
+
+    /// Whether the log knows where in the world the real robot started.
+    pub fn measured_is_placed(&self) -> bool {
+        let log = self.log.as_ref();
+        log.is_some_and(|log| log.measured_is_placed())
     }
 
     /// Whether a log says anything of where the real robot was.

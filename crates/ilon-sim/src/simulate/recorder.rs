@@ -7,6 +7,8 @@ use ilon_world::World;
 
 use super::pilot::Pilot;
 use super::plant::Plant;
+use super::playback::Placing;
+use crate::scenario::TIME_SLACK_S;
 
 /// The growing trace, and what has to be summed between its rows.
 pub(super) struct Recorder {
@@ -22,6 +24,8 @@ pub(super) struct Recorder {
     /// The largest since the last row.
     residual_m_s: f64,
     samples: Vec<WheelSample>,
+    /// Of a log that says only later where the real robot was: where it said so first, and where the simulated robot was then.
+    placing: Option<Placing>,
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
@@ -61,6 +65,7 @@ impl Recorder {
             sums: vec![WheelSums::default(); wheel_count],
             residual_m_s: 0.0,
             samples: vec![WheelSample::default(); wheel_count],
+            placing: None,
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
         }
@@ -108,7 +113,7 @@ impl Recorder {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
             }),
-            measured: pilot.measured_at(t_s),
+            measured: self.measured(t_s, plant, pilot),
             command_twist_in_body: decision.command_twist_in_body,
             granted_twist_in_body: decision.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),
@@ -131,14 +136,25 @@ impl Recorder {
         self.record_rollers(t_s, world);
     }
 
+    /// Where a log says that the real robot was, in the world.
+    fn measured(&mut self, t_s: f64, plant: &Plant, pilot: &Pilot) -> Option<Pose> {
+        let measured = pilot.measured_at(t_s)?;
+        if pilot.measured_is_placed() {
+            return Some(measured);
+        }
+        let placing = self.placing.get_or_insert_with(|| Placing {
+            from: measured,
+            to: plant.truth().pose,
+        });
+        Some(placing.of(measured))
+    }
+
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
     fn record_rollers(&mut self, t_s: f64, world: &World) {
-        // Half of what separates sums of steps from the multiples that they mean.
-        const SLACK_S: f64 = 1e-9;
         let Some(every_s) = self.rollers_every_s else {
             return;
         };
-        let due = ((t_s + SLACK_S) / every_s).floor() as u64 + 1;
+        let due = ((t_s + TIME_SLACK_S) / every_s).floor() as u64 + 1;
         if due > self.rollers_taken {
             self.rollers_taken = due;
             let wheels = 0..self.samples.len();
