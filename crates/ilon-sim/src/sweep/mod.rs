@@ -37,7 +37,7 @@ mod study;
 mod table;
 
 pub use axis::{Axis, Values, number_of};
-pub use engine::{Options, Progress, findings, sweep, write_results};
+pub use engine::{Options, Progress, findings, keep_traces, sweep, write_results};
 pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
 pub use find::{Crossing, Found};
 pub use findings::Findings;
