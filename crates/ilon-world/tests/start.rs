@@ -187,7 +187,10 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
         let beneath = solid([-1.0, 1.0], [-1.0, 1.0], height_m);
         if let Ok(world) = begin(&robot, &floor(vec![beneath]), Pose::default()) {
             let above_m = world.hub_height_m(0) - height_m;
-            assert!(above_m >= 0.0 && above_m < 0.06 + 1e-6 * height_m, "{height_m}: {above_m}");
+            assert!(
+                above_m >= 0.0 && above_m < 0.06 + 1e-6 * height_m,
+                "{height_m}: {above_m}"
+            );
         }
     }
 }
