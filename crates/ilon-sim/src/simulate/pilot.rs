@@ -254,9 +254,15 @@ impl Pilot {
         }
     }
 
-    /// Where a log says that the real robot was at a time in seconds.
+    /// Where a log says that the real robot was at a time in seconds, in the world if [`Pilot::measured_is_placed`].
     fn measured_at(&self, t_s: f64) -> Option<Pose> {
         self.log.as_ref()?.measured_at(t_s)
+    }
+
+    /// Whether the log knows where in the world the real robot started.
+    fn measured_is_placed(&self) -> bool {
+        let log = self.log.as_ref();
+        log.is_some_and(|log| log.measured_is_placed())
     }
 
     /// Whether a log says anything of where the real robot was.
@@ -269,6 +275,7 @@ impl Pilot {
         Decided {
             desired: self.decision.desired,
             measured: self.measured_at(t_s),
+            measured_is_unplaced: !self.measured_is_placed(),
             command_twist_in_body: self.decision.command_twist_in_body,
             granted_twist_in_body: self.decision.granted_twist_in_body,
             tasks: &self.decision.tasks,

@@ -48,6 +48,18 @@ pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
     })
 }
 
+/// Of faults and patches that begin when the run is over.
+pub(super) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
+    let end_s = scenario.run.duration_s;
+    let late = scenario
+        .windows_s()
+        .filter(|(_, from_s, _)| *from_s >= end_s);
+    late.map(|(key, from_s, _)| {
+        format!("`{key}` never happens: it begins at {from_s} s, and the run ends at {end_s} s")
+    })
+    .collect()
+}
+
 /// Of an open-loop twist that takes more than the wheels' limit: it is scaled down.
 pub(super) fn of_twist(asked_rad_s: f64, limit_rad_s: f64) -> Option<String> {
     (asked_rad_s > limit_rad_s * (1.0 + 1e-9)).then(|| {
