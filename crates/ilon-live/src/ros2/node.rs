@@ -23,16 +23,20 @@ use ros2_client::{
 use serde::de::DeserializeOwned;
 
 use super::outlet::{Topics, profile};
+use super::parameters::{Answers, Servers};
 use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
 use super::{Network, Options, Ros2Error};
 use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
+use crate::parameters::Parameters;
 use crate::session::Session;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
 
 /// Rows that wait to be published; what comes beyond is lost, and that is said.
 const MOST_ROWS: usize = 256;
+/// The package that defines how simulators are controlled.
+const SIMULATION: &str = "simulation_interfaces";
 /// How often others in the domain are looked at.
 const LOOK: Duration = Duration::from_secs(1);
 
@@ -80,6 +84,7 @@ impl Ros2 {
             ends,
             desk: desk.clone(),
             robot: Commanded::of(session.robot()),
+            parameters: Parameters::of(session, desk),
             now_s: Cell::new(session.time_s()),
             stepped: sender.clone(),
         };
@@ -179,6 +184,7 @@ struct Ends {
     set_state: Server<services::SetState, Answer>,
     is_state: Server<Nothing, IsState>,
     features: Server<Nothing, Features>,
+    parameters: Servers,
 }
 
 impl Ends {
@@ -220,11 +226,12 @@ impl Ends {
                 .transpose()?,
             joints: outlet.hear("/robot_joint_commands")?,
             rates: outlet.hear("/wheel_commands")?,
-            step: outlet.serve("step_simulation", "StepSimulation")?,
-            reset: outlet.serve("reset_simulation", "ResetSimulation")?,
-            set_state: outlet.serve("set_simulation_state", "SetSimulationState")?,
-            is_state: outlet.serve("get_simulation_state", "GetSimulationState")?,
-            features: outlet.serve("get_simulator_features", "GetSimulatorFeatures")?,
+            step: outlet.serve("step_simulation", SIMULATION, "StepSimulation")?,
+            reset: outlet.serve("reset_simulation", SIMULATION, "ResetSimulation")?,
+            set_state: outlet.serve("set_simulation_state", SIMULATION, "SetSimulationState")?,
+            is_state: outlet.serve("get_simulation_state", SIMULATION, "GetSimulationState")?,
+            features: outlet.serve("get_simulator_features", SIMULATION, "GetSimulatorFeatures")?,
+            parameters: Servers::new(&mut outlet)?,
             topics: outlet,
             context,
         })
@@ -243,15 +250,20 @@ impl Topics {
             .map_err(|reason| Ros2Error::topic(name, reason))
     }
 
-    /// A service of `simulation_interfaces`, in the node's namespace.
-    fn serve<Q, A>(&mut self, name: &str, type_name: &str) -> Result<Server<Q, A>, Ros2Error>
+    /// A service of a type of a package, in the node's namespace.
+    pub(super) fn serve<Q, A>(
+        &mut self,
+        name: &str,
+        package: &str,
+        type_name: &str,
+    ) -> Result<Server<Q, A>, Ros2Error>
     where
         Q: ros2_client::Message + Clone + 'static,
         A: ros2_client::Message + 'static,
     {
         let fault = |reason: String| Ros2Error::topic(name, reason);
         let place = Name::new("/ilon", name).map_err(|reason| fault(reason.to_string()))?;
-        let type_name = ServiceTypeName::new("simulation_interfaces", type_name);
+        let type_name = ServiceTypeName::new(package, type_name);
         let qos = QosProfile::publisher_default();
         let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
         self.node()
@@ -271,6 +283,7 @@ struct Heart {
     ends: Ends,
     desk: Desk,
     robot: Commanded,
+    parameters: Parameters,
     /// The simulated time, in seconds.
     now_s: Cell<f64>,
     stepped: mpsc::Sender<Event>,
@@ -283,6 +296,7 @@ impl Heart {
             ends,
             desk,
             robot,
+            parameters,
             now_s,
             stepped,
         } = self;
@@ -298,6 +312,7 @@ impl Heart {
             set_state,
             is_state,
             features,
+            parameters: asked_for,
         } = ends;
         let mut others = Others::default();
         let stepped = RefCell::new(stepped);
@@ -393,6 +408,20 @@ impl Heart {
         }));
         served.push(answer(&is_state, |_| IsState::of(&desk.controls())));
         served.push(answer(&features, |_| Features::own()));
+        let answers = Answers {
+            parameters: &parameters,
+            desk: &desk,
+        };
+        served.push(answer(&asked_for.get, |request| answers.get(&request)));
+        served.push(answer(&asked_for.types, |request| answers.types(&request)));
+        served.push(answer(&asked_for.list, |request| answers.list(&request)));
+        served.push(answer(&asked_for.describe, |request| {
+            answers.describe(&request)
+        }));
+        served.push(answer(&asked_for.set, |request| answers.set(&request)));
+        served.push(answer(&asked_for.set_atomically, |request| {
+            answers.set_atomically(&request)
+        }));
         let serve = future::join_all(served);
         let both = future::select(Box::pin(publish), serve);
         futures::executor::block_on(both);
