@@ -102,6 +102,7 @@ impl Simulation {
     pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
         let mut robot = loaded.robot.clone();
         scenario.motors.apply(&mut robot);
+        scenario.rollers.apply(&mut robot)?;
         Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
     }
 
@@ -313,7 +314,7 @@ impl Simulation {
     }
 }
 
-/// Reads the robot of a scenario, with the motors that the scenario gives it.
+/// Reads the robot of a scenario, with the motors and the rollers' surfaces that the scenario gives it.
 ///
 /// # Errors
 /// [`Error::Robot`], with all that is wrong with the file and which keys would do.
@@ -328,6 +329,7 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
 pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
     let mut loaded = load_file(scenario)?;
     scenario.motors.apply(&mut loaded.robot);
+    scenario.rollers.apply(&mut loaded.robot)?;
     Ok(loaded)
 }
 
