@@ -19,6 +19,7 @@
 
 mod network;
 mod node;
+mod others;
 mod outlet;
 mod parameters;
 mod services;

@@ -1,7 +1,6 @@
 //! The node: a thread that publishes rows, hears commands and answers requests.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashSet;
 use std::fmt;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,14 +13,14 @@ use ilon_messages::geometry_msgs::{Twist, TwistStamped};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_trace::{Record, WheelSample};
-use ros2_client::dds::rustdds::policy::Reliability;
-use ros2_client::dds::rustdds::{DomainParticipantBuilder, RTPSEntity};
+use ros2_client::dds::rustdds::DomainParticipantBuilder;
 use ros2_client::{
     Context, Name, NodeName, NodeOptions, QosProfile, RmwRequestId, Server, ServiceMapping,
     ServiceTypeName, Subscription,
 };
 use serde::de::DeserializeOwned;
 
+use super::others::Others;
 use super::outlet::{Topics, profile};
 use super::parameters::{Answers, Servers};
 use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
@@ -458,51 +457,4 @@ where
         future::ready(())
     };
     server.receive_request_stream().for_each(each).boxed_local()
-}
-
-/// What others in the domain do that cannot go well, each said once.
-#[derive(Default)]
-struct Others {
-    said: HashSet<String>,
-}
-
-impl Others {
-    fn look(&mut self, context: &Context, unstamped: bool, desk: &Desk) {
-        let participant = context.domain_participant();
-        let own = participant.guid().prefix;
-        let twist_type = if unstamped { "Twist" } else { "TwistStamped" };
-        for writer in participant.discovered_writers() {
-            let data = &writer.publication_topic_data;
-            let Some(topic) = data
-                .topic_name
-                .strip_prefix("rt")
-                .filter(|_| data.key.prefix != own)
-            else {
-                continue;
-            };
-            let type_name = data.type_name.replace("::dds_::", "::").replace("::", "/");
-            let type_name = type_name.trim_end_matches('_');
-            let wanted = match topic {
-                "/cmd_vel" => format!("geometry_msgs/msg/{twist_type}"),
-                "/robot_joint_commands" => "sensor_msgs/msg/JointState".to_owned(),
-                "/wheel_commands" => "std_msgs/msg/Float64MultiArray".to_owned(),
-                "/clock" => {
-                    self.say(desk, "another node publishes /clock: only one simulator can give the time in a domain".to_owned());
-                    continue;
-                }
-                _ => continue,
-            };
-            if type_name != wanted {
-                self.say(desk, format!("{topic} is published as {type_name}, which is not heard: it is taken as {wanted}"));
-            } else if data.reliability == Some(Reliability::BestEffort) {
-                self.say(desk, format!("{topic} is published with best effort, which is not heard: publish it as reliable"));
-            }
-        }
-    }
-
-    fn say(&mut self, desk: &Desk, note: String) {
-        if self.said.insert(note.clone()) {
-            desk.say(note);
-        }
-    }
 }
