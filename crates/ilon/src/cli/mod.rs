@@ -14,9 +14,11 @@ mod fault;
 mod flags;
 mod gallery;
 mod generate;
+mod identify;
 mod inspect;
 #[cfg(feature = "live")]
 mod live;
+mod manual;
 mod open;
 mod output;
 mod progress;
@@ -68,6 +70,8 @@ enum Command {
     Check(check::Arguments),
     /// Run a scenario many times under keys that vary, and say what comes of it.
     Sweep(sweep::Arguments),
+    /// Fit what a robot really is to logs of its drives: radii, levers, gains, and keys of its simulation.
+    Identify(identify::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -84,8 +88,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         _arguments: Vec<std::ffi::OsString>,
     },
-    /// Print the JSON Schema of the scenario file.
-    Schema,
+    /// Print the JSON Schema of a file that you write: a scenario, a robot in short, a study.
+    Schema(schema::Arguments),
+    /// Print the script that completes ilon's commands in a shell.
+    Completions(manual::CompletionsArguments),
+    /// Print a page of the manual: `ilon man run | man -l -`.
+    Man(manual::ManArguments),
 }
 
 /// How a command that found no fault ended.
@@ -151,6 +159,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
@@ -161,6 +170,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
             "this ilon was built without live runs, which keeps it small",
             "build it with them: `cargo build --release -p ilon --features live`",
         )),
-        Command::Schema => schema::run(),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
     }
 }
