@@ -44,9 +44,14 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
+    /// Whether it was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
     /// [`Error::Stopped`] once it was asked for.
     pub(super) fn check(&self) -> Result<(), Error> {
-        match self.0.load(Ordering::Relaxed) {
+        match self.is_asked() {
             true => Err(Error::Stopped),
             false => Ok(()),
         }
