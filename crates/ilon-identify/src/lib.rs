@@ -23,6 +23,7 @@
 //! | [`model`] | what of the kinematics can be free |
 //! | [`fit`] | values, noise, and what a log determines |
 //! | [`resample`] | how sure the values are |
+//! | `simulate` | keys of the scenario, by simulating |
 //! | [`outcome`] | what was found, as it is written |
 //!
 //! There is no command line and no plot here.
@@ -40,6 +41,7 @@ pub mod model;
 pub mod motion;
 pub mod outcome;
 pub mod resample;
+mod simulate;
 mod study;
 
 pub use files::{FILES, files};
