@@ -15,7 +15,7 @@ pub mod provenance;
 #[cfg(test)]
 mod sample;
 mod shown;
-mod stage;
+pub mod stage;
 mod story;
 pub mod sweep;
 mod thin;
@@ -142,21 +142,8 @@ fn page_of(
         budget_section(shown, summary, &story),
         details_section(shown, summary, &story, context),
     ];
-    let script;
-    let (styles, scene_script): (&[&str], &str) = match scene {
-        Some(_) => {
-            script = ilon_scene::embed::script();
-            (&[ilon_scene::embed::STYLE], &script)
-        }
-        None => (&[], ""),
-    };
-    let parts = page::Parts {
-        styles,
-        before: &[scene_script, stage::SCRIPT],
-        after: &[],
-    };
     (
-        page::page(&head, &sections, &footer(shown), &parts),
+        stage::page(&head, &sections, &footer(shown), scene.is_some()),
         story.plain(),
     )
 }

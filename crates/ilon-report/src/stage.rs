@@ -1,4 +1,4 @@
-//! The run on a stage: the scene in three dimensions, the track of events, and the slider that moves the whole page.
+//! A run, or a robot alone, on a stage: the scene in three dimensions, the track of events, and the slider that moves the whole page.
 
 use std::fmt::Write;
 
@@ -12,12 +12,12 @@ use ilon_trace::{Header, Rows};
 use serde_json::json;
 use toml::Value;
 
-use super::page::{escape, json_in_script};
+use super::page::{self, Head, Parts, Section, escape, json_in_script};
 use super::story::{Event, EventKind};
 use super::thin::short;
 
 /// The script of clock, slider, keys and events.
-pub(crate) const SCRIPT: &str = include_str!("web/clock.js");
+const SCRIPT: &str = include_str!("web/clock.js");
 
 /// Frames of a run in the page: half of what a screen shows is smooth, and a page stays small.
 const THINNING: Thinning = Thinning {
@@ -146,62 +146,153 @@ fn number(table: &Value, key: &str) -> Option<f32> {
     value.map(|x| x as f32)
 }
 
-/// The stage as HTML: scene, track, slider.
+/// A page with a stage among its parts: what draws the scene, where there is one, and what moves it come with it.
+pub fn page(head: &Head, sections: &[Section], footer: &str, has_scene: bool) -> String {
+    let script = if has_scene {
+        embed::script()
+    } else {
+        String::new()
+    };
+    let styles: &[&str] = if has_scene { &[embed::STYLE] } else { &[] };
+    let parts = Parts {
+        styles,
+        before: &[&script, SCRIPT],
+        after: &[],
+    };
+    page::page(head, sections, footer, &parts)
+}
+
+/// The stage of a run as HTML: scene, track, slider.
 pub(crate) fn html(
     header: &Header,
     ends_s: [f64; 2],
     events: &[Event],
     scene: Option<&str>,
 ) -> String {
-    let [start_s, end_s] = ends_s;
-    let picture = scene.map_or_else(
+    let wheels: Vec<&str> = header.wheels.iter().map(|w| w.name.as_str()).collect();
+    stage(&Stage {
+        title: "The run",
+        label: "The robot, its rollers and its contacts in three dimensions",
+        scene,
+        wheels: &wheels,
+        views: &[
+            ("follow", "Follow"),
+            ("whole", "Whole run"),
+            ("top", "From above"),
+        ],
+        is_run: true,
+        track: track(header, ends_s, events),
+        clock: clock(ends_s[0], ends_s[1], events),
+        help: "The slider moves the picture and the cursor of every figure; a click in a figure over time goes there. Space plays, \
+               arrows step, N and P go to the next and the previous event.",
+    })
+}
+
+/// A robot alone as HTML: its scene, in which its wheels turn once within this time, and a slider.
+///
+/// # Errors
+/// Never of a scene that `ilon-scene` made; those of serde else.
+pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error> {
+    let data = embed::data(scene)?;
+    let wheels = scene.description.robot.wheels.iter();
+    let wheels: Vec<&str> = wheels.map(|wheel| wheel.name.as_str()).collect();
+    Ok(stage(&Stage {
+        title: "The robot",
+        label: "The robot with all of its rollers in three dimensions",
+        scene: Some(&data),
+        wheels: &wheels,
+        views: &[("follow", "From aside"), ("top", "From above")],
+        is_run: false,
+        track: String::new(),
+        clock: clock(0.0, turn_s, &[]),
+        help: "The slider turns the wheels in their places, once around. Space plays, arrows step.",
+    }))
+}
+
+/// What stands on a stage.
+struct Stage<'a> {
+    title: &'a str,
+    /// What the picture shows, for those who cannot see it.
+    label: &'a str,
+    /// The scene as JSON.
+    scene: Option<&'a str>,
+    wheels: &'a [&'a str],
+    /// The views that buttons choose, with their words.
+    views: &'a [(&'a str, &'a str)],
+    /// Whether it moves over the ground: then there are a ghost, paths, forces and events.
+    is_run: bool,
+    /// The lanes of events, as HTML.
+    track: String,
+    /// What the page's clock reads.
+    clock: serde_json::Value,
+    help: &'a str,
+}
+
+fn stage(of: &Stage) -> String {
+    let picture = of.scene.map_or_else(
         || "<p class=\"lead\">The robot is not drawn: the trace does not carry what describes it.</p>\n".to_owned(),
         |scene| {
             format!(
-                "<div class=\"scene-stage\"><canvas aria-label=\"The robot, its rollers and its contacts in three dimensions\">\
-                 </canvas></div>\n<script type=\"application/json\" id=\"scene-data\">{scene}</script>\n"
+                "<div class=\"scene-stage\"><canvas aria-label=\"{}\"></canvas></div>\n\
+                 <script type=\"application/json\" id=\"scene-data\">{scene}</script>\n",
+                of.label
             )
         },
     );
-    let wheels: String = header
+    let wheels: String = of
         .wheels
         .iter()
         .enumerate()
-        .map(|(index, wheel)| format!("<option value=\"{index}\">{}</option>", escape(&wheel.name)))
+        .map(|(index, name)| format!("<option value=\"{index}\">{}</option>", escape(name)))
         .collect();
-    let scene_controls = scene.map_or_else(String::new, |_| {
+    let views: String = of
+        .views
+        .iter()
+        .map(|(view, word)| format!("<button type=\"button\" data-view=\"{view}\">{word}</button>"))
+        .collect();
+    let ghost = if of.is_run {
+        "<label><input type=\"checkbox\" class=\"ghost\" checked> Ideal kinematics</label>"
+    } else {
+        ""
+    };
+    let scene_controls = of.scene.map_or_else(String::new, |_| {
         format!(
-            "<span class=\"views\"><button type=\"button\" data-view=\"follow\">Follow</button>\
-             <button type=\"button\" data-view=\"whole\">Whole run</button>\
-             <button type=\"button\" data-view=\"top\">From above</button></span>\
-             <label>Close-up <select class=\"wheel\"><option value=\"\">none</option>{wheels}</select></label>\
-             <label><input type=\"checkbox\" class=\"ghost\" checked> Ideal kinematics</label>"
+            "<span class=\"views\">{views}</span>\
+             <label>Close-up <select class=\"wheel\"><option value=\"\">none</option>{wheels}</select></label>{ghost}"
         )
     });
-    let legend = scene.map_or("", |_| {
-        "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
-         <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
-         <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
-         <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
-         <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>"
-    });
+    let legend = match of.scene {
+        Some(_) if of.is_run => {
+            "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
+             <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
+             <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
+             <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
+             <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>"
+        }
+        _ => "",
+    };
+    let jumps = if of.is_run {
+        "<button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
+         <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button>"
+    } else {
+        ""
+    };
     format!(
-        "<figure id=\"run-view\"><figcaption><h2>The run</h2></figcaption>\n{picture}\
+        "<figure id=\"run-view\"><figcaption><h2>{title}</h2></figcaption>\n{picture}\
          <div class=\"track\">{track}<div class=\"lane-line\"><label class=\"lane-name\" for=\"time\">time</label>\
          <input id=\"time\" class=\"time\" type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"0\"></div></div>\n\
          <p class=\"said\">&nbsp;</p>\n\
-         <div class=\"controls\"><button type=\"button\" class=\"play\">Play</button>\
-         <button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
-         <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button><output class=\"now\"></output>\
+         <div class=\"controls\"><button type=\"button\" class=\"play\">Play</button>{jumps}<output class=\"now\"></output>\
          <label>Speed <select class=\"speed\"><option value=\"0.05\">0.05×</option><option value=\"0.25\">0.25×</option>\
          <option value=\"1\" selected>1×</option><option value=\"4\">4×</option><option value=\"16\">16×</option></select></label>\
          {scene_controls}</div>{legend}\
          <details class=\"help\"><summary>How to use it</summary><p>Drag the picture to turn it, scroll to zoom, click a wheel to \
-         see its touching roller close up. The slider moves the picture and the cursor of every figure; a click in a figure over \
-         time goes there. Space plays, arrows step, N and P go to the next and the previous event.</p></details>\n\
+         see its touching roller close up. {help}</p></details>\n\
          <script type=\"application/json\" id=\"clock-data\">{clock}</script></figure>\n",
-        track = track(header, ends_s, events),
-        clock = json_in_script(&clock(start_s, end_s, events).to_string()),
+        title = of.title,
+        track = of.track,
+        help = of.help,
+        clock = json_in_script(&of.clock.to_string()),
     )
 }
 

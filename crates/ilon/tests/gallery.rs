@@ -61,7 +61,12 @@ fn one_robot_may_be_shown_alone_and_a_folder_only_as_a_page() {
         0,
         &folder.ilon(&["inspect", "in/good.urdf", "--html", "one.html"]),
     );
-    assert!(folder.read("one.html").contains("<b>1</b> as they are"));
+    let page = folder.read("one.html");
+    assert!(page.contains("id=\"scene-data\"") && page.contains("ilonScene"));
+    assert!(page.contains("seen from above") && page.contains("How far the rollers let it go"));
+    // One turn of the wheels in 240 parts.
+    assert!(page.contains("\"count\":241"));
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
     let refused = folder.ilon(&["inspect", "in"]);
     ended_with(2, &refused);
     assert!(

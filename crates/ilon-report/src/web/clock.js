@@ -55,8 +55,10 @@
   slider.max = data.end;
   slider.addEventListener('input', () => { set(false); seek(Number(slider.value)); });
   play.addEventListener('click', () => set(!playing));
-  find('.back').addEventListener('click', () => jump(false));
-  find('.next').addEventListener('click', () => jump(true));
+  // A robot alone has neither events nor a ghost.
+  const on = (what, name, listener) => { const part = find(what); if (part) part.addEventListener(name, listener); };
+  on('.back', 'click', () => jump(false));
+  on('.next', 'click', () => jump(true));
   const step = Math.max((data.end - data.start) / 200, 0.01);
   document.addEventListener('keydown', (event) => {
     const at = event.target;
@@ -89,8 +91,7 @@
     window.ilonRunScene = scene;
     clock.on((t) => scene.seek(t));
     box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scene.view(b.dataset.view)));
-    const ghost = find('.ghost');
-    ghost.addEventListener('change', () => scene.set({ ghost: ghost.checked }));
+    on('.ghost', 'change', (event) => scene.set({ ghost: event.target.checked }));
     const wheel = find('.wheel');
     wheel.addEventListener('change', () => scene.select(wheel.value === '' ? null : Number(wheel.value)));
     scene.on('select', (index) => { wheel.value = index === null ? '' : String(index); });

@@ -10,12 +10,13 @@ mod described;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
-use crate::model::DriveTrain;
+use crate::model::{DriveTrain, RollerSurface, Tread};
 
 pub(crate) use check::check;
 pub(crate) use described::Described;
@@ -24,8 +25,9 @@ pub(crate) use described::Described;
 const MAX_BYTES: u64 = 1 << 20;
 
 /// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Robot")]
 pub struct Spec {
     /// The robot's name.
     pub name: String,
@@ -43,7 +45,7 @@ pub struct Spec {
 }
 
 /// The chassis: a solid of even density.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChassisSpec {
     /// Its shape.
@@ -55,7 +57,7 @@ pub struct ChassisSpec {
 }
 
 /// The shape of a chassis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ChassisShape {
     /// `shape.box = { size_m = [x, y, z] }`: a box along the body's axes.
@@ -73,7 +75,7 @@ pub enum ChassisShape {
 }
 
 /// What all wheels have in common. The hub is a solid cylinder about the hub axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSpec {
     /// The paper's rho: from the hub axis to the ground, in metres.
@@ -121,8 +123,8 @@ impl WheelSpec {
 }
 
 /// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
-/// neither gap nor overlap (see [`crate::barrel`]).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// neither gap nor overlap, or is a factor longer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
     /// Number of rollers in one row.
@@ -143,6 +145,62 @@ pub struct RollerSpec {
     /// Dry friction of the roller's bearing, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
+    /// Length of a roller over that at which neighbours hand over with neither gap nor overlap, 1 or more: longer rollers share
+    /// the ground about each hand-over, where they have a tread.
+    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    pub length_factor: f64,
+    /// Rolling resistance of the rollers: drag per load, dimensionless.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rolling_resistance: f64,
+    /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tread: Option<TreadSpec>,
+}
+
+/// What rollers that give are covered with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TreadSpec {
+    /// Stiffness along the ground's normal, in N/m.
+    pub stiffness_n_m: f64,
+    /// Damping along the normal, in N s/m; left out, a tenth of what is critical for the load on a wheel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_n_s_m: Option<f64>,
+    /// Stiffness across the normal, in N/m; left out, 2/3 of that along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness_n_m: Option<f64>,
+    /// Damping across the normal, in N s/m; left out, as much of the stiffness as along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_damping_n_s_m: Option<f64>,
+    /// The way over which sheared tread leaves the ground as the roller rolls on, in metres: a roller that pulls creeps by its
+    /// pull over `shear_stiffness_n_m` times this; left out, it does not creep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation_length_m: Option<f64>,
+}
+
+impl RollerSpec {
+    /// What the rollers touch the ground with.
+    pub fn surface(&self) -> RollerSurface {
+        let tread = self.tread.as_ref().map(|said| Tread {
+            stiffness_n_m: said.stiffness_n_m,
+            damping_n_s_m: said.damping_n_s_m,
+            shear_stiffness_n_m: said.shear_stiffness_n_m,
+            shear_damping_n_s_m: said.shear_damping_n_s_m,
+            relaxation_length_m: said.relaxation_length_m,
+        });
+        RollerSurface {
+            tread,
+            rolling_resistance: self.rolling_resistance,
+        }
+    }
+}
+
+fn is_unity(number: &f64) -> bool {
+    *number == 1.0
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 fn one() -> usize {
@@ -155,7 +213,7 @@ fn unity() -> f64 {
 
 /// What is otherwise about one wheel. Its axle stays as high as `wheel.radius_m` says, so that a smaller wheel hangs, or the robot
 /// leans on it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelOverride {
@@ -183,7 +241,7 @@ pub struct WheelOverride {
 }
 
 /// Where the wheels sit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
     /// `[wheels.mecanum]`: pairs of wheels on axles, all hub axes to the left, handed in the usual X: seen from above,
@@ -214,7 +272,7 @@ pub enum Arrangement {
 }
 
 /// One wheel: its place, axis and handedness.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacedWheel {
     /// The name of its joint.
@@ -230,6 +288,11 @@ pub struct PlacedWheel {
 }
 
 impl Spec {
+    /// The JSON Schema of the file.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+
     /// Reads a description from a TOML file.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ use nalgebra::Vector2;
 
 use super::plant::WheelCommand;
 use super::playback::{Asked, Log};
+use super::recorder::Decided;
 use super::resolve::start_pose;
 use super::sensors::Seen;
 use super::twist_profile::TwistProfile;
@@ -254,7 +255,7 @@ impl Pilot {
     }
 
     /// Where a log says that the real robot was at a time in seconds.
-    pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
+    fn measured_at(&self, t_s: f64) -> Option<Pose> {
         self.log.as_ref()?.measured_at(t_s)
     }
 
@@ -263,13 +264,16 @@ impl Pilot {
         self.log.as_ref().is_some_and(|log| log.has_measured())
     }
 
-    /// The wheel rates decided on, in rad/s.
-    pub fn wheel_rates_rad_s(&self) -> &[f64] {
-        &self.wheel_rates_rad_s
-    }
-
-    pub fn decision(&self) -> &Decision {
-        &self.decision
+    /// What was decided last, for a recorder at a time in seconds.
+    pub fn decided(&self, t_s: f64) -> Decided<'_> {
+        Decided {
+            desired: self.decision.desired,
+            measured: self.measured_at(t_s),
+            command_twist_in_body: self.decision.command_twist_in_body,
+            granted_twist_in_body: self.decision.granted_twist_in_body,
+            tasks: &self.decision.tasks,
+            wheel_rates_rad_s: &self.wheel_rates_rad_s,
+        }
     }
 
     /// Names of the guidance's tasks, highest priority first; none in open loop.

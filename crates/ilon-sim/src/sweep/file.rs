@@ -59,6 +59,13 @@ pub struct StudyFile {
     pub expect: BTreeMap<String, ShareBound>,
 }
 
+impl StudyFile {
+    /// The JSON Schema of the file.
+    pub fn json_schema() -> serde_json::Value {
+        schemars::schema_for!(Self).to_value()
+    }
+}
+
 /// One path, or several.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]

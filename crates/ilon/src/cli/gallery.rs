@@ -26,12 +26,7 @@ pub(super) fn run(
     sandbox: &str,
     html: &Path,
 ) -> Result<Outcome, Failure> {
-    let files = if place.is_dir() {
-        files_below(place, options)?
-    } else {
-        vec![place.to_owned()]
-    };
-    let exhibits: Vec<Exhibit> = files
+    let exhibits: Vec<Exhibit> = files_below(place, options)?
         .iter()
         .map(|file| exhibit(file, place, options, sandbox))
         .collect();
@@ -60,11 +55,8 @@ pub(super) fn run(
 
 /// What becomes of a file.
 fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> Exhibit {
-    let below = file
-        .strip_prefix(place)
-        .ok()
-        .filter(|below| !below.as_os_str().is_empty());
-    let shown = below.unwrap_or(file).display().to_string();
+    let shown = file.strip_prefix(place).unwrap_or(file);
+    let shown = shown.display().to_string();
     let said = |error: &RobotError| error.to_string();
     let refused = |faults: Vec<String>, help: String| Exhibit {
         file: shown.clone(),

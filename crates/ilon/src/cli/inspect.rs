@@ -13,6 +13,7 @@ use super::{Outcome, Sandbox, claim, gallery, ros2, say};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::Inspection;
+use crate::pages;
 use crate::sim::remedy;
 
 /// Arguments of `ilon inspect`.
@@ -37,9 +38,9 @@ pub(super) struct Arguments {
     /// Write the robot's URDF with a `<ros2_control>` block for its wheels.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     ros2_control: Option<PathBuf>,
-    /// Show the robots of a folder and below side by side on one offline page: each from above, what it can do, and why a
-    /// file is refused.
-    #[arg(long, value_name = "FILE", help_heading = "Output", conflicts_with_all = ["svg", "urdf", "json", "ros2_controllers", "ros2_control"])]
+    /// Show the robot on one offline page: in three dimensions with its wheels turning, from above, and what it can do; the
+    /// robots of a folder and below side by side, with why a file is refused.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     html: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long, help_heading = "Output")]
@@ -60,10 +61,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _controllers = claimed(&arguments.ros2_controllers, "--ros2-controllers")?;
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
-    if let Some(html) = &arguments.html {
-        return gallery::run(path, &options, &arguments.sandbox.words(), html);
-    }
     if path.is_dir() {
+        let one_only = arguments.json
+            || [
+                &arguments.svg,
+                &arguments.urdf,
+                &arguments.ros2_controllers,
+                &arguments.ros2_control,
+            ]
+            .iter()
+            .any(|out| out.is_some());
+        if let Some(html) = arguments.html.as_ref().filter(|_| !one_only) {
+            return gallery::run(path, &options, &arguments.sandbox.words(), html);
+        }
         return Err(Failure::usage(
             format!("`{}` is a folder", path.display()),
             "name the file of a robot, or see all of the folder side by side with `--html FILE`",
@@ -81,6 +91,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             &drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into)),
         )?;
     }
+    if let Some(html) = &arguments.html {
+        pages::robot::write(html, &loaded, &inspection)?;
+    }
     if let Some(urdf) = &arguments.urdf {
         ilon_trace::file::write_text(urdf, &loaded.urdf)?;
     }
@@ -95,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         say::data(&(json + "\n"))?;
     } else {
         say::lines(&text(&inspection))?;
-        if let Some(path) = &arguments.svg {
+        for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             let path = path.display().to_string();
             say::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
         }

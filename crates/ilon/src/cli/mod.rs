@@ -18,6 +18,7 @@ mod identify;
 mod inspect;
 #[cfg(feature = "live")]
 mod live;
+mod manual;
 mod open;
 mod output;
 mod progress;
@@ -40,7 +41,10 @@ use ilon_robot::FileAccess;
 
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
-pub use embed::{Explained, explain, run_arguments, write_results};
+pub use embed::{
+    Explained, explain, may_hold_study, report_html, run_arguments, study_words, write_results,
+    write_study,
+};
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
 #[derive(Debug, Parser)]
@@ -84,8 +88,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         _arguments: Vec<std::ffi::OsString>,
     },
-    /// Print the JSON Schema of the scenario file.
-    Schema,
+    /// Print the JSON Schema of a file that you write: a scenario, a robot in short, a study.
+    Schema(schema::Arguments),
+    /// Print the script that completes ilon's commands in a shell.
+    Completions(manual::CompletionsArguments),
+    /// Print a page of the manual: `ilon man run | man -l -`.
+    Man(manual::ManArguments),
 }
 
 /// How a command that found no fault ended.
@@ -162,6 +170,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
             "this ilon was built without live runs, which keeps it small",
             "build it with them: `cargo build --release -p ilon --features live`",
         )),
-        Command::Schema => schema::run(),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
     }
 }

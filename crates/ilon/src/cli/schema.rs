@@ -1,11 +1,40 @@
-//! `ilon schema`: the scenario file's JSON Schema.
+//! `ilon schema`: the JSON Schema of a file that a person writes.
+
+use clap::ValueEnum;
+use ilon_robot::Spec;
 
 use super::{Outcome, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
+use crate::sim::sweep::StudyFile;
+
+/// Arguments of `ilon schema`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Which file.
+    #[arg(value_enum, default_value_t)]
+    file: File,
+}
+
+/// A file that a person writes.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum File {
+    /// One run, as `ilon run` takes it.
+    #[default]
+    Scenario,
+    /// A robot in short, as `ilon generate` takes it.
+    Robot,
+    /// Many runs, as `ilon sweep` takes them.
+    Study,
+}
 
 /// Prints the schema.
-pub(super) fn run() -> Result<Outcome, Failure> {
-    say::data(&format!("{:#}\n", Scenario::json_schema()))?;
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let schema = match arguments.file {
+        File::Scenario => Scenario::json_schema(),
+        File::Robot => Spec::json_schema(),
+        File::Study => StudyFile::json_schema(),
+    };
+    say::data(&format!("{schema:#}\n"))?;
     Ok(Outcome::Done)
 }

@@ -81,9 +81,20 @@ impl Merits {
 
 /// Mean and swing of the speed to the left that the touching rollers allow, for wheel rates that (7) gives for 1 m/s.
 fn sideways(kinematics: &Kinematics, mut contact: ContactKinematics) -> (f64, f64) {
+    along(std::f64::consts::FRAC_PI_2, kinematics, &mut contact)
+}
+
+/// Mean speed in a direction of the body that the touching rollers allow, for wheel rates that (7) gives for 1 m/s, and how much it
+/// swings as rollers pass, from its least to its largest, over its mean.
+pub(super) fn along(
+    direction_rad: f64,
+    kinematics: &Kinematics,
+    contact: &mut ContactKinematics,
+) -> (f64, f64) {
     let n = kinematics.wheel_count();
+    let (ahead, left) = (direction_rad.cos(), direction_rad.sin());
     let (mut rates, mut angles) = (vec![0.0; n], vec![0.0; n]);
-    kinematics.wheel_rates(Twist::new(0.0, 1.0, 0.0), &mut rates);
+    kinematics.wheel_rates(Twist::new(ahead, left, 0.0), &mut rates);
     let fastest = rates
         .iter()
         .fold(0.0_f64, |most, rate| most.max(rate.abs()));
@@ -95,7 +106,8 @@ fn sideways(kinematics: &Kinematics, mut contact: ContactKinematics) -> (f64, f6
         for (angle, rate) in angles.iter_mut().zip(&rates) {
             *angle = rate / fastest * turned_rad;
         }
-        let speed = contact.twist(&angles, &rates).vy_m_s;
+        let twist = contact.twist(&angles, &rates);
+        let speed = ahead * twist.vx_m_s + left * twist.vy_m_s;
         sum += speed;
         (least, most) = (speed.min(least), speed.max(most));
     }
@@ -172,7 +184,7 @@ pub fn html(title: &str, reaches: &[Reach], studies: &[Study]) -> String {
 const YAW_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 
 /// The velocities that each robot's wheels allow, while it turns at some part of its top yaw rate.
-fn reach_section(reaches: &[Reach]) -> Section {
+pub(super) fn reach_section(reaches: &[Reach]) -> Section {
     let names = YAW_SHARES.map(|share| format!("at {:.0} % of the top yaw rate", 100.0 * share));
     let legend: Vec<_> = names
         .iter()

@@ -137,7 +137,7 @@ fn card(exhibit: &Exhibit) -> String {
 }
 
 /// What a robot is, in figures.
-fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
+pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
     let wheels = &seen.wheels;
     let mut rows = vec![("mass", format!("{:.2} kg", seen.mass_kg))];
     let span = |of: &dyn Fn(usize) -> f64, decimals: usize, unit: &str| {
@@ -186,7 +186,7 @@ fn said(exhibit: &Exhibit) -> String {
     format!("{}<p>{help}</p>", list(&exhibit.faults))
 }
 
-fn list(items: &[String]) -> String {
+pub(super) fn list(items: &[String]) -> String {
     let items: String = items
         .iter()
         .map(|item| format!("<li>{}</li>", escape(item)))

@@ -1,4 +1,5 @@
-//! Pages that show more than a trace: how right and fast the simulation is, robots side by side, designs, identifications.
+//! Pages that show more than a trace: how right and fast the simulation is, a robot alone, robots side by
+//! side, designs, identifications.
 //!
 //! They are built of the sections and figures of [`ilon_report`].
 
@@ -6,4 +7,5 @@ pub mod bench;
 pub mod design;
 pub mod gallery;
 pub mod identify;
+pub mod robot;
 pub mod sweep;

@@ -1,0 +1,60 @@
+//! `ilon completions` and `ilon man`: what a shell and a manual reader want of the command line.
+
+use clap::{Command, CommandFactory};
+use clap_complete::Shell;
+
+use super::{Cli, Outcome, say};
+use crate::cli::failure::Failure;
+
+/// Arguments of `ilon completions`.
+#[derive(Debug, clap::Args)]
+pub(super) struct CompletionsArguments {
+    /// The shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Arguments of `ilon man`.
+#[derive(Debug, clap::Args)]
+pub(super) struct ManArguments {
+    /// The command, such as `run`; without it, the page of ilon as a whole.
+    command: Option<String>,
+}
+
+/// Prints the script that completes a shell's lines.
+pub(super) fn completions(arguments: &CompletionsArguments) -> Result<Outcome, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Cli::command(), "ilon", &mut script);
+    say::data(&String::from_utf8_lossy(&script))?;
+    Ok(Outcome::Done)
+}
+
+/// Prints a page of the manual, in the language of `man`.
+pub(super) fn man(arguments: &ManArguments) -> Result<Outcome, Failure> {
+    let mut ilon = Cli::command();
+    // Gives each command its whole name.
+    ilon.build();
+    let page = match &arguments.command {
+        None => ilon,
+        Some(name) => {
+            let found = ilon.find_subcommand(name).cloned();
+            found.ok_or_else(|| {
+                let names: Vec<&str> = ilon
+                    .get_subcommands()
+                    .filter(|command| !command.is_hide_set())
+                    .map(Command::get_name)
+                    .collect();
+                Failure::usage(
+                    format!("there is no command `{name}`"),
+                    format!("one of {}", names.join(", ")),
+                )
+            })?
+        }
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page)
+        .render(&mut text)
+        .map_err(|error| Failure::encode("the page of the manual", &error))?;
+    say::data(&String::from_utf8_lossy(&text))?;
+    Ok(Outcome::Done)
+}
