@@ -24,6 +24,7 @@
 //! | [`fit`] | values, noise, and what a log determines |
 //! | [`resample`] | how sure the values are |
 //! | `simulate` | keys of the scenario, by simulating |
+//! | [`plan`] | which course determines what is free |
 //! | [`outcome`] | what was found, as it is written |
 //!
 //! There is no command line and no plot here.
@@ -40,6 +41,7 @@ pub mod log;
 pub mod model;
 pub mod motion;
 pub mod outcome;
+pub mod plan;
 pub mod resample;
 mod simulate;
 mod study;
