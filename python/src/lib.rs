@@ -4,8 +4,10 @@
 //! |---|---|
 //! | `run`, `trace` | whole runs, and what they recorded |
 //! | `simulation`, `moments` | a robot that is driven step by step |
+//! | `study` | many runs of a scenario under keys that vary |
 //! | `track` | the learning task, for many robots at once |
 //! | `tools` | inspect, generate, compare, judge, the command |
+//! | `xacro` | the xacro of ROS |
 //! | `scenario`, `values` | scenarios and values as Python writes them |
 //! | `errors` | faults as exceptions |
 
@@ -16,10 +18,12 @@ mod moments;
 mod run;
 mod scenario;
 mod simulation;
+mod study;
 mod tools;
 mod trace;
 mod track;
 mod values;
+mod xacro;
 
 /// The compiled half of `ilon`.
 #[pyo3::pymodule]
@@ -31,6 +35,8 @@ mod _ilon {
     #[pymodule_export]
     use crate::simulation::{Simulation, Snapshot};
     #[pymodule_export]
+    use crate::study::{Rows, Study, Sweep, merge_sweeps};
+    #[pymodule_export]
     use crate::tools::{command, compare, generate, inspect, judged, schema};
     #[pymodule_export]
     use crate::trace::{ArrowTable, Trace};
@@ -41,6 +47,7 @@ mod _ilon {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::xacro::ask_from_now_on();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,11 +1,15 @@
 //! Whole runs: `ilon.run`, and what comes of it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
+use ilon::sim::sweep::Stop;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
-use ilon::trace::Summary;
+use ilon::trace::{Summary, quantities};
 use ilon::{Error, Scenario};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -24,14 +28,16 @@ pub const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 #[pyclass(frozen, module = "ilon._ilon", name = "Run", subclass)]
 pub struct Run {
     run: Arc<ilon::Run>,
+    /// What a person would type for it.
+    called: String,
     trace: Py<Trace>,
 }
 
 impl Run {
-    fn new(py: Python<'_>, run: ilon::Run) -> PyResult<Self> {
+    fn new(py: Python<'_>, run: ilon::Run, called: String) -> PyResult<Self> {
         let run = Arc::new(run);
         let trace = Py::new(py, Trace::of(Arc::clone(&run)))?;
-        Ok(Self { run, trace })
+        Ok(Self { run, called, trace })
     }
 
     /// The run itself.
@@ -40,12 +46,13 @@ impl Run {
     }
 }
 
-/// Simulates a scenario to its end.
+/// Simulates a scenario to its end; `called` is what a person would type for it.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, settings=None, controller=None, folder=None))]
+#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None))]
 pub fn run(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
+    called: String,
     settings: Option<&Bound<'_, PyMapping>>,
     controller: Option<Py<PyAny>>,
     folder: Option<PathBuf>,
@@ -54,9 +61,57 @@ pub fn run(
     let fault = Fault::default();
     let run = py.detach(|| simulated(&scenario, controller, &fault));
     match run {
-        Ok(run) => Run::new(py, run),
+        Ok(run) => Run::new(py, run, called),
         Err(Stopped::Raised(fault)) => Err(fault),
         Err(Stopped::Refused(error)) => Err(raised(py, &error)),
+    }
+}
+
+/// Works in threads of its own, until Ctrl-C is pressed or `seen` raises: then it is stopped, and that is raised. `work` tells how far
+/// it is, from any thread, and `seen` sees the newest of it in the thread of the caller, which alone is asked for Ctrl-C.
+pub fn until_interrupted<T: Send, P: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&Stop, &(dyn Fn(P) + Sync)) -> Result<T, Error> + Send,
+    mut seen: impl FnMut(Python<'_>, P) -> PyResult<()> + Send,
+) -> PyResult<T> {
+    let stop = Stop::default();
+    let newest: Mutex<Option<P>> = Mutex::new(None);
+    let newest_of = || newest.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let mut raised_meanwhile = None;
+    let result = py.detach(|| {
+        thread::scope(|scope| {
+            let (ends, ended) = channel::<()>();
+            let (stop, newest) = (&stop, &newest);
+            let worker = scope.spawn(move || {
+                let _ends = ends;
+                work(stop, &|progress| {
+                    *newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
+                })
+            });
+            loop {
+                let has_ended = ended.recv_timeout(BETWEEN_LOOKS) != Err(RecvTimeoutError::Timeout);
+                if raised_meanwhile.is_none() {
+                    let looked = Python::attach(|py| {
+                        newest_of().map_or(Ok(()), |progress| seen(py, progress))?;
+                        py.check_signals()
+                    });
+                    if let Err(fault) = looked {
+                        stop.ask();
+                        raised_meanwhile = Some(fault);
+                    }
+                }
+                if has_ended {
+                    return worker.join();
+                }
+            }
+        })
+    });
+    if let Some(fault) = raised_meanwhile {
+        return Err(fault);
+    }
+    match result {
+        Ok(result) => result.map_err(|error| raised(py, &error)),
+        Err(panic) => std::panic::resume_unwind(panic),
     }
 }
 
@@ -158,6 +213,7 @@ impl Run {
         let run = run.get();
         Self {
             run: Arc::clone(&run.run),
+            called: run.called.clone(),
             trace: run.trace.clone_ref(py),
         }
     }
@@ -166,6 +222,15 @@ impl Run {
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         as_python(py, &self.run.summary)
+    }
+
+    /// The numbers of the summary by their dotted names, such as `twist_ratio_ideal.vy`; those that do not apply are left out.
+    #[getter]
+    fn figures(&self) -> BTreeMap<&'static str, f64> {
+        let figures = quantities::all().map(|figure| (figure.key, figure.value(&self.run.summary)));
+        figures
+            .filter_map(|(key, value)| Some((key, value?)))
+            .collect()
     }
 
     /// What was recorded, by column.
@@ -200,16 +265,16 @@ impl Run {
 
     /// The report as the text of one HTML page.
     fn report_html(&self, py: Python<'_>) -> String {
-        py.detach(|| ilon::report::html(&self.run.trace, &self.run.summary))
+        py.detach(|| ilon::cli::report_html(&self.run, &self.called))
     }
 
     /// Writes what `ilon run --out` writes into a folder.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        py.detach(|| ilon::cli::write_results(&folder, &self.run))
+        py.detach(|| ilon::cli::write_results(&folder, &self.run, &self.called))
             .map_err(|fault| explained(py, "TraceError", &fault))
     }
 
-    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, warnings.
+    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, warnings, call.
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
         let bytes = py.detach(|| -> Result<_, Error> {
             let folder = tempfile::tempdir().map_err(no_room)?;
@@ -228,11 +293,13 @@ impl Run {
             scenario.name.clone(),
             scenario.folder.clone(),
             self.run.warnings.clone(),
+            self.called.clone(),
         ))
     }
 
     /// A run from its parts.
     #[staticmethod]
+    #[expect(clippy::too_many_arguments, reason = "they are what `parts` gives")]
     fn of_parts(
         py: Python<'_>,
         trace: &Bound<'_, PyBytes>,
@@ -241,6 +308,7 @@ impl Run {
         name: &str,
         folder: PathBuf,
         warnings: Vec<String>,
+        called: String,
     ) -> PyResult<Self> {
         let read = || -> Result<_, Error> {
             let temporary = tempfile::tempdir().map_err(no_room)?;
@@ -258,7 +326,7 @@ impl Run {
             summary,
             warnings,
         };
-        Self::new(py, run)
+        Self::new(py, run, called)
     }
 }
 
@@ -270,6 +338,7 @@ type Parts<'py> = (
     String,
     PathBuf,
     Vec<String>,
+    String,
 );
 
 fn no_room(fault: std::io::Error) -> Error {

@@ -90,7 +90,7 @@ impl Trace {
         let schema = Arc::new(Schema::new(fields));
         let batch = RecordBatch::try_new(schema, arrays)
             .map_err(|fault| PyRuntimeError::new_err(fault.to_string()))?;
-        Ok(ArrowTable { batch })
+        Ok(ArrowTable::of(batch))
     }
 }
 
@@ -174,7 +174,7 @@ impl Trace {
 
     /// All columns as a stream of Arrow, for whoever speaks its PyCapsule protocol.
     #[pyo3(signature = (requested_schema=None))]
-    fn __arrow_c_stream__<'py>(
+    pub fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,
@@ -190,6 +190,11 @@ pub struct ArrowTable {
 }
 
 impl ArrowTable {
+    /// A table of one batch of rows.
+    pub fn of(batch: RecordBatch) -> Self {
+        Self { batch }
+    }
+
     fn handed_over<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let table = PyTable::try_new(vec![self.batch.clone()], self.batch.schema())?;
         Ok(table.into_pyobject(py)?.into_any())
@@ -200,7 +205,7 @@ impl ArrowTable {
 impl ArrowTable {
     /// The columns as a stream of Arrow.
     #[pyo3(signature = (requested_schema=None))]
-    fn __arrow_c_stream__<'py>(
+    pub fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,

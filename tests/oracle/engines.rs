@@ -1,7 +1,7 @@
 //! A case in either engine.
 
 use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Push};
-use ilon_robot::Pose;
+use ilon_robot::{Pose, Robot, Tread};
 use ilon_world::{Floor, MotorTorque, RollerBodies, World};
 use nalgebra::Vector2;
 
@@ -101,8 +101,30 @@ const LOCK_N_M: f64 = 6.0;
 
 /// ilon's course, its settings the default ones but for these.
 pub fn in_ilon(case: &Case, step_s: f64, contact_stiffness_n_m: Option<f64>) -> Course {
-    let steps = (TICK_S / step_s).ceil();
+    course_in_ilon(case, case.robot.clone(), step_s, contact_stiffness_n_m)
+}
+
+/// ilon's course on treads that are the oracle's springs.
+pub fn on_treads(case: &Case, stiffness_n_m: f64, step_s: f64) -> Course {
+    let law = ContactLaw::stiff(stiffness_n_m, case.friction, &case.robot);
+    let mut tread = Tread::new(law.normal_stiffness_n_m);
+    tread.damping_n_s_m = Some(law.normal_damping_n_s_m);
+    tread.shear_stiffness_n_m = Some(law.bristle_stiffness_n_m);
+    tread.shear_damping_n_s_m = Some(law.bristle_damping_n_s_m);
     let mut robot = case.robot.clone();
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(tread);
+    }
+    course_in_ilon(case, robot, step_s, None)
+}
+
+fn course_in_ilon(
+    case: &Case,
+    mut robot: Robot,
+    step_s: f64,
+    contact_stiffness_n_m: Option<f64>,
+) -> Course {
+    let steps = (TICK_S / step_s).ceil();
     if let Some(wheel) = case.locked_wheel {
         robot.wheels[wheel].joint.friction_n_m = LOCK_N_M;
     }

@@ -8,3 +8,4 @@ mod figures;
 mod limit;
 mod table;
 mod transients;
+mod tread;

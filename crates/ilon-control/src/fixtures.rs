@@ -108,6 +108,7 @@ impl WheelSpec {
             motor: MotorLimits::default(),
             joint: Joint::default(),
             drive: ilon_robot::DriveTrain::default(),
+            surface: ilon_robot::RollerSurface::default(),
         }
     }
 }

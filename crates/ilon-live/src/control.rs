@@ -1,5 +1,6 @@
-//! What a page may say, and within which limits it counts.
+//! What those who drive may say, and within which limits it counts.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ilon_robot::Twist;
@@ -11,10 +12,16 @@ pub const WATCHDOG: Duration = Duration::from_millis(500);
 /// The largest commands that are taken, whatever the wheels can do: m/s and rad/s.
 const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
+/// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
+const MOST_WHEEL_RAD_S: f64 = 1000.0;
 /// How fast time may go.
 const PACES: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 /// Friction coefficients that are taken.
 const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
+/// Payloads that are taken, in kg.
+const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+/// Gains of the guidance that are taken, in 1/s.
+const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// Who decides where the robot goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -37,17 +44,34 @@ pub enum Priority {
     Heading,
 }
 
+/// What the robot is to do while it is driven by hand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// A twist of the body frame's origin, in the body frame.
+    Twist(Twist),
+    /// A rate for each wheel, in rad/s, in the robot's order.
+    Wheels(Arc<[f64]>),
+}
+
 /// What was said last.
 #[derive(Clone, Debug)]
 pub struct Controls {
-    twist: Twist,
+    command: Command,
     commanded: Option<Instant>,
+    /// How many commands were taken.
+    pub commands: u64,
     /// Who decides.
     pub mode: Mode,
     /// Which task comes first; as the scenario has it where nothing was said.
     pub priority: Option<Priority>,
     /// The friction coefficient of the floor; as the scenario has it where nothing was said.
     pub friction: Option<f64>,
+    /// The mass that the robot carries on top of what the scenario gives it, in kg.
+    pub payload_kg: f64,
+    /// Gain of the guidance's position feedback, in 1/s; as the scenario has it where nothing was said.
+    pub position_gain_per_s: Option<f64>,
+    /// Gain of the guidance's heading feedback, in 1/s; as the scenario has it where nothing was said.
+    pub heading_gain_per_s: Option<f64>,
     /// How fast time goes, in simulated seconds a second.
     pub speed: f64,
     /// Whether time stands.
@@ -59,11 +83,15 @@ pub struct Controls {
 impl Default for Controls {
     fn default() -> Self {
         Self {
-            twist: Twist::default(),
+            command: Command::Twist(Twist::default()),
             commanded: None,
+            commands: 0,
             mode: Mode::default(),
             priority: None,
             friction: None,
+            payload_kg: 0.0,
+            position_gain_per_s: None,
+            heading_gain_per_s: None,
             speed: 1.0,
             paused: false,
             resets: 0,
@@ -71,18 +99,33 @@ impl Default for Controls {
     }
 }
 
-/// A message of a page. What it does not name stays as it is.
-#[derive(Debug, Default, Deserialize)]
+/// What is to change. What it does not name stays as it is.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct Message {
+#[non_exhaustive]
+pub struct Change {
     /// vx, vy in m/s and omega in rad/s, in the body frame.
-    twist: Option<[f64; 3]>,
-    mode: Option<Mode>,
-    priority: Option<Priority>,
-    friction: Option<f64>,
-    speed: Option<f64>,
-    paused: Option<bool>,
-    reset: Option<bool>,
+    pub twist: Option<[f64; 3]>,
+    /// A rate for each wheel, in rad/s.
+    pub wheels: Option<Vec<f64>>,
+    /// Who decides.
+    pub mode: Option<Mode>,
+    /// Which task comes first.
+    pub priority: Option<Priority>,
+    /// The friction coefficient of the floor.
+    pub friction: Option<f64>,
+    /// The mass carried, in kg.
+    pub payload_kg: Option<f64>,
+    /// Gain of the position feedback, in 1/s.
+    pub position_gain_per_s: Option<f64>,
+    /// Gain of the heading feedback, in 1/s.
+    pub heading_gain_per_s: Option<f64>,
+    /// How fast time goes, in simulated seconds a second.
+    pub speed: Option<f64>,
+    /// Whether time stands.
+    pub paused: Option<bool>,
+    /// Whether the robot goes back to its start.
+    pub reset: Option<bool>,
 }
 
 impl Controls {
@@ -93,61 +136,110 @@ impl Controls {
         if !text.trim_start().starts_with('{') {
             return Some("not understood: a message is a JSON object".to_owned());
         }
-        let message: Message = match serde_json::from_str(text) {
-            Ok(message) => message,
-            Err(error) => return Some(format!("not understood: {error}")),
-        };
+        match serde_json::from_str(text) {
+            Ok(change) => self.change(&change),
+            Err(error) => Some(format!("not understood: {error}")),
+        }
+    }
+
+    /// Makes a change; gives what there is to say about it. What is out of range is limited, and what is no number is not taken.
+    pub fn change(&mut self, change: &Change) -> Option<String> {
         let mut said = Vec::new();
-        let mut limited = |name: &str, asked: f64, range: std::ops::RangeInclusive<f64>| {
-            let taken = if asked.is_finite() {
-                asked.clamp(*range.start(), *range.end())
-            } else {
-                asked.max(*range.start()).min(*range.end())
-            };
-            if taken != asked {
-                said.push(format!("{name} {asked} is out of range: {taken} is taken"));
+        if let Some([vx, vy, omega]) = change.twist {
+            let parts = [
+                ("vx", vx, MOST_M_S),
+                ("vy", vy, MOST_M_S),
+                ("omega", omega, MOST_RAD_S),
+            ];
+            let taken =
+                parts.map(|(name, asked, most)| limited(name, asked, -most..=most, &mut said));
+            if let [Some(vx), Some(vy), Some(omega)] = taken {
+                self.command(Command::Twist(Twist::new(vx, vy, omega)));
             }
-            taken
-        };
-        if let Some([vx, vy, omega]) = message.twist {
-            self.twist = Twist::new(
-                limited("vx", vx, -MOST_M_S..=MOST_M_S),
-                limited("vy", vy, -MOST_M_S..=MOST_M_S),
-                limited("omega", omega, -MOST_RAD_S..=MOST_RAD_S),
-            );
-            self.commanded = Some(Instant::now());
         }
-        if let Some(friction) = message.friction {
-            self.friction = Some(limited("friction", friction, FRICTIONS));
+        if let Some(rates) = &change.wheels {
+            let range = -MOST_WHEEL_RAD_S..=MOST_WHEEL_RAD_S;
+            let rates: Option<Arc<[f64]>> = rates
+                .iter()
+                .enumerate()
+                .map(|(wheel, asked)| {
+                    let name = format!("the rate of wheel {wheel}");
+                    limited(&name, *asked, range.clone(), &mut said)
+                })
+                .collect();
+            if let Some(rates) = rates {
+                self.command(Command::Wheels(rates));
+            }
         }
-        if let Some(speed) = message.speed {
-            self.speed = limited("speed", speed, PACES);
+        let mut number = |name, asked: Option<f64>, range| limited(name, asked?, range, &mut said);
+        self.friction = number("friction", change.friction, FRICTIONS).or(self.friction);
+        if let Some(payload_kg) = number("payload_kg", change.payload_kg, PAYLOADS_KG) {
+            self.payload_kg = payload_kg;
         }
-        self.mode = message.mode.unwrap_or(self.mode);
-        self.priority = message.priority.or(self.priority);
-        self.paused = message.paused.unwrap_or(self.paused);
-        self.resets += u64::from(message.reset == Some(true));
+        let gain = number(
+            "position_gain_per_s",
+            change.position_gain_per_s,
+            GAINS_PER_S,
+        );
+        self.position_gain_per_s = gain.or(self.position_gain_per_s);
+        let gain = number("heading_gain_per_s", change.heading_gain_per_s, GAINS_PER_S);
+        self.heading_gain_per_s = gain.or(self.heading_gain_per_s);
+        if let Some(speed) = number("speed", change.speed, PACES) {
+            self.speed = speed;
+        }
+        self.mode = change.mode.unwrap_or(self.mode);
+        self.priority = change.priority.or(self.priority);
+        self.paused = change.paused.unwrap_or(self.paused);
+        self.resets += u64::from(change.reset == Some(true));
         (!said.is_empty()).then(|| said.join("; "))
     }
 
-    /// The commanded twist: none where it was not repeated for [`WATCHDOG`].
-    pub fn twist(&self) -> Twist {
-        match self.commanded {
-            Some(at) if at.elapsed() < WATCHDOG => self.twist,
-            _ => Twist::default(),
-        }
+    fn command(&mut self, command: Command) {
+        self.command = command;
+        self.commanded = Some(Instant::now());
+        self.commands += 1;
     }
+
+    /// What was commanded last, and how long ago; a twist of zero where nothing was.
+    pub fn last_command(&self) -> (&Command, Option<Duration>) {
+        (&self.command, self.commanded.map(|at| at.elapsed()))
+    }
+}
+
+/// A number within a range; `None` of what is none. What is not taken as it is, is said.
+fn limited(
+    name: &str,
+    asked: f64,
+    range: std::ops::RangeInclusive<f64>,
+    said: &mut Vec<String>,
+) -> Option<f64> {
+    if asked.is_nan() {
+        said.push(format!("{name} is no number: it is not taken"));
+        return None;
+    }
+    let taken = asked.clamp(*range.start(), *range.end());
+    if taken != asked {
+        said.push(format!("{name} {asked} is out of range: {taken} is taken"));
+    }
+    Some(taken)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn twist(controls: &Controls) -> Twist {
+        match controls.last_command().0 {
+            Command::Twist(twist) => *twist,
+            other => panic!("{other:?}"),
+        }
+    }
+
     #[test]
     fn a_command_out_of_range_is_limited_and_said() {
         let mut controls = Controls::default();
         assert_eq!(controls.take(r#"{"twist": [0.5, -0.2, 1.0]}"#), None);
-        assert_eq!(controls.twist(), Twist::new(0.5, -0.2, 1.0));
+        assert_eq!(twist(&controls), Twist::new(0.5, -0.2, 1.0));
         let said = controls
             .take(r#"{"twist": [1e9, 0, 0], "friction": -3}"#)
             .unwrap();
@@ -156,7 +248,7 @@ mod tests {
             "{said}"
         );
         assert!(said.contains("friction -3"), "{said}");
-        assert_eq!(controls.twist(), Twist::new(20.0, 0.0, 0.0));
+        assert_eq!(twist(&controls), Twist::new(20.0, 0.0, 0.0));
         assert_eq!(controls.friction, Some(0.0));
     }
 
@@ -175,17 +267,28 @@ mod tests {
             "{\"mode\": \"fly\"}",
         ] {
             assert!(controls.take(text).is_some(), "{text}");
-            assert_eq!(controls.twist(), Twist::new(0.5, 0.0, 0.0), "{text}");
+            assert_eq!(twist(&controls), Twist::new(0.5, 0.0, 0.0), "{text}");
             assert_eq!(controls.speed, 2.0);
         }
     }
 
     #[test]
-    fn a_command_that_is_not_repeated_stops_the_robot() {
+    fn what_is_no_number_is_not_taken() {
         let mut controls = Controls::default();
-        assert_eq!(controls.twist(), Twist::default());
-        controls.take(r#"{"twist": [0.5, 0, 0]}"#);
-        controls.commanded = Some(Instant::now() - WATCHDOG);
-        assert_eq!(controls.twist(), Twist::default());
+        controls.take(r#"{"twist": [0.5, 0, 0], "friction": 0.4}"#);
+        let said = controls.change(&Change {
+            twist: Some([0.1, f64::NAN, 0.0]),
+            wheels: Some(vec![1.0, f64::NAN]),
+            friction: Some(f64::NAN),
+            speed: Some(f64::INFINITY),
+            ..Change::default()
+        });
+        let said = said.expect("something is said");
+        for part in ["vy", "wheel 1", "friction", "speed inf is out of range"] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert_eq!(twist(&controls), Twist::new(0.5, 0.0, 0.0));
+        assert_eq!((controls.friction, controls.commands), (Some(0.4), 1));
+        assert_eq!(controls.speed, 20.0);
     }
 }

@@ -4,13 +4,14 @@
 //! on a page of the browser, in three dimensions, and takes commands from there:
 //!
 //! ```no_run
-//! use ilon_live::{Pace, Server, Session};
+//! use ilon_live::{Desk, Pace, Server, Session};
 //!
 //! let scenario = ilon_sim::Scenario::load("assets/scenarios/mecanum4_circle.toml")?;
 //! let mut session = Session::new(&scenario)?;
-//! let server = Server::start(8765, &session)?;
+//! let desk = Desk::default();
+//! let mut server = Server::start(8765, &session, &desk)?;
 //! println!("{}", server.url());
-//! ilon_live::run(&mut session, &server, Pace::default(), || true)?;
+//! ilon_live::run(&mut session, &desk, &mut [&mut server], Pace::default(), || true)?;
 //! # Ok::<(), ilon_live::LiveError>(())
 //! ```
 //!
@@ -20,24 +21,40 @@
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`control`] | what a page may say, and within which limits it counts |
+//! | [`control`] | what those who drive may say, and within which limits it counts |
+//! | [`desk`] | where they put it |
 //! | [`session`] | how the robot moves meanwhile |
-//! | [`server`] | who is let in |
+//! | [`watcher`] | who looks on |
+//! | [`server`] | the page: who is let in |
+//! | `ros2` | a node of ROS 2 (feature `ros2`) |
+//! | `foxglove` | a server for Foxglove (feature `foxglove`) |
 //! | [`pace`] | how fast time goes |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+#[cfg(any(feature = "ros2", feature = "foxglove"))]
+mod commands;
 pub mod control;
+pub mod desk;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 pub mod pace;
 mod page;
+#[cfg(feature = "ros2")]
+pub mod ros2;
 pub mod server;
 pub mod session;
+#[cfg(any(feature = "ros2", feature = "foxglove"))]
+mod topics;
+pub mod watcher;
 
-pub use control::{Controls, Mode};
+pub use control::{Change, Controls, Mode};
+pub use desk::Desk;
 pub use pace::{Pace, run};
 pub use server::Server;
 pub use session::Session;
+pub use watcher::{Row, Status, Watcher};
 
 /// Why a live run cannot begin or go on.
 #[derive(Debug, thiserror::Error)]

@@ -3,77 +3,112 @@
 use std::time::{Duration, Instant};
 
 use crate::LiveError;
-use crate::server::Server;
+use crate::control::Change;
+use crate::desk::{Desk, Steps};
 use crate::session::Session;
+use crate::watcher::{Status, Watcher};
 
-/// Frames for each second that passes, whatever the pace of the simulation: as many as a screen shows.
-const FRAMES: Duration = Duration::from_nanos(16_666_667);
-/// Figures come less often, so that a person can read them.
-const FIGURES: Duration = Duration::from_millis(100);
 /// What the simulation falls behind further is left out, so that it does not hurry afterwards.
 const MOST_BEHIND: Duration = Duration::from_millis(200);
-/// How long to sleep while time stands.
+/// How long to sleep while time stands and nobody says anything.
 const STANDING: Duration = Duration::from_millis(20);
 
 /// How fast a live run goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Simulated seconds a second, where the page says nothing else.
+    /// Simulated seconds a second, until somebody says something else.
     pub speed: f64,
+    /// Whether time stands at first.
+    pub paused: bool,
 }
 
 impl Default for Pace {
     /// Real time.
     fn default() -> Self {
-        Self { speed: 1.0 }
+        Self {
+            speed: 1.0,
+            paused: false,
+        }
     }
 }
 
-/// Drives the session by what comes from the server, and shows it there, until `go_on` says otherwise.
+/// Drives the session by what lies on the desk, and shows it to the watchers, until `go_on` says otherwise.
 ///
 /// # Errors
 /// Where the simulation cannot go on at all.
 pub fn run(
     session: &mut Session,
-    server: &Server,
+    desk: &Desk,
+    watchers: &mut [&mut dyn Watcher],
     pace: Pace,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<(), LiveError> {
-    server.set_speed(pace.speed);
+    let said = desk.change(&Change {
+        speed: Some(pace.speed),
+        paused: Some(pace.paused),
+        ..Change::default()
+    });
+    if let Some(note) = said {
+        desk.say(note);
+    }
     let mut due = Instant::now();
-    let (mut frame_due, mut figures_due) = (due, due);
     // Of the last second: simulated, and passed.
     let (mut simulated_s, mut since) = (0.0, Instant::now());
     let mut real_time_factor = 0.0;
+    let mut restarts = session.restarts();
+    let mut steps: Option<Steps> = None;
     while go_on() {
-        let controls = server.controls();
-        if controls.paused {
-            due = Instant::now();
-            std::thread::sleep(STANDING);
-        } else {
+        let controls = desk.controls();
+        steps = steps.or_else(|| desk.next_steps());
+        let is_stepped = controls.paused && steps.as_ref().is_some_and(|steps| steps.left > 0);
+        if is_stepped || !controls.paused {
             match session.advance(&controls) {
                 Ok(()) => simulated_s += session.control_dt_s(),
-                Err(LiveError::Simulation(error)) => {
-                    server.say(&format!("{error}; it starts again"))
-                }
+                Err(LiveError::Simulation(error)) => desk.say(format!("{error}; it starts again")),
                 Err(other) => return Err(other),
             }
+            if session.restarts() != restarts {
+                restarts = session.restarts();
+                watchers
+                    .iter_mut()
+                    .for_each(|watcher| watcher.restarted(session));
+            }
+            if let Some(row) = session.row() {
+                watchers.iter_mut().for_each(|watcher| watcher.row(row));
+            }
+            session.take_notes().for_each(|note| desk.say(note));
             due += Duration::from_secs_f64(session.control_dt_s() / controls.speed);
         }
-        let now = Instant::now();
-        if now >= frame_due && server.has_clients() {
-            frame_due = now + FRAMES;
-            server.show(session.frame().bytes());
-        }
-        if now >= figures_due {
-            figures_due = now + FIGURES;
-            if since.elapsed() > Duration::from_secs(1) {
-                real_time_factor = simulated_s / since.elapsed().as_secs_f64();
-                (simulated_s, since) = (0.0, now);
+        if let Some(mut asked) = steps.take() {
+            asked.left = asked.left.saturating_sub(u64::from(is_stepped));
+            if !controls.paused {
+                (asked.done)(Err("time went on meanwhile".to_owned()));
+            } else if asked.left == 0 {
+                (asked.done)(Ok(()));
+            } else {
+                steps = Some(asked);
             }
-            server.report(&session.figures(&controls), real_time_factor);
         }
-        if due > now {
+        let now = Instant::now();
+        if since.elapsed() > Duration::from_secs(1) {
+            real_time_factor = simulated_s / since.elapsed().as_secs_f64();
+            (simulated_s, since) = (0.0, now);
+        }
+        let status = Status {
+            controls: &controls,
+            real_time_factor,
+        };
+        let notes = desk.take_notes();
+        for watcher in watchers.iter_mut() {
+            notes.iter().for_each(|note| watcher.say(note));
+            watcher.look(session, status);
+        }
+        if controls.paused {
+            due = now;
+            if steps.is_none() {
+                desk.wait(STANDING);
+            }
+        } else if due > now {
             std::thread::sleep(due - now);
         } else if now - due > MOST_BEHIND {
             due = now;

@@ -11,9 +11,15 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Message, WebSocket};
 
 use crate::LiveError;
-use crate::control::Controls;
+use crate::desk::Desk;
 use crate::page;
-use crate::session::{Figures, Session};
+use crate::session::Session;
+use crate::watcher::{Status, Watcher};
+
+/// Frames for each second that passes, whatever the pace of the simulation: as many as a screen shows.
+const FRAMES: Duration = Duration::from_nanos(16_666_667);
+/// Figures come less often, so that a person can read them.
+const FIGURES: Duration = Duration::from_millis(100);
 
 /// The most connections at once.
 const MOST_CLIENTS: usize = 64;
@@ -36,12 +42,14 @@ const SAY_EVERY: Duration = Duration::from_millis(200);
 pub struct Server {
     port: u16,
     shared: Arc<Shared>,
+    frame_due: Instant,
+    figures_due: Instant,
 }
 
 /// What all connections share: no more than the newest of each.
 #[derive(Debug, Default)]
 struct Shared {
-    controls: Mutex<Controls>,
+    desk: Desk,
     shown: Mutex<Shown>,
     clients: AtomicUsize,
     watching: AtomicUsize,
@@ -74,15 +82,23 @@ impl Server {
     ///
     /// # Errors
     /// [`LiveError::Listen`], [`LiveError::Page`].
-    pub fn start(port: u16, session: &Session) -> Result<Self, LiveError> {
+    pub fn start(port: u16, session: &Session, desk: &Desk) -> Result<Self, LiveError> {
         let fault = |reason| LiveError::Listen { port, reason };
         let page: Arc<str> = page::html(session)?.into();
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(fault)?;
         let port = listener.local_addr().map_err(fault)?.port();
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(Shared {
+            desk: desk.clone(),
+            ..Shared::default()
+        });
         let of_thread = Arc::clone(&shared);
         std::thread::spawn(move || listen(&listener, port, &page, &of_thread));
-        Ok(Self { port, shared })
+        Ok(Self {
+            port,
+            shared,
+            frame_due: Instant::now(),
+            figures_due: Instant::now(),
+        })
     }
 
     /// Where the page is.
@@ -90,41 +106,33 @@ impl Server {
         format!("http://127.0.0.1:{}/", self.port)
     }
 
-    /// What was said last.
-    pub fn controls(&self) -> Controls {
-        locked(&self.shared.controls).clone()
-    }
-
-    /// Sets the pace, as a page could.
-    pub fn set_speed(&self, speed: f64) {
-        locked(&self.shared.controls).speed = speed;
-    }
-
     /// Whether anybody looks on.
     pub fn has_clients(&self) -> bool {
         self.shared.watching.load(Ordering::Relaxed) > 0
     }
+}
 
-    /// Shows a frame: a message for the page's scene.
-    pub fn show(&self, frame: Vec<u8>) {
-        locked(&self.shared.shown).frame.put(frame);
+impl Watcher for Server {
+    fn look(&mut self, session: &Session, status: Status<'_>) {
+        let now = Instant::now();
+        if now >= self.frame_due && self.has_clients() {
+            self.frame_due = now + FRAMES;
+            let frame = session.frame().bytes();
+            locked(&self.shared.shown).frame.put(frame);
+        }
+        if now >= self.figures_due {
+            self.figures_due = now + FIGURES;
+            let mut json = serde_json::json!({ "figures": session.figures(status.controls) });
+            json["figures"]["real_time_factor"] = status.real_time_factor.into();
+            let bytes = json.to_string().into_bytes();
+            locked(&self.shared.shown).figures.put(bytes);
+        }
     }
 
-    /// Shows figures.
-    pub fn report(&self, figures: &Figures, real_time_factor: f64) {
-        let mut json = serde_json::json!({ "figures": figures });
-        json["figures"]["real_time_factor"] = real_time_factor.into();
-        locked(&self.shared.shown)
-            .figures
-            .put(json.to_string().into_bytes());
-    }
-
-    /// Says something to everybody.
-    pub fn say(&self, note: &str) {
+    fn say(&mut self, note: &str) {
         let json = serde_json::json!({ "note": note });
-        locked(&self.shared.shown)
-            .note
-            .put(json.to_string().into_bytes());
+        let bytes = json.to_string().into_bytes();
+        locked(&self.shared.shown).note.put(bytes);
     }
 }
 
@@ -304,7 +312,7 @@ fn converse(mut socket: WebSocket<TcpStream>, shared: &Shared) -> std::io::Resul
             match socket.read() {
                 Ok(Message::Text(text)) => {
                     // Only the last is said: a flood of commands brings no flood of answers.
-                    said = locked(&shared.controls).take(&text).or(said);
+                    said = shared.desk.take(&text).or(said);
                 }
                 Ok(Message::Close(_)) => return Ok(()),
                 Ok(_) => {}

@@ -1,37 +1,49 @@
 //! The robot of a live run.
 
-use ilon_control::{
-    Gain, Guidance, GuidanceSettings, Kinematics, Priority, Reference, Saturation, Task,
-};
-use ilon_robot::{Pose, Robot, Twist};
+use std::sync::Arc;
+
+use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
+use ilon_robot::{Loaded, Pose, Robot, Twist};
 use ilon_scene::{Contact, Description, Frame, WheelFrame};
 use ilon_sim::Scenario;
-use ilon_sim::simulate::{Driver, Plant, WheelCommand, load_robot, resolve_for};
+use ilon_sim::simulate::{Decided, Driver, Plant, Recorder, WheelCommand, load, resolve_for};
+use ilon_trace::Header;
 use serde::Serialize;
 
 use crate::LiveError;
-use crate::control::{self, Controls, Mode};
+use crate::control::{self, Command, Controls, Mode, WATCHDOG};
+use crate::watcher::Row;
 
 /// A robot that is driven while it is simulated.
 pub struct Session {
     name: String,
+    urdf: Arc<str>,
     plant: Plant,
+    recorder: Recorder,
+    /// Follows the reference, by the point that the scenario names.
     guidance: Guidance,
+    /// Follows a commanded twist, by the body's origin.
+    by_hand: Guidance,
     settings: GuidanceSettings,
-    kinematics: Kinematics,
     reference: Option<Reference>,
     priority: Priority,
+    position_gain_per_s: f64,
+    heading_gain_per_s: f64,
     friction: f64,
+    payload_kg: f64,
     control_dt_s: f64,
     start: Pose,
     seed: u64,
     resets: u64,
+    restarts: u64,
     /// Simulated time of all drives together, in seconds.
     t_s: f64,
     rates_rad_s: Vec<f64>,
     asked: Twist,
-    odometry: Pose,
-    last_angles_rad: Vec<f64>,
+    /// How many commands came, and the simulated time at which the last one did.
+    heard: (u64, f64),
+    watchdog_acts: bool,
+    notes: Vec<String>,
 }
 
 /// What a page shows in figures.
@@ -60,7 +72,7 @@ impl Session {
     /// # Errors
     /// Where the scenario asks for something that cannot be.
     pub fn new(scenario: &Scenario) -> Result<Self, LiveError> {
-        let robot = load_robot(scenario)?;
+        let Loaded { robot, urdf, .. } = load(scenario)?;
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
         let scenario = resolved.scenario();
         let section = &scenario.guidance;
@@ -71,26 +83,33 @@ impl Session {
             wheel_rate_limit_rad_s: resolved.wheel_rate_limit_rad_s(),
             saturation: Saturation::Prioritised(priority),
         };
-        let kinematics = Kinematics::new(&robot)?;
-        let wheel_count = robot.wheels.len();
+        let plant = Plant::new(&resolved, &robot)?;
+        let kinematics = plant.kinematics().clone();
         Ok(Self {
             name: scenario.name.clone(),
-            plant: Plant::new(&resolved, &robot)?,
+            recorder: Recorder::of_plant(&plant, &urdf)?,
+            urdf,
+            plant,
             guidance: Guidance::new(kinematics.about(resolved.reference_point_m())?, &settings)?,
-            settings,
-            kinematics,
+            by_hand: Guidance::new(kinematics, &settings)?,
             reference: resolved.reference().cloned(),
             priority,
+            position_gain_per_s: section.position_gain_per_s,
+            heading_gain_per_s: section.heading_gain_per_s,
+            settings,
             friction: scenario.world.floor.friction,
+            payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
             start: resolved.start(),
             seed: scenario.sensors.seed,
             resets: 0,
+            restarts: 0,
             t_s: 0.0,
-            rates_rad_s: vec![0.0; wheel_count],
+            rates_rad_s: vec![0.0; robot.wheels.len()],
             asked: Twist::default(),
-            odometry: resolved.start(),
-            last_angles_rad: vec![0.0; wheel_count],
+            heard: (0, 0.0),
+            watchdog_acts: false,
+            notes: Vec::new(),
         })
     }
 
@@ -112,6 +131,50 @@ impl Session {
     /// The friction of the floor now.
     pub fn friction(&self) -> f64 {
         self.friction
+    }
+
+    /// Which task of the guidance comes first now.
+    pub fn priority(&self) -> control::Priority {
+        match self.priority {
+            Priority::Position => control::Priority::Position,
+            Priority::Heading => control::Priority::Heading,
+        }
+    }
+
+    /// The gains of the guidance's feedback now: of position and of heading, in 1/s.
+    pub fn gains_per_s(&self) -> [f64; 2] {
+        [self.position_gain_per_s, self.heading_gain_per_s]
+    }
+
+    /// Simulated time of all drives together, in seconds.
+    pub fn time_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// What is recorded of the robot.
+    pub fn header(&self) -> &Header {
+        &self.recorder.trace().header
+    }
+
+    /// What happened in the last control period; none before the first, and where the robot went back to its start.
+    pub fn row(&self) -> Option<Row<'_>> {
+        let trace = self.recorder.trace();
+        let (record, wheels) = trace.steps().next()?;
+        Some(Row {
+            record,
+            wheels,
+            rollers_rad: trace.roller_angles_at(0),
+        })
+    }
+
+    /// How often the robot went back to its start.
+    pub fn restarts(&self) -> u64 {
+        self.restarts
+    }
+
+    /// What there is to say since the last time.
+    pub fn take_notes(&mut self) -> impl Iterator<Item = String> + use<> {
+        std::mem::take(&mut self.notes).into_iter()
     }
 
     /// What a scene shows of robot and floor.
@@ -136,38 +199,107 @@ impl Session {
             self.reset()?;
         }
         self.adopt(controls)?;
+        self.recorder.trace_mut().clear();
         let seen = self.plant.observe();
-        let turned: Vec<f64> = seen
-            .wheel_angles_rad
-            .iter()
-            .zip(&self.last_angles_rad)
-            .map(|(now, last)| now - last)
-            .collect();
-        self.odometry = self.odometry.moved(self.kinematics.twist(&turned));
-        self.last_angles_rad.copy_from_slice(&seen.wheel_angles_rad);
+        self.recorder.reckon(&seen.wheel_angles_rad);
         let pose = seen.pose;
         let desired = self
             .reference
             .as_ref()
-            .filter(|_| controls.mode == Mode::Reference);
-        let command = match desired.map(|reference| reference.at(self.plant.time_s())) {
-            Some(desired) => self.guidance.update(&pose, &desired),
-            None => self.guidance.command(&[Task {
-                name: "twist",
-                twist_in_body: controls.twist(),
-            }]),
+            .filter(|_| controls.mode == Mode::Reference)
+            .map(|reference| reference.at(self.plant.time_s()));
+        let granted = match &desired {
+            Some(desired) => {
+                let command = self.guidance.update(&pose, desired);
+                self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
+                let [asked, granted] = [command.twist_in_body, command.saturated_twist_in_body];
+                let point_m = self.guidance.kinematics().reference_point_m();
+                self.asked = of_origin(asked, point_m.into());
+                of_origin(granted, point_m.into())
+            }
+            None => self.follow_hand(controls),
         };
-        self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
-        self.asked = command.twist_in_body;
-        let advanced = self
-            .plant
-            .advance(WheelCommand::Rates(&self.rates_rad_s), self.control_dt_s);
+        let decided = Decided {
+            desired,
+            command_twist_in_body: self.asked,
+            granted_twist_in_body: granted,
+            wheel_rates_rad_s: &self.rates_rad_s,
+            ..Decided::default()
+        };
+        self.recorder.record(self.t_s, &self.plant, &decided);
+        let recorder = &mut self.recorder;
+        let advanced = self.plant.advance_watched(
+            WheelCommand::Rates(&self.rates_rad_s),
+            self.control_dt_s,
+            |world, dt_s| recorder.count(world, dt_s),
+        );
         if let Err(error) = advanced.map(|_| ()) {
             self.reset()?;
             return Err(error.into());
         }
         self.t_s += self.control_dt_s;
         Ok(())
+    }
+
+    /// Sets wheel rates by the last command; gives what is left of its twist. A command that is older than [`WATCHDOG`], by the clock
+    /// on the wall and by the simulated one, counts no more: so it holds in time that is slow, fast or taken step by step.
+    fn follow_hand(&mut self, controls: &Controls) -> Twist {
+        if controls.commands != self.heard.0 {
+            self.heard = (controls.commands, self.t_s);
+        }
+        let (command, age) = controls.last_command();
+        let simulated_s = self.t_s - self.heard.1;
+        let is_old = age.is_none_or(|age| age >= WATCHDOG && simulated_s >= WATCHDOG.as_secs_f64());
+        let moves = match command {
+            Command::Twist(twist) => *twist != Twist::default(),
+            Command::Wheels(rates) => rates.iter().any(|rate| *rate != 0.0),
+        };
+        if is_old && age.is_some() && moves && !self.watchdog_acts {
+            let limit_s = WATCHDOG.as_secs_f64();
+            self.notes
+                .push(format!("no command for {limit_s} s: the robot stops"));
+        }
+        self.watchdog_acts = is_old;
+        match command {
+            Command::Wheels(rates) if !is_old => self.follow_wheels(rates),
+            Command::Twist(twist) if !is_old => self.follow_twist(*twist),
+            _ => self.follow_twist(Twist::default()),
+        }
+    }
+
+    fn follow_twist(&mut self, twist_in_body: Twist) -> Twist {
+        let command = self.by_hand.command(&[Task {
+            name: "twist",
+            twist_in_body,
+        }]);
+        self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
+        self.asked = command.twist_in_body;
+        command.saturated_twist_in_body
+    }
+
+    fn follow_wheels(&mut self, rates_rad_s: &[f64]) -> Twist {
+        let wheels = self.rates_rad_s.len();
+        if rates_rad_s.len() != wheels {
+            let found = rates_rad_s.len();
+            let name = &self.plant.robot().name;
+            self.notes.push(format!(
+                "{found} wheel rates came for {name}, which has {wheels} wheels: it stops"
+            ));
+            return self.follow_twist(Twist::default());
+        }
+        let most_rad_s = self.settings.wheel_rate_limit_rad_s;
+        for (wheel, asked) in rates_rad_s.iter().enumerate() {
+            let taken = asked.clamp(-most_rad_s, most_rad_s);
+            if taken != *asked {
+                let name = &self.plant.robot().wheels[wheel].name;
+                self.notes.push(format!(
+                    "{name} is commanded {asked:.3} rad/s, which is out of range: {taken:.3} rad/s is taken"
+                ));
+            }
+            self.rates_rad_s[wheel] = taken;
+        }
+        self.asked = self.plant.kinematics().twist(rates_rad_s);
+        self.plant.kinematics().twist(&self.rates_rad_s)
     }
 
     /// Takes over what was changed.
@@ -177,11 +309,24 @@ impl Session {
             Some(control::Priority::Heading) => Priority::Heading,
             None => self.priority,
         };
-        if wanted != self.priority {
+        let position = controls
+            .position_gain_per_s
+            .unwrap_or(self.position_gain_per_s);
+        let heading = controls
+            .heading_gain_per_s
+            .unwrap_or(self.heading_gain_per_s);
+        if (wanted, [position, heading]) != (self.priority, self.gains_per_s()) {
             self.priority = wanted;
+            (self.position_gain_per_s, self.heading_gain_per_s) = (position, heading);
             self.settings.saturation = Saturation::Prioritised(wanted);
+            self.settings.position_gain = Gain::Scalar(position);
+            self.settings.heading_gain = heading;
             let kinematics = self.guidance.kinematics().clone();
             self.guidance = Guidance::new(kinematics, &self.settings)?;
+        }
+        if controls.payload_kg != self.payload_kg {
+            self.payload_kg = controls.payload_kg;
+            self.plant.carry(self.payload_kg)?;
         }
         if let Some(friction) = controls
             .friction
@@ -196,8 +341,9 @@ impl Session {
     fn reset(&mut self) -> Result<(), LiveError> {
         self.plant.reset(self.seed, self.start)?;
         self.plant.set_friction(self.friction);
-        self.odometry = self.start;
-        self.last_angles_rad.fill(0.0);
+        self.plant.carry(self.payload_kg)?;
+        self.recorder = Recorder::of_plant(&self.plant, &self.urdf)?;
+        self.restarts += 1;
         Ok(())
     }
 
@@ -226,7 +372,7 @@ impl Session {
             height_m: truth.height_m,
             roll_rad: truth.roll_rad,
             pitch_rad: truth.pitch_rad,
-            ghost: Some(self.odometry),
+            ghost: Some(self.recorder.odometry()),
             wanted: self
                 .reference
                 .as_ref()
@@ -266,11 +412,21 @@ impl Session {
                 .map(|contact| contact.sliding_in_body_m_s.norm())
                 .fold(0.0, f64::max),
             friction_used: contacts().map(used).fold(0.0, f64::max),
-            odometry_error_m: (self.odometry.position_m() - truth.pose.position_m()).norm(),
+            odometry_error_m: (self.recorder.odometry().position_m() - truth.pose.position_m())
+                .norm(),
             reference_error_m: reference.map(|reference| {
                 let desired = reference.at(self.plant.time_s()).pose;
                 (desired.position_m() - truth.pose.position_m()).norm()
             }),
         }
+    }
+}
+
+/// The twist of the body frame's origin that goes with that of one of its points, in metres.
+fn of_origin(twist: Twist, [x_m, y_m]: [f64; 2]) -> Twist {
+    Twist {
+        vx_m_s: twist.vx_m_s + twist.omega_rad_s * y_m,
+        vy_m_s: twist.vy_m_s - twist.omega_rad_s * x_m,
+        ..twist
     }
 }

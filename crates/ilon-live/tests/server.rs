@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ilon_live::{Controls, Mode, Pace, Server, Session};
+use ilon_live::{Controls, Desk, Mode, Pace, Server, Session, Watcher};
 use ilon_sim::Scenario;
 
 fn session(further: &[&str]) -> Session {
@@ -41,38 +41,198 @@ fn python() -> Option<String> {
     None
 }
 
-#[test]
-fn a_client_of_others_drives_and_none_does_harm() {
-    let Some(python) = python() else { return };
+/// Serves a session in real time for as long as a script drives it, and gives what the script printed.
+fn served(script: &str, further: &[&str]) -> Option<String> {
+    let python = python()?;
     let mut session = session(&["robot.x_m=0", "robot.heading_deg=0"]);
     let floats = session.frame().values().len().to_string();
-    let server = Server::start(0, &session).expect("a server");
-    let port = server
-        .url()
-        .trim_end_matches('/')
-        .rsplit(':')
-        .next()
-        .expect("a port")
-        .to_owned();
+    let desk = Desk::default();
+    let mut server = Server::start(0, &session, &desk).expect("a server");
+    let port = port(&server).to_string();
     let ended = AtomicBool::new(false);
     let output = std::thread::scope(|scope| {
         let client = scope.spawn(|| {
-            let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/client.py");
-            let output = Command::new(python).args([script, &port, &floats]).output();
+            let script = format!("{}/tests/{script}", env!("CARGO_MANIFEST_DIR"));
+            let own = if further.is_empty() {
+                &[floats.as_str()]
+            } else {
+                further
+            };
+            let output = Command::new(python)
+                .args([&script, &port])
+                .args(own)
+                .output();
             ended.store(true, Ordering::Relaxed);
             output.expect("Python runs")
         });
         let begun = Instant::now();
         let go_on = || !ended.load(Ordering::Relaxed) && begun.elapsed() < Duration::from_secs(300);
-        ilon_live::run(&mut session, &server, Pace::default(), go_on).expect("a run");
+        let watchers: &mut [&mut dyn Watcher] = &mut [&mut server];
+        ilon_live::run(&mut session, &desk, watchers, Pace::default(), go_on).expect("a run");
         client.join().expect("the client ends")
     });
-    print!("{}", String::from_utf8_lossy(&output.stdout));
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    print!("{printed}");
     assert!(
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
+    Some(printed)
+}
+
+fn port(server: &Server) -> u16 {
+    let url = server.url();
+    let port = url.trim_end_matches('/').rsplit(':').next();
+    port.and_then(|port| port.parse().ok()).expect("a port")
+}
+
+#[test]
+fn a_client_of_others_drives_and_none_does_harm() {
+    served("client.py", &[]);
+}
+
+#[test]
+fn keys_and_sticks_drive_in_a_browser() {
+    let named = std::env::var("ILON_CHROMIUM").unwrap_or_else(|_| "chromium".to_owned());
+    let found = Command::new(&named).arg("--version").output();
+    if !found.is_ok_and(|output| output.status.success()) {
+        println!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
+        return;
+    }
+    served("browser.py", &[&named]);
+}
+
+#[test]
+fn a_command_stops_the_robot_when_it_is_old_by_both_clocks() {
+    let mut session = session(&[]);
+    let mut controls = Controls::default();
+    controls.take(r#"{"twist": [0.5, 0, 0]}"#);
+    let asked = |session: &mut Session, controls: &Controls, steps: usize| {
+        (0..steps).for_each(|_| session.advance(controls).expect("a step"));
+        session.figures(controls).asked[0]
+    };
+    // Long by the simulated clock alone: time that is fast.
+    let steps = (2.0 / session.control_dt_s()) as usize;
+    assert_eq!(asked(&mut session, &controls, steps), 0.5);
+    // By both: it stops, and that is said once.
+    std::thread::sleep(ilon_live::control::WATCHDOG);
+    assert_eq!(asked(&mut session, &controls, 20), 0.0);
+    let notes: Vec<String> = session.take_notes().collect();
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].contains("no command for 0.5 s"), "{notes:?}");
+    // By the wall's clock alone: time that stands, and goes on step by step.
+    controls.take(r#"{"twist": [0.5, 0, 0]}"#);
+    assert_eq!(asked(&mut session, &controls, 1), 0.5);
+    std::thread::sleep(ilon_live::control::WATCHDOG);
+    assert_eq!(asked(&mut session, &controls, 1), 0.5);
+}
+
+#[test]
+fn wheels_turn_as_commanded_within_their_limit() {
+    let mut session = session(&["guidance.wheel_rate_limit_rad_s=5"]);
+    let mut controls = Controls::default();
+    let rates = |session: &Session| -> Vec<f64> {
+        let row = session.row().expect("a row");
+        row.wheels.iter().map(|wheel| wheel.target_rad_s).collect()
+    };
+    controls.take(r#"{"wheels": [1, 2, -3, 100]}"#);
+    session.advance(&controls).expect("a step");
+    assert_eq!(rates(&session), [1.0, 2.0, -3.0, 5.0]);
+    assert!(
+        session
+            .take_notes()
+            .any(|note| note.contains("100.000 rad/s"))
+    );
+    // A robot of four wheels cannot follow three rates.
+    controls.take(r#"{"wheels": [1, 2, 3]}"#);
+    session.advance(&controls).expect("a step");
+    assert_eq!(rates(&session), [0.0; 4]);
+    assert!(
+        session
+            .take_notes()
+            .any(|note| note.contains("3 wheel rates"))
+    );
+}
+
+#[test]
+fn a_payload_loads_the_wheels_and_stays_over_a_reset() {
+    let mut session = session(&[]);
+    let mut controls = Controls::default();
+    let carried_n = |session: &mut Session, controls: &Controls| {
+        for _ in 0..50 {
+            session.advance(controls).expect("a step");
+        }
+        let row = session.row().expect("a row");
+        row.wheels
+            .iter()
+            .map(|wheel| wheel.normal_force_n)
+            .sum::<f64>()
+    };
+    let bare_n = carried_n(&mut session, &controls);
+    controls.take(r#"{"payload_kg": 10}"#);
+    let loaded_n = carried_n(&mut session, &controls);
+    // Ten kilograms weigh 98.07 N on a level floor; what is left of the settling is far below a newton.
+    assert!(
+        (loaded_n - bare_n - 98.07).abs() < 1.0,
+        "{bare_n} N, then {loaded_n} N"
+    );
+    controls.take(r#"{"reset": true}"#);
+    assert!((carried_n(&mut session, &controls) - loaded_n).abs() < 1.0);
+    controls.take(r#"{"payload_kg": 0}"#);
+    assert!((carried_n(&mut session, &controls) - bare_n).abs() < 1.0);
+}
+
+#[test]
+fn time_that_stands_goes_on_step_by_step() {
+    let mut session = session(&[]);
+    let desk = Desk::default();
+    struct Rows(Vec<f64>);
+    impl Watcher for Rows {
+        fn row(&mut self, row: ilon_live::Row<'_>) {
+            self.0.push(row.record.t_s);
+        }
+    }
+    let (sender, done) = std::sync::mpsc::channel();
+    let pace = Pace {
+        paused: true,
+        ..Pace::default()
+    };
+    let mut rows = Rows(Vec::new());
+    let asks = {
+        let desk = desk.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(200));
+            for count in [1, 0, 7] {
+                let sender = sender.clone();
+                desk.step(count, move |result| drop(sender.send(result)));
+                done.recv_timeout(Duration::from_secs(20))
+                    .expect("an answer")
+                    .expect("done");
+            }
+            desk.take(r#"{"paused": false}"#);
+            let (sender, done) = std::sync::mpsc::channel();
+            desk.step(1, move |result| drop(sender.send(result)));
+            let refused = done
+                .recv_timeout(Duration::from_secs(20))
+                .expect("an answer");
+            assert!(refused.is_err(), "time goes on, and yet a step was taken");
+        })
+    };
+    let mut counted = None;
+    let mut watchers: [&mut dyn Watcher; 1] = [&mut rows];
+    ilon_live::run(&mut session, &desk, &mut watchers, pace, || {
+        counted = counted.or_else(|| (!desk.controls().paused && asks.is_finished()).then_some(()));
+        counted.is_none()
+    })
+    .expect("a run");
+    asks.join().expect("all held");
+    // One and seven steps, and then real time for a moment; each a control period after the last.
+    assert!(rows.0.len() >= 8, "{:?}", rows.0);
+    let dt_s = session.control_dt_s();
+    for (step, t_s) in rows.0.iter().enumerate() {
+        assert!((t_s - step as f64 * dt_s).abs() < 1e-9, "{:?}", rows.0);
+    }
 }
 
 #[test]
@@ -129,15 +289,10 @@ fn ice_takes_the_grip_and_the_start_is_where_it_was() {
 #[test]
 fn a_port_that_is_taken_is_said() {
     let session = session(&[]);
-    let first = Server::start(0, &session).expect("a server");
-    let port: u16 = first
-        .url()
-        .trim_end_matches('/')
-        .rsplit(':')
-        .next()
-        .and_then(|port| port.parse().ok())
-        .expect("a port");
-    let second = Server::start(port, &session)
+    let desk = Desk::default();
+    let first = Server::start(0, &session, &desk).expect("a server");
+    let port = port(&first);
+    let second = Server::start(port, &session, &desk)
         .map(|_| ())
         .expect_err("it is taken");
     assert!(second.to_string().contains(&port.to_string()), "{second}");

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::angles::roll_pitch_yaw;
 use crate::error::{Fault, RobotError};
-use crate::model::{Barrel, DriveTrain};
+use crate::model::{Barrel, DriveTrain, RollerSurface};
 use crate::spec::{ChassisShape, Described, Spec, check};
 
 /// Spheres that stand for one roller in collision and visual.
@@ -46,7 +46,7 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
          {} wheels of radius {} m; hubs of {} kg; motors of {} N m and {} rad/s at the wheel.\n     \
          {} row(s) of {} rollers a wheel; rollers of radius {} m and {} kg; bearing damping {} N m s/rad.\n     \
          Frame: origin of the chassis on the ground, x forward, y left, z up. A roller is the stack of spheres whose\n     \
-         envelope makes the outline of the wheel a circle; its length lets neighbours hand over without gap or overlap.",
+         envelope makes the outline of the wheel a circle; its length {}.",
         wheels.len(),
         num(w.radius_m),
         num(w.hub_mass_kg),
@@ -57,6 +57,10 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
         num(r.radius_m),
         num(r.mass_kg),
         num(r.damping_n_m_s),
+        match r.length_factor {
+            1.0 => "lets neighbours hand over without gap or overlap".to_owned(),
+            factor => format!("is {} times that without gap or overlap", num(factor)),
+        },
     )?;
     for wheel in wheels {
         let placed = &wheel.placed;
@@ -147,6 +151,7 @@ fn write_wheel(out: &mut String, wheel: &Described) -> std::fmt::Result {
     )?;
     writeln!(out, "  </link>")?;
     write_drive(out, wheel)?;
+    write_surface(out, wheel)?;
     let barrel = wheel.barrel();
     let (axial, across) = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
     let moments = Vector3::new(across, across, axial);
@@ -171,6 +176,35 @@ fn write_drive(out: &mut String, wheel: &Described) -> std::fmt::Result {
         num(drive.gear_efficiency),
         num(drive.gear_friction_n_m)
     )
+}
+
+/// URDF has no word for what rollers are covered with either.
+fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let surface = wheel.rollers.surface();
+    if surface == RollerSurface::default() {
+        return Ok(());
+    }
+    write!(
+        out,
+        "  <ilon_rollers joint=\"{}\" rolling_resistance=\"{}\"",
+        attribute(&wheel.placed.name),
+        num(surface.rolling_resistance)
+    )?;
+    if let Some(tread) = &surface.tread {
+        let said = [
+            ("tread_stiffness", Some(tread.stiffness_n_m)),
+            ("tread_damping", tread.damping_n_s_m),
+            ("tread_shear_stiffness", tread.shear_stiffness_n_m),
+            ("tread_shear_damping", tread.shear_damping_n_s_m),
+            ("tread_relaxation_length", tread.relaxation_length_m),
+        ];
+        for (name, value) in said {
+            if let Some(value) = value {
+                write!(out, " {name}=\"{}\"", num(value))?;
+            }
+        }
+    }
+    writeln!(out, "/>")
 }
 
 fn write_roller(

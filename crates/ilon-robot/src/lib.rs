@@ -74,14 +74,16 @@ pub use generate::generate;
 pub use load::{Diagnosis, Loaded};
 pub use model::{
     Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
-    MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, StandingPose,
-    Twist, Wheel, wrap_angle,
+    MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, RollerSurface,
+    StandingPose, Tread, Twist, Wheel, wrap_angle,
 };
-pub use model::{barrel, profile};
+pub use model::{barrel, profile, tread};
 pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{
-    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec,
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, TreadSpec,
+    WheelOverride, WheelSpec,
 };
 pub use urdf::WheelOutline;
+pub use xacro::{FindPackage, RosXacro, use_ros_xacro};

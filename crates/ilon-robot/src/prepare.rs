@@ -147,8 +147,15 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         files: &options.files,
         leave_out_missing: options.leave_out_missing,
     };
-    let expanded = xacro::expand(path, file, &prepared.text, &settings)
-        .map_err(|failure| of_failure(file, *failure))?;
+    let expanded = match xacro::expand(path, file, &prepared.text, &settings) {
+        Ok(expanded) => expanded,
+        Err(failure) => {
+            return match xacro::expanded_by_ros(path, &settings, &failure) {
+                Some((text, remark)) => Ok(by_ros(file, &text, remark)),
+                None => Err(of_failure(file, *failure)),
+            };
+        }
+    };
     let mut lines = Lines::default();
     let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
     for note in &expanded.notes {
@@ -186,6 +193,13 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         callers,
         ..Prepared::as_it_is(file, "")
     })
+}
+
+/// What the xacro of ROS made of a file, which does not say where its elements came from.
+fn by_ros(file: &str, text: &str, remark: String) -> Prepared {
+    let mut prepared = Prepared::as_it_is(&format!("{file} (expanded)"), text);
+    prepared.remarks.push(Remark::new("xacro", remark));
+    prepared
 }
 
 /// The lines of places in files.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_robot::{Spec, generate};
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 8] = [
     "mecanum4",
     "mecanum4_6_rollers",
     "mecanum4_12_rollers",
@@ -15,6 +15,7 @@ const NAMES: [&str; 7] = [
     "mecanum4_hard_rollers",
     "volksbot",
     "mecanum6",
+    "optiodom",
 ];
 
 fn asset(name: &str, extension: &str) -> PathBuf {

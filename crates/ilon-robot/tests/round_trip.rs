@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use ilon_robot::{
-    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, Robot, RollerSpec, Spec, WheelSpec,
-    generate, wrap_angle,
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, Robot, RollerSpec, Spec, TreadSpec,
+    WheelSpec, generate, wrap_angle,
 };
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -43,10 +43,14 @@ prop_compose! {
         motor in (0.1..20.0, 1.0..200.0),
         losses in (0.0..0.1, 0.0..0.1, 0.0..1e-4, 0.0..1e-3),
         drive in (0.1..300.0, 0.0..1e-4, 0.01..1.0, 0.0..0.5),
+        longer in 0.0..1.0,
+        surface in (0.0..0.2, prop::option::of((1e3..1e8, prop::option::of(0.0..1e4), prop::option::of(1e-3..0.1)))),
     ) -> Spec {
         // Between the least radius at which neighbours meet and 0.45 of the wheel.
         let least_m = radius_m * (1.0 - (PI / (per_row * rows) as f64).cos());
         let roller_radius_m = least_m + thickness * (0.45 * radius_m - least_m);
+        let ring_m = radius_m - roller_radius_m;
+        let most_tan = f64::sqrt(radius_m * radius_m - ring_m * ring_m) / ring_m;
         Spec {
             name: "random".to_owned(),
             chassis: ChassisSpec {
@@ -76,6 +80,16 @@ prop_compose! {
                 mass_kg: masses_kg.2,
                 damping_n_m_s: losses.2,
                 friction_n_m: losses.3,
+                // Up to nine tenths of the way to where the barrel tapers to nothing.
+                length_factor: 1.0 + 0.9 * longer * (most_tan / (PI / (per_row * rows) as f64).tan() - 1.0),
+                rolling_resistance: surface.0,
+                tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
+                    stiffness_n_m,
+                    damping_n_s_m,
+                    shear_stiffness_n_m: damping_n_s_m.map(|_| 0.3 * stiffness_n_m),
+                    shear_damping_n_s_m: relaxation_length_m.map(|_| 3.0),
+                    relaxation_length_m,
+                }),
             },
             wheels: Arrangement::List(wheels),
             overrides: BTreeMap::new(),
@@ -126,7 +140,22 @@ proptest! {
             prop_assert!(close(wheel.drive.gear_friction_n_m, spec.wheel.gear_friction_n_m));
             prop_assert_eq!(wheel.rollers.len(), count);
             let ring_m = spec.wheel.radius_m - spec.rollers.radius_m;
-            let length_m = 2.0 * ring_m * (PI / count as f64).tan() / placed.gamma_deg.to_radians().cos();
+            let gap_free_m = 2.0 * ring_m * (PI / count as f64).tan() / placed.gamma_deg.to_radians().cos();
+            let length_m = spec.rollers.length_factor * gap_free_m;
+            let (found, said) = (wheel.surface, spec.rollers.surface());
+            prop_assert!(close(found.rolling_resistance, said.rolling_resistance));
+            prop_assert_eq!(found.tread.is_some(), said.tread.is_some());
+            if let (Some(found), Some(said)) = (found.tread, said.tread) {
+                let same = |a: Option<f64>, b: Option<f64>| match (a, b) {
+                    (Some(a), Some(b)) => close(a, b),
+                    (a, b) => a == b,
+                };
+                prop_assert!(close(found.stiffness_n_m, said.stiffness_n_m));
+                prop_assert!(same(found.damping_n_s_m, said.damping_n_s_m));
+                prop_assert!(same(found.shear_stiffness_n_m, said.shear_stiffness_n_m));
+                prop_assert!(same(found.shear_damping_n_s_m, said.shear_damping_n_s_m));
+                prop_assert!(same(found.relaxation_length_m, said.relaxation_length_m));
+            }
             for roller in &wheel.rollers {
                 prop_assert!(close(roller.radius_m, spec.rollers.radius_m));
                 prop_assert!(close(roller.ring_radius_m(), ring_m));

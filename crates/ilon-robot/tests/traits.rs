@@ -954,3 +954,51 @@ fn a_long_chain_of_links_loads_in_good_time() {
     assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
     println!("{:?}", start.elapsed());
 }
+
+/// Degrees are what descriptions and options take: 0.7854 of them are no mecanum wheel, 0 and 45 are nothing odd.
+#[rstest]
+#[case("0.7854", Some("an angle of 45 deg given in radians"))]
+#[case("45.0", None)]
+#[case("0.05", None)]
+fn an_angle_gamma_in_radians_is_remarked(#[case] gamma_deg: &str, #[case] said: Option<&str>) {
+    let spec = SPEC
+        .split("[wheels.ring]")
+        .next()
+        .expect("a description")
+        .to_owned()
+        + &format!("[wheels.ring]\ncount = 3\ndistance_m = 0.3\ngamma_deg = {gamma_deg}\n");
+    let urdf = generate(&Spec::from_toml_str(&spec, "r.toml").expect("good")).expect("in range");
+    let remarks = load(&urdf).remarks;
+    let odd = remarks
+        .iter()
+        .find(|remark| remark.text.contains("radians"));
+    match said {
+        Some(said) => assert!(
+            odd.is_some_and(|remark| remark.text.contains(said)),
+            "{remarks:?}"
+        ),
+        None => assert!(odd.is_none(), "{odd:?}"),
+    }
+}
+
+/// Hub axes point outward on a ring, so that a wheel reaches by its radius to both sides of its place: neighbours of five meet within
+/// rho / tan(36 deg) of the middle, plus half of their width.
+#[rstest]
+#[case(0.5, true)]
+#[case(3.0, false)]
+fn wheels_that_pass_through_each_other_are_remarked(#[case] radii: f64, #[case] meet: bool) {
+    let base = Spec::from_toml_str(SPEC, "r.toml").expect("good");
+    let distance_m = radii * base.wheel.radius_m;
+    let spec = SPEC
+        .split("[wheels.ring]")
+        .next()
+        .expect("a description")
+        .to_owned()
+        + &format!("[wheels.ring]\ncount = 5\ndistance_m = {distance_m}\ngamma_deg = 0\n");
+    let urdf = generate(&Spec::from_toml_str(&spec, "r.toml").expect("good")).expect("in range");
+    let found = load(&urdf)
+        .remarks
+        .iter()
+        .any(|r| r.text.contains("reaches into"));
+    assert_eq!(found, meet);
+}

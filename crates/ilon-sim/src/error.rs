@@ -80,6 +80,11 @@ pub enum Error {
         t_s: f64,
     },
 
+    /// Somebody stopped it before its end.
+    #[error("it was stopped before its end")]
+    #[diagnostic(help("start it again: what had ended by then is not run again"))]
+    Stopped,
+
     /// A log cannot drive the robot.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]

@@ -323,6 +323,45 @@ fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
     assert!(outcome.torques_n_m[0] > 0.0);
 }
 
+/// A DC motor brings a wheel that nothing loads to its no-load rate and no further, at any step: with J w' = stall (1 - w / no_load)
+/// the rate nears it as an exponential, here within 0.8 ms.
+#[test]
+fn a_dc_motor_ends_at_its_no_load_rate_at_any_step() {
+    const NO_LOAD_RAD_S: f64 = 20.0;
+    for dt_s in [0.0005, 0.001, 0.002, 0.004] {
+        let text = format!(
+            "robot.file = \"mecanum4.toml\"\nrobot.spec.wheel = {{ motor_effort_n_m = 20.0, motor_velocity_rad_s = 1000.0 }}\n\
+             motors.dc = {{ stall_torque_n_m = 6.0, no_load_rate_rad_s = {NO_LOAD_RAD_S} }}\ntwist = {{}}\n\
+             world.floor.friction = 0.0\nrun = {{ duration_s = 1, physics_dt_s = {dt_s}, control_dt_s = 0.02 }}\n"
+        );
+        let scenario = Scenario::from_toml(&text, "dc", folder()).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        let resolved = resolve(&scenario, &robot).expect("it can be run");
+        let commands = [
+            WheelCommand::Torques(&[6.0, 6.0, -6.0, -6.0]),
+            WheelCommand::Rates(&[60.0, 60.0, -60.0, -60.0]),
+        ];
+        for command in commands {
+            let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+            let mut fastest_rad_s = 0.0_f64;
+            plant
+                .advance_watched(command, 0.1, |world, _| {
+                    let rates = world.wheel_rates_rad_s().iter();
+                    fastest_rad_s = rates.fold(fastest_rad_s, |most, rate| most.max(rate.abs()));
+                })
+                .expect("it drives");
+            // The solver's residual.
+            assert!(
+                fastest_rad_s < NO_LOAD_RAD_S + 1e-4,
+                "{dt_s}: {fastest_rad_s}"
+            );
+            for rate in &plant.observe().wheel_rates_rad_s {
+                assert!(rate.abs() > 0.9 * NO_LOAD_RAD_S, "{dt_s}: {rate}");
+            }
+        }
+    }
+}
+
 #[test]
 fn bad_commands_and_periods_are_refused_and_move_nothing() {
     let mut plant = plant();

@@ -51,10 +51,11 @@ fn rows_depend_on_index_and_seed_alone() {
     let text = "method = \"latin_hypercube\"\npoints = 6\nseed = 3\n[axes]\nworld.floor.friction = { from = 0.1, to = 0.8 }\n";
     let study = folder.study(text).unwrap();
     let store = Store::in_memory();
-    sweep(&study, &store, Options::new(Some(2), None), &|_| ()).unwrap();
+    sweep(&study, &store, &Options::new(Some(2), None), &|_| ()).unwrap();
     let backwards: Vec<u64> = (0..6).rev().collect();
-    let mut again = study.run_batch(&backwards, Some(1)).unwrap();
-    again.reverse();
+    let again = study
+        .run_parts(&backwards, &Options::new(Some(1), None), None)
+        .unwrap();
     assert_eq!(store.rows(), again);
     let other = folder.rows(&text.replace("seed = 3", "seed = 4"));
     assert_ne!(other[0].values, again[0].values);
@@ -122,7 +123,7 @@ fn a_study_that_was_stopped_runs_only_what_is_missing_and_gives_the_same_rows() 
     run(&study, &whole);
     let out = folder.path("out");
     let store = Store::open(&out, &study, None).unwrap();
-    for row in study.run_batch(&[1, 4], None).unwrap() {
+    for row in study.run_parts(&[1, 4], &Options::default(), None).unwrap() {
         store.put(row).unwrap();
     }
     // As a process that was killed in the middle of a row leaves it.
@@ -133,7 +134,7 @@ fn a_study_that_was_stopped_runs_only_what_is_missing_and_gives_the_same_rows() 
     std::fs::write(out.join("rows.log"), log).unwrap();
     let store = Store::open(&out, &study, None).unwrap();
     let made = AtomicU64::new(0);
-    sweep(&study, &store, Options::default(), &|progress| {
+    sweep(&study, &store, &Options::default(), &|progress| {
         made.fetch_max(progress.done - progress.found, Ordering::Relaxed);
     })
     .unwrap();
@@ -151,7 +152,7 @@ fn shards_make_all_rows_between_them_and_the_same_bytes_as_one_study() {
     for shard in ["1/3", "2/3"] {
         let shard = Some(shard.parse().unwrap());
         let store = Store::open(&parts, &study, shard).unwrap();
-        sweep(&study, &store, Options::new(None, shard), &|_| ()).unwrap();
+        sweep(&study, &store, &Options::new(None, shard), &|_| ()).unwrap();
     }
     let merge = || Store::merge(std::slice::from_ref(&parts), &parts);
     let (missing, _) = message(merge().map(drop));
@@ -163,7 +164,7 @@ fn shards_make_all_rows_between_them_and_the_same_bytes_as_one_study() {
     sweep(
         &study,
         &Store::open(&parts, &study, shard).unwrap(),
-        Options::new(None, shard),
+        &Options::new(None, shard),
         &|_| (),
     )
     .unwrap();
@@ -399,7 +400,7 @@ fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
     drop(store);
     let store = Store::open(&out, &study, None).unwrap();
     let made = AtomicU64::new(0);
-    let again = sweep(&study, &store, Options::default(), &|progress| {
+    let again = sweep(&study, &store, &Options::default(), &|progress| {
         made.fetch_max(progress.done - progress.found, Ordering::Relaxed);
     });
     assert_eq!((made.into_inner(), again.unwrap()), (0, findings));

@@ -50,11 +50,11 @@ fn the_worst_run_of_all_shards_is_kept_once_they_are_merged() {
     for shard in ["1/2", "2/2"] {
         let shard = shard.parse().unwrap();
         let store = Store::open(&out, &study, Some(shard)).unwrap();
-        sweep(&study, &store, Options::new(None, Some(shard)), &|_| ()).unwrap();
+        sweep(&study, &store, &Options::new(None, Some(shard)), &|_| ()).unwrap();
         assert!(kept(store.folder().unwrap()).is_empty());
     }
     let (study, store) = Store::merge(std::slice::from_ref(&out), &out).unwrap();
-    keep_traces(&study, &store, None).unwrap();
+    keep_traces(&study, &store, &Options::default()).unwrap();
     assert_eq!(kept(&out), ["run_000000"]);
 }
 
@@ -73,7 +73,7 @@ fn a_trace_is_not_kept_of_another_robot_than_that_of_its_row() {
         .study(&format!("keep = \"worst 1\"\n{THREE}"))
         .unwrap();
     folder.write("mecanum4.toml", &other);
-    let (refused, _) = message(keep_traces(&keeping, &store, None));
+    let (refused, _) = message(keep_traces(&keeping, &store, &Options::default()));
     assert!(
         refused.contains("run 0 does not come out again"),
         "{refused}"

@@ -9,4 +9,5 @@ pub(crate) mod problem;
 pub(crate) mod reaction;
 pub(crate) mod reactions;
 pub(crate) mod scene;
+pub(crate) mod tread;
 pub(crate) mod wheel_contact;

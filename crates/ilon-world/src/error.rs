@@ -60,4 +60,13 @@ pub enum WorldError {
         /// The roller's name.
         roller: String,
     },
+    /// Rollers shall have a tread and the shapes of their file: a tread is known of barrels only.
+    #[error(
+        "wheel `{wheel}`: its rollers have the shapes of their file and a tread, which only barrels can have; take barrels, or \
+         leave the tread out"
+    )]
+    TreadOnModelled {
+        /// The wheel's name.
+        wheel: String,
+    },
 }

@@ -27,6 +27,70 @@ pub struct Floor {
     pub boxes: Vec<GroundBox>,
     /// A rough surface in place of the plane.
     pub relief: Option<Relief>,
+    /// What it is made of, where there is no patch.
+    pub surface: FloorSurface,
+}
+
+/// What ground is made of, beside its friction. The default is hard ground under Coulomb's law.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FloorSurface {
+    /// Rolling resistance: energy that each metre takes by which a place of contact moves over the ground, per newton of load;
+    /// dimensionless, >= 0. It adds to that of the rollers.
+    pub rolling_resistance: f64,
+    /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
+    /// >= 0. Force against slip is then a line up to the grip.
+    pub creep: f64,
+    /// How friction falls as a roller slides; `None` where it does not.
+    pub sliding: Option<Stribeck>,
+}
+
+/// Friction that falls with the speed v of sliding, from the floor's mu at rest: mu' + (mu - mu') exp(-(v / speed)^2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stribeck {
+    /// mu', the coefficient at speed, >= 0.
+    pub friction: f64,
+    /// The speed over which it falls, in m/s, > 0.
+    pub speed_m_s: f64,
+}
+
+impl FloorSurface {
+    /// The friction coefficient of a roller that slides at a speed in m/s, from that at rest.
+    pub(crate) fn friction_at_speed(&self, at_rest: f64, sliding_m_s: f64) -> f64 {
+        match &self.sliding {
+            None => at_rest,
+            Some(stribeck) => {
+                let share = libm::exp(-(sliding_m_s / stribeck.speed_m_s).powi(2));
+                stribeck.friction + (at_rest - stribeck.friction) * share
+            }
+        }
+    }
+
+    /// Refuses what makes no sense.
+    fn check(&self) -> Result<(), WorldError> {
+        let mut numbers = vec![
+            ("rolling_resistance", self.rolling_resistance),
+            ("creep", self.creep),
+        ];
+        if let Some(sliding) = &self.sliding {
+            numbers.push(("sliding.friction", sliding.friction));
+            if !(sliding.speed_m_s.is_finite() && sliding.speed_m_s > 0.0) {
+                return Err(WorldError::Setting {
+                    name: "sliding.speed_m_s",
+                    value: sliding.speed_m_s,
+                    range: "finite and above 0",
+                });
+            }
+        }
+        let bad = |(_, value): &(&str, f64)| !(value.is_finite() && *value >= 0.0);
+        match numbers.into_iter().find(bad) {
+            None => Ok(()),
+            Some((name, value)) => Err(WorldError::Setting {
+                name,
+                value,
+                range: "finite and not below 0",
+            }),
+        }
+    }
 }
 
 /// A rectangle of ground, along the world's axes, with a friction of its own.
@@ -38,6 +102,8 @@ pub struct Patch {
     pub half_sides_m: Vector2<f64>,
     /// Coulomb friction coefficient there, >= 0.
     pub friction: f64,
+    /// What it is made of.
+    pub surface: FloorSurface,
 }
 
 /// A box in the world.
@@ -68,6 +134,7 @@ impl Default for Floor {
             patches: Vec::new(),
             boxes: Vec::new(),
             relief: None,
+            surface: FloorSurface::default(),
         }
     }
 }
@@ -113,6 +180,10 @@ impl Floor {
         {
             return setting("friction", bad, "finite and not below 0");
         }
+        let patches = self.patches.iter().map(|patch| &patch.surface);
+        patches
+            .chain([&self.surface])
+            .try_for_each(FloorSurface::check)?;
         let upright = std::f64::consts::FRAC_PI_2;
         if !(-upright..=upright).contains(&self.slope_rad) {
             return setting("slope_rad", self.slope_rad, "between -pi/2 and pi/2");
@@ -177,6 +248,7 @@ impl Floor {
             solids,
             has_plane: plane.is_some(),
             friction: self.friction,
+            surface: self.surface,
             patches: self.patches.clone(),
             down: self.down(),
             rapier_origin_m: Vector3::zeros(),
@@ -259,6 +331,7 @@ impl Relief {
 pub(crate) struct Ground {
     has_plane: bool,
     friction: f64,
+    surface: FloorSurface,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
     /// The boxes among them.
@@ -381,19 +454,23 @@ impl Ground {
 
     /// The friction coefficient at a place in the floor's frame.
     pub fn friction_at(&self, in_floor_m: &Vector3<f64>) -> f64 {
-        if self.patches.is_empty() {
-            return self.friction.max(0.0);
-        }
+        let patch = self.patch_at(in_floor_m);
+        patch.map_or(self.friction, |p| p.friction).max(0.0)
+    }
+
+    /// What the ground is made of at a place in the floor's frame.
+    pub fn surface_at(&self, in_floor_m: &Vector3<f64>) -> FloorSurface {
+        self.patch_at(in_floor_m)
+            .map_or(self.surface, |p| p.surface)
+    }
+
+    /// The patch that a place in the floor's frame lies on, of several the last.
+    fn patch_at(&self, in_floor_m: &Vector3<f64>) -> Option<&Patch> {
         let inside = |p: &&Patch| {
             let off = in_floor_m.xy() - p.center_m;
             off.x.abs() <= p.half_sides_m.x && off.y.abs() <= p.half_sides_m.y
         };
-        self.patches
-            .iter()
-            .rev()
-            .find(inside)
-            .map_or(self.friction, |p| p.friction)
-            .max(0.0)
+        self.patches.iter().rev().find(inside)
     }
 }
 

@@ -35,9 +35,17 @@ impl MotorTorque {
         }
     }
 
-    /// Whether the torque is the same all through the step, whatever the wheel does.
-    pub(crate) fn is_constant(&self) -> bool {
-        self.droop_n_m_s == 0.0 && self.rate_limit_rad_s == f64::INFINITY
+    /// Whether the torque is the same all through a step that begins at this rate, in rad/s, but for one that reaches the rate
+    /// limit.
+    pub(crate) fn is_constant_from(&self, rate_rad_s: f64) -> bool {
+        self.droop_n_m_s == 0.0 && !self.is_near_limit(rate_rad_s)
+    }
+
+    /// Whether a wheel with this rate, in rad/s, is so near to the rate limit that it may reach it within a step.
+    pub(crate) fn is_near_limit(&self, rate_rad_s: f64) -> bool {
+        /// Below this share of its limit a wheel does not reach it by what it gains on the ground in a step.
+        const NEAR: f64 = 0.9;
+        rate_rad_s.abs() >= NEAR * self.rate_limit_rad_s
     }
 
     /// The same motor when the wheel has gained a rate, in rad/s.

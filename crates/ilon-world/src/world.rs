@@ -99,8 +99,10 @@ struct Energies {
     motor_j: f64,
     bearing_j: f64,
     outside_j: f64,
-    /// In the springs of the contacts now.
+    /// In the springs of rigid contacts now.
     springs_j: f64,
+    /// In the treads of rollers now.
+    treads_j: f64,
 }
 
 impl World {

@@ -4,7 +4,7 @@
 mod support;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{Floor, Patch, Payload, Push, RollerBodies, Settings, World};
+use ilon_world::{Floor, FloorSurface, Patch, Payload, Push, RollerBodies, Settings, World};
 use nalgebra::{Vector2, Vector3};
 use rstest::rstest;
 use support::{ideal_rates, mecanum4, volksbot};
@@ -334,6 +334,7 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(#[case] roller_bodies: Ro
         center_m: Vector2::zeros(),
         half_sides_m: Vector2::new(10.0, 10.0),
         friction: 0.6,
+        surface: FloorSurface::default(),
     };
     world.set_friction(0.3, &[dry]);
     let start_m_s = world.body().twist_in_body.vy_m_s;

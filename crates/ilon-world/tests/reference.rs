@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use ilon_robot::{Pose, Robot};
 use ilon_world::{
-    ContactSolver, Floor, MotorTorque, Patch, Payload, RollerBodies, Settings, World,
+    ContactSolver, Floor, FloorSurface, MotorTorque, Patch, Payload, RollerBodies, Settings, World,
 };
 use nalgebra::{Vector2, Vector3};
 use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, volksbot};
@@ -154,6 +154,7 @@ fn rapier_sees_how_slippery_each_place_is() {
         center_m: Vector2::new(0.15, 0.16),
         half_sides_m: Vector2::new(0.05, 0.05),
         friction: 0.02,
+        surface: FloorSurface::default(),
     };
     let floor = Floor {
         patches: vec![patch],

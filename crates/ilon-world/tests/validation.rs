@@ -8,7 +8,9 @@ mod support;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{Floor, GroundBox, MotorTorque, Patch, Relief, RollerBodies, Settings, World};
+use ilon_world::{
+    Floor, FloorSurface, GroundBox, MotorTorque, Patch, Relief, RollerBodies, Settings, World,
+};
 use nalgebra::{Vector2, Vector3};
 use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, mecanum6, volksbot, with_phases};
 
@@ -454,6 +456,7 @@ fn a_wheel_on_ice_pulls_with_mu_n_at_most() {
         center_m: Vector2::new(0.15, 0.16),
         half_sides_m: Vector2::new(0.06, 0.06),
         friction: 0.02,
+        surface: FloorSurface::default(),
     };
     let floor = Floor {
         patches: vec![ice],

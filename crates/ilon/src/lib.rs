@@ -36,6 +36,7 @@ pub mod pages;
 pub mod ros2_control;
 
 pub use ilon_control as control;
+pub use ilon_identify as identify;
 pub use ilon_messages as messages;
 pub use ilon_report as report;
 pub use ilon_robot as robot;

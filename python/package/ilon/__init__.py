@@ -5,7 +5,7 @@
 >>> run.trace["truth_x_m"]
 >>> run.report()
 
-`run` goes through a whole scenario; `Simulation` is driven step by step; `gymnasium.make("ilon/Track-v0")` is a task to learn.
+`run` goes through a whole scenario, `sweep` through many under keys that vary; `Simulation` is driven step by step; `gymnasium.make("ilon/Track-v0")` is a task to learn.
 Lengths are in metres, angles in radians, and names that could be doubted carry their unit. Frames: x forward, y left, z up.
 """
 
@@ -35,6 +35,7 @@ from .errors import (
     WorldError,
 )
 from .runs import Report, Run, run
+from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
 from .tools import Check, Comparison, Inspection, check, compare, generate, inspect
 from .viewers import to_rerun
 
@@ -56,6 +57,7 @@ __all__ = [
     "ScenarioError",
     "Simulation",
     "Snapshot",
+    "Sweep",
     "Torques",
     "Trace",
     "TraceError",
@@ -66,9 +68,12 @@ __all__ = [
     "compare",
     "generate",
     "inspect",
+    "merge_sweeps",
     "run",
     "schema",
+    "sweep",
     "to_rerun",
+    "tune_trainable",
 ]
 
 

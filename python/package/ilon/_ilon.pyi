@@ -2,15 +2,43 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import Any, Self, final
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = [
+    "ArrowTable",
+    "Desired",
+    "Observation",
+    "Outcome",
+    "Rows",
+    "Run",
+    "Simulation",
+    "Snapshot",
+    "Study",
+    "Sweep",
+    "Torques",
+    "Trace",
+    "Track",
+    "Truth",
+    "__version__",
+    "command",
+    "compare",
+    "generate",
+    "inspect",
+    "judged",
+    "merge_sweeps",
+    "run",
+    "schema",
+]
 
 __version__: str
 
 _Floats = npt.NDArray[np.float64]
 
+@final
 class Observation:
     """What a robot's sensors say at one moment."""
 
@@ -27,6 +55,7 @@ class Observation:
     def wheel_angles_rad(self) -> _Floats:
         """The wheels' angles since the start in rad, as the encoders counted them."""
 
+@final
 class Truth:
     """Where the robot really is and how it really moves, whatever its sensors say."""
 
@@ -46,6 +75,7 @@ class Truth:
     def pitch_rad(self) -> float:
         """Pitch in rad."""
 
+@final
 class Desired:
     """Where a reference wants the robot, and how fast."""
 
@@ -56,6 +86,7 @@ class Desired:
     def velocity_in_world(self) -> _Floats:
         """Its time derivative in the world frame: in m/s, m/s and rad/s."""
 
+@final
 class Outcome:
     """What came of an advance."""
 
@@ -66,14 +97,17 @@ class Outcome:
     def contact_residual_m_s(self) -> float:
         """By how much the laws of contact were broken at worst, in m/s: the speed of what moves and should not."""
 
+@final
 class Torques:
     """Torques in N m, one a wheel, which a controller of one's own gives back in place of wheel rates."""
 
-    def __init__(self, torques_n_m: npt.ArrayLike) -> None: ...
+    def __new__(cls, torques_n_m: npt.ArrayLike) -> Self: ...
 
+@final
 class Snapshot:
     """A simulation as it was at one moment. It cannot be pickled."""
 
+@final
 class Simulation:
     """A robot in its world with its motors and wheel loops, its sensors and faults, driven step by step.
 
@@ -84,13 +118,13 @@ class Simulation:
     pickled. Raises subclasses of `ilon.Error` for what the command line refuses.
     """
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         scenario: str | os.PathLike[str] | Mapping[str, Any],
         *,
         settings: Mapping[str, Any] | None = None,
         folder: str | os.PathLike[str] | None = None,
-    ) -> None: ...
+    ) -> Self: ...
     def reset(self, *, seed: int | None = None, pose: npt.ArrayLike | None = None) -> Observation:
         """Begins anew: time zero, the robot at rest. Noise comes from `seed` and the robot stands at `pose` (x in m, y in m, heading in
         rad), or both are as the scenario says."""
@@ -149,6 +183,7 @@ class Simulation:
     def warnings(self) -> list[str]:
         """What a person should know about the input, although it can be run."""
 
+@final
 class ArrowTable:
     """Columns of Arrow, to hand over by its PyCapsule protocol: `polars.DataFrame(table)`, `pyarrow.table(table)`,
     `pandas.DataFrame.from_arrow(table)`, or by name in a query of DuckDB."""
@@ -162,14 +197,15 @@ class ArrowTable:
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
     def __arrow_c_schema__(self) -> object: ...
 
+@final
 class Trace:
     """What a run recorded, one row a control period: a mapping from the names of columns, as in `trace.parquet`, to numpy arrays.
 
     An array is made when it is first asked for, and cannot be written to. Where a number is absent it is NaN.
     """
 
-    def __getitem__(self, name: str) -> npt.NDArray[Any]: ...
-    def __contains__(self, name: object) -> bool: ...
+    def __getitem__(self, key: str, /) -> npt.NDArray[Any]: ...
+    def __contains__(self, key: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int:
         """How many columns there are."""
@@ -189,7 +225,7 @@ class Trace:
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
 class Run:
-    def __init__(self, run: Run) -> None: ...
+    def __new__(cls, run: Run) -> Self: ...
     @property
     def summary(self) -> dict[str, Any]:
         """The figures of the run, as in `summary.json`."""
@@ -199,6 +235,9 @@ class Run:
     @property
     def scenario(self) -> dict[str, Any]:
         """The scenario as it was run, every default spelled out."""
+    @property
+    def figures(self) -> dict[str, float]:
+        """The numbers of the summary by their dotted names, such as `twist_ratio_ideal.vy`; those that do not apply are left out."""
     @property
     def scenario_toml(self) -> str:
         """The same as the text of a scenario file."""
@@ -211,12 +250,97 @@ class Run:
     def report_html(self) -> str: ...
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Writes what `ilon run --out` writes into a folder: summary.json, trace.parquet, report.html, scenario.toml."""
-    def parts(self) -> tuple[Any, ...]: ...
+    def parts(self) -> tuple[bytes, str, str, str, Path, list[str], str]: ...
     @staticmethod
-    def of_parts(*parts: Any) -> Run: ...
+    def of_parts(
+        trace: bytes, summary: str, scenario: str, name: str, folder: str | os.PathLike[str], warnings: list[str], called: str
+    ) -> Run: ...
 
+@final
+class Study:
+    """A study that was read."""
+
+    def __new__(
+        cls,
+        study: str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] | None = None,
+    ) -> Self: ...
+    @staticmethod
+    def of_text(text: str, path: str | os.PathLike[str]) -> Study:
+        """A study from the text of a file that need not be there; the paths in it start from `path`."""
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def path(self) -> Path:
+        """Its file."""
+    @property
+    def text(self) -> str:
+        """The text of its file."""
+    @property
+    def fingerprint(self) -> str:
+        """A hash of all that its rows depend on."""
+    def make(self, parts: Sequence[int], *, jobs: int, folder: str | os.PathLike[str] | None = None) -> bytes:
+        """Makes parts of the study, so many runs at a time; their rows, as text. `folder` is that of its results."""
+
+@final
+class Rows:
+    """What was run of a study, for this process alone until it is finished or closed."""
+
+    def __new__(
+        cls, study: Study, *, folder: str | os.PathLike[str] | None = None, shard: str | None = None
+    ) -> Self: ...
+    @property
+    def folder(self) -> Path | None:
+        """The folder that its rows and results are in."""
+    @property
+    def damaged(self) -> int:
+        """How many rows could not be read again, and are run anew."""
+    @property
+    def done(self) -> int:
+        """How many runs are there."""
+    @property
+    def most(self) -> int:
+        """How many there will be; of a search, at most."""
+    def missing(self) -> list[int]:
+        """The parts of the study of which rows are missing."""
+    def put(self, rows: bytes) -> None:
+        """Adds rows that were made elsewhere; those that are there already are left as they are."""
+    def finish(self, *, jobs: int | None = None, progress: Callable[[int, int], object] | None = None) -> Sweep:
+        """Runs what is missing, says what came of it and writes it; the rows are closed then."""
+    def close(self) -> None:
+        """Leaves the rows to others."""
+
+class Sweep:
+    def __new__(cls, sweep: Sweep) -> Self: ...
+    @property
+    def name(self) -> str:
+        """The name of the study."""
+    @property
+    def failed(self) -> int:
+        """How many of the runs failed."""
+    @property
+    def findings(self) -> dict[str, Any] | None:
+        """What was found, as in `findings.json`; None of a shard."""
+    @property
+    def folder(self) -> Path | None:
+        """The folder of the results; None where they are in memory alone."""
+    @property
+    def columns(self) -> list[str]:
+        """The names of the columns of `runs.parquet`."""
+    def __len__(self) -> int:
+        """How many runs there are."""
+    def __getitem__(self, key: str, /) -> npt.NDArray[Any] | list[str | None]:
+        """A column: numbers as a numpy array, NaN where they are absent; texts as a list, None where they are absent."""
+    def to_arrow(self) -> ArrowTable:
+        """All rows as a table of Arrow."""
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def report_html(self) -> str | None: ...
+
+@final
 class Track:
-    def __init__(self, scenario: str | os.PathLike[str] | Mapping[str, Any], options: dict[str, Any]) -> None: ...
+    def __new__(cls, scenario: str | os.PathLike[str] | Mapping[str, Any], options: dict[str, Any]) -> Self: ...
     def reset(
         self, seeds: Sequence[int | None], mask: Sequence[bool] | None = None
     ) -> tuple[npt.NDArray[np.float32], _Floats, _Floats]: ...
@@ -247,6 +371,7 @@ class Track:
 def run(
     scenario: str | os.PathLike[str] | Mapping[str, Any],
     *,
+    called: str,
     settings: Mapping[str, Any] | None = None,
     controller: Callable[[Observation, Desired | None], npt.ArrayLike | Torques] | None = None,
     folder: str | os.PathLike[str] | None = None,
@@ -254,6 +379,7 @@ def run(
 def inspect(path: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[dict[str, Any], str, str]: ...
 def generate(spec: str | os.PathLike[str]) -> str: ...
 def compare(runs: list[Any]) -> tuple[list[dict[str, Any]], list[dict[str, Any]], str]: ...
+def merge_sweeps(folders: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str]) -> Sweep: ...
 def judged(run: Run) -> list[dict[str, Any]]: ...
 def schema() -> dict[str, Any]:
     """The JSON Schema of the scenario file."""

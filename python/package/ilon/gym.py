@@ -129,7 +129,8 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
             raise ValueError(f"render_mode is {render_mode!r}; the task draws nothing: `ilon.run` and its report do")
         self.render_mode = render_mode
         self._track = _options(scenario, 1, "disabled", **options)
-        self.observation_space, self.action_space = _spaces(self._track)
+        # Gymnasium types a Box by all numbers that it might hold.
+        self.observation_space, self.action_space = _spaces(self._track)  # type: ignore[assignment]
         self._describe()
 
     def _describe(self) -> None:

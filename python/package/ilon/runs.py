@@ -81,6 +81,15 @@ def _of_parts(*parts: Any) -> Run:
     return Run(_ilon.Run.of_parts(*parts))
 
 
+def absolute(
+    scenario: Scenario, folder: str | os.PathLike[str] | None
+) -> tuple[Scenario, str | os.PathLike[str] | None]:
+    """A scenario, and the folder that a dict's paths start from, whatever folder a process then works in."""
+    if isinstance(scenario, Mapping):
+        return scenario, Path(folder or ".").absolute()
+    return Path(scenario).absolute(), folder
+
+
 def run(
     scenario: Scenario,
     *,
@@ -97,4 +106,17 @@ def run(
     Other threads of Python run meanwhile, and Ctrl-C ends it. Raises a subclass of `ilon.Error` for what the command line
     refuses, and whatever the controller raises.
     """
-    return Run(_ilon.run(scenario, settings=settings, controller=controller, folder=folder))
+    called = _call(scenario, settings, controller, folder)
+    return Run(_ilon.run(scenario, called=called, settings=settings, controller=controller, folder=folder))
+
+
+def _call(scenario: Scenario, settings: object, controller: object, folder: object) -> str:
+    """What a person would type for a run; a scenario in a dict stands in its report anyway."""
+    words = ["scenario" if isinstance(scenario, Mapping) else repr(str(scenario))]
+    if settings is not None:
+        words.append(f"settings={settings!r}")
+    if controller is not None:
+        words.append(f"controller={getattr(controller, '__qualname__', type(controller).__qualname__)}")
+    if folder is not None:
+        words.append(f"folder={str(folder)!r}")
+    return f"ilon.run({', '.join(words)})"

@@ -85,16 +85,6 @@ impl Motor {
         })
     }
 
-    /// The largest torque at any rate, in N m: the effort limit or, if lower, the stall torque.
-    pub fn peak_torque_n_m(&self) -> f64 {
-        match self.curve {
-            MotorCurve::Flat => self.effort_n_m,
-            MotorCurve::DcLine {
-                stall_torque_n_m, ..
-            } => self.effort_n_m.min(stall_torque_n_m),
-        }
-    }
-
     /// The torques it can give at a wheel rate.
     ///
     /// Driving (torque along the rate): up to the effort limit and the DC line, and nothing at or beyond the velocity
@@ -112,7 +102,7 @@ impl Motor {
     /// shifts in parallel. Of a motor without a curve the limits of torque and rate shrink by the share.
     pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
         let range = self.torque_range_on(rate_rad_s, supply_share);
-        if rate_rad_s.abs() < self.rate_limit_on(supply_share) {
+        if rate_rad_s.abs() < self.velocity_limit_on(supply_share) {
             range
         } else if rate_rad_s >= 0.0 {
             TorqueRange {
@@ -127,12 +117,43 @@ impl Motor {
         }
     }
 
-    /// The rate at and beyond which it drives no more while a share of the supply's voltage is left, in rad/s: its velocity
-    /// limit, which shrinks with the share where there is no curve.
-    pub fn rate_limit_on(&self, supply_share: f64) -> f64 {
+    /// Its velocity limit while a share of the supply's voltage is left, in rad/s; it shrinks with the share where there is no
+    /// curve.
+    pub fn velocity_limit_on(&self, supply_share: f64) -> f64 {
         match self.curve {
             MotorCurve::Flat => share_of(self.velocity_rad_s, supply_share),
             MotorCurve::DcLine { .. } => self.velocity_rad_s,
+        }
+    }
+
+    /// The rate at and beyond which it drives no more while a share of the supply's voltage is left, in rad/s: its velocity
+    /// limit, or the no-load rate, if that is lower.
+    pub fn rate_limit_on(&self, supply_share: f64) -> f64 {
+        let velocity_rad_s = self.velocity_limit_on(supply_share);
+        match self.curve {
+            MotorCurve::Flat => velocity_rad_s,
+            MotorCurve::DcLine {
+                no_load_rate_rad_s, ..
+            } => velocity_rad_s.min(share_of(no_load_rate_rad_s, supply_share)),
+        }
+    }
+
+    /// By how much a torque in N m that it gives at a wheel rate falls per rate gained, in N m s/rad: the slope of the DC line
+    /// where it drives with all that the line allows, else 0.
+    pub fn droop_on(&self, torque_n_m: f64, rate_rad_s: f64, supply_share: f64) -> f64 {
+        let MotorCurve::DcLine {
+            stall_torque_n_m,
+            no_load_rate_rad_s,
+        } = self.curve
+        else {
+            return 0.0;
+        };
+        let line_n_m = stall_torque_n_m * (supply_share - rate_rad_s.abs() / no_load_rate_rad_s);
+        let drives = torque_n_m * rate_rad_s >= 0.0;
+        if drives && line_n_m > 0.0 && torque_n_m.abs() >= line_n_m {
+            stall_torque_n_m / no_load_rate_rad_s
+        } else {
+            0.0
         }
     }
 
@@ -243,6 +264,26 @@ mod tests {
         assert_eq!([0.0, 5.0, 10.0, 15.0].map(drives_n_m), [2.0, 1.0, 0.0, 0.0]);
         assert_eq!(motor.range_on(5.0, 0.5).min_n_m, -2.0);
         assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
+    }
+
+    #[test]
+    fn what_drives_along_the_dc_line_falls_with_it_and_ends_at_the_no_load_rate() {
+        // The line of 4 N m and 20 rad/s falls by 0.2 N m per rad/s; below 5 rad/s the effort limit of 3 N m is what bounds.
+        let droop = |rate_rad_s: f64| {
+            let given_n_m = dc().limit(9.0, rate_rad_s);
+            dc().droop_on(given_n_m, rate_rad_s, 1.0)
+        };
+        assert_eq!([0.0, 4.0, 10.0, 17.0].map(droop), [0.0, 0.0, 0.2, 0.2]);
+        // Less than the line allows, and braking, do not fall.
+        assert_eq!(dc().droop_on(1.9, 10.0, 1.0), 0.0);
+        assert_eq!(dc().droop_on(-3.0, 10.0, 1.0), 0.0);
+        assert_eq!(dc().droop_on(-2.0, -10.0, 1.0), 0.2);
+        // 18 rad/s are its velocity limit; on 0.8 of its supply it has no load at 16.
+        assert_eq!(
+            [1.0, 0.8].map(|share| dc().rate_limit_on(share)),
+            [18.0, 16.0]
+        );
+        assert_eq!(dc().velocity_limit_on(0.8), 18.0);
     }
 
     #[test]

@@ -37,22 +37,37 @@ impl WheelLoads {
             center_of_mass_m: center.xy(),
             height_m: center.z + robot.ride_height_m(),
             positions_m,
-            // Wheels in one row carry no tilting moment: the pseudo-inverse leaves it out.
-            inverse: sum
-                .pseudo_inverse(1e-12 * sum.trace())
-                .unwrap_or_else(|_| Matrix3::zeros()),
+            inverse: inverse(&sum),
         }
     }
 
     /// The normal force on each wheel in N while the body accelerates with `acceleration_in_body` in m/s^2. A wheel that
-    /// would be pulled down is lifted: zero.
+    /// would be pulled down is lifted, with force zero, and the others share its part.
     pub fn fill_n(&self, acceleration_in_body: Vector2<f64>, out: &mut [f64]) {
         let c = self.gravity_m_s2 * self.center_of_mass_m - self.height_m * acceleration_in_body;
-        let plane = self.inverse * (self.mass_kg * Vector3::new(self.gravity_m_s2, c.x, c.y));
+        let carried = self.mass_kg * Vector3::new(self.gravity_m_s2, c.x, c.y);
+        let at = |b: &Vector2<f64>| Vector3::new(1.0, b.x, b.y);
+        let plane = self.inverse * carried;
         for (out, b) in out.iter_mut().zip(&self.positions_m) {
-            *out = plane.dot(&Vector3::new(1.0, b.x, b.y)).max(0.0);
+            *out = plane.dot(&at(b));
+        }
+        // Each round lifts a wheel at least.
+        while out.iter().any(|n| *n < 0.0) {
+            let standing = out.iter().zip(&self.positions_m).filter(|(n, _)| **n > 0.0);
+            let sum: Matrix3<f64> = standing.map(|(_, b)| at(b) * at(b).transpose()).sum();
+            let plane = inverse(&sum) * carried;
+            for (out, b) in out.iter_mut().zip(&self.positions_m) {
+                *out = if *out > 0.0 { plane.dot(&at(b)) } else { 0.0 };
+            }
         }
     }
+}
+
+/// The inverse of the sum over wheels of (1, x, y)(1, x, y)^T. Wheels in one row carry no tilting moment: the pseudo-inverse
+/// leaves it out.
+fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
+    sum.pseudo_inverse(1e-12 * sum.trace())
+        .unwrap_or_else(|_| Matrix3::zeros())
 }
 
 #[cfg(test)]
@@ -78,6 +93,29 @@ mod tests {
         assert!((moment_x - 10.0 * 9.81 * 0.05).abs() < 1e-10);
         // Front and left differ by sign only: the loads of the diagonals are equal in sum.
         assert!((n[0] + n[3] - n[1] - n[2]).abs() < 1e-10);
+    }
+
+    /// With the centre of mass beyond the line between two neighbours of a wheel that wheel lifts, and the three others carry by
+    /// statics alone.
+    #[test]
+    fn what_a_lifted_wheel_carried_is_shared_by_the_others() {
+        let mut robot = mecanum4();
+        let others_kg = robot.mass_kg() - robot.chassis.mass.mass_kg;
+        // So that the whole robot's lies at (0.12, 0.13) m; wheels stand at (+-0.15, +-0.16) m.
+        let share = robot.mass_kg() / (robot.mass_kg() - others_kg);
+        robot.chassis.mass.center_of_mass_m = Vector3::new(0.12 * share, 0.13 * share, 0.1);
+        let loads = WheelLoads::new(&robot, 9.81);
+        let mut n = [0.0; 4];
+        loads.fill_n(Vector2::zeros(), &mut n);
+        // Moments about x and y on front left, front right and rear left: 0.5 (1 + 0.12 / 0.15) - front right, and so on.
+        let weight = robot.mass_kg() * 9.81;
+        let front_right = 0.5 * (1.0 - 0.13 / 0.16);
+        let rear_left = 0.5 * (1.0 - 0.12 / 0.15);
+        let expected = [1.0 - front_right - rear_left, front_right, rear_left, 0.0];
+        for (n, expected) in n.iter().zip(expected) {
+            assert!((n / weight - expected).abs() < 1e-3, "{n} {expected}");
+        }
+        assert!((n.iter().sum::<f64>() / weight - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub struct RunTopics {
     truth: String,
     /// Whether rollers turn.
     rollers: bool,
+    /// Whether `odom -> base_link` is on `/tf`.
+    has_odometry_frame: bool,
     /// Height, roll and pitch of the body frame at rest.
     rest: [f64; 3],
     wheels: Vec<WheelTopics>,
@@ -109,6 +111,7 @@ impl RunTopics {
             contacts_due_s: 0.0,
             diagnostics_due_s: DIAGNOSTICS_EVERY_S,
             rollers: run.roller_angles,
+            has_odometry_frame: true,
             tf: TFMessage { transforms: tf },
             commands: joints.clone(),
             joints,
@@ -119,6 +122,14 @@ impl RunTopics {
             truth,
             rest,
         }
+    }
+
+    /// The same topics without the frame `odom -> base_link`, which somebody else publishes.
+    pub fn without_odometry_frame(mut self) -> Self {
+        if std::mem::take(&mut self.has_odometry_frame) {
+            self.tf.transforms.remove(0);
+        }
+        self
     }
 
     /// The robot's URDF, as `/robot_description` has it.
@@ -297,7 +308,8 @@ impl RunTopics {
                 frame.transform = transform(at);
             }
         };
-        bodies.into_iter().for_each(&mut put);
+        let bodies = &bodies[usize::from(!self.has_odometry_frame)..];
+        bodies.iter().for_each(|at| put(at));
         for (turning, sample) in self.frames.wheels.iter().zip(wheels) {
             put(&turning.at(sample.angle_rad));
         }

@@ -10,6 +10,7 @@ mod remark;
 mod robot;
 mod roller;
 mod standing;
+pub mod tread;
 mod wheel;
 
 pub use barrel::Barrel;
@@ -22,4 +23,5 @@ pub use remark::Remark;
 pub use robot::{Chassis, Robot};
 pub use roller::{ModelledRoller, Roller, RollerForm};
 pub use standing::StandingPose;
+pub use tread::{RollerSurface, Tread};
 pub use wheel::Wheel;

@@ -2,7 +2,9 @@
 
 use nalgebra::{Isometry3, Unit, Vector2, Vector3};
 
-use super::{Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm};
+use super::{
+    Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm, RollerSurface,
+};
 
 /// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
 #[derive(Clone, Debug)]
@@ -27,6 +29,8 @@ pub struct Wheel {
     pub joint: Joint,
     /// The gear and the rotor behind it.
     pub drive: DriveTrain,
+    /// What its rollers touch the ground with.
+    pub surface: RollerSurface,
 }
 
 impl Wheel {

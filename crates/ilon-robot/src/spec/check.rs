@@ -85,9 +85,19 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.damping_n_m_s", r.damping_n_m_s),
         ("rollers.friction_n_m", r.friction_n_m),
         ("rollers.row_spacing_m", r.row_spacing_m),
+        ("rollers.rolling_resistance", r.rolling_resistance),
     ] {
         not_negative(key, value)?;
     }
+    if !(r.length_factor.is_finite() && r.length_factor >= 1.0) {
+        let range = "a finite number, 1 or above: shorter rollers leave gaps";
+        return Err(out_of_range(
+            "rollers.length_factor",
+            r.length_factor,
+            range,
+        ));
+    }
+    check_tread(spec)?;
     if w.gear_efficiency > 1.0 {
         let range = "above 0 and at most 1";
         return Err(out_of_range(
@@ -120,6 +130,27 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
                 .collect(),
         }),
     }
+}
+
+/// The tread, if there is one.
+fn check_tread(spec: &Spec) -> Result<(), Fault> {
+    let Some(tread) = &spec.rollers.tread else {
+        return Ok(());
+    };
+    positive("rollers.tread.stiffness_n_m", tread.stiffness_n_m)?;
+    for (key, value) in [
+        ("shear_stiffness_n_m", tread.shear_stiffness_n_m),
+        ("relaxation_length_m", tread.relaxation_length_m),
+    ] {
+        value.map_or(Ok(()), |v| positive(&format!("rollers.tread.{key}"), v))?;
+    }
+    for (key, value) in [
+        ("damping_n_s_m", tread.damping_n_s_m),
+        ("shear_damping_n_s_m", tread.shear_damping_n_s_m),
+    ] {
+        value.map_or(Ok(()), |v| not_negative(&format!("rollers.tread.{key}"), v))?;
+    }
+    Ok(())
 }
 
 /// One wheel, with what is overridden of it.
@@ -164,6 +195,14 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
             roller_radius_mm: 1e3 * r.radius_m,
             least_radius_mm: 1e3 * least_radius_m,
         });
+    }
+    let barrel = wheel.barrel();
+    if barrel.sphere_radius_m(barrel.half_length_m) <= 0.0 {
+        return Err(out_of_range(
+            "rollers.length_factor",
+            r.length_factor,
+            "short enough for rollers of this radius, which taper to nothing before their ends",
+        ));
     }
     Ok(())
 }

@@ -54,12 +54,16 @@ impl Spec {
 impl Described {
     /// The barrel of its rollers: those of both rows take turns, so that all of them share the turn evenly.
     pub(crate) fn barrel(&self) -> Barrel {
-        Barrel::handing_over(
+        let handing_over = Barrel::handing_over(
             self.wheel.radius_m,
             self.rollers.radius_m,
             self.placed.gamma_deg.to_radians(),
             self.roller_count(),
-        )
+        );
+        Barrel {
+            half_length_m: self.rollers.length_factor * handing_over.half_length_m,
+            ..handing_over
+        }
     }
 
     /// Number of its rollers, in all rows.

@@ -16,7 +16,7 @@ use toml::Table;
 
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
-use crate::model::DriveTrain;
+use crate::model::{DriveTrain, RollerSurface, Tread};
 
 pub(crate) use check::check;
 pub(crate) use described::Described;
@@ -123,7 +123,7 @@ impl WheelSpec {
 }
 
 /// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
-/// neither gap nor overlap.
+/// neither gap nor overlap, or is a factor longer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
@@ -145,6 +145,62 @@ pub struct RollerSpec {
     /// Dry friction of the roller's bearing, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
+    /// Length of a roller over that at which neighbours hand over with neither gap nor overlap, 1 or more: longer rollers share
+    /// the ground about each hand-over, where they have a tread.
+    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    pub length_factor: f64,
+    /// Rolling resistance of the rollers: drag per load, dimensionless.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rolling_resistance: f64,
+    /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tread: Option<TreadSpec>,
+}
+
+/// What rollers that give are covered with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TreadSpec {
+    /// Stiffness along the ground's normal, in N/m.
+    pub stiffness_n_m: f64,
+    /// Damping along the normal, in N s/m; left out, a tenth of what is critical for the load on a wheel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_n_s_m: Option<f64>,
+    /// Stiffness across the normal, in N/m; left out, 2/3 of that along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness_n_m: Option<f64>,
+    /// Damping across the normal, in N s/m; left out, as much of the stiffness as along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear_damping_n_s_m: Option<f64>,
+    /// The way over which sheared tread leaves the ground as the roller rolls on, in metres: a roller that pulls creeps by its
+    /// pull over `shear_stiffness_n_m` times this; left out, it does not creep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation_length_m: Option<f64>,
+}
+
+impl RollerSpec {
+    /// What the rollers touch the ground with.
+    pub fn surface(&self) -> RollerSurface {
+        let tread = self.tread.as_ref().map(|said| Tread {
+            stiffness_n_m: said.stiffness_n_m,
+            damping_n_s_m: said.damping_n_s_m,
+            shear_stiffness_n_m: said.shear_stiffness_n_m,
+            shear_damping_n_s_m: said.shear_damping_n_s_m,
+            relaxation_length_m: said.relaxation_length_m,
+        });
+        RollerSurface {
+            tread,
+            rolling_resistance: self.rolling_resistance,
+        }
+    }
+}
+
+fn is_unity(number: &f64) -> bool {
+    *number == 1.0
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 fn one() -> usize {

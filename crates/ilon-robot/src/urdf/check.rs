@@ -10,7 +10,7 @@ use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::survey::{Survey, WheelLike};
 use super::tree::PlacedShape;
-use super::{form, infer};
+use super::{doubt, form, infer};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -196,6 +196,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     check_chassis_above_floor(source, &robot, pose.as_ref())?;
     remark_root(&robot, &mut remarks);
     remark_masses(&robot, &mut remarks);
+    doubt::remark(&robot, &mut remarks);
     robot.remarks.extend(remarks);
     Ok(robot)
 }

@@ -25,7 +25,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 28] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 34] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -54,6 +54,42 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 28] = [
     ("ilon_drive", "rotor_inertia", 1, false, Range::NotNegative),
     ("ilon_drive", "gear_efficiency", 1, false, Range::Share),
     ("ilon_drive", "gear_friction", 1, false, Range::NotNegative),
+    (
+        "ilon_rollers",
+        "rolling_resistance",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    ("ilon_rollers", "tread_stiffness", 1, false, Range::Positive),
+    (
+        "ilon_rollers",
+        "tread_damping",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    (
+        "ilon_rollers",
+        "tread_shear_stiffness",
+        1,
+        false,
+        Range::Positive,
+    ),
+    (
+        "ilon_rollers",
+        "tread_shear_damping",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    (
+        "ilon_rollers",
+        "tread_relaxation_length",
+        1,
+        false,
+        Range::Positive,
+    ),
 ];
 
 /// Children that an element may have only once. Of several, the first is read, as the tools of ROS do.
@@ -115,28 +151,33 @@ pub(super) fn check(source: &Source, links_may_miss: bool) -> Result<Vec<Remark>
             break;
         }
     }
-    check_drives(source, &mut faults);
+    check_additions(source, &mut faults);
     faults.into_result().map(|()| remarks)
 }
 
-/// What the file says of drives, in the element that [`crate::generate`] writes.
-fn check_drives(source: &Source, faults: &mut Faults) {
+/// What the file says of drives and rollers, in the elements that [`crate::generate`] writes.
+fn check_additions(source: &Source, faults: &mut Faults) {
     let joints: HashSet<&str> = source
         .all("joint")
         .filter_map(|n| n.attribute("name"))
         .collect();
-    let drives = source.robot().children();
-    for drive in drives.filter(|n| n.has_tag_name("ilon_drive")) {
-        check_numbers(source, drive, faults);
-        match drive.attribute("joint") {
+    let added = source
+        .robot()
+        .children()
+        .filter(|n| n.has_tag_name("ilon_drive") || n.has_tag_name("ilon_rollers"));
+    for addition in added {
+        check_numbers(source, addition, faults);
+        match addition.attribute("joint") {
             Some(joint) if joints.contains(joint) => {}
             Some(joint) => {
-                let joint = joint.to_owned();
-                faults.push(source.attribute_error(drive, "joint", Fault::UnknownJoint { joint }));
+                let fault = Fault::UnknownJoint {
+                    joint: joint.to_owned(),
+                };
+                faults.push(source.attribute_error(addition, "joint", fault));
             }
             None => {
                 let attribute = "joint".to_owned();
-                faults.push(source.error(drive, Fault::MissingAttribute { attribute }));
+                faults.push(source.error(addition, Fault::MissingAttribute { attribute }));
             }
         }
     }

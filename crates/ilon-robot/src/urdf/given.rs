@@ -14,7 +14,9 @@ use super::survey::{self, Survey, WheelLike};
 use super::tree::Motion;
 use crate::error::{Fault, RobotError};
 use crate::model::mass::principal_moments;
-use crate::model::{Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, Wheel};
+use crate::model::{
+    Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, RollerSurface, Wheel,
+};
 use crate::options::{Handedness, WheelOptions};
 
 /// Density of rubber, for rollers of which no mass is said, in kg/m^3.
@@ -212,6 +214,7 @@ pub(super) fn wheel(
         motor: joint.limits,
         joint: joint.losses,
         drive: DriveTrain::default(),
+        surface: RollerSurface::default(),
     })
 }
 

@@ -11,6 +11,7 @@ mod body;
 mod check;
 mod dae;
 mod disc;
+mod doubt;
 mod faults;
 mod fit;
 mod form;
@@ -203,11 +204,15 @@ fn wheels(
     wheels.sort_by_key(|(joint, _)| *joint);
     let mut drives = transmission::drives(loading.source, tree);
     drives.extend(loading.source.prepared.drives.clone());
+    let surfaces = transmission::surfaces(loading.source);
     Ok(wheels
         .into_iter()
         .map(|(_, mut wheel)| {
             if let Some(drive) = drives.get(&wheel.name) {
                 wheel.drive = *drive;
+            }
+            if let Some(surface) = surfaces.get(&wheel.name) {
+                wheel.surface = *surface;
             }
             wheel
         })

@@ -203,7 +203,10 @@ impl<'a> Source<'a> {
     /// What stands in the file and is not read, counted by tag.
     pub(super) fn ignored_elements(&self) -> Vec<Remark> {
         const READ: [(&str, &[&str]); 3] = [
-            ("robot", &["link", "joint", "material", "ilon_drive"]),
+            (
+                "robot",
+                &["link", "joint", "material", "ilon_drive", "ilon_rollers"],
+            ),
             ("link", &["inertial", "collision"]),
             (
                 "joint",

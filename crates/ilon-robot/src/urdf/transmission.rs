@@ -1,5 +1,5 @@
 //! What a URDF says of the drives behind its wheels: `<transmission>` has the gear's ratio and nothing else; what
-//! [`crate::generate`] writes has all of it.
+//! [`crate::generate`] writes has all of it. And what it says of the surfaces of rollers, of which URDF knows nothing.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use roxmltree::Node;
 use super::form::number;
 use super::source::{Source, child};
 use super::tree::Tree;
-use crate::model::DriveTrain;
+use crate::model::{DriveTrain, RollerSurface, Tread};
 
 /// The drives of the joints that have one in the file.
 pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
@@ -55,4 +55,27 @@ pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrai
         drives.insert(joint.to_owned(), drive);
     }
     drives
+}
+
+/// The surfaces of the rollers of those wheels of which the file says something, by the wheels' joints.
+pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
+    let elements = source.robot().children();
+    let said = elements.filter(|n| n.has_tag_name("ilon_rollers"));
+    // Joints and numbers were checked with all others.
+    said.filter_map(|node| {
+        let said = |name: &str| node.attribute(name).map(|_| number(node, name));
+        let tread = said("tread_stiffness").map(|stiffness_n_m| Tread {
+            stiffness_n_m,
+            damping_n_s_m: said("tread_damping"),
+            shear_stiffness_n_m: said("tread_shear_stiffness"),
+            shear_damping_n_s_m: said("tread_shear_damping"),
+            relaxation_length_m: said("tread_relaxation_length"),
+        });
+        let surface = RollerSurface {
+            tread,
+            rolling_resistance: said("rolling_resistance").unwrap_or(0.0),
+        };
+        Some((node.attribute("joint")?.to_owned(), surface))
+    })
+    .collect()
 }

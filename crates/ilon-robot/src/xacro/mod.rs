@@ -4,13 +4,15 @@
 //! same on every machine. It works in this order: a file's elements are read with their places ([`dom`]); the tree is gone through
 //! once ([`expand`]), evaluating texts ([`text`], [`substitution`]) whose expressions are a little Python ([`python`]), looking
 //! properties up in scopes ([`scope`]) and macros in theirs ([`macros`]); the result is written, and each of its elements keeps
-//! the place that it came from. [`budget`] ends what has no end.
+//! the place that it came from. [`budget`] ends what has no end. Where a program has the xacro of ROS itself, that is asked about what
+//! is refused ([`ros`]).
 
 mod budget;
 mod dom;
 mod expand;
 mod macros;
 mod python;
+mod ros;
 mod scope;
 mod substitution;
 mod text;
@@ -28,6 +30,9 @@ use dom::SourceFile;
 
 use crate::files::FileAccess;
 use crate::packages::{Package, Packages};
+
+pub(crate) use ros::expanded_by_ros;
+pub use ros::{FindPackage, RosXacro, use_ros_xacro};
 
 /// Longest file that is read, included ones too, in bytes.
 pub(crate) const MAX_BYTES: u64 = 16 << 20;

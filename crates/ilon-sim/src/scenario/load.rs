@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 
 use ilon_robot::FileAccess;
 use miette::{NamedSource, SourceSpan};
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
 
@@ -51,7 +53,10 @@ impl Scenario {
     }
 
     /// The scenario of a file whose text was read before, with some of its keys changed.
-    pub(crate) fn from_text(
+    ///
+    /// # Errors
+    /// Like [`Self::load_with`].
+    pub fn from_text(
         text: &str,
         path: &Path,
         settings: &[Setting],
@@ -146,6 +151,26 @@ fn real_but_its_name(path: &Path) -> PathBuf {
         (Some(folder), Some(name)) => real(folder).join(name),
         _ => real(path),
     }
+}
+
+/// Reads another kind of TOML file than a scenario: keys that `T` does not have are refused as those of a scenario are.
+///
+/// # Errors
+/// Text that is no TOML, or holds a key or value that it may not, with its place.
+pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> Result<T, Error> {
+    let source = || NamedSource::new(path.display().to_string(), text.to_owned());
+    let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
+    let schema = schemars::schema_for!(T).to_value();
+    keys::check(&document, &schema).map_err(|fault| {
+        Error::Scenario(Box::new(ScenarioFault {
+            message: fault.message,
+            help: fault.help,
+            source_code: source(),
+            span: fault.span.into(),
+        }))
+    })?;
+    T::deserialize(toml::Deserializer::from(document))
+        .map_err(|error| Error::toml_value(&error, source()))
 }
 
 /// A path without `.` and, where what they undo is known, `..`.

@@ -8,12 +8,13 @@ mod faults;
 mod guidance;
 mod keys;
 mod load;
-pub use load::MAX_BYTES;
 pub(crate) use load::toml_span;
+pub use load::{MAX_BYTES, read_toml};
 mod motion;
 mod objection;
 mod playback;
 mod robot;
+mod rollers;
 mod run;
 mod sensors;
 mod setting;
@@ -26,16 +27,17 @@ pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
-pub(crate) use keys::{SIZES, check, is_computable};
+pub(crate) use keys::{SIZES, is_computable};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
+pub use rollers::{RollerSurface, Tread};
 pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
-pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
+pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Sliding, Solver, World};
 
 use std::path::PathBuf;
 
@@ -70,6 +72,9 @@ pub struct Scenario {
     /// What the motors can do, beyond the robot's own limits.
     #[serde(default)]
     pub motors: Motors,
+    /// What the rollers touch the ground with, in place of what the robot's file says.
+    #[serde(default, skip_serializing_if = "RollerSurface::is_empty")]
+    pub rollers: RollerSurface,
     /// What the robot knows of its own motion.
     #[serde(default)]
     pub sensors: Sensors,

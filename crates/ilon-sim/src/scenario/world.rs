@@ -38,6 +38,35 @@ pub struct Floor {
     /// A bumpy square around the origin in place of the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rough: Option<Rough>,
+    /// Rolling resistance of the floor: drag per load on level ground, dimensionless: 0.01 of a hard one, 0.1 to 0.3 of a soft one.
+    /// That of the rollers comes on top.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub rolling_resistance: f64,
+    /// Creep of the floor: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
+    /// Force against slip is then a line up to the grip, as on carpets and mats.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub creep: f64,
+    /// How friction falls as a roller slides; left out, it does not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sliding: Option<Sliding>,
+}
+
+/// Friction that falls with the speed of sliding (Stribeck): `friction` of the floor at rest, this one at speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// Coefficient of friction at speed.
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+    /// The speed over which it falls, in m/s: with exp(-(v / speed)^2).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub speed_m_s: f64,
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// A rectangle of floor with a friction of its own.
@@ -57,6 +86,17 @@ pub struct FloorPatch {
     /// Coulomb's coefficient of friction there.
     #[schemars(range(min = 0.0))]
     pub friction: f64,
+    /// Rolling resistance there; left out, that of the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub rolling_resistance: Option<f64>,
+    /// Creep there; left out, that of the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub creep: Option<f64>,
+    /// How friction falls there as a roller slides; left out, as on the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sliding: Option<Sliding>,
     /// When it appears, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
@@ -161,6 +201,9 @@ impl Default for Floor {
             patches: Vec::new(),
             boxes: Vec::new(),
             rough: None,
+            rolling_resistance: 0.0,
+            creep: 0.0,
+            sliding: None,
         }
     }
 }

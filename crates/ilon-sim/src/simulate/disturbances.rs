@@ -13,6 +13,8 @@ use crate::scenario::{Fault, Floor, Frame, within};
 pub(super) struct Disturbances {
     pushes: Vec<TimedPush>,
     payloads: Vec<(Payload, Fault)>,
+    /// What was put on from outside the scenario.
+    put_on: Option<Payload>,
     seizures: Vec<Seizure>,
     floor: Floor,
     frictions: Vec<Fault>,
@@ -55,6 +57,7 @@ impl Disturbances {
         let mut this = Self {
             pushes: Vec::new(),
             payloads: Vec::new(),
+            put_on: None,
             seizures: Vec::new(),
             frictions: Vec::new(),
             carried: Vec::new(),
@@ -125,6 +128,11 @@ impl Disturbances {
         });
     }
 
+    /// Puts a payload on, in place of the one put on before.
+    pub fn carry(&mut self, payload: Option<Payload>) {
+        self.put_on = payload;
+    }
+
     /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);
@@ -139,7 +147,7 @@ impl Disturbances {
 
     fn load(&mut self, t_s: f64, world: &mut World) {
         let on = self.payloads.iter().filter(|(_, fault)| fault.is_on(t_s));
-        let carried: Vec<Payload> = on.map(|(payload, _)| *payload).collect();
+        let carried: Vec<Payload> = on.map(|(payload, _)| *payload).chain(self.put_on).collect();
         if carried != self.carried {
             world.carry(&carried);
             self.carried = carried;

@@ -101,12 +101,14 @@ impl Drive {
                 for ((given, limit), asked) in given.zip(asked) {
                     given.torque_n_m = limit.clamp(*asked);
                 }
+                self.fall_with_the_rates(rates_rad_s, supply_share);
                 return &self.torques;
             }
         };
         let targets = self.targets_rad_s.iter_mut().zip(rates);
-        for ((target, asked), motor) in targets.zip(&self.torques) {
-            *target = asked.clamp(-motor.rate_limit_rad_s, motor.rate_limit_rad_s);
+        for ((target, asked), motor) in targets.zip(&self.motors) {
+            let limit_rad_s = motor.velocity_limit_on(supply_share);
+            *target = asked.clamp(-limit_rad_s, limit_rad_s);
         }
         let (targets, limits) = (&self.targets_rad_s, &self.limits);
         let torques_n_m = self.law.update(targets, rates_rad_s, limits, dt_s);
@@ -116,7 +118,17 @@ impl Drive {
         for (torque, droop_n_m_s) in self.torques.iter_mut().zip(self.law.droops_n_m_s()) {
             torque.droop_n_m_s = *droop_n_m_s;
         }
+        self.fall_with_the_rates(rates_rad_s, supply_share);
         &self.torques
+    }
+
+    /// Lets the torques that motors bound fall as their lines do within the step.
+    fn fall_with_the_rates(&mut self, rates_rad_s: &[f64], supply_share: f64) {
+        let motors = self.motors.iter().zip(rates_rad_s);
+        for (torque, (motor, rate_rad_s)) in self.torques.iter_mut().zip(motors) {
+            let droop_n_m_s = motor.droop_on(torque.torque_n_m, *rate_rad_s, supply_share);
+            torque.droop_n_m_s = torque.droop_n_m_s.max(droop_n_m_s);
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! The scenario's floor as the world's.
 
 use ilon_trace::{Ground, GroundPatch, GroundRelief};
-use ilon_world::{Floor, GroundBox, Patch, Relief};
+use ilon_world::{Floor, FloorSurface, GroundBox, Patch, Relief, Stribeck};
 use nalgebra::{Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::Error;
-use crate::scenario::{self, FloorPatch, Rough};
+use crate::scenario::{self, FloorPatch, Rough, Sliding};
 
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
@@ -34,17 +34,44 @@ pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
         patches: patches(section, 0.0).collect(),
         boxes: boxes.collect(),
         relief: section.rough.as_ref().map(relief).transpose()?,
+        surface: surface(section),
     })
+}
+
+/// What the floor is made of where there is no patch.
+fn surface(section: &scenario::Floor) -> FloorSurface {
+    FloorSurface {
+        rolling_resistance: section.rolling_resistance,
+        creep: section.creep,
+        sliding: section.sliding.as_ref().map(stribeck),
+    }
+}
+
+fn stribeck(sliding: &Sliding) -> Stribeck {
+    Stribeck {
+        friction: sliding.friction,
+        speed_m_s: sliding.speed_m_s,
+    }
 }
 
 /// The patches that are there at a time in seconds.
 pub(super) fn patches(section: &scenario::Floor, t_s: f64) -> impl Iterator<Item = Patch> {
+    let floor = surface(section);
     let there = move |patch: &&FloorPatch| scenario::within(t_s, patch.from_s, patch.until_s);
-    section.patches.iter().filter(there).map(|patch| Patch {
-        center_m: Vector2::new(patch.x_m, patch.y_m),
-        half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
-        friction: patch.friction,
-    })
+    section
+        .patches
+        .iter()
+        .filter(there)
+        .map(move |patch| Patch {
+            center_m: Vector2::new(patch.x_m, patch.y_m),
+            half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
+            friction: patch.friction,
+            surface: FloorSurface {
+                rolling_resistance: patch.rolling_resistance.unwrap_or(floor.rolling_resistance),
+                creep: patch.creep.unwrap_or(floor.creep),
+                sliding: patch.sliding.as_ref().map(stribeck).or(floor.sliding),
+            },
+        })
 }
 
 /// The ground of a scenario as a trace keeps it.

@@ -30,6 +30,7 @@ use ilon_world::World;
 
 pub use pilot::{Commanded, Controller, Moment};
 pub use plant::{Outcome, Plant, Snapshot, WheelCommand};
+pub use recorder::{Decided, Recorder};
 pub use resolve::{Driver, Resolved, resolve, resolve_for};
 pub use sensors::Seen;
 pub use twist_profile::TwistProfile;
@@ -42,7 +43,6 @@ use crate::scenario::Scenario;
 use crate::{Error, judge};
 use pilot::Pilot;
 use quoted::quoted;
-use recorder::Recorder;
 
 /// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`].
 #[derive(Clone, Debug)]
@@ -104,6 +104,7 @@ impl Simulation {
     pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
         let mut robot = loaded.robot.clone();
         scenario.motors.apply(&mut robot);
+        scenario.rollers.apply(&mut robot)?;
         Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
     }
 
@@ -172,7 +173,8 @@ impl Simulation {
         }
         self.plant.actuate(self.pilot.command());
         if clock.record_is_due() {
-            self.recorder.record(t_s, &self.plant, &self.pilot);
+            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
+            self.recorder.record(t_s, &self.plant, &decided);
         }
         self.plant.step();
         self.recorder
@@ -314,7 +316,7 @@ impl Simulation {
     }
 }
 
-/// Reads the robot of a scenario, with the motors that the scenario gives it.
+/// Reads the robot of a scenario, with the motors and the rollers' surfaces that the scenario gives it.
 ///
 /// # Errors
 /// [`Error::Robot`], with all that is wrong with the file and which keys would do.
@@ -322,9 +324,14 @@ pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     load(scenario).map(|loaded| loaded.robot)
 }
 
-fn load(scenario: &Scenario) -> Result<Loaded, Error> {
+/// Like [`load_robot`]; keeps the text that the robot was read from.
+///
+/// # Errors
+/// Like [`load_robot`].
+pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
     let mut loaded = load_file(scenario)?;
     scenario.motors.apply(&mut loaded.robot);
+    scenario.rollers.apply(&mut loaded.robot)?;
     Ok(loaded)
 }
 

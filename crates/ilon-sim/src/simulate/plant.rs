@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ilon_control::{Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::Truth;
-use ilon_world::{Floor, MotorTorque, Settings, SharedRobot, World};
+use ilon_world::{Floor, MotorTorque, Payload, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
 use super::clock::Clock;
@@ -335,6 +335,24 @@ impl Plant {
     pub fn set_friction(&mut self, friction: f64) {
         let patches = self.plan.floor.patches.clone();
         self.world.set_friction(friction.max(0.0), &patches);
+    }
+
+    /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes
+    /// on top of the payloads of the scenario's faults, and a reset takes it off.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a mass that is negative or no number.
+    pub fn carry(&mut self, mass_kg: f64) -> Result<(), Error> {
+        if !(mass_kg.is_finite() && mass_kg >= 0.0) {
+            return Err(Error::invalid(
+                format!("the robot cannot carry {mass_kg} kg"),
+                "give a finite mass of 0 kg or more",
+            ));
+        }
+        let place_in_body_m = self.plan.robot.chassis.mass.center_of_mass_m;
+        let payload = (mass_kg > 0.0).then(|| Payload::new(mass_kg, place_in_body_m));
+        self.disturbances.carry(payload.transpose()?);
+        Ok(())
     }
 
     /// What the sensors said when they looked last.

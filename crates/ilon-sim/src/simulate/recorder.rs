@@ -1,17 +1,20 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry};
-use ilon_robot::{Pose, Robot};
+use ilon_robot::{Pose, Robot, Twist};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
 use ilon_world::World;
 
-use super::pilot::Pilot;
+use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
-use super::playback::Placing;
+use crate::Error;
 use crate::scenario::TIME_SLACK_S;
 
-/// The growing trace, and what has to be summed between its rows.
-pub(super) struct Recorder {
+/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
+///
+/// For a loop of one's own around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
+/// [`Recorder::record`], and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
+pub struct Recorder {
     trace: Trace,
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
@@ -24,11 +27,26 @@ pub(super) struct Recorder {
     /// The largest since the last row.
     residual_m_s: f64,
     samples: Vec<WheelSample>,
-    /// Of a log that says only later where the real robot was: where it said so first, and where the simulated robot was then.
-    placing: Option<Placing>,
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
+}
+
+/// What was decided at the start of a control period, as it is recorded. Twists are the body origin's.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Decided<'a> {
+    /// What the reference wants; `None` of what follows none.
+    pub desired: Option<ilon_control::Desired>,
+    /// Where a log says that the real robot was; `None` without one.
+    pub measured: Option<Pose>,
+    /// The twist asked for in the body frame, before any saturation.
+    pub command_twist_in_body: Twist,
+    /// What is left of it after saturation.
+    pub granted_twist_in_body: Twist,
+    /// The guidance's tasks, highest priority first; none of what has no guidance.
+    pub tasks: &'a [ilon_control::TaskShare],
+    /// The rate commanded of each wheel, in rad/s.
+    pub wheel_rates_rad_s: &'a [f64],
 }
 
 /// What is summed of a wheel between rows.
@@ -44,7 +62,7 @@ struct WheelSums {
 
 impl Recorder {
     #[allow(clippy::too_many_arguments)]
-    pub fn new(
+    pub(super) fn new(
         header: Header,
         robot: &Robot,
         kinematics: Kinematics,
@@ -65,10 +83,38 @@ impl Recorder {
             sums: vec![WheelSums::default(); wheel_count],
             residual_m_s: 0.0,
             samples: vec![WheelSample::default(); wheel_count],
-            placing: None,
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
         }
+    }
+
+    /// For a loop of one's own around this plant, which stands at its start: its rows are once a control period, and time counts
+    /// from zero. `urdf` is [`ilon_robot::Loaded::urdf`], or empty.
+    ///
+    /// # Errors
+    /// [`Error`] where the scenario cannot be written as text.
+    pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
+        let (resolved, robot) = (plant.resolved(), plant.robot());
+        let scenario = resolved.scenario();
+        let (kinematics, contact) = (Kinematics::new(robot)?, ContactKinematics::new(robot)?);
+        let pilot = Pilot::new(
+            scenario,
+            (resolved.reference().cloned(), None),
+            (kinematics.clone(), contact.clone()),
+            robot,
+            Some(Box::new(Idle)),
+        )?;
+        let header = Header {
+            // A row each control period, for as long as the loop goes on.
+            record_every: 1,
+            control_periods: 0,
+            ..super::header(resolved, robot, urdf, &pilot)?
+        };
+        let start = plant.truth().pose;
+        let every_hz = scenario.run.roller_angles_hz;
+        Ok(Self::new(
+            header, robot, kinematics, contact, start, 1, every_hz,
+        ))
     }
 
     /// Sums what happened during the last physics step.
@@ -84,15 +130,14 @@ impl Recorder {
     }
 
     /// Adds a row: the state now, what was decided on it, and the torques that follow.
-    pub fn record(&mut self, t_s: f64, plant: &Plant, pilot: &Pilot) {
+    pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.wheel_angles_rad();
         let rates_rad_s = world.wheel_rates_rad_s();
         let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
 
-        let decision = pilot.decision();
         let mut tasks = [TaskShare::default(); MAX_TASKS];
-        for (share, task) in tasks.iter_mut().zip(&decision.tasks) {
+        for (share, task) in tasks.iter_mut().zip(decided.tasks) {
             *share = TaskShare {
                 asked_rad_s: task.asked_rad_s,
                 capacity_rad_s: task.capacity_rad_s,
@@ -109,14 +154,14 @@ impl Recorder {
             seen_pose: seen.pose,
             odometry_ideal: self.odometry_ideal,
             odometry_contact: self.odometry_contact.pose(),
-            desired: decision.desired.map(|desired| Desired {
+            desired: decided.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
             }),
-            measured: self.measured(t_s, plant, pilot),
-            command_twist_in_body: decision.command_twist_in_body,
-            granted_twist_in_body: decision.granted_twist_in_body,
-            twist_target_ideal: self.kinematics.twist(pilot.wheel_rates_rad_s()),
+            measured: decided.measured,
+            command_twist_in_body: decided.command_twist_in_body,
+            granted_twist_in_body: decided.granted_twist_in_body,
+            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
             tasks,
             torque_weight_position: shares.map_or(1.0, |shares| shares.position),
             torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
@@ -130,23 +175,10 @@ impl Recorder {
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
         };
-        self.sample_wheels(world, pilot);
+        self.sample_wheels(world, decided.wheel_rates_rad_s);
         self.residual_m_s = 0.0;
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
-    }
-
-    /// Where a log says that the real robot was, in the world.
-    fn measured(&mut self, t_s: f64, plant: &Plant, pilot: &Pilot) -> Option<Pose> {
-        let measured = pilot.measured_at(t_s)?;
-        if pilot.measured_is_placed() {
-            return Some(measured);
-        }
-        let placing = self.placing.get_or_insert_with(|| Placing {
-            from: measured,
-            to: plant.truth().pose,
-        });
-        Some(placing.of(measured))
     }
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
@@ -168,13 +200,18 @@ impl Recorder {
         &self.trace
     }
 
+    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the start.
+    pub fn odometry(&self) -> Pose {
+        self.odometry_ideal
+    }
+
     /// What was recorded so far, to be taken out.
     pub fn trace_mut(&mut self) -> &mut Trace {
         &mut self.trace
     }
 
     /// What was recorded; no row is left.
-    pub fn take_trace(&mut self) -> Trace {
+    pub(super) fn take_trace(&mut self) -> Trace {
         let none = Trace::with_capacity(self.trace.header.clone(), 0);
         std::mem::replace(&mut self.trace, none)
     }
@@ -193,7 +230,7 @@ impl Recorder {
         self.odometry_ideal = self.odometry_ideal.moved(displacement);
     }
 
-    fn sample_wheels(&mut self, world: &World, pilot: &Pilot) {
+    fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {
         for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
         {
             let sums = &mut self.sums[index];
@@ -201,7 +238,7 @@ impl Recorder {
             (sums.angular_n_m_s, sums.time_s) = (0.0, 0.0);
             let place = contact.place_in_body_m;
             *sample = WheelSample {
-                target_rad_s: pilot.wheel_rates_rad_s()[index],
+                target_rad_s: targets_rad_s[index],
                 rate_rad_s: world.wheel_rates_rad_s()[index],
                 angle_rad: world.wheel_angles_rad()[index],
                 torque_n_m: if time_s > 0.0 {

@@ -42,6 +42,24 @@ pub(super) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
     .collect()
 }
 
+/// Of a heading at the start that looks like one in radians.
+pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
+    /// Within what a person writes of pi / 4 and its multiples, in radians.
+    const NEAR_RAD: f64 = 6e-3;
+    /// A whole turn.
+    const MOST_RAD: f64 = 6.3;
+    let heading = scenario.robot.heading_deg;
+    let eighths = heading / std::f64::consts::FRAC_PI_4;
+    let off_rad = (eighths - eighths.round()).abs() * std::f64::consts::FRAC_PI_4;
+    let is_odd = heading.fract() != 0.0 && heading.abs() < MOST_RAD && off_rad < NEAR_RAD;
+    (is_odd && eighths.round() != 0.0).then(|| {
+        format!(
+            "`robot.heading_deg` = {heading} is in degrees: if an angle in radians is meant, it is {:.0}",
+            45.0 * eighths.round()
+        )
+    })
+}
+
 /// Of an open-loop twist that takes more than the wheels' limit: it is scaled down.
 pub(super) fn of_twist(asked_rad_s: f64, limit_rad_s: f64) -> Option<String> {
     (asked_rad_s > limit_rad_s * (1.0 + 1e-9)).then(|| {
@@ -134,6 +152,29 @@ mod tests {
         let patch =
             "patches = [{ x_m = 0, y_m = 0, length_x_m = 1, length_y_m = 1, friction = 3 }]";
         assert!(of_floor(patch).is_some());
+    }
+
+    #[test]
+    fn a_heading_in_radians_is_remarked() {
+        let of = |heading_deg: &str| {
+            let text = format!(
+                "robot = {{ file = 'r.urdf', heading_deg = {heading_deg} }}\ntwist.vx_m_s = 0.1\nrun.duration_s = 1"
+            );
+            of_heading(&Scenario::from_toml(&text, "s", ".").expect("a scenario"))
+        };
+        for (written, degrees) in [
+            ("1.57", "is 90"),
+            ("-0.785", "is -45"),
+            ("3.14159", "is 180"),
+        ] {
+            assert!(
+                of(written).is_some_and(|text| text.ends_with(degrees)),
+                "{written}"
+            );
+        }
+        for plain in ["0", "1", "3", "1.5", "45", "0.001", "90.0"] {
+            assert_eq!(of(plain), None, "{plain}");
+        }
     }
 
     #[test]

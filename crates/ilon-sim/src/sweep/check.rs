@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::path::Path;
 
 use miette::NamedSource;
-use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
@@ -13,7 +12,7 @@ use super::file::{Method, StudyFile};
 use super::row::figure_names;
 use super::sample::{MOST_SOBOL_POINTS, runs_a_point};
 use super::study::{Base, MOST_RUNS, SEED, Study, grid_points};
-use crate::scenario::{Bound, Scenario, Setting, check as check_keys, nearest};
+use crate::scenario::{Bound, Scenario, Setting, nearest, read_toml};
 use crate::{Error, ScenarioFault};
 
 /// A fault of a study's text.
@@ -58,13 +57,7 @@ fn place(text: &str, keys: &[&str]) -> Range<usize> {
 
 /// Reads the text of a study.
 pub(super) fn parse(text: &str, path: &Path) -> Result<StudyFile, Error> {
-    let source = || NamedSource::new(path.display().to_string(), text.to_owned());
-    let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
-    let schema = schemars::schema_for!(StudyFile).to_value();
-    check_keys(&document, &schema)
-        .map_err(|wrong| fault(text, path, wrong.span, wrong.message, wrong.help))?;
-    StudyFile::deserialize(toml::Deserializer::from(document))
-        .map_err(|error| Error::toml_value(&error, source()))
+    read_toml(text, path)
 }
 
 /// The axes of a study, in the order of its text.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use ilon_trace::file::write_text;
 use rayon::prelude::*;
@@ -11,6 +12,7 @@ use toml::Value;
 use super::evaluate::{evaluate, scenario_of};
 use super::file::{Find, Keep, Minimise};
 use super::findings::{Findings, FoundAt, MinimumAt};
+use super::minimise::Trial;
 use super::row::{Row, Status, Task, figure_index};
 use super::store::{Shard, Store, parts_of};
 use super::study::{Question, Study};
@@ -32,28 +34,74 @@ pub struct Progress {
     pub is_search: bool,
 }
 
+/// Asks a study to end early, from whichever thread holds a copy: runs under way end within a control period and leave no row.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Asks for it.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// [`Error::Stopped`] once it was asked for.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match self.0.load(Ordering::Relaxed) {
+            true => Err(Error::Stopped),
+            false => Ok(()),
+        }
+    }
+}
+
 /// How a study is run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Options {
     /// Runs at a time; left out, as many as the machine has cores.
     pub jobs: Option<usize>,
     /// Which part of the runs is made.
     pub shard: Option<Shard>,
+    /// What ends it early.
+    pub stop: Stop,
 }
 
 impl Options {
     /// So many runs at a time, of a part of the study or of all of it.
     pub fn new(jobs: Option<usize>, shard: Option<Shard>) -> Self {
-        Self { jobs, shard }
+        Self {
+            jobs,
+            shard,
+            stop: Stop::default(),
+        }
+    }
+
+    /// Ended early by `stop`.
+    pub fn stopped_by(mut self, stop: Stop) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// The threads that it asks for.
+    pub(super) fn pool(&self) -> Result<rayon::ThreadPool, Error> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.jobs.unwrap_or(0))
+            .build();
+        pool.map_err(|error| {
+            Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
+        })
     }
 }
 
 /// What is under way, for all threads.
-struct Sweep<'s> {
+pub(super) struct Sweep<'s> {
     study: &'s Study,
     store: &'s Store,
     watch: &'s (dyn Fn(Progress) + Sync),
+    stop: &'s Stop,
+    /// Where the traces go that are kept as they come.
+    folder: Option<&'s Path>,
+    /// Whether what is missing is run; if not, it ends there with [`Error::Stopped`].
+    may_run: bool,
     done: AtomicU64,
     failed: AtomicU64,
     found: u64,
@@ -65,11 +113,11 @@ struct Sweep<'s> {
 /// `watch` is called from several threads, after each run.
 ///
 /// # Errors
-/// Where rows or kept traces cannot be written, and where a search shall be divided.
+/// Where rows or kept traces cannot be written, and where a search shall be divided; [`Error::Stopped`] where it was stopped.
 pub fn sweep(
     study: &Study,
     store: &Store,
-    options: Options,
+    options: &Options,
     watch: &(dyn Fn(Progress) + Sync),
 ) -> Result<Findings, Error> {
     if options.shard.is_some() && !matches!(study.question(), Question::Table { .. }) {
@@ -78,42 +126,16 @@ pub fn sweep(
             "run it whole; it uses all cores of a machine",
         ));
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.jobs.unwrap_or(0))
-        .build();
-    let pool = pool.map_err(|error| {
-        Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
-    })?;
-    let repetitions = u64::from(study.file().repetitions);
-    let most = match study.question() {
-        Question::Table { runs } => (0..runs)
-            .filter(|run| options.shard.is_none_or(|shard| shard.holds(*run)))
-            .count() as u64,
-        Question::Find(find) => searches(study) * find.most_trials() * repetitions,
-        Question::Minimise(minimise) => minimise.most_trials() * repetitions,
-    };
-    let before = store.rows();
-    let found = before.len() as u64;
+    let pool = options.pool()?;
     let sweep = Sweep {
-        study,
-        store,
         watch,
-        done: AtomicU64::new(found),
-        failed: AtomicU64::new(
-            before
-                .iter()
-                .filter(|row| row.status == Status::Failed)
-                .count() as u64,
-        ),
-        found,
-        most,
+        ..Sweep::new(study, store, options)
     };
-    drop(before);
     sweep.tell();
     let result = pool.install(|| sweep.answer(options.shard));
     store.sync()?;
     let findings = result?;
-    pool.install(|| keep(study, store, options.shard))?;
+    pool.install(|| keep(study, store, options))?;
     Ok(findings)
 }
 
@@ -121,15 +143,10 @@ pub fn sweep(
 /// those are run again.
 ///
 /// # Errors
-/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed.
-pub fn keep_traces(study: &Study, store: &Store, jobs: Option<usize>) -> Result<(), Error> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs.unwrap_or(0))
-        .build();
-    let pool = pool.map_err(|error| {
-        Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
-    })?;
-    pool.install(|| keep(study, store, None))
+/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
+/// [`Error::Stopped`] where it was stopped.
+pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
+    options.pool()?.install(|| keep(study, store, options))
 }
 
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
@@ -151,45 +168,68 @@ pub fn findings(study: &Study, store: &Store) -> Findings {
     Findings::of(study, &store.rows())
 }
 
-impl Study {
-    /// Runs a batch of a study whose runs are known beforehand, so many at a time: what a worker of a cluster does. The rows come
-    /// in the order of the numbers, and are the same wherever they are made.
-    ///
-    /// # Errors
-    /// Of a study that searches, and of a number that is none of its runs.
-    pub fn run_batch(&self, runs: &[u64], jobs: Option<usize>) -> Result<Vec<Row>, Error> {
-        let Question::Table { runs: count } = self.question() else {
-            return Err(Error::invalid(
-                "a study that searches has no runs that are known beforehand",
-                "run it whole",
-            ));
-        };
-        if let Some(beyond) = runs.iter().find(|run| **run >= count) {
-            return Err(Error::invalid(
-                format!("there is no run {beyond}: the study has {count}, counted from 0"),
-                "name runs that there are",
-            ));
-        }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(jobs.unwrap_or(0))
-            .build();
-        let pool = pool.map_err(|error| {
-            Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
-        })?;
-        Ok(pool.install(|| {
-            runs.par_iter()
-                .map(|run| evaluate(self, &self.task(*run)).0)
-                .collect()
-        }))
-    }
-}
-
 /// How many searches a study with `[find]` makes.
-fn searches(study: &Study) -> u64 {
+pub(super) fn searches(study: &Study) -> u64 {
     study.scenario_names().count() as u64 * study.points()
 }
 
-impl Sweep<'_> {
+/// Most runs that a study comes to, of a shard or of all of it.
+pub(super) fn most_runs(study: &Study, shard: Option<Shard>) -> u64 {
+    let repetitions = u64::from(study.file().repetitions);
+    match study.question() {
+        Question::Table { runs } => (0..runs)
+            .filter(|run| shard.is_none_or(|shard| shard.holds(*run)))
+            .count() as u64,
+        Question::Find(find) => searches(study) * find.most_trials() * repetitions,
+        Question::Minimise(minimise) => minimise.most_trials() * repetitions,
+    }
+}
+
+impl<'s> Sweep<'s> {
+    /// A study of which some rows may be there, watched by nobody.
+    pub fn new(study: &'s Study, store: &'s Store, options: &'s Options) -> Self {
+        let before = store.rows();
+        let found = before.len() as u64;
+        let failed = before.iter().filter(|row| row.status == Status::Failed);
+        Self {
+            study,
+            store,
+            watch: &|_| (),
+            stop: &options.stop,
+            folder: store.folder(),
+            may_run: true,
+            done: AtomicU64::new(found),
+            failed: AtomicU64::new(failed.count() as u64),
+            found,
+            most: most_runs(study, options.shard),
+        }
+    }
+
+    /// Keeping traces in a folder that is not the store's.
+    pub fn keeping_in(mut self, folder: Option<&'s Path>) -> Self {
+        self.folder = folder;
+        self
+    }
+
+    /// Running nothing: what needs a row that is not there ends with [`Error::Stopped`].
+    pub fn looking_only(mut self) -> Self {
+        self.may_run = false;
+        self
+    }
+
+    /// Makes what is missing of a part, of those that [`Study::parts`] counts.
+    pub fn part(&self, part: u64) -> Result<(), Error> {
+        match self.study.question() {
+            Question::Table { .. } => self.row(&self.study.task(part)).map(drop),
+            Question::Find(find) => self.find(find, part).map(drop),
+            Question::Minimise(minimise) => {
+                let trial = self.trial(minimise)?;
+                let (axes, seed) = (self.study.axes().len(), self.study.file().seed);
+                minimise.search_from(part, axes, seed, trial)
+            }
+        }
+    }
+
     fn tell(&self) {
         (self.watch)(Progress {
             done: self.done.load(Ordering::Relaxed),
@@ -205,9 +245,12 @@ impl Sweep<'_> {
         if let Some(row) = self.store.row_of(task) {
             return Ok(row);
         }
-        let (row, finished) = evaluate(self.study, task);
+        if !self.may_run {
+            return Err(Error::Stopped);
+        }
+        let (row, finished) = evaluate(self.study, task, self.stop)?;
         if self.study.file().keep == Keep::All
-            && let (Some(finished), Some(folder)) = (&finished, self.store.folder())
+            && let (Some(finished), Some(folder)) = (&finished, self.folder)
         {
             // Before its row, so that no row is without its trace.
             finished.write(&kept_folder(folder, task.run))?;
@@ -295,8 +338,11 @@ impl Sweep<'_> {
         })
     }
 
-    fn minimise(&self, minimise: &Minimise) -> Result<MinimumAt, Error> {
-        let study = self.study;
+    /// What comes of a trial of a study with `[minimise]`, at a place given as a share of each axis.
+    fn trial(
+        &self,
+        minimise: &Minimise,
+    ) -> Result<impl Fn(u64, &[f64]) -> Result<Trial, Error> + Sync, Error> {
         let Some(quantity) = figure_index(&minimise.quantity) else {
             return Err(no_quantity(&minimise.quantity));
         };
@@ -305,24 +351,22 @@ impl Sweep<'_> {
             .keys()
             .map(|name| figure_index(name).ok_or_else(|| no_quantity(name)));
         let bounded = bounded.collect::<Result<Vec<_>, Error>>()?;
-        let at = |place: &[f64]| -> Vec<Value> {
-            study
-                .axes()
-                .iter()
-                .zip(place)
-                .map(|(axis, share)| axis.at(*share))
-                .collect()
-        };
-        let minimum = minimise.search(study.axes().len(), study.file().seed, |trial, place| {
-            let rows = self.rows_at(0, trial, trial, &at(place))?;
+        Ok(move |trial: u64, place: &[f64]| {
+            let rows = self.rows_at(0, trial, trial, &values_on(self.study, place))?;
             let values = bounded
                 .iter()
                 .map(|index| mean(&rows, *index))
                 .collect::<Option<Vec<_>>>();
-            Ok::<_, Error>(mean(&rows, quantity).zip(values))
-        })?;
+            Ok(mean(&rows, quantity).zip(values))
+        })
+    }
+
+    fn minimise(&self, minimise: &Minimise) -> Result<MinimumAt, Error> {
+        let study = self.study;
+        let trial = self.trial(minimise)?;
+        let minimum = minimise.search(study.axes().len(), study.file().seed, trial)?;
         let keys = study.axes().iter().map(|axis| axis.key.clone());
-        let values: BTreeMap<String, Value> = keys.zip(at(&minimum.place)).collect();
+        let values: BTreeMap<String, Value> = keys.zip(values_on(study, &minimum.place)).collect();
         Ok(MinimumAt {
             quantity: minimise.quantity.clone(),
             values,
@@ -335,11 +379,11 @@ impl Sweep<'_> {
 }
 
 /// Runs again what is to be kept and is not there: runs come out the same each time.
-fn keep(study: &Study, store: &Store, shard: Option<Shard>) -> Result<(), Error> {
+fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
     };
-    if shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
+    if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
         // Which runs are worst is known once all are there.
         return Ok(());
     }
@@ -355,12 +399,12 @@ fn keep(study: &Study, store: &Store, shard: Option<Shard>) -> Result<(), Error>
         if places.iter().any(is_kept) {
             return Ok(());
         }
-        keep_again(study, row, &kept_folder(folder, row.run))
+        keep_again(study, row, &kept_folder(folder, row.run), &options.stop)
     })
 }
 
 /// Runs the task of a row again, and writes what comes of it into a folder.
-fn keep_again(study: &Study, row: &Row, kept: &Path) -> Result<(), Error> {
+fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), Error> {
     let task = Task {
         run: row.run,
         scenario: study
@@ -371,7 +415,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path) -> Result<(), Error> {
         repetition: row.repetition,
         values: row.values.clone(),
     };
-    let (again, finished) = evaluate(study, &task);
+    let (again, finished) = evaluate(study, &task, stop)?;
     if again.status != row.status || again.trace_hash != row.trace_hash {
         let why = again
             .error
@@ -402,7 +446,11 @@ fn keep_again(study: &Study, row: &Row, kept: &Path) -> Result<(), Error> {
 fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
     match study.file().keep {
         Keep::None => Vec::new(),
-        Keep::All => rows.iter().collect(),
+        // Those were kept as they ran, unless a worker ran them that does not see the folder.
+        Keep::All => rows
+            .iter()
+            .filter(|row| row.status == Status::Done)
+            .collect(),
         Keep::Failed => {
             let breaks = |row: &Row| {
                 study.expect().any(|(name, bound)| {
@@ -429,6 +477,12 @@ fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
             ranked.into_iter().take(count).map(|(row, _)| row).collect()
         }
     }
+}
+
+/// The value on each axis at a place, given as a share of each.
+fn values_on(study: &Study, place: &[f64]) -> Vec<Value> {
+    let axes = study.axes().iter().zip(place);
+    axes.map(|(axis, share)| axis.at(*share)).collect()
 }
 
 /// Where the trace of a run is kept.

@@ -9,6 +9,7 @@ use ilon_trace::file::write_text;
 use ilon_trace::{Recorded, Recording, TraceError};
 use miette::Diagnostic;
 
+use super::engine::Stop;
 use super::hash::Hash;
 use super::row::{Row, Status, Task, figures_of};
 use super::study::Study;
@@ -68,7 +69,15 @@ pub(super) struct Finished {
 }
 
 /// Runs one task; whatever goes wrong with it is in its row.
-pub(super) fn evaluate(study: &Study, task: &Task) -> (Row, Option<Finished>) {
+///
+/// # Errors
+/// [`Error::Stopped`] where it was stopped, which says nothing of the run.
+pub(super) fn evaluate(
+    study: &Study,
+    task: &Task,
+    stop: &Stop,
+) -> Result<(Row, Option<Finished>), Error> {
+    stop.check()?;
     let mut row = Row {
         run: task.run,
         key: String::new(),
@@ -82,8 +91,11 @@ pub(super) fn evaluate(study: &Study, task: &Task) -> (Row, Option<Finished>) {
         figures: Vec::new(),
     };
     // A fault of ilon's own in one run shall not cost the others.
-    let simulated = catch_unwind(AssertUnwindSafe(|| simulate(study, task, &mut row.key)));
+    let simulated = catch_unwind(AssertUnwindSafe(|| {
+        simulate(study, task, stop, &mut row.key)
+    }));
     let simulated = match simulated {
+        Ok(Err(Error::Stopped)) => return Err(Error::Stopped),
         Ok(simulated) => simulated.map_err(|error| words(&error)),
         Err(_) => Err("ilon broke down over this run: please report it, with the study".to_owned()),
     };
@@ -101,18 +113,18 @@ pub(super) fn evaluate(study: &Study, task: &Task) -> (Row, Option<Finished>) {
     match simulated {
         Err(error) => {
             row.error = Some(error);
-            (row, None)
+            Ok((row, None))
         }
         Ok(finished) => {
             row.status = Status::Done;
             row.trace_hash = Some(finished.run.summary.trace_hash.clone());
             row.figures = figures_of(&finished.run.summary);
-            (row, Some(finished))
+            Ok((row, Some(finished)))
         }
     }
 }
 
-fn simulate(study: &Study, task: &Task, key: &mut String) -> Result<Finished, Error> {
+fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Finished, Error> {
     let scenario = scenario_of(study, task)?;
     let robot = study.robots().of(&scenario)?;
     let simulation = Simulation::with_loaded(&scenario, &robot.loaded)?;
@@ -123,7 +135,7 @@ fn simulate(study: &Study, task: &Task, key: &mut String) -> Result<Finished, Er
     hash.feed(&robot.urdf_hash);
     *key = hash.to_string();
     let recording = Recording::temporary(header);
-    let run = simulation.run_recorded(recording, |_, _| Ok::<(), Error>(()))?;
+    let run = simulation.run_recorded(recording, |_, _| stop.check())?;
     Ok(Finished { run })
 }
 

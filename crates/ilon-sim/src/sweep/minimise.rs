@@ -82,6 +82,18 @@ impl Minimise {
         })
     }
 
+    /// Goes through the trials of one start, as [`Self::search`] does with each.
+    pub(super) fn search_from<E: Send>(
+        &self,
+        start: u64,
+        axes: usize,
+        seed: u32,
+        trial: impl Fn(u64, &[f64]) -> Result<Trial, E> + Sync,
+    ) -> Result<(), E> {
+        self.descend(start, &start_of(start, axes, seed), &trial)
+            .map(drop)
+    }
+
     /// How many trials there are at most.
     pub(super) fn most_trials(&self) -> u64 {
         u64::from(self.starts) * u64::from(self.evaluations)

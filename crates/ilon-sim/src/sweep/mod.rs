@@ -4,19 +4,20 @@
 //! use ilon_sim::sweep::{Options, Store, Study, sweep};
 //!
 //! let study = Study::load("assets/studies/friction_path_loss.toml")?;
-//! let findings = sweep(&study, &Store::in_memory(), Options::default(), &|_| ())?;
+//! let findings = sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
 //! println!("{:?}", findings.found);
 //! # Ok::<(), ilon_sim::Error>(())
 //! ```
 //!
 //! A run is a function of its number and of the study alone, so that the same study gives the same rows on a laptop and on a
-//! cluster, whoever runs which part of it ([`Study::run_batch`], [`Shard`]).
+//! cluster, whoever runs which part of it ([`Study::run_parts`], [`Shard`]).
 //!
 //! | module | answers |
 //! |---|---|
 //! | `file` | what a study may say |
 //! | `axis`, `sample` | which values a run has |
 //! | `evaluate`, `row` | one run, and what is kept of it |
+//! | `engine`, `parts` | all of a study on the cores of a machine, or some of it for others |
 //! | [`store`](Store) | rows that outlive the process |
 //! | `find`, `minimise` | studies that search |
 //! | [`findings`](mod@findings) | what the rows say |
@@ -30,6 +31,7 @@ mod find;
 pub mod findings;
 mod hash;
 mod minimise;
+mod parts;
 mod row;
 mod sample;
 mod store;
@@ -37,7 +39,7 @@ mod study;
 mod table;
 
 pub use axis::{Axis, Values, number_of};
-pub use engine::{Options, Progress, findings, keep_traces, sweep, write_results};
+pub use engine::{Options, Progress, Stop, findings, keep_traces, sweep, write_results};
 pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
 pub use find::{Crossing, Found};
 pub use findings::Findings;
@@ -45,4 +47,4 @@ pub use minimise::Minimum;
 pub use row::{Row, Status, Task, figure_index, figure_names};
 pub use store::{Shard, Store};
 pub use study::{Column, Question, Study, is_study};
-pub use table::{text_of, write_runs};
+pub use table::{Cells, columns, text_of, write_runs};

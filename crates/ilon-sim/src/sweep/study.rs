@@ -101,6 +101,20 @@ impl Study {
         let path = path.as_ref();
         let text = files.read_text(path, MAX_BYTES);
         let text = text.map_err(|fault| Error::read(path, &fault))?;
+        Self::from_toml(text, path, files)
+    }
+
+    /// A study from the text of a file; the study is called what the file at `path` would be called, and the paths in it start from
+    /// there. All files that it and its scenarios name must be among those that may be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load`].
+    pub fn from_toml(
+        text: String,
+        path: impl AsRef<Path>,
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
         let file = check::parse(&text, path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut bases: Vec<Base> = Vec::new();
@@ -202,6 +216,11 @@ impl Study {
     /// Its file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The text of its file.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// The file as it was read.

@@ -25,19 +25,15 @@ const ROWS_A_GROUP: usize = 16_384;
 /// The key of the study's fingerprint among the file's key-value metadata.
 const STUDY_KEY: &str = "ilon.study";
 
-/// A column of the file, and where its values come from.
-struct Column {
-    name: String,
-    of: Of,
-}
-
-/// What a row has in a column, if it has anything there.
-type Get<T> = Box<dyn Fn(&Row) -> Option<T>>;
-
-enum Of {
-    Whole(fn(&Row) -> u64),
-    Text(Get<String>),
-    Number(Get<f64>),
+/// What the rows of a study have in one column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cells {
+    /// Whole numbers, one in each row.
+    Whole(Vec<i64>),
+    /// Texts.
+    Text(Vec<Option<String>>),
+    /// Numbers.
+    Number(Vec<Option<f64>>),
 }
 
 /// Writes the rows of a study. The file appears whole or not at all, and the same rows make the same bytes.
@@ -59,47 +55,35 @@ pub fn write_runs(path: &Path, study: &Study, rows: &[Row]) -> Result<(), TraceE
     })
 }
 
-fn columns(study: &Study) -> Vec<Column> {
-    let column = |name: &str, of: Of| Column {
-        name: name.to_owned(),
-        of,
-    };
+/// The columns of `runs.parquet`: their names, and what rows have there. Names and kinds are those of the study, whichever rows are given.
+pub fn columns(study: &Study, rows: &[Row]) -> Vec<(String, Cells)> {
+    let whole = |of: fn(&Row) -> u64| Cells::Whole(rows.iter().map(|row| of(row) as i64).collect());
+    let text = |of: &dyn Fn(&Row) -> Option<String>| Cells::Text(rows.iter().map(of).collect());
+    let number = |of: &dyn Fn(&Row) -> Option<f64>| Cells::Number(rows.iter().map(of).collect());
     let mut columns = vec![
-        column("run", Of::Whole(|row| row.run)),
-        column("key", Of::Text(Box::new(|row| Some(row.key.clone())))),
-        column(
-            "status",
-            Of::Text(Box::new(|row| Some(row.status.word().to_owned()))),
-        ),
-        column("error", Of::Text(Box::new(|row| row.error.clone()))),
-        column(
-            "scenario",
-            Of::Text(Box::new(|row| Some(row.scenario.clone()))),
-        ),
-        column("point", Of::Whole(|row| row.point)),
-        column("repetition", Of::Whole(|row| u64::from(row.repetition))),
+        ("run", whole(|row| row.run)),
+        ("key", text(&|row| Some(row.key.clone()))),
+        ("status", text(&|row| Some(row.status.word().to_owned()))),
+        ("error", text(&|row| row.error.clone())),
+        ("scenario", text(&|row| Some(row.scenario.clone()))),
+        ("point", whole(|row| row.point)),
+        ("repetition", whole(|row| u64::from(row.repetition))),
     ];
     for (index, varied) in study.columns().iter().enumerate() {
-        let of = if varied.is_numeric {
-            Of::Number(Box::new(move |row| {
-                row.values.get(index).and_then(number_of)
-            }))
+        let value = |row: &Row| row.values.get(index).cloned();
+        let cells = if varied.is_numeric {
+            number(&|row| value(row).as_ref().and_then(number_of))
         } else {
-            Of::Text(Box::new(move |row| row.values.get(index).map(text_of)))
+            text(&|row| value(row).as_ref().map(text_of))
         };
-        columns.push(column(&varied.key, of));
+        columns.push((&varied.key, cells));
     }
-    columns.push(column(
-        "trace_hash",
-        Of::Text(Box::new(|row| row.trace_hash.clone())),
-    ));
+    columns.push(("trace_hash", text(&|row| row.trace_hash.clone())));
     for (index, name) in figure_names().iter().enumerate() {
-        columns.push(column(
-            name,
-            Of::Number(Box::new(move |row| row.figure(index))),
-        ));
+        columns.push((name, number(&|row| row.figure(index))));
     }
-    columns
+    let named = |(name, cells): (&str, Cells)| (name.to_owned(), cells);
+    columns.into_iter().map(named).collect()
 }
 
 /// A value as a text: one that is a text by itself, all others as TOML.
@@ -111,8 +95,10 @@ pub fn text_of(value: &Value) -> String {
 }
 
 fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {
-    let columns = columns(study);
-    let fields = columns.iter().map(|column| field(column).map(Arc::new));
+    let fields = columns(study, &[]);
+    let fields = fields
+        .iter()
+        .map(|(name, cells)| field(name, cells).map(Arc::new));
     let schema = Type::group_type_builder("runs")
         .with_fields(fields.collect::<Result<Vec<_>, _>>()?)
         .build()?;
@@ -131,20 +117,16 @@ fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;
     for rows in rows.chunks(ROWS_A_GROUP) {
         let mut group = writer.next_row_group()?;
-        for column in &columns {
+        for (name, cells) in columns(study, rows) {
             let Some(mut out) = group.next_column()? else {
-                return Err(ParquetError::General(format!(
-                    "the schema lacks `{}`",
-                    column.name
-                )));
+                return Err(ParquetError::General(format!("the schema lacks `{name}`")));
             };
-            match &column.of {
-                Of::Whole(of) => {
-                    let values: Vec<i64> = rows.iter().map(|row| of(row) as i64).collect();
+            match cells {
+                Cells::Whole(values) => {
                     out.typed::<Int64Type>().write_batch(&values, None, None)?;
                 }
-                Of::Text(of) => {
-                    let (values, levels) = present(rows, of);
+                Cells::Text(values) => {
+                    let (values, levels) = present(values);
                     let values: Vec<ByteArray> = values
                         .iter()
                         .map(|text| ByteArray::from(text.as_str()))
@@ -152,8 +134,8 @@ fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {
                     out.typed::<ByteArrayType>()
                         .write_batch(&values, Some(&levels), None)?;
                 }
-                Of::Number(of) => {
-                    let (values, levels) = present(rows, of);
+                Cells::Number(values) => {
+                    let (values, levels) = present(values);
                     out.typed::<DoubleType>()
                         .write_batch(&values, Some(&levels), None)?;
                 }
@@ -167,23 +149,22 @@ fn write(file: File, study: &Study, rows: &[Row]) -> Result<(), ParquetError> {
 }
 
 /// The values that are there, and for each row 1 where it has one and 0 where not.
-fn present<T>(rows: &[Row], of: impl Fn(&Row) -> Option<T>) -> (Vec<T>, Vec<i16>) {
-    let all: Vec<Option<T>> = rows.iter().map(of).collect();
+fn present<T>(all: Vec<Option<T>>) -> (Vec<T>, Vec<i16>) {
     let levels = all.iter().map(|value| i16::from(value.is_some())).collect();
     (all.into_iter().flatten().collect(), levels)
 }
 
-fn field(column: &Column) -> Result<Type, ParquetError> {
-    let (physical, logical, repetition) = match column.of {
-        Of::Whole(_) => (PhysicalType::INT64, None, Repetition::REQUIRED),
-        Of::Text(_) => (
+fn field(name: &str, cells: &Cells) -> Result<Type, ParquetError> {
+    let (physical, logical, repetition) = match cells {
+        Cells::Whole(_) => (PhysicalType::INT64, None, Repetition::REQUIRED),
+        Cells::Text(_) => (
             PhysicalType::BYTE_ARRAY,
             Some(LogicalType::String),
             Repetition::OPTIONAL,
         ),
-        Of::Number(_) => (PhysicalType::DOUBLE, None, Repetition::OPTIONAL),
+        Cells::Number(_) => (PhysicalType::DOUBLE, None, Repetition::OPTIONAL),
     };
-    Type::primitive_type_builder(&column.name, physical)
+    Type::primitive_type_builder(name, physical)
         .with_repetition(repetition)
         .with_logical_type(logical)
         .build()

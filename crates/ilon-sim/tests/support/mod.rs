@@ -44,7 +44,7 @@ impl Folder {
 }
 
 pub fn run(study: &Study, store: &Store) -> Findings {
-    sweep(study, store, Options::default(), &|_| ()).unwrap()
+    sweep(study, store, &Options::default(), &|_| ()).unwrap()
 }
 
 pub fn message(result: Result<impl std::fmt::Debug, Error>) -> (String, String) {

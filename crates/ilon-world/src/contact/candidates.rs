@@ -35,8 +35,10 @@ pub(crate) struct Candidate {
     pub turning: Turning,
     /// Whether it is on a roller that the ground did not press on in the last step.
     pub came_down: bool,
+    /// Velocity with which the place moves over the ground, in m/s.
+    pub travel_m_s: Vector3<f64>,
     /// Whether it is on an exact barrel.
-    on_barrel: bool,
+    pub on_barrel: bool,
 }
 
 /// How the velocity of the robot's surface at a contact changes because the robot turns on, with the rates as they were when
@@ -109,6 +111,7 @@ impl Scene<'_> {
                         0.5 * (velocity(self.ahead) - velocity(self.before)),
                     ),
                     came_down: false,
+                    travel_m_s: Vector3::zeros(),
                     on_barrel: false,
                 });
             });
@@ -130,6 +133,17 @@ impl Scene<'_> {
         self.settings.prediction_m + self.dt_s * speed_m_s
     }
 
+    /// How far a place of a wheel's rollers may come down in the second half of the step, in metres.
+    fn comes_down_m(&self, wheel: usize) -> f64 {
+        /// Beside the motion of the step itself.
+        const MARGIN_M: f64 = 1e-5;
+        let hub_m = self.before.hubs()[wheel].center_m;
+        let falls_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
+            + self.settings.gravity_m_s2 * self.dt_s
+            + self.before.hub_rate(wheel).norm() * self.assembly.wheels[wheel].reach_m;
+        MARGIN_M + 0.5 * self.dt_s * falls_m_s
+    }
+
     fn find_barrels(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
         let body = &self.assembly.wheels[wheel];
         let hub = &self.middle.hubs()[wheel];
@@ -138,7 +152,14 @@ impl Scene<'_> {
         self.ground
             .pieces_near(&hub.center_m, reach_m, &mut room.pieces);
         let on_plane = matches!(room.pieces[..], [Piece::Plane]);
-        let upright = on_plane && hub.axis().z.abs() < UPRIGHT;
+        let gives = body.surface.tread.is_some();
+        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !gives;
+        // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
+        let within_gap_m = if gives {
+            self.comes_down_m(wheel)
+        } else {
+            prediction_m
+        };
         // On a plane an upright wheel touches where it is lowest, and nowhere else.
         let mut lowest: Option<(usize, Nearest)> = None;
         for (index, roller) in body.rollers.iter().enumerate() {
@@ -163,7 +184,7 @@ impl Scene<'_> {
             room.nearest.clear();
             for (number, piece) in room.pieces.iter().enumerate() {
                 let nearest = placed.nearest_to(piece);
-                if nearest.gap_m < prediction_m {
+                if nearest.gap_m < within_gap_m {
                     room.nearest.push((number, nearest));
                 }
             }
@@ -177,7 +198,7 @@ impl Scene<'_> {
         {
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
-        if !upright && found.len() > 1 {
+        if !upright && !gives && found.len() > 1 {
             let axis = hub.axis();
             leave_out_handed_over(found, &axis);
         }
@@ -211,7 +232,9 @@ impl Scene<'_> {
             along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
         };
         let (before, ahead) = (touches(self.before), touches(self.ahead));
-        let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized;
+        // A roller that gives takes its load over bit by bit.
+        let gives = self.assembly.wheels[wheel].surface.tread.is_some();
+        let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized && !gives;
         let turning = if !self.sees_rollers_pass {
             Turning::NONE
         } else if came_down {
@@ -226,7 +249,7 @@ impl Scene<'_> {
                 until_m_s: Vector3::zeros(),
                 from_m_s,
             }
-        } else if ahead.on_its_end {
+        } else if ahead.on_its_end && !gives {
             // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
             let middle = touches(self.middle);
             let half_m_s =
@@ -237,14 +260,22 @@ impl Scene<'_> {
                 0.5 * (velocity(self.ahead, &ahead, 0.0) - velocity(self.before, &before, 0.0));
             Turning::in_each_half(half_m_s)
         };
+        let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
+        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it rolls as a rigid one does.
+        let place_m = if gives {
+            nearest.place_m + nearest.gap_m * nearest.normal
+        } else {
+            nearest.place_m
+        };
         Candidate {
             part: Part::Roller(wheel, index),
-            place_m: nearest.place_m,
+            place_m,
             normal: nearest.normal,
             along: placed.axis,
             gap_m: nearest.gap_m,
             turning,
             came_down,
+            travel_m_s: travel_m_s - nearest.normal * nearest.normal.dot(&travel_m_s),
             on_barrel: true,
         }
     }
@@ -292,6 +323,7 @@ impl Scene<'_> {
                         0.5 * (velocity(self.ahead) - velocity(self.before)),
                     ),
                     came_down: !roller.pressed && !roller.seized,
+                    travel_m_s: Vector3::zeros(),
                     on_barrel: false,
                 });
             });

@@ -65,6 +65,8 @@ pub(crate) struct ImpulseProblem {
     impulses: Vec<f64>,
     /// u, in m/s or rad/s.
     velocities: Vec<f64>,
+    /// What stands on W's diagonal beside the robot's response, in m/s per N s: contacts that give across their normal.
+    softness: Vec<f64>,
     /// W, row by row.
     delassus: Vec<f64>,
     newton: Newton,
@@ -92,6 +94,7 @@ impl ImpulseProblem {
         self.laws.clear();
         self.impulses.clear();
         self.velocities.clear();
+        self.softness.clear();
     }
 
     /// Adds a law, with the velocity that there would be without any impulse: normal and two tangents of a contact, the
@@ -101,6 +104,14 @@ impl ImpulseProblem {
         self.laws.push((self.velocities.len(), law));
         self.velocities.extend_from_slice(free_velocity);
         self.impulses.resize(self.velocities.len(), 0.0);
+        self.softness.resize(self.velocities.len(), 0.0);
+    }
+
+    /// Lets the contact that was added last give along its tangents, by so much in m/s per N s: what it holds and what slides is
+    /// then the velocity where it acts, and what it gives on top.
+    pub fn soften(&mut self, tangents: [f64; 2]) {
+        let rows = self.rows();
+        self.softness[rows - 2..].copy_from_slice(&tangents);
     }
 
     /// Number of rows.
@@ -115,7 +126,12 @@ impl ImpulseProblem {
         self.delassus.resize(rows * rows, 0.0);
         for row in 0..rows {
             for column in 0..=row {
-                let w = entry(row, column);
+                let own = if row == column {
+                    self.softness[row]
+                } else {
+                    0.0
+                };
+                let w = entry(row, column) + own;
                 self.delassus[row * rows + column] = w;
                 self.delassus[column * rows + row] = w;
             }
@@ -182,7 +198,7 @@ impl ImpulseProblem {
         &self.impulses
     }
 
-    /// The velocities where they act, row by row, in m/s or rad/s.
+    /// The velocities where they act, row by row, in m/s or rad/s; of contacts that give, with what they give.
     pub fn velocities(&self) -> &[f64] {
         &self.velocities
     }

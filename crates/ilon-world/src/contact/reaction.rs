@@ -1,6 +1,8 @@
 //! What the ground or a dry bearing did to the robot in a step.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::tread::{Press, Shear, Softness};
 
 /// What a reaction acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,6 +15,8 @@ pub(crate) enum Part {
     Hub(usize),
     /// The bearing of a roller that touches the ground: wheel and roller.
     Axle(usize, usize),
+    /// What rolling over the ground costs: wheel and roller.
+    Rolling(usize, usize),
     /// What keeps the motor of a wheel from driving it beyond its rate limit.
     RateLimit(usize),
 }
@@ -21,9 +25,9 @@ impl Part {
     /// Whether a reaction here goes on where one there was in the last step. A wheel changes rollers as it turns.
     pub fn follows(self, before: Self) -> bool {
         match (self, before) {
-            (Part::Roller(a, _), Part::Roller(b, _)) | (Part::Axle(a, _), Part::Axle(b, _)) => {
-                a == b
-            }
+            (Part::Roller(a, _), Part::Roller(b, _))
+            | (Part::Axle(a, _), Part::Axle(b, _))
+            | (Part::Rolling(a, _), Part::Rolling(b, _)) => a == b,
             _ => self == before,
         }
     }
@@ -54,6 +58,29 @@ pub(crate) struct Reaction {
     pub came_down: bool,
     /// By how much the second tangent's velocity grows with the roller's rate about its axis, in m.
     pub rolling_radius_m: f64,
+    /// How the contact gives, if it does.
+    pub gives: Option<Gives>,
+}
+
+/// How a contact gives in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gives {
+    /// Along the two tangents.
+    pub softness: [Softness; 2],
+    /// The tread between roller and ground; without one it only creeps.
+    pub tread: Option<Tread>,
+}
+
+/// A tread that is pressed on the ground.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tread {
+    pub press: Press,
+    pub shear: Shear,
+    /// By how much it is sheared after the step, in the floor's frame, in metres.
+    pub bend_m: Vector3<f64>,
+    /// Energy in it along the normal and across it, before the step and after it, in J.
+    pub stored_before_j: [f64; 2],
+    pub stored_j: [f64; 2],
 }
 
 impl Reaction {
@@ -61,8 +88,51 @@ impl Reaction {
     pub fn rows(&self) -> usize {
         match self.part {
             Part::Chassis | Part::Roller(..) => 3,
-            Part::Hub(_) | Part::Axle(..) | Part::RateLimit(_) => 1,
+            Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => 1,
         }
+    }
+
+    /// Takes over what was solved for: the impulse, and the velocity with what the contact gives. `slides` says whether its
+    /// friction is at its limit.
+    pub fn take(&mut self, impulse: Vector3<f64>, velocity: Vector3<f64>, slides: bool, dt_s: f64) {
+        self.impulse = impulse;
+        self.velocity_after = velocity;
+        let Some(gives) = &mut self.gives else {
+            return;
+        };
+        for (i, softness) in gives.softness.iter().enumerate() {
+            self.velocity_after[1 + i] -= softness.bias_m_s + softness.compliance * impulse[1 + i];
+        }
+        let Some(tread) = &mut gives.tread else {
+            return;
+        };
+        let pushes = impulse.x > 0.0;
+        let friction_n = impulse.yz() / dt_s;
+        let bend_m = if pushes {
+            let after_m_s = self.velocity_after.yz();
+            tread
+                .shear
+                .bent_m(after_m_s, slides.then_some(friction_n), dt_s)
+        } else {
+            Vector2::zeros()
+        };
+        tread.bend_m = bend_m.x * self.frame[1] + bend_m.y * self.frame[2];
+        let opens_m_s = self.velocity_after.x;
+        tread.stored_j = [
+            tread.press.stored_j(opens_m_s, pushes, dt_s),
+            tread.shear.stored_j(&bend_m),
+        ];
+    }
+
+    /// The tread of the contact, if it has one.
+    pub fn tread(&self) -> Option<&Tread> {
+        self.gives.as_ref()?.tread.as_ref()
+    }
+
+    /// Energy that is in the contact's tread, in J.
+    pub fn tread_j(&self) -> f64 {
+        self.tread()
+            .map_or(0.0, |tread| tread.stored_j.iter().sum())
     }
 
     /// Tangential impulse on the robot in the floor's frame, in N s.

@@ -25,8 +25,9 @@
 //! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
 
 mod gather;
+mod give;
 
-use nalgebra::DMatrixViewMut;
+use nalgebra::{DMatrixViewMut, Vector3};
 use rapier3d::prelude::*;
 
 use crate::Settings;
@@ -61,6 +62,11 @@ pub(crate) struct Reactions {
     change: Vec<f64>,
     jump: Jump,
     error: f64,
+    /// How long the step was, and the one before, in seconds.
+    dt_s: f64,
+    before_dt_s: f64,
+    /// Energy of treads that left the ground in the step, in J.
+    released_j: f64,
 }
 
 /// A roller that the ground touched in a step.
@@ -78,6 +84,8 @@ impl Reactions {
     /// Solves for the reactions of the step that rapier has just taken without any.
     pub fn react(&mut self, scene: &Scene<'_>) {
         self.clear();
+        self.before_dt_s = self.dt_s;
+        self.dt_s = scene.dt_s;
         self.gather(scene);
         let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
         let dofs = multibody.ndofs();
@@ -140,12 +148,25 @@ impl Reactions {
                 row += 1;
             }
         }
+        let mut left_j: f64 = self.before.iter().map(Reaction::tread_j).sum();
+        for reaction in &mut self.all {
+            let Some(tread) = reaction.tread().copied() else {
+                continue;
+            };
+            // What a tread stores it gives back.
+            let gained_j = |k: usize| tread.stored_j[k] - tread.stored_before_j[k];
+            reaction.taken_j.x -= gained_j(0);
+            reaction.taken_j.y -= gained_j(1);
+            left_j -= tread.stored_before_j.iter().sum::<f64>();
+        }
+        self.released_j = left_j;
     }
 
     /// Takes over what another solver did in the step: its reactions, and by how much it broke the laws, in m/s or rad/s.
     pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
         self.clear();
         self.error = 0.0;
+        self.released_j = 0.0;
         for (reaction, error) in reactions {
             self.all.push(reaction);
             self.error = self.error.max(error);
@@ -181,16 +202,18 @@ impl Reactions {
     /// robot moved on with the mean of the rates, in metres.
     pub fn sinks_m(&self, dt_s: f64) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
-        let sinks = contacts
+        let rigid = contacts
             .zip(&self.gaps_m)
-            .map(|(contact, (gap_m, before_m))| {
-                let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
-                before_m.min(0.0) - then_m
-            });
+            .filter(|(contact, _)| contact.tread().is_none());
+        let sinks = rigid.map(|(contact, (gap_m, before_m))| {
+            let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
+            before_m.min(0.0) - then_m
+        });
         sinks.fold(0.0, f64::max)
     }
 
-    /// Whether a roller is about to slide: its friction is near its limit, and it holds or has just begun to slide.
+    /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One
+    /// that gives is at its limit whenever it takes over, and its tread decides when it slides.
     pub fn about_to_slide(&self) -> bool {
         /// Near its limit, as a share of it.
         const NEAR_LIMIT: f64 = 0.5;
@@ -199,6 +222,7 @@ impl Reactions {
         self.all.iter().any(|reaction| {
             let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
             matches!(reaction.part, Part::Roller(..))
+                && reaction.tread().is_none()
                 && limit > 0.0
                 && reaction.impulse.yz().norm() > limit
                 && reaction.velocity_after.yz().norm() < SLIDES_M_S
@@ -210,10 +234,21 @@ impl Reactions {
         self.error
     }
 
-    /// Energy in the springs of the contacts, in J: F^2 / (2 k) each.
+    /// Energy in the treads of rollers, in J.
+    pub fn treads_j(&self) -> f64 {
+        self.all.iter().map(Reaction::tread_j).sum()
+    }
+
+    /// Energy of treads that left the ground in the last step, and was lost, in J.
+    pub fn released_j(&self) -> f64 {
+        self.released_j
+    }
+
+    /// Energy in the springs of rigid contacts, in J: F^2 / (2 k) each.
     pub fn spring_energy_j(&self, settings: &Settings, dt_s: f64) -> f64 {
         let force_n = |reaction: &Reaction| reaction.impulse.x / dt_s;
-        let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let is_rigid = |reaction: &&Reaction| reaction.rows() == 3 && reaction.tread().is_none();
+        let contacts = self.all.iter().filter(is_rigid);
         let squares: f64 = contacts.map(|reaction| force_n(reaction).powi(2)).sum();
         0.5 * squares / settings.contact_stiffness_n_m
     }
@@ -258,6 +293,13 @@ impl Reactions {
         // What acted in the last step is most of what acts in this one.
         for law in 0..self.all.len() {
             let part = self.all[law].part;
+            if self.all[law].tread().is_some() {
+                // Rollers come and go in any order: each goes on from itself.
+                if let Some(before) = self.before.iter().find(|other| other.part == part) {
+                    self.problem.warm_start(law, before.impulse);
+                }
+                continue;
+            }
             let place = self.all[..law]
                 .iter()
                 .filter(|other| part.follows(other.part))
@@ -276,11 +318,19 @@ impl Reactions {
         self.change.clear();
         self.change.resize(dofs, 0.0);
         let mut row = 0;
-        for reaction in &mut self.all {
-            for k in 0..reaction.rows() {
+        for (law, reaction) in self.all.iter_mut().enumerate() {
+            let rows = row..row + reaction.rows();
+            let read = |of: &[f64]| {
+                let mut read = Vector3::zeros();
+                read.as_mut_slice()[..rows.len()].copy_from_slice(&of[rows.clone()]);
+                read
+            };
+            let slides = reaction.gives.is_some() && !self.problem.holds(law);
+            let impulse = read(self.problem.impulses());
+            let velocity = read(self.problem.velocities());
+            reaction.take(impulse, velocity, slides, self.dt_s);
+            for _ in rows {
                 let impulse = self.problem.impulses()[row];
-                reaction.impulse[k] = impulse;
-                reaction.velocity_after[k] = self.problem.velocities()[row];
                 let response = &self.responses[row * dofs..][..dofs];
                 for (change, rate) in self.change.iter_mut().zip(response) {
                     *change += impulse * f64::from(*rate);

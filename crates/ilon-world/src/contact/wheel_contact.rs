@@ -33,9 +33,11 @@ pub struct WheelContact {
     /// Power that it takes to bring rollers that have just come down up to their spin, in W: the sliding of an entering
     /// roller across its axis, which ends when it rolls.
     pub spin_up_power_w: f64,
-    /// Power that the normal forces take, in W: hits that do not bounce, less what the contacts' springs and pushing rollers
-    /// out of the ground gives back.
+    /// Power that the normal forces take, in W: hits that do not bounce, and treads that are squeezed, less what the contacts'
+    /// springs and pushing rollers out of the ground gives back.
     pub impact_power_w: f64,
+    /// How many rollers press on the ground.
+    pub touching_rollers: usize,
     /// The share of the normal force that the roller which pressed hardest carries: below 1 while several share the load.
     pub load_share: f64,
     /// Spin of that roller about its axis against the hub, in rad/s.
@@ -90,6 +92,7 @@ impl WheelContact {
         let hub_rate_in_hub = after.hub_rate_in_hub(index);
         let body_from_floor = middle.floor_from_chassis().inverse();
         let mut contact = Self::default();
+        let mut pressed = None;
         let mut hardest_n = 0.0;
         let mut force = Vector3::zeros();
         let mut sliding = Vector3::zeros();
@@ -103,6 +106,9 @@ impl WheelContact {
             if normal_n <= 0.0 {
                 continue;
             }
+            // One roller may press in several places: its reactions follow one another.
+            let last = std::mem::replace(&mut pressed, Some(roller));
+            contact.touching_rollers += usize::from(last != Some(roller));
             contact.touching = true;
             contact.normal_force_n += normal_n;
             force += reaction.friction_impulse_n_s() / dt_s;

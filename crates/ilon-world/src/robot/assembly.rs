@@ -46,11 +46,12 @@ impl Assembly {
                 rapier.insert_collider(collider, Some(chassis));
             }
         }
+        let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
         let mut wheels: Vec<WheelBody> = (0..robot.wheels.len())
             .map(|i| {
                 wheel::insert(
                     rapier,
-                    &robot.wheels[i],
+                    (&robot.wheels[i], load_kg),
                     (chassis, chassis_from_body * robot.wheels[i].body_from_hub),
                     &rollers[i],
                     solver,

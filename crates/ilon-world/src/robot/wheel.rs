@@ -8,12 +8,15 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{Barrel, MassProperties as RobotMass, Roller, RollerForm, Wheel};
+use ilon_robot::{
+    Barrel, MassProperties as RobotMass, Roller, RollerForm, RollerSurface, Tread, Wheel,
+};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
 use crate::contact::nearest::PlacedBarrel;
+use crate::contact::tread::{Spring, TreadLaw};
 use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
@@ -34,11 +37,48 @@ pub(crate) struct WheelBody {
     pub bodies: Vec<RollerBody>,
     /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
     pub reach_m: f64,
+    /// What the rollers touch the ground with.
+    pub surface: Surface,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
     /// gets that in the next.
     pub owed_in_hub_n_m: Vector3<f64>,
+}
+
+/// What the rollers of a wheel touch the ground with, under the load of their robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surface {
+    /// The tread of rollers that give.
+    pub tread: Option<TreadLaw>,
+    /// Drag per load.
+    pub rolling_resistance: f64,
+    /// The mass that stands on a wheel, in kg.
+    pub load_kg: f64,
+}
+
+impl Surface {
+    fn under(surface: &RollerSurface, load_kg: f64) -> Self {
+        let law = |tread: &Tread| TreadLaw {
+            normal: Spring {
+                stiffness_n_m: tread.stiffness_n_m,
+                damping_n_s_m: tread.damping_under_n_s_m(load_kg),
+            },
+            shear: Spring {
+                stiffness_n_m: tread.shear_n_m(),
+                damping_n_s_m: tread.shear_damping_under_n_s_m(load_kg),
+            },
+            renewal_1_m: tread
+                .relaxation_length_m
+                .map_or(0.0, |lambda_m| 1.0 / lambda_m),
+            load_kg,
+        };
+        Self {
+            tread: surface.tread.as_ref().map(law),
+            rolling_resistance: surface.rolling_resistance,
+            load_kg,
+        }
+    }
 }
 
 /// What a bearing did in a step.
@@ -392,10 +432,11 @@ fn insert_roller(
 }
 
 /// Adds a wheel to the robot's multibody: the hub on the chassis, and a collider on the hub for each roller that has the
-/// shapes of its file. Where rapier solves the contacts, each roller is a body on the hub.
+/// shapes of its file. Where rapier solves the contacts, each roller is a body on the hub. `load_kg` is the mass that stands on
+/// the wheel.
 pub(crate) fn insert(
     rapier: &mut PhysicsWorld,
-    wheel: &Wheel,
+    (wheel, load_kg): (&Wheel, f64),
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     rollers: &[RollerState],
     solver: ContactSolver,
@@ -445,6 +486,7 @@ pub(crate) fn insert(
         colliders,
         bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
+        surface: Surface::under(&wheel.surface, load_kg),
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
     }

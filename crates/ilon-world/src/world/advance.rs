@@ -115,13 +115,13 @@ impl World {
         for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
             *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
         }
-        let motors = self.motors.iter().zip(&self.acted_n_m);
-        for (geared_n_m, (motor, acted_n_m)) in self.geared_n_m.iter_mut().zip(motors) {
+        for (index, geared_n_m) in self.geared_n_m.iter_mut().enumerate() {
             // Of a motor whose torque falls within the step only what it gave in the last one is known.
-            *geared_n_m = if motor.is_constant() {
+            let motor = &self.motors[index];
+            *geared_n_m = if motor.is_constant_from(self.before.wheel_rates_rad_s[index]) {
                 motor.torque_n_m
             } else {
-                *acted_n_m
+                self.acted_n_m[index]
             };
         }
         self.reactions.react(&Scene {
@@ -225,10 +225,12 @@ impl World {
         };
         self.energies.impact_j -= springs_j - self.energies.springs_j;
         self.energies.springs_j = springs_j;
+        self.energies.treads_j = self.reactions.treads_j();
+        self.energies.impact_j += self.reactions.released_j();
         let wheels = &mut self.assembly.wheels;
         for reaction in self.reactions.all() {
             let taken = match reaction.part {
-                Part::Hub(_) | Part::Axle(..) | Part::RateLimit(_) => continue,
+                Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => continue,
                 Part::Chassis => Taken::of(reaction, &mut 0.0),
                 Part::Roller(wheel, roller) => {
                     let roller = &mut wheels[wheel].rollers[roller];
@@ -270,7 +272,8 @@ impl World {
             let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
             lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
         }
-        let is_bearing = |r: &&Reaction| matches!(r.part, Part::Hub(_) | Part::Axle(..));
+        let is_bearing =
+            |r: &&Reaction| matches!(r.part, Part::Hub(_) | Part::Axle(..) | Part::Rolling(..));
         let bearings = self.reactions.all().iter().filter(is_bearing);
         lost_j += bearings.map(|reaction| reaction.taken_j.x).sum::<f64>();
         self.energies.bearing_j += lost_j;

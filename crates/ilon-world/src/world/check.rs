@@ -1,9 +1,9 @@
 //! What cannot be simulated.
 
-use ilon_robot::{Robot, RollerForm, Wheel};
+use ilon_robot::{Robot, RollerForm, RollerSurface, Wheel};
 
 use crate::engine::shapes::shape_of_roller;
-use crate::{ContactSolver, Floor, RollerBodies, Settings, WorldError};
+use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldError};
 
 /// Refuses what cannot be simulated.
 pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
@@ -48,13 +48,13 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
         return Err(WorldError::NoWheels);
     }
     if settings.contacts == ContactSolver::Rapier {
-        check_reference(robot, settings)?;
+        check_reference(robot, floor, settings)?;
     }
     robot.wheels.iter().try_for_each(check_wheel)
 }
 
 /// Refuses what rapier's own solver does not know.
-fn check_reference(robot: &Robot, settings: &Settings) -> Result<(), WorldError> {
+fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
     if settings.split_dt_s.is_some() {
         return refused("steps taken in parts".to_owned(), "take shorter steps");
@@ -63,6 +63,25 @@ fn check_reference(robot: &Robot, settings: &Settings) -> Result<(), WorldError>
         return refused(
             "only the rollers near the ground".to_owned(),
             "take all of them: each is a body of its own",
+        );
+    }
+    let gives = |wheel: &&Wheel| wheel.surface != RollerSurface::default();
+    if let Some(wheel) = robot.wheels.iter().find(gives) {
+        let what = format!(
+            "rollers with a tread or rolling resistance (wheel `{}`)",
+            wheel.name
+        );
+        return refused(
+            what,
+            "leave the rollers rigid, or let ilon solve the contacts",
+        );
+    }
+    let patches = floor.patches.iter().map(|patch| patch.surface);
+    let mut surfaces = patches.chain([floor.surface]);
+    if surfaces.any(|surface| surface != FloorSurface::default()) {
+        return refused(
+            "a floor that drags, creeps, or whose friction falls".to_owned(),
+            "leave the floor hard, or let ilon solve the contacts",
         );
     }
     let lossy = |wheel: &&Wheel| wheel.drive.gear_efficiency < 1.0;
@@ -86,6 +105,11 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
     }
     for roller in &wheel.rollers {
         if let RollerForm::AsModelled(modelled) = &roller.form {
+            if wheel.surface.tread.is_some() {
+                return Err(WorldError::TreadOnModelled {
+                    wheel: wheel.name.clone(),
+                });
+            }
             if shape_of_roller(modelled).is_none() {
                 return Err(WorldError::FlatRoller {
                     wheel: wheel.name.clone(),

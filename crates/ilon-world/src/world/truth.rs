@@ -1,7 +1,7 @@
 //! What can be read of a world: the truth, in f64 and in the project's frames.
 
 use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
-use nalgebra::Translation3;
+use nalgebra::{Translation3, UnitQuaternion};
 
 use super::World;
 use crate::ContactSolver;
@@ -42,7 +42,7 @@ impl World {
         let position = floor_from_body.translation.vector;
         let rotation = floor_from_body.rotation.to_rotation_matrix();
         let [roll_rad, pitch_rad, heading_rad] = roll_pitch_yaw(&rotation);
-        let body_from_floor = floor_from_body.rotation.inverse();
+        let body_from_floor = self.rates_from().inverse();
         let angular_in_body = body_from_floor * self.state.angular_rad_s;
         let velocity_in_body =
             body_from_floor * self.state.velocity_m_s - angular_in_body.cross(&center_m);
@@ -57,6 +57,17 @@ impl World {
             pitch_rad,
             twist_in_body: Twist::new(velocity_in_body.x, velocity_in_body.y, angular_in_body.z),
         }
+    }
+
+    /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not see rollers pass, as in the
+    /// middle of that step. At its end such rates would seem to drift sideways, by v omega dt / 2.
+    fn rates_from(&self) -> UnitQuaternion<f64> {
+        let state = if self.sees_rollers_pass {
+            &self.state
+        } else {
+            &self.middle
+        };
+        state.floor_from_chassis().rotation
     }
 
     /// Angles of the wheels about their hub axes since the start, in rad, not wrapped.
@@ -140,7 +151,7 @@ impl World {
 
     /// Kinetic and potential energy of the robot now.
     pub fn energy(&self) -> Energy {
-        let potential_j = self.potential_j() + self.energies.springs_j;
+        let potential_j = self.potential_j() + (self.energies.springs_j + self.energies.treads_j);
         Energy {
             kinetic_j: self.kinetic_j(),
             potential_j,

@@ -326,7 +326,7 @@ fn run_and_judge_study(
         ));
     }
     let study = Study::load_within(path, files)?;
-    let findings = sweep::sweep(&study, &Store::in_memory(), Options::default(), &|_| ())?;
+    let findings = sweep::sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
     Ok(Judged {
         verdicts: verdicts(&findings),
         differences: None,

@@ -12,12 +12,13 @@ use crate::judge::Verdict;
 use crate::report::{self, Context, Expectation, Provenance};
 use crate::simulate::{self, Run};
 
-/// What a report of this run is told. The robot is read again from its file; where that is gone since, the report draws what the
+/// What a report of this run is told; `command` is what made it. The robot is read again from its file; where that is gone since, the report draws what the
 /// trace carries.
 pub(super) fn of<'a, R: Rows>(
     run: &Run<R>,
     robot: Option<&'a Robot>,
     verdicts: &[Verdict],
+    command: &str,
 ) -> Context<'a> {
     let relief = run
         .trace
@@ -32,20 +33,25 @@ pub(super) fn of<'a, R: Rows>(
         provenance: Provenance {
             files: BTreeMap::from([("trace".to_owned(), run.summary.trace_hash.clone())]),
             remarks: run.warnings.clone(),
-            ..here_and_now()
+            ..now(command)
         },
     }
 }
 
-/// The command line and the time.
-pub(super) fn here_and_now() -> Provenance {
+/// The command line of this process.
+pub(super) fn command_line() -> String {
     let words = std::env::args_os()
         .skip(1)
         .map(|word| flags::shell(&word.to_string_lossy()));
     let words = std::iter::once("ilon".to_owned()).chain(words);
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What was called, and the time.
+fn now(command: &str) -> Provenance {
     let now: DateTime<Utc> = SystemTime::now().into();
     Provenance {
-        command: Some(words.collect::<Vec<_>>().join(" ")),
+        command: Some(command.to_owned()),
         date: Some(now.to_rfc3339_opts(SecondsFormat::Secs, true)),
         ..Provenance::default()
     }

@@ -4,14 +4,17 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use clap::Parser;
+use ilon_report as report;
+use ilon_sim::sweep::{Findings, Store, Study};
 use ilon_trace::Recorded;
 use miette::Diagnostic;
 
 use super::failure::Failure;
 use super::output::OutputFolder;
-use super::{Cli, Outcome, dispatch, fault};
+use super::{Cli, Outcome, context, dispatch, fault, sweep};
 use crate::Run;
 use crate::judge::judge;
+use crate::simulate::load_robot;
 
 /// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
 pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
@@ -54,16 +57,46 @@ pub fn explain(error: &dyn Diagnostic) -> Explained {
     }
 }
 
-/// Writes the results of a run into a folder, as `ilon run --out` does: files appear whole, the summary last.
+/// Writes the results of a run into a folder, as `ilon run --out` does: files appear whole, the summary last. `command` is what a
+/// person would type for it, which stands in the report.
 ///
 /// # Errors
 /// Where the folder cannot be written to, is in use, or holds files of these names that no run has written.
-pub fn write_results(folder: &Path, run: &Run) -> Result<(), Explained> {
-    write(folder, run).map_err(|failure| explain(&failure))
+pub fn write_results(folder: &Path, run: &Run, command: &str) -> Result<(), Explained> {
+    write(folder, run, command).map_err(|failure| explain(&failure))
 }
 
-fn write(folder: &Path, run: &Run) -> Result<(), Failure> {
-    let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?;
+/// The report of a run as `ilon run` writes it, with its robot, its expectations and what made it.
+pub fn report_html(run: &Run, command: &str) -> String {
+    // A file that has gone since costs its picture alone.
+    let robot = load_robot(&run.scenario).ok();
+    let context = context::of(run, robot.as_ref(), &judge(run), command);
+    report::html_with(&run.trace, &run.summary, &context)
+}
+
+/// Makes sure that the results of a study, written into a folder, replace nothing that it is made from, as `ilon sweep` does.
+///
+/// # Errors
+/// Where they would.
+pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
+    sweep::refuse_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
+}
+
+/// Writes what a study found into the folder of its results, as `ilon sweep` does, if its store has one.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Explained> {
+    sweep::write(study, store, findings).map_err(|failure| explain(&failure))
+}
+
+/// What a study found, as `ilon sweep` prints it.
+pub fn study_words(study: &Study, findings: &Findings) -> String {
+    sweep::words(study, findings)
+}
+
+fn write(folder: &Path, run: &Run, command: &str) -> Result<(), Failure> {
+    let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?.made_by(command);
     let verdicts = judge(run);
     let run = Run {
         scenario: run.scenario.clone(),

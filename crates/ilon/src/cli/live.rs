@@ -1,9 +1,9 @@
-//! `ilon live`: a robot that is driven while it is simulated, from a page in the browser.
+//! `ilon live`: a robot that is driven while it is simulated, from a page in the browser, from ROS 2, from Foxglove.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ilon_live::{LiveError, Pace, Server, Session};
+use ilon_live::{Desk, LiveError, Pace, Server, Session, Watcher};
 
 use super::{Outcome, Sandbox, Settings, say};
 use crate::Scenario;
@@ -20,6 +20,22 @@ pub(super) struct Arguments {
     /// Simulated seconds a second.
     #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed)]
     speed: f64,
+    /// Let time stand at first, until somebody lets it go on or takes it step by step.
+    #[arg(long)]
+    paused: bool,
+    /// Be a node of ROS 2, `/ilon`, that takes `/cmd_vel` and commands for the wheels. With `=controllers`, controllers of ros2_control
+    /// drive the wheels, and `/joint_states`, `/odom` and the frame `odom -> base_link` are left to them.
+    #[cfg(feature = "ros2")]
+    #[arg(long, value_name = "WHO", num_args = 0..=1, require_equals = true, default_missing_value = "body")]
+    ros2: Option<Drives>,
+    /// Take `/cmd_vel` as `geometry_msgs/Twist` in place of `TwistStamped`.
+    #[cfg(feature = "ros2")]
+    #[arg(long, requires = "ros2")]
+    unstamped: bool,
+    /// Serve Foxglove and Lichtblick too, on this machine alone; port 0 for any that is free.
+    #[cfg(feature = "foxglove")]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
+    foxglove: Option<u16>,
     /// End after this many seconds; without it, when it is interrupted.
     #[arg(long, value_name = "SECONDS", value_parser = speed)]
     seconds: Option<f64>,
@@ -27,6 +43,25 @@ pub(super) struct Arguments {
     settings: Settings,
     #[command(flatten)]
     sandbox: Sandbox,
+}
+
+/// What is driven over ROS 2.
+#[cfg(feature = "ros2")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Drives {
+    /// The body, by `/cmd_vel`; the wheels too, for those who want to.
+    Body,
+    /// The wheels, by controllers of ros2_control.
+    Controllers,
+}
+
+/// Says what there is to say to whoever watches the command.
+struct Terminal;
+
+impl Watcher for Terminal {
+    fn say(&mut self, note: &str) {
+        say::note(note);
+    }
 }
 
 fn speed(text: &str) -> Result<f64, String> {
@@ -42,19 +77,92 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario =
         Scenario::load_within(&arguments.scenario, &arguments.settings.settings, &files)?;
     let mut session = Session::new(&scenario).map_err(failure)?;
-    let server = Server::start(arguments.port, &session).map_err(failure)?;
-    say::lines(&format!("drive at {}  (end with Ctrl-C)\n", server.url()))?;
+    let desk = Desk::default();
+    let mut page = Server::start(arguments.port, &session, &desk).map_err(failure)?;
+    #[cfg(feature = "ros2")]
+    let mut node = ros2(arguments, &session, &desk)?;
+    #[cfg(feature = "foxglove")]
+    let mut viewers = foxglove(arguments, &session, &desk)?;
+    say::lines(&format!("drive at {}  (end with Ctrl-C)\n", page.url()))?;
     let pace = Pace {
         speed: arguments.speed.clamp(0.05, 20.0),
+        paused: arguments.paused,
     };
     let end = arguments
         .seconds
         .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    ilon_live::run(&mut session, &server, pace, || {
+    let mut terminal = Terminal;
+    let mut watchers: Vec<&mut dyn Watcher> = vec![&mut terminal, &mut page];
+    #[cfg(feature = "ros2")]
+    watchers.extend(node.iter_mut().map(|node| node as &mut dyn Watcher));
+    #[cfg(feature = "foxglove")]
+    watchers.extend(
+        viewers
+            .iter_mut()
+            .map(|viewers| viewers as &mut dyn Watcher),
+    );
+    ilon_live::run(&mut session, &desk, &mut watchers, pace, || {
         end.is_none_or(|end| Instant::now() < end)
     })
     .map_err(failure)?;
     Ok(Outcome::Done)
+}
+
+/// The node of ROS 2, where one is wanted.
+#[cfg(feature = "ros2")]
+fn ros2(
+    arguments: &Arguments,
+    session: &Session,
+    desk: &Desk,
+) -> Result<Option<ilon_live::ros2::Ros2>, Failure> {
+    use ilon_live::ros2::{Network, Options, Ros2, Ros2Error};
+    let Some(drives) = arguments.ros2 else {
+        return Ok(None);
+    };
+    let fault = |fault: Ros2Error| {
+        let remedy = match fault {
+            Ros2Error::Variable(_) => "set it otherwise, or unset it",
+            _ => "see whether the network lets a node be: the loopback interface has to be up",
+        };
+        Failure::usage(fault.to_string(), remedy)
+    };
+    let network = Network::from_variables(|name| std::env::var(name).ok())
+        .map_err(|bad| fault(bad.into()))?;
+    let options = Options::new(arguments.unstamped, drives == Drives::Controllers);
+    let node = Ros2::start(session, desk, network, options).map_err(fault)?;
+    let (domain, where_from) = (
+        node.network().domain,
+        if node.network().only_this_machine {
+            "on this machine alone"
+        } else {
+            "on all networks of this machine"
+        },
+    );
+    say::lines(&format!(
+        "ROS 2: node /ilon in domain {domain}, {where_from}\n"
+    ))?;
+    Ok(Some(node))
+}
+
+/// The server for Foxglove, where one is wanted.
+#[cfg(feature = "foxglove")]
+fn foxglove(
+    arguments: &Arguments,
+    session: &Session,
+    desk: &Desk,
+) -> Result<Option<ilon_live::foxglove::Foxglove>, Failure> {
+    use ilon_live::foxglove::Foxglove;
+    let Some(port) = arguments.foxglove else {
+        return Ok(None);
+    };
+    let server = Foxglove::start(port, session, desk).map_err(|fault| {
+        Failure::usage(
+            fault.to_string(),
+            "choose another port with --foxglove=PORT, or 0 for any that is free",
+        )
+    })?;
+    say::lines(&format!("Foxglove: open the connection {}\n", server.url()))?;
+    Ok(Some(server))
 }
 
 fn failure(error: LiveError) -> Failure {

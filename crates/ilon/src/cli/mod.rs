@@ -14,6 +14,7 @@ mod fault;
 mod flags;
 mod gallery;
 mod generate;
+mod identify;
 mod inspect;
 #[cfg(feature = "live")]
 mod live;
@@ -40,7 +41,10 @@ use ilon_robot::FileAccess;
 
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
-pub use embed::{Explained, explain, run_arguments, write_results};
+pub use embed::{
+    Explained, explain, may_hold_study, report_html, run_arguments, study_words, write_results,
+    write_study,
+};
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
 #[derive(Debug, Parser)]
@@ -66,6 +70,8 @@ enum Command {
     Check(check::Arguments),
     /// Run a scenario many times under keys that vary, and say what comes of it.
     Sweep(sweep::Arguments),
+    /// Fit what a robot really is to logs of its drives: radii, levers, gains, and keys of its simulation.
+    Identify(identify::Arguments),
     /// Lay several runs beside each other, as a table and as one page.
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
@@ -153,6 +159,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

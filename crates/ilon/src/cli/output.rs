@@ -53,6 +53,8 @@ pub(super) enum Report {
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     path: PathBuf,
+    /// What made the results, as a person would type it.
+    command: String,
     _claim: Claim,
 }
 
@@ -110,8 +112,15 @@ impl OutputFolder {
         let claim = claim::folder(&path, option)?;
         Ok(Self {
             path,
+            command: context::command_line(),
             _claim: claim,
         })
+    }
+
+    /// For results that something else than the command made.
+    pub fn made_by(mut self, command: &str) -> Self {
+        self.command = command.to_owned();
+        self
     }
 
     /// Refuses a folder in which results would replace what is read, or what no run has written.
@@ -165,7 +174,7 @@ impl OutputFolder {
         let summary = self.summary_json(run)?;
         // It was read when the run began; a file that has gone since costs its picture alone.
         let robot = load_robot(&run.scenario).ok();
-        let context = context::of(run, robot.as_ref(), verdicts);
+        let context = context::of(run, robot.as_ref(), verdicts, &self.command);
         let answer = match report {
             Report::Written => {
                 let page = self.path.join("report.html");

@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let verdicts = judge_rows(&run)?;
     let robot = load_robot(&run.scenario).ok();
-    let context = context::of(&run, robot.as_ref(), &verdicts);
+    let context = context::of(&run, robot.as_ref(), &verdicts, &context::command_line());
     let answer = report::write_recorded(&out, &run.trace, &run.summary, &context)?;
     let lines: String = answer
         .iter()

@@ -45,14 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
     let out = out_folder(&arguments.out, study.name());
-    let inputs: Vec<PathBuf> = std::iter::once(path.clone())
-        .chain(
-            (0..study.scenario_names().count()).map(|index| study.scenario_path(index).to_owned()),
-        )
-        .collect();
-    for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
-        claim::not_an_input(&out.join(name), "--out", &inputs)?;
-    }
+    refuse_inputs(&out, &study, "--out")?;
     let store = Store::open(&out, &study, arguments.shard)?;
     if store.damaged() > 0 {
         say::note(&format!(
@@ -62,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let bar = Bar::new(study.name());
     let options = Options::new(arguments.jobs.map(usize::from), arguments.shard);
-    let findings = sweep::sweep(&study, &store, options, &|progress| bar.show(progress))?;
+    let findings = sweep::sweep(&study, &store, &options, &|progress| bar.show(progress))?;
     bar.done();
     if let Some(shard) = arguments.shard {
         let folder = store.folder().unwrap_or(&out).display().to_string();
@@ -90,6 +83,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     show(arguments, &study, &store, &findings, &out)
 }
 
+/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+pub(super) fn refuse_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
+    let scenarios = (0..study.scenario_names().count()).map(|index| study.scenario_path(index));
+    let inputs: Vec<PathBuf> = std::iter::once(study.path())
+        .chain(scenarios)
+        .map(Path::to_owned)
+        .collect();
+    for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
+        claim::not_an_input(&out.join(name), option, &inputs)?;
+    }
+    Ok(())
+}
+
+/// Writes the results and their page, if the store has a folder.
+pub(super) fn write(study: &Study, store: &Store, findings: &Findings) -> Result<(), Failure> {
+    sweep::write_results(study, store, findings)?;
+    if let Some(folder) = store.folder() {
+        pages::sweep::write(&folder.join("report.html"), study, &store.rows(), findings)?;
+    }
+    Ok(())
+}
+
 /// Gathers rows that were made elsewhere.
 fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = match (arguments.out.to_str(), arguments.merge.as_slice()) {
@@ -106,7 +121,8 @@ fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (study, store) = Store::merge(&arguments.merge, &out)?;
     let findings = sweep::findings(&study, &store);
     sweep::write_results(&study, &store, &findings)?;
-    sweep::keep_traces(&study, &store, arguments.jobs.map(usize::from))?;
+    let options = Options::new(arguments.jobs.map(usize::from), None);
+    sweep::keep_traces(&study, &store, &options)?;
     show(arguments, &study, &store, &findings, &out)
 }
 
@@ -118,8 +134,7 @@ fn show(
     findings: &Findings,
     out: &Path,
 ) -> Result<Outcome, Failure> {
-    sweep::write_results(study, store, findings)?;
-    pages::sweep::write(&out.join("report.html"), study, &store.rows(), findings)?;
+    write(study, store, findings)?;
     if arguments.json {
         let json = serde_json::to_string_pretty(findings);
         let json = json.map_err(|error| Failure::encode("the findings", &error))?;
@@ -165,4 +180,4 @@ fn out_folder(out: &Path, study: &str) -> PathBuf {
     }
 }
 
-pub(super) use answer::verdicts;
+pub(super) use answer::{verdicts, words};

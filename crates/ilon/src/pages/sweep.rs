@@ -11,6 +11,13 @@ use ilon_trace::{TraceError, number};
 
 use crate::cli::shell;
 
+/// The page.
+pub fn html(study: &Study, rows: &[Row], findings: &Findings) -> String {
+    sweep::html(&shown(study, rows, findings), &|run| {
+        command(study, rows, run)
+    })
+}
+
 /// Writes the page to a file, whole or not at all.
 ///
 /// # Errors

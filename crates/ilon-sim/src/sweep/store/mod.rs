@@ -225,6 +225,12 @@ impl Store {
         Ok((study, store))
     }
 
+    /// Whether a folder is one of this study's results.
+    pub(super) fn holds_rows_of(folder: &Path, study: &Study) -> bool {
+        let known = Manifest::read(folder).ok().flatten();
+        known.is_some_and(|known| known.must_be(study, folder).is_ok())
+    }
+
     /// Its folder; `None` of one in memory.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
@@ -248,6 +254,16 @@ impl Store {
     /// Whether a run was run.
     pub fn holds(&self, run: u64) -> bool {
         self.locked().contains_key(&run)
+    }
+
+    /// How many runs were run.
+    pub fn len(&self) -> usize {
+        self.locked().len()
+    }
+
+    /// Whether none was.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     /// All rows, in the order of their runs.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Reactions;
+use super::give::stays_open;
 use crate::contact::potential::{Axle, PotentialContact, Row};
 use crate::contact::problem::Law;
 use crate::contact::reaction::{Part, Reaction};
@@ -14,6 +15,14 @@ const OPEN_M_S: f64 = 0.1;
 
 /// What is deeper in the ground than its load explains is pushed out at this speed, in m/s: too slowly to bounce, 1 um.
 const PUSH_OUT_M_S: f64 = 5e-3;
+
+/// The rolling resistance of a roller itself.
+fn own_resistance(scene: &Scene<'_>, part: Part) -> f64 {
+    match part {
+        Part::Roller(wheel, _) => scene.assembly.wheels[wheel].surface.rolling_resistance,
+        _ => 0.0,
+    }
+}
 
 impl Reactions {
     /// Collects all contacts and dry bearings.
@@ -77,25 +86,34 @@ impl Reactions {
         };
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
         for contact in &potential {
-            if open_m_s(contact) > OPEN_M_S + comes_m_s {
-                continue;
-            }
             let place = &contact.candidate;
+            let press = self.press(scene, contact);
+            match &press {
+                Some(press) if stays_open(contact, press, scene.dt_s) => continue,
+                None if open_m_s(contact) > OPEN_M_S + comes_m_s => continue,
+                _ => {}
+            }
             let before = self.impulse_before(place.part);
             let gap_m = contact.gap_before_m;
-            let approach_m_s = if gap_m > 0.0 {
-                gap_m / scene.dt_s
-            } else {
-                // No faster than what the spring was loaded with, and a little.
-                let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
-                (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT_M_S)
+            let (approach_m_s, compliance) = match &press {
+                Some(press) => (press.softness.bias_m_s, press.softness.compliance),
+                None if gap_m > 0.0 => (gap_m / scene.dt_s, compliance),
+                None => {
+                    // No faster than what the spring was loaded with, and a little.
+                    let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
+                    let out_m_s = (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT_M_S);
+                    (out_m_s, compliance)
+                }
             };
-            let friction = scene.ground.friction_at(&place.place_m);
+            let ground = scene.ground.surface_at(&place.place_m);
+            let at_rest = scene.ground.friction_at(&place.place_m);
+            let friction = ground.friction_at_speed(at_rest, contact.before.yz().norm());
             let law = Law::Contact {
                 friction,
                 approach_m_s,
                 compliance,
             };
+            let load_n = self.load_n(scene, contact, press.as_ref());
             let rows = contact.rows.map(|row| Row {
                 axle: contact
                     .axle
@@ -113,9 +131,26 @@ impl Reactions {
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
                 rolling_radius_m: rows[2].axle.map_or(0.0, |(_, radius_m)| radius_m),
+                gives: self.gives(scene, (contact, press, load_n), &ground),
             };
-            self.push(law, reaction, &rows, contact.free.as_slice());
+            let mut free = contact.free;
+            if let Some(gives) = &reaction.gives {
+                free.y += gives.softness[0].bias_m_s;
+                free.z += gives.softness[1].bias_m_s;
+            }
+            let softened = reaction
+                .gives
+                .map(|gives| gives.softness.map(|s| s.compliance));
+            self.push(law, reaction, &rows, free.as_slice());
+            if let Some(tangents) = softened {
+                self.problem.soften(tangents);
+            }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
+            let resistance = ground.rolling_resistance + own_resistance(scene, place.part);
+            if resistance > 0.0 {
+                let axle = rows[2].axle.map(|(index, _)| index);
+                self.resist_rolling(scene, (contact, axle), resistance * load_n);
+            }
         }
         self.potential = potential;
     }
@@ -130,14 +165,20 @@ impl Reactions {
     }
 
     /// What acted in the last step on the part that a new reaction goes on from.
-    fn impulse_before(&self, part: Part) -> Option<Vector3<f64>> {
+    pub(super) fn impulse_before(&self, part: Part) -> Option<Vector3<f64>> {
         let place = self.all.iter().filter(|r| part.follows(r.part)).count();
         let mut before = self.before.iter().filter(|r| part.follows(r.part));
         before.nth(place).map(|reaction| reaction.impulse)
     }
 
-    /// Adds a dry bearing.
-    fn hold_bearing(&mut self, scene: &Scene<'_>, part: Part, row: Row, friction_n_m: f64) {
+    /// Adds a dry bearing, or what is as one.
+    pub(super) fn hold_bearing(
+        &mut self,
+        scene: &Scene<'_>,
+        part: Part,
+        row: Row,
+        friction_n_m: f64,
+    ) {
         let most_n_m_s = friction_n_m * scene.dt_s;
         let law = Law::Joint {
             least_n_m_s: -most_n_m_s,
@@ -149,14 +190,18 @@ impl Reactions {
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
     /// needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
-        /// Below this share of its limit a wheel does not reach it within a step.
-        const NEAR_LIMIT: f64 = 0.9;
         let (motor, dof) = (&scene.motors[wheel], scene.assembly.wheels[wheel].hub_dof);
         let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
-        let limit_rad_s = motor.rate_limit_rad_s.copysign(now_rad_s);
-        if now_rad_s.abs().max(free_rad_s * limit_rad_s.signum())
-            < NEAR_LIMIT * motor.rate_limit_rad_s
-        {
+        // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
+        let is_near = motor.is_near_limit(now_rad_s);
+        let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
+        let way = if is_near && !ends_beyond {
+            now_rad_s
+        } else {
+            free_rad_s
+        };
+        let limit_rad_s = motor.rate_limit_rad_s.copysign(way);
+        if !is_near && !motor.is_near_limit(free_rad_s) {
             return;
         }
         let gives_n_m = motor.torque_n_m - motor.droop_n_m_s * (limit_rad_s - now_rad_s);
@@ -199,6 +244,7 @@ impl Reactions {
             taken_j: Vector3::zeros(),
             came_down: false,
             rolling_radius_m: 0.0,
+            gives: None,
         };
         self.push(law, reaction, &[row], &[free - from_rad_s]);
     }

@@ -17,7 +17,7 @@ const MOST_POINTS: usize = 40;
 const AT_THE_END: f64 = 0.01;
 
 /// What was found, in words and tables.
-pub(super) fn words(study: &Study, findings: &Findings) -> String {
+pub(in crate::cli) fn words(study: &Study, findings: &Findings) -> String {
     let mut text = String::new();
     let failed = match findings.failed {
         0 => String::new(),

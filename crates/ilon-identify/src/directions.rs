@@ -1,0 +1,174 @@
+//! What was done by direction of motion.
+
+use std::f64::consts::TAU;
+
+use ilon_control::ContactKinematics;
+use ilon_robot::Robot;
+use nalgebra::Matrix3xX;
+
+use crate::motion::{Tracker, Window};
+use crate::outcome::Direction;
+
+/// Directions closer together than this are one, in radians.
+const APART_RAD: f64 = TAU / 48.0;
+/// Speeds that differ by less than this share of the larger are one.
+const SPEED_APART: f64 = 0.3;
+/// Wheel angles over which the touching rollers are averaged.
+const PHASES: usize = 512;
+
+/// What the motion of windows is by direction. `nominal` is the robot's own map, `fitted` that of the chosen model, and `trackers` has
+/// one a run.
+pub fn directions(
+    windows: &[&Window],
+    robot: &Robot,
+    nominal: &Matrix3xX<f64>,
+    fitted: &Matrix3xX<f64>,
+    trackers: &[Tracker],
+    window_s: f64,
+) -> Vec<Direction> {
+    struct Bin {
+        angle_rad: f64,
+        way_m: f64,
+        rates: Vec<f64>,
+        members: Vec<[f64; 6]>,
+    }
+    let ways: Vec<f64> = windows
+        .iter()
+        .map(|window| {
+            let moved = window.of_wheels(nominal);
+            libm::hypot(moved[0], moved[1])
+        })
+        .collect();
+    let largest = ways.iter().copied().fold(0.0, f64::max);
+    let mut bins: Vec<Bin> = Vec::new();
+    for (window, way_m) in windows.iter().zip(ways) {
+        // Turns in place have no direction.
+        if way_m < 0.2 * largest {
+            continue;
+        }
+        let asked = window.of_wheels(nominal);
+        let angle_rad = libm::atan2(asked[1], asked[0]);
+        let unit = [asked[0] / way_m, asked[1] / way_m];
+        let tracker = &trackers[window.run];
+        let seen = of_body(window, tracker);
+        let given = window.of_wheels(fitted);
+        let along = |way: [f64; 3]| way[0] * unit[0] + way[1] * unit[1];
+        let across = |way: [f64; 3]| way[1] * unit[0] - way[0] * unit[1];
+        let member = [
+            way_m,
+            along(seen),
+            across(seen),
+            along(given),
+            across(given),
+            seen[2] - given[2],
+        ];
+        let bin = bins.iter_mut().find(|bin| {
+            let apart = ilon_robot::wrap_angle(bin.angle_rad - angle_rad).abs();
+            apart < APART_RAD && (bin.way_m - way_m).abs() < SPEED_APART * bin.way_m.max(way_m)
+        });
+        match bin {
+            Some(bin) => {
+                bin.members.push(member);
+                for (sum, turned) in bin.rates.iter_mut().zip(&window.turned_rad) {
+                    *sum += turned;
+                }
+            }
+            None => bins.push(Bin {
+                angle_rad,
+                way_m,
+                rates: window.turned_rad.clone(),
+                members: vec![member],
+            }),
+        }
+    }
+    // What is rarely done is the end of something else.
+    let most = bins.iter().map(|bin| bin.members.len()).max().unwrap_or(0);
+    bins.retain(|bin| bin.members.len() * 20 >= most && bin.members.len() >= 2);
+    bins.sort_by(|a, b| {
+        let turn = |angle: f64| (angle + 1e-6).rem_euclid(TAU);
+        turn(a.angle_rad)
+            .total_cmp(&turn(b.angle_rad))
+            .then(a.way_m.total_cmp(&b.way_m))
+    });
+    bins.iter()
+        .map(|bin| {
+            let count = bin.members.len();
+            let sum = |column: usize| bin.members.iter().map(|row| row[column]).sum::<f64>();
+            let way_m = sum(0);
+            let measured = sum(1) / way_m;
+            let squares: f64 = bin
+                .members
+                .iter()
+                .map(|row| (row[1] - measured * row[0]).powi(2))
+                .sum();
+            let error = (squares * count as f64 / (count - 1) as f64).sqrt() / way_m;
+            let rates: Vec<f64> = bin
+                .rates
+                .iter()
+                .map(|sum| sum / (count as f64 * window_s))
+                .collect();
+            Direction {
+                direction_deg: tidy(bin.angle_rad.to_degrees().rem_euclid(360.0)),
+                speed_m_s: way_m / (count as f64 * window_s),
+                stretches: count,
+                measured,
+                measured_error: error,
+                measured_across: sum(2) / way_m,
+                contact: contact(robot, nominal, &rates),
+                fitted: sum(3) / way_m,
+                fitted_across: sum(4) / way_m,
+                simulated: None,
+                drift_rad_per_m: sum(5) / way_m,
+            }
+        })
+        .collect()
+}
+
+/// A direction to a tenth of a degree, below a full turn.
+fn tidy(degrees: f64) -> f64 {
+    let rounded = (10.0 * degrees).round() / 10.0;
+    if rounded >= 360.0 { 0.0 } else { rounded }
+}
+
+/// What was seen as the body's own displacement.
+pub fn of_body(window: &Window, tracker: &Tracker) -> [f64; 3] {
+    let (s, c) = libm::sincos(tracker.turned_rad);
+    let [x, y, turn] = window.seen;
+    let lever = 2.0 * libm::sin(0.5 * turn);
+    let [o_x, o_y] = tracker.point_m;
+    [
+        c * x + s * y + lever * o_y,
+        -s * x + c * y - lever * o_x,
+        turn,
+    ]
+}
+
+/// The way that the touching rollers give in the direction that the matrix gives, over the way that the matrix gives, averaged over
+/// wheel angles; `None` of robots whose rollers are not known.
+fn contact(robot: &Robot, nominal: &Matrix3xX<f64>, rates: &[f64]) -> Option<f64> {
+    let mut kinematics = ContactKinematics::new(robot).ok()?;
+    let mut asked = [0.0; 2];
+    for (column, rate) in nominal.column_iter().zip(rates) {
+        asked[0] += column[0] * rate;
+        asked[1] += column[1] * rate;
+    }
+    let size = libm::hypot(asked[0], asked[1]);
+    if size <= 0.0 {
+        return None;
+    }
+    let mut way = 0.0;
+    let mut angles = vec![0.0; rates.len()];
+    for phase in 0..PHASES {
+        // Wheels stand at angles that have nothing to do with each other: steps by roots of primes fill all of them evenly.
+        for (angle, root) in angles.iter_mut().zip(
+            [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0]
+                .iter()
+                .cycle(),
+        ) {
+            *angle = TAU * (phase as f64 * root.sqrt()).fract();
+        }
+        let twist = kinematics.twist(&angles, rates);
+        way += (twist.vx_m_s * asked[0] + twist.vy_m_s * asked[1]) / size;
+    }
+    Some(way / PHASES as f64 / size)
+}

@@ -1,0 +1,524 @@
+//! A study from its logs to what was found.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::Robot;
+use ilon_sim::Error;
+use nalgebra::Matrix3xX;
+use rayon::prelude::*;
+
+use crate::directions::directions;
+use crate::fit::{Evidence, Fitted, Noise, fit, misses, see_with, take_noise};
+use crate::log::{Doubt, Log, doubts};
+use crate::model::{Model, Parameter};
+use crate::motion::{Tracker, Window, reckoned, windows};
+use crate::outcome::{
+    Errors, Held, Identified, Judged, JudgedBy, NoiseFigures, Run, RunDoubt, Series, Value,
+};
+use crate::study::{ModelFile, Study};
+
+/// How far an identification is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Progress {
+    /// Logs are read.
+    Reading,
+    /// A model of the kinematics is fitted.
+    Fitting(String),
+    /// Runs are simulated: so many so far.
+    Simulating(u32),
+}
+
+/// The share of the best held-out error by which a model with more parameters must be better to be chosen.
+const WORTH: f64 = 0.01;
+
+/// Fits all that a study leaves free.
+///
+/// # Errors
+/// Where a log cannot be read, is not what it is stated to be, or does not say enough.
+pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<Identified, Error> {
+    progress(Progress::Reading);
+    let logs = read(study)?;
+    let mut evidence = Evidence {
+        windows: Vec::new(),
+        series: study
+            .file
+            .runs
+            .iter()
+            .map(|run| run.series.clone())
+            .collect(),
+        held_out: study.file.runs.iter().map(|run| run.held_out).collect(),
+    };
+    let mut odd: Vec<RunDoubt> = Vec::new();
+    for (run, log) in logs.iter().enumerate() {
+        for doubt in doubts::of_rows(log, &study.robot) {
+            refuse(study, run, &doubt)?;
+            odd.push(RunDoubt {
+                file: study.file.runs[run].file.display().to_string(),
+                doubt,
+            });
+        }
+        let found = windows(log, run, study.file.window_s);
+        if found.len() < FEWEST_WINDOWS {
+            return Err(crate::log::fault(
+                &study.resolve(&study.file.runs[run].file),
+                format!(
+                    "it holds {} stretches of {} s in which wheels turn, which is too few",
+                    found.len(),
+                    study.file.window_s
+                ),
+                "drive for longer, or compare shorter stretches: `window_s`",
+            ));
+        }
+        evidence.windows.extend(found);
+    }
+    // A single run may not move enough ways for that; runs of a series are wired alike.
+    let all: Vec<&Window> = evidence.windows.iter().collect();
+    for series in evidence.series_of(&all) {
+        let of_series: Vec<&Window> = all
+            .iter()
+            .copied()
+            .filter(|window| evidence.series[window.run] == series)
+            .collect();
+        if let (Some(first), Some(doubt)) = (
+            of_series.first(),
+            doubts::of_motion(&of_series, &study.robot),
+        ) {
+            refuse(study, first.run, &doubt)?;
+        }
+    }
+    let (noise, left_out) = take_noise(&mut evidence);
+    let fitted_windows = evidence.fitted();
+    if fitted_windows.is_empty() {
+        return Err(Error::invalid(
+            "nothing is left to fit: all stretches were outliers",
+            "look at the logs, and compare longer stretches: `window_s`",
+        ));
+    }
+
+    let listed = models(study);
+    let mut tried: Vec<(Fitted, Errors, Errors)> = Vec::new();
+    let kept_back = evidence.kept_back();
+    let judged_by = judged_by(&evidence, &kept_back);
+    for model in &listed {
+        progress(Progress::Fitting(model.name.clone()));
+        tried.push(judge(study, model, &evidence, noise, &logs, judged_by)?);
+    }
+    let chosen = choose(&tried);
+    let nominal = judge(study, &nominal_model(), &evidence, noise, &logs, judged_by)?;
+
+    let (fitted, fit_errors, held_out_errors) = &tried[chosen];
+    let model = &fitted.model;
+    let matrix = matrix_of(fitted)?;
+    let own = matrix_of(&nominal.0)?;
+    let trackers = trackers_of(study, fitted, &evidence, noise)?;
+    let mut parameters: BTreeMap<String, Value> = BTreeMap::new();
+    let intervals = fitted.draws.intervals(&fitted.values);
+    for ((name, parameter), (value, interval)) in model
+        .names()
+        .into_iter()
+        .zip(&model.parameters)
+        .zip(fitted.values.iter().zip(intervals))
+    {
+        let nominal = parameter.nominal(&study.robot);
+        parameters.insert(
+            name,
+            Value::new(*value, interval, parameter.unit(), nominal),
+        );
+    }
+    let outcome = Identified {
+        study: study.name(),
+        ilon: env!("CARGO_PKG_VERSION").to_owned(),
+        model: listed[chosen].name.clone(),
+        parameters,
+        derived: derived(fitted),
+        held: held(fitted, &study.robot),
+        fit: *fit_errors,
+        held_out: *held_out_errors,
+        judged_by,
+        nominal: nominal.2,
+        models: listed
+            .iter()
+            .zip(&tried)
+            .map(|(file, (fitted, fit, held_out))| Judged {
+                name: file.name.clone(),
+                parameters: values_of(fitted, &study.robot, |parameter| !parameter.is_of_tracker()),
+                held: held(fitted, &study.robot),
+                fit: *fit,
+                held_out: *held_out,
+            })
+            .collect(),
+        residual: directions(
+            &all_windows(&evidence),
+            &study.robot,
+            &own,
+            &matrix,
+            &trackers,
+            study.file.window_s,
+        ),
+        series: series(study, &evidence, noise)?,
+        runs: runs(study, &logs, &own, &matrix, &trackers),
+        noise: NoiseFigures {
+            position_m: noise.position_m,
+            heading_rad: noise.heading_rad,
+            left_out,
+        },
+        resampled: if fitted.over_runs {
+            "runs"
+        } else {
+            "stretches"
+        }
+        .to_owned(),
+        resampled_count: fitted.draws.clusters,
+        doubts: odd,
+        simulated_keys: Vec::new(),
+    };
+    Ok(outcome)
+}
+
+/// Fewer stretches of a run than this say nothing.
+const FEWEST_WINDOWS: usize = 4;
+
+fn all_windows(evidence: &Evidence) -> Vec<&Window> {
+    evidence.windows.iter().collect()
+}
+
+fn read(study: &Study) -> Result<Vec<Log>, Error> {
+    let runs = 0..study.file.runs.len();
+    runs.into_par_iter()
+        .map(|run| read_run(study, run))
+        .collect()
+}
+
+/// Reads the part of a log that a run of a study uses.
+pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
+    let run = &study.file.runs[run];
+    let path = study.resolve(&run.file);
+    let log = Log::read(&path, &study.file.log, &study.robot, &study.files)?;
+    let to_s = run.to_s.unwrap_or(f64::INFINITY);
+    let part = log.part(run.from_s, to_s);
+    if part.len() < 10 {
+        return Err(crate::log::fault(
+            &path,
+            format!(
+                "nothing of it lies after {} s and before {to_s} s",
+                run.from_s
+            ),
+            format!(
+                "it is {:.3} s long: see `from_s` and `to_s` of the run",
+                log.duration_s()
+            ),
+        ));
+    }
+    Ok(part)
+}
+
+/// Ends an identification over a log to which nothing can be fitted.
+fn refuse(study: &Study, run: usize, doubt: &Doubt) -> Result<(), Error> {
+    match doubt.is_fatal {
+        true => Err(crate::log::fault(
+            &study.resolve(&study.file.runs[run].file),
+            doubt.message.clone(),
+            doubt.help.clone(),
+        )),
+        false => Ok(()),
+    }
+}
+
+fn nominal_model() -> ModelFile {
+    ModelFile {
+        name: "as it is known".to_owned(),
+        free: Vec::new(),
+    }
+}
+
+/// The models of a study, or those that fit any robot.
+fn models(study: &Study) -> Vec<ModelFile> {
+    if !study.file.models.is_empty() {
+        return study.file.models.clone();
+    }
+    let model = |name: &str, free: &[&str]| ModelFile {
+        name: name.to_owned(),
+        free: free.iter().map(|name| (*name).to_owned()).collect(),
+    };
+    vec![
+        nominal_model(),
+        model("radius and lever", &["radius_m", "lever_m"]),
+        model(
+            "gains by direction",
+            &["gain.ahead", "gain.sideways", "gain.turn"],
+        ),
+        model("each wheel's radius and lever", &["radius_m.*", "lever_m"]),
+    ]
+}
+
+fn judged_by(evidence: &Evidence, kept_back: &[&Window]) -> JudgedBy {
+    let runs = evidence
+        .held_out
+        .iter()
+        .filter(|held_out| !**held_out)
+        .count();
+    match (kept_back.is_empty(), runs) {
+        (false, _) => JudgedBy::Runs,
+        (true, 3..) => JudgedBy::EachRun,
+        _ => JudgedBy::EachStretch,
+    }
+}
+
+/// Fits a model, and measures its errors on what it was fitted to and on what not.
+fn judge(
+    study: &Study,
+    file: &ModelFile,
+    evidence: &Evidence,
+    noise: Noise,
+    logs: &[Log],
+    judged_by: JudgedBy,
+) -> Result<(Fitted, Errors, Errors), Error> {
+    let fitted_windows = evidence.fitted();
+    let bare = Model::new(&study.robot, &file.free)?;
+    let with_tracker = |windows: &[&Window]| {
+        bare.clone()
+            .with_tracker(&study.file.tracker, &evidence.series_of(windows))
+    };
+    let draws = Some((study.file.resamples, study.file.seed));
+    let fitted = fit(
+        &with_tracker(&fitted_windows),
+        evidence,
+        &fitted_windows,
+        noise,
+        draws,
+    )?;
+    let on = |fitted: &Fitted, windows: &[&Window], all: &[&Window]| -> Result<Vec<f64>, Error> {
+        let trackers = see_with(fitted, &study.file.tracker, evidence, all, noise)?;
+        Ok(misses(&matrix_of(fitted)?, &trackers, windows, noise))
+    };
+    let is_fitted = |run: usize| !evidence.held_out[run];
+    let trackers = trackers_of(study, &fitted, evidence, noise)?;
+    let matrix = matrix_of(&fitted)?;
+    let ends = |of: &dyn Fn(usize) -> bool| end_rms(logs, &matrix, &trackers, of);
+    let fit_errors = errors(
+        &on(&fitted, &fitted_windows, &fitted_windows)?,
+        noise,
+        ends(&is_fitted),
+    );
+    let held_out = match judged_by {
+        JudgedBy::Runs => {
+            let kept_back = evidence.kept_back();
+            let left = on(&fitted, &kept_back, &kept_back)?;
+            errors(&left, noise, ends(&|run| evidence.held_out[run]))
+        }
+        JudgedBy::EachRun | JudgedBy::EachStretch => {
+            let part = |window: &Window| match judged_by {
+                JudgedBy::EachRun => window.run,
+                _ => (window.at_s * 8.0 / logs[window.run].duration_s().max(1e-9)) as usize,
+            };
+            let mut parts: Vec<usize> = fitted_windows.iter().map(|window| part(window)).collect();
+            parts.sort_unstable();
+            parts.dedup();
+            let left_out = |out: &usize| -> Result<Vec<f64>, Error> {
+                let (outside, inside): (Vec<&Window>, Vec<&Window>) = fitted_windows
+                    .iter()
+                    .copied()
+                    .partition(|window| part(window) == *out);
+                let fold = fit(&with_tracker(&inside), evidence, &inside, noise, None)?;
+                on(&fold, &outside, &outside)
+            };
+            let left: Vec<Vec<f64>> = parts.par_iter().map(left_out).collect::<Result<_, _>>()?;
+            errors(&left.concat(), noise, ends(&is_fitted))
+        }
+    };
+    Ok((fitted, fit_errors, held_out))
+}
+
+/// The model with the least error on what was not fitted; of those that are as good, the one with the fewest parameters.
+fn choose(tried: &[(Fitted, Errors, Errors)]) -> usize {
+    let error = |index: usize| tried[index].2.over_noise;
+    let least = (0..tried.len()).map(error).fold(f64::INFINITY, f64::min);
+    let good = (0..tried.len()).filter(|index| error(*index) <= (1.0 + WORTH) * least);
+    good.min_by_key(|index| tried[*index].0.values.len())
+        .unwrap_or(0)
+}
+
+fn matrix_of(fitted: &Fitted) -> Result<Matrix3xX<f64>, Error> {
+    fitted.model.twist_matrix(&fitted.values).ok_or_else(|| {
+        Error::invalid(
+            "the values that fit the log best are those of a robot that cannot be moved",
+            "leave fewer parameters free",
+        )
+    })
+}
+
+fn trackers_of(
+    study: &Study,
+    fitted: &Fitted,
+    evidence: &Evidence,
+    noise: Noise,
+) -> Result<Vec<Tracker>, Error> {
+    see_with(
+        fitted,
+        &study.file.tracker,
+        evidence,
+        &all_windows(evidence),
+        noise,
+    )
+}
+
+fn errors(left: &[f64], noise: Noise, end_position_rms_m: f64) -> Errors {
+    let rms = |sum: f64, count: usize| (sum / count.max(1) as f64).sqrt();
+    let stretches = left.len() / 3;
+    let (mut position, mut heading) = (0.0, 0.0);
+    for row in left.chunks_exact(3) {
+        position += row[0] * row[0] + row[1] * row[1];
+        heading += row[2] * row[2];
+    }
+    Errors {
+        stretches,
+        position_rms_m: noise.position_m * rms(position, stretches),
+        heading_rms_rad: noise.heading_rad * rms(heading, stretches),
+        over_noise: rms(position + heading, left.len()),
+        end_position_rms_m,
+    }
+}
+
+fn end_rms(
+    logs: &[Log],
+    matrix: &Matrix3xX<f64>,
+    trackers: &[Tracker],
+    of: &dyn Fn(usize) -> bool,
+) -> f64 {
+    let squares: Vec<f64> = (0..logs.len())
+        .filter(|run| of(*run))
+        .map(|run| end(&logs[run], matrix, &trackers[run]).0.powi(2))
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+/// How far from the robot dead reckoning ends, in metres and in radians.
+fn end(log: &Log, matrix: &Matrix3xX<f64>, tracker: &Tracker) -> (f64, f64) {
+    let reckoned = reckoned(log, matrix, tracker);
+    match (reckoned.last(), log.poses.last()) {
+        (Some(own), Some(seen)) => (
+            libm::hypot(own[0] - seen[0], own[1] - seen[1]),
+            own[2] - seen[2],
+        ),
+        _ => (0.0, 0.0),
+    }
+}
+
+fn held(fitted: &Fitted, robot: &Robot) -> Vec<Held> {
+    fitted
+        .held
+        .iter()
+        .map(|(parameter, why)| Held {
+            name: parameter.name(robot),
+            value: parameter.nominal(robot),
+            why: why.clone(),
+        })
+        .collect()
+}
+
+fn values_of(
+    fitted: &Fitted,
+    robot: &Robot,
+    of: impl Fn(&Parameter) -> bool,
+) -> BTreeMap<String, Value> {
+    let intervals = fitted.draws.intervals(&fitted.values);
+    fitted
+        .model
+        .parameters
+        .iter()
+        .zip(fitted.values.iter().zip(intervals))
+        .filter(|(parameter, _)| of(parameter))
+        .map(|(parameter, (value, interval))| {
+            let nominal = parameter.nominal(robot);
+            (
+                parameter.name(robot),
+                Value::new(*value, interval, parameter.unit(), nominal),
+            )
+        })
+        .collect()
+}
+
+/// Ratios that hold even where a common scale is not known.
+fn derived(fitted: &Fitted) -> BTreeMap<String, Value> {
+    let place = |wanted: &Parameter| {
+        let mut parameters = fitted.model.parameters.iter();
+        parameters.position(|parameter| parameter == wanted)
+    };
+    let mut derived = BTreeMap::new();
+    let ratios = [
+        (
+            "sideways_over_ahead",
+            Parameter::GainSideways,
+            Parameter::GainAhead,
+        ),
+        ("turn_over_ahead", Parameter::GainTurn, Parameter::GainAhead),
+    ];
+    for (name, above, below) in ratios {
+        if let (Some(above), Some(below)) = (place(&above), place(&below)) {
+            let ratio = |a: f64, b: f64| a / b;
+            let (a, b) = (fitted.values[above], fitted.values[below]);
+            let interval = fitted
+                .draws
+                .interval(ratio(a, b), |step| ratio(a + step[above], b + step[below]));
+            derived.insert(name.to_owned(), Value::new(ratio(a, b), interval, "", 1.0));
+        }
+    }
+    derived
+}
+
+/// The gains of each series by itself.
+fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series>, Error> {
+    let gains: Vec<String> = ["gain.ahead", "gain.sideways", "gain.turn"]
+        .map(str::to_owned)
+        .to_vec();
+    let model = Model::new(&study.robot, &gains)?;
+    let all = all_windows(evidence);
+    let of = |name: &String| -> Result<Series, Error> {
+        let windows: Vec<&Window> = all
+            .iter()
+            .copied()
+            .filter(|window| evidence.series[window.run] == *name)
+            .collect();
+        let model = model
+            .clone()
+            .with_tracker(&study.file.tracker, std::slice::from_ref(name));
+        let draws = Some((study.file.resamples, study.file.seed));
+        let fitted = fit(&model, evidence, &windows, noise, draws)?;
+        let mut gains = values_of(&fitted, &study.robot, |parameter| {
+            !parameter.is_of_tracker()
+        });
+        gains.extend(derived(&fitted));
+        Ok(Series {
+            name: name.clone(),
+            gains,
+        })
+    };
+    evidence.series_of(&all).iter().map(of).collect()
+}
+
+fn runs(
+    study: &Study,
+    logs: &[Log],
+    own: &Matrix3xX<f64>,
+    matrix: &Matrix3xX<f64>,
+    trackers: &[Tracker],
+) -> Vec<Run> {
+    let one = |(run, log): (usize, &Log)| {
+        let file = &study.file.runs[run];
+        let path_m = reckoned(log, own, &Tracker::default())
+            .windows(2)
+            .map(|pair| libm::hypot(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]))
+            .sum();
+        let (end_position_m, end_heading_rad) = end(log, matrix, &trackers[run]);
+        Run {
+            file: file.file.display().to_string(),
+            held_out: file.held_out,
+            duration_s: log.duration_s(),
+            path_m,
+            end_position_nominal_m: end(log, own, &trackers[run]).0,
+            end_position_m,
+            end_heading_rad,
+        }
+    };
+    logs.iter().enumerate().map(one).collect()
+}

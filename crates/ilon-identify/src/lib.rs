@@ -1,0 +1,50 @@
+//! Fits what a robot really is to logs of its drives.
+//!
+//! A log says what the wheels did and where something outside saw the robot. From that follow, in two steps, the kinematics (radii,
+//! levers, the roller angle, or gains by direction: least squares on displacements) and, by simulating the runs, keys of the scenario:
+//! how the rollers give, what the floor does.
+//!
+//! ```no_run
+//! use ilon_identify::{Study, identify};
+//!
+//! let study = Study::load("assets/identify/optiodom_omni3.toml")?;
+//! let identified = identify(&study, &|_| ())?;
+//! for (name, parameter) in &identified.parameters {
+//!     println!("{name} = {} {}", parameter.value, parameter.unit);
+//! }
+//! # Ok::<(), ilon_sim::Error>(())
+//! ```
+//!
+//! | module | answers |
+//! |---|---|
+//! | `study` | what a person writes down |
+//! | [`log`] | what a log says, and what is wrong with it |
+//! | [`motion`] | displacements in the body frame, over short stretches |
+//! | [`model`] | what of the kinematics can be free |
+//! | [`fit`] | values, noise, and what a log determines |
+//! | [`resample`] | how sure the values are |
+//! | [`outcome`] | what was found, as it is written |
+//!
+//! There is no command line and no plot here.
+
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
+mod directions;
+mod files;
+pub mod fit;
+mod identify;
+mod least_squares;
+pub mod log;
+pub mod model;
+pub mod motion;
+pub mod outcome;
+pub mod resample;
+mod study;
+
+pub use files::{FILES, files};
+pub use identify::{Progress, identify};
+pub use least_squares::{Found, Search, least_squares};
+pub use log::Log;
+pub use outcome::Identified;
+pub use study::{ModelFile, RunFile, Simulate, Study, StudyFile};

@@ -1,0 +1,316 @@
+//! Logs as tables of text.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use ilon_robot::{FileAccess, Robot};
+use ilon_sim::Error;
+use ilon_sim::scenario::nearest;
+
+use super::format::{Column, Format, Measure, Place};
+use super::{Log, MAX_BYTES, MOST_ROWS, fault};
+
+/// A column that was found.
+struct Found {
+    place: usize,
+    name: String,
+    measure: Measure,
+    factor: f64,
+    increments: bool,
+}
+
+pub(super) fn read(
+    path: &Path,
+    format: &Format,
+    robot: &Robot,
+    files: &FileAccess,
+) -> Result<Log, Error> {
+    let file = files
+        .open(path)
+        .map_err(|reason| Error::read(path, &reason))?;
+    let size = file.metadata().map(|data| data.len()).unwrap_or(0);
+    if size > MAX_BYTES {
+        let message = format!("it has {size} bytes, where at most {MAX_BYTES} are read");
+        return Err(fault(path, message, "cut it into parts"));
+    }
+    let mut lines = BufReader::new(file.take(MAX_BYTES));
+    let header = header(path, format, &mut lines)?;
+    let delimiter = delimiter(path, format)?;
+    let names: Vec<String> = split(&header, delimiter);
+    let find = |what: &str, column: &Column| found(path, format, &names, what, column);
+    let needed = |what: &str, column: &Option<Column>| match column {
+        Some(column) => find(what, column),
+        None => Err(fault(
+            path,
+            format!("nothing says which of its columns is `log.{what}`"),
+            format!("write `log.{what} = {{ column = ..., unit = ... }}`"),
+        )),
+    };
+    let time = match (&format.time, format.period_s) {
+        (Some(column), _) => Some(find("time", column)?),
+        (None, Some(_)) => None,
+        (None, None) => {
+            return Err(fault(
+                path,
+                "nothing says when its rows were".to_owned(),
+                "name the column in `log.time`, or give `log.period_s`",
+            ));
+        }
+    };
+    let pose = [
+        needed("x", &format.x)?,
+        needed("y", &format.y)?,
+        needed("heading", &format.heading)?,
+    ];
+    let of_wheels = |section: &str, known: &std::collections::BTreeMap<String, Column>| {
+        let one = |wheel: &ilon_robot::Wheel| {
+            let what = format!("{section}.{}", wheel.name);
+            needed(&what, &known.get(&wheel.name).cloned())
+        };
+        robot.wheels.iter().map(one).collect::<Result<Vec<_>, _>>()
+    };
+    let wheels = of_wheels("wheels", &format.wheels)?;
+    let currents = match format.currents.is_empty() {
+        true => Vec::new(),
+        false => of_wheels("currents", &format.currents)?,
+    };
+
+    let mut log = Log::default();
+    let mut reader = ::csv::ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(delimiter)
+        .flexible(true)
+        .from_reader(lines);
+    let mut record = ::csv::ByteRecord::new();
+    let mut angles = vec![0.0; wheels.len()];
+    let mut row = 0_usize;
+    loop {
+        let more = reader.read_byte_record(&mut record);
+        if !more.map_err(|e| {
+            fault(
+                path,
+                e.to_string(),
+                "save it as text in UTF-8, a row a line",
+            )
+        })? {
+            break;
+        }
+        let line = format.header_line + record.position().map_or(row + 1, |at| at.line() as usize);
+        row += 1;
+        if row > MOST_ROWS {
+            let message = format!("it has more than {MOST_ROWS} rows");
+            return Err(fault(path, message, "cut it into parts"));
+        }
+        let number = |column: &Found| number(path, &record, line, column);
+        let must = |column: &Found| match number(column)? {
+            Some(value) => Ok(value),
+            None => Err(fault(
+                path,
+                format!("line {line} has nothing in the column `{}`", column.name),
+                "fill the gap, or leave the row out",
+            )),
+        };
+        let t_s = match (&time, format.period_s) {
+            (Some(column), _) => must(column)?,
+            (None, period_s) => (row - 1) as f64 * period_s.unwrap_or(0.0),
+        };
+        for (angle, column) in angles.iter_mut().zip(&wheels) {
+            let value = must(column)?;
+            match (column.measure, column.increments) {
+                (Measure::Rate, _) => {
+                    let dt_s = log.times_s.last().map_or(0.0, |last| t_s - last);
+                    *angle += value * dt_s;
+                }
+                (_, true) => *angle += value,
+                _ => *angle = value,
+            }
+        }
+        let mut seen = [f64::NAN; 3];
+        for (value, column) in seen.iter_mut().zip(&pose) {
+            *value = number(column)?.unwrap_or(f64::NAN);
+        }
+        if !currents.is_empty() {
+            let row: Result<Vec<f64>, Error> = currents.iter().map(must).collect();
+            log.currents_a.push(row?);
+        }
+        log.times_s.push(t_s);
+        log.angles_rad.push(angles.clone());
+        log.poses.push(seen);
+    }
+    Ok(log)
+}
+
+/// The line of names, and everything before it left behind.
+fn header(path: &Path, format: &Format, lines: &mut impl BufRead) -> Result<String, Error> {
+    let mut line = Vec::new();
+    for _ in 0..format.header_line {
+        line.clear();
+        let count = lines
+            .by_ref()
+            .take(1 << 20)
+            .read_until(b'\n', &mut line)
+            .map_err(|e| Error::read(path, &ilon_robot::ReadError::Io(e)))?;
+        if count == 0 {
+            return Err(fault(
+                path,
+                format!(
+                    "it ends before line {}, which should name its columns",
+                    format.header_line
+                ),
+                "see `log.header_line`",
+            ));
+        }
+    }
+    // What some programs write before UTF-8, and what they end lines with.
+    let text = String::from_utf8_lossy(&line);
+    Ok(text.trim_start_matches('\u{feff}').trim_end().to_owned())
+}
+
+fn delimiter(path: &Path, format: &Format) -> Result<u8, Error> {
+    match format.delimiter.as_bytes() {
+        b"tab" => Ok(b'\t'),
+        [one] => Ok(*one),
+        _ => Err(fault(
+            path,
+            format!(
+                "`log.delimiter` = \"{}\" is not one character",
+                format.delimiter
+            ),
+            "write \",\", \";\", \" \" or \"tab\"",
+        )),
+    }
+}
+
+fn split(header: &str, delimiter: u8) -> Vec<String> {
+    let mut record = ::csv::StringRecord::new();
+    let mut reader = ::csv::ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(delimiter)
+        .from_reader(header.as_bytes());
+    match reader.read_record(&mut record) {
+        Ok(true) => record.iter().map(|name| name.trim().to_owned()).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn found(
+    path: &Path,
+    format: &Format,
+    names: &[String],
+    what: &str,
+    column: &Column,
+) -> Result<Found, Error> {
+    let place = match &column.column {
+        Place::Number(number) => number.saturating_sub(1),
+        Place::Name(name) => {
+            let mut places = (0..names.len()).filter(|place| names[*place] == *name);
+            match (places.next(), places.next()) {
+                (Some(place), None) => place,
+                (Some(_), Some(_)) => {
+                    return Err(fault(
+                        path,
+                        format!("two of its columns are called `{}`", quoted(name)),
+                        format!(
+                            "give `log.{what}` the place of the one that is meant, counted from 1"
+                        ),
+                    ));
+                }
+                _ => {
+                    let near = nearest(name, names.iter().map(String::as_str));
+                    let hint = match (near, names.len()) {
+                        (Some(near), _) => format!("is `{}` meant?", quoted(near)),
+                        (None, 0 | 1) => format!(
+                            "line {} holds one name alone: is `log.delimiter` = \"{}\" right?",
+                            format.header_line, format.delimiter
+                        ),
+                        _ => {
+                            let listed: Vec<String> =
+                                names.iter().take(20).map(|name| quoted(name)).collect();
+                            format!("its columns are {}", listed.join(", "))
+                        }
+                    };
+                    return Err(fault(
+                        path,
+                        format!("it has no column `{}` for `log.{what}`", quoted(name)),
+                        hint,
+                    ));
+                }
+            }
+        }
+    };
+    let Some((measure, factor)) = column.si() else {
+        return Err(Error::invalid(
+            format!("`{}` of `log.{what}` is no unit that is known", column.unit),
+            "see `ilon schema`",
+        ));
+    };
+    let name = match &column.column {
+        Place::Name(name) => name.clone(),
+        Place::Number(number) => number.to_string(),
+    };
+    Ok(Found {
+        place,
+        name,
+        measure,
+        factor,
+        increments: column.increments,
+    })
+}
+
+/// The number of a cell, in SI; `None` of one that is empty or holds no number on purpose.
+fn number(
+    path: &Path,
+    record: &::csv::ByteRecord,
+    line: usize,
+    column: &Found,
+) -> Result<Option<f64>, Error> {
+    let Some(cell) = record.get(column.place) else {
+        return Err(fault(
+            path,
+            format!(
+                "line {line} has {} columns, and no column {}",
+                record.len(),
+                column.place + 1
+            ),
+            "the row is cut off, or `log.delimiter` is another",
+        ));
+    };
+    let text = String::from_utf8_lossy(cell);
+    let text = text.trim_start_matches('\u{feff}').trim();
+    if text.is_empty()
+        || ["nan", "na", "null", "none"]
+            .iter()
+            .any(|word| text.eq_ignore_ascii_case(word))
+    {
+        return Ok(None);
+    }
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && (value * column.factor).abs() <= 1e12 => {
+            Ok(Some(value * column.factor))
+        }
+        _ => {
+            let hint = match text.replace(',', ".").parse::<f64>() {
+                Ok(_) => "write decimals with a point",
+                Err(_) if line <= 10 => "rows begin after `log.header_line`: is the header longer?",
+                Err(_) => "repair the cell, or leave the row out",
+            };
+            Err(fault(
+                path,
+                format!(
+                    "line {line}, column `{}`: `{}` is no number",
+                    column.name,
+                    quoted(text)
+                ),
+                hint,
+            ))
+        }
+    }
+}
+
+/// As a short text on one line.
+fn quoted(text: &str) -> String {
+    text.chars()
+        .filter(|letter| !letter.is_control())
+        .take(40)
+        .collect()
+}

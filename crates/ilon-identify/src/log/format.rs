@@ -1,0 +1,266 @@
+//! How a log is written: which column holds what, and in which unit.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use ilon_robot::Robot;
+use ilon_sim::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the logs are written. A file that ends in `.csv`, `.tsv`, `.txt` or `.dat` is a table of text; everything else a bag.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "LogSection")]
+pub struct Format {
+    /// What stands between two columns: one character, or `"tab"`.
+    #[serde(default = "comma")]
+    pub delimiter: String,
+    /// The line that holds the names of the columns, counted from 1; 0 where there is none. Rows begin after it.
+    #[serde(default = "one")]
+    pub header_line: usize,
+    /// When a row was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<Column>,
+    /// The time between rows in seconds, of a table without times.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub period_s: Option<f64>,
+    /// x of the point that the tracker follows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<Column>,
+    /// y of the point that the tracker follows; x, y and up are right-handed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Column>,
+    /// The robot's heading as the tracker sees it, counter-clockwise from above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<Column>,
+    /// Each wheel, by the name of its joint.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub wheels: BTreeMap<String, Column>,
+    /// The current of each wheel's motor, by the name of the wheel's joint.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub currents: BTreeMap<String, Column>,
+    /// The topics, of bags and MCAP files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bag: Option<Bag>,
+}
+
+/// Which topics of a bag are read.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "BagSection")]
+pub struct Bag {
+    /// The wheels' angles: `sensor_msgs/JointState`.
+    #[serde(default = "joint_states")]
+    pub joints: String,
+    /// The pose from outside: `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`.
+    pub pose: String,
+    /// Joints that the bag calls otherwise: on the left the robot's name of it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub names: BTreeMap<String, String>,
+}
+
+fn comma() -> String {
+    ",".to_owned()
+}
+
+fn one() -> usize {
+    1
+}
+
+fn joint_states() -> String {
+    "/joint_states".to_owned()
+}
+
+/// A column of a table, and what its numbers mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// Its name in the header, or its place, counted from 1.
+    pub column: Place,
+    /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"m"`, `"cm"`, `"mm"`, `"in"`; `"rad"`, `"deg"`, `"turns"`, `"ticks"`; `"rad/s"`, `"deg/s"`, `"rpm"`,
+    /// `"turns/s"`; `"A"`, `"mA"`.
+    pub unit: String,
+    /// By what numbers are multiplied beside their unit: -1 of a wheel that counts the other way, or metres of a pixel.
+    #[serde(default = "unity")]
+    pub scale: f64,
+    /// Ticks of one turn of the wheel, behind its gear; of `"ticks"` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub ticks_per_turn: Option<f64>,
+    /// Whether each row holds what was turned since the row before, and not since the beginning.
+    #[serde(default)]
+    pub increments: bool,
+}
+
+fn unity() -> f64 {
+    1.0
+}
+
+/// Where a column is found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Place {
+    /// So many columns in, counted from 1.
+    Number(usize),
+    /// Under this name in the header.
+    Name(String),
+}
+
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    Time,
+    Length,
+    Angle,
+    Rate,
+    Current,
+}
+
+impl Column {
+    /// What it measures, and by what its numbers become SI.
+    pub(super) fn si(&self) -> Option<(Measure, f64)> {
+        let (measure, factor) = match self.unit.as_str() {
+            "s" => (Measure::Time, 1.0),
+            "ms" => (Measure::Time, 1e-3),
+            "us" => (Measure::Time, 1e-6),
+            "ns" => (Measure::Time, 1e-9),
+            "m" => (Measure::Length, 1.0),
+            "cm" => (Measure::Length, 1e-2),
+            "mm" => (Measure::Length, 1e-3),
+            "in" => (Measure::Length, 0.0254),
+            "rad" => (Measure::Angle, 1.0),
+            "deg" => (Measure::Angle, PI / 180.0),
+            "turns" => (Measure::Angle, TAU),
+            "ticks" => (Measure::Angle, TAU / self.ticks_per_turn?),
+            "rad/s" => (Measure::Rate, 1.0),
+            "deg/s" => (Measure::Rate, PI / 180.0),
+            "rpm" => (Measure::Rate, TAU / 60.0),
+            "turns/s" => (Measure::Rate, TAU),
+            "A" => (Measure::Current, 1.0),
+            "mA" => (Measure::Current, 1e-3),
+            _ => return None,
+        };
+        Some((measure, factor * self.scale))
+    }
+}
+
+/// Refuses a format that no log of the robot could be read by.
+pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
+    let invalid = |message: String, help: String| Err(Error::invalid(message, help));
+    let wheels: Vec<&str> = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.name.as_str())
+        .collect();
+    let mut columns: Vec<(String, &Column, &[Measure])> = Vec::new();
+    for (name, column, measures) in [
+        ("time", &format.time, &[Measure::Time] as &[Measure]),
+        ("x", &format.x, &[Measure::Length]),
+        ("y", &format.y, &[Measure::Length]),
+        ("heading", &format.heading, &[Measure::Angle]),
+    ] {
+        if let Some(column) = column {
+            columns.push((name.to_owned(), column, measures));
+        }
+    }
+    for (section, known, measures) in [
+        (
+            "wheels",
+            &format.wheels,
+            &[Measure::Angle, Measure::Rate] as &[Measure],
+        ),
+        ("currents", &format.currents, &[Measure::Current]),
+    ] {
+        for (name, column) in known {
+            if !wheels.contains(&name.as_str()) {
+                return invalid(
+                    format!("`log.{section}.{name}` is no wheel of the robot"),
+                    format!("its wheels are {}", wheels.join(", ")),
+                );
+            }
+            columns.push((format!("{section}.{name}"), column, measures));
+        }
+    }
+    for (name, column, measures) in &columns {
+        if column.unit == "ticks" && column.ticks_per_turn.is_none() {
+            return invalid(
+                format!("`log.{name}` counts ticks of which nothing says how many make a turn"),
+                "give it `ticks_per_turn`: those of one turn of the wheel, behind its gear"
+                    .to_owned(),
+            );
+        }
+        match column.si() {
+            Some((measure, factor))
+                if measures.contains(&measure) && factor.is_finite() && factor != 0.0 => {}
+            Some(_) => {
+                return invalid(
+                    format!(
+                        "`log.{name}` cannot be in `{}`, scaled by {}",
+                        column.unit, column.scale
+                    ),
+                    format!(
+                        "it is {}",
+                        measures.iter().map(words).collect::<Vec<_>>().join(" or ")
+                    ),
+                );
+            }
+            None => {
+                return invalid(
+                    format!("`{}` of `log.{name}` is no unit that is known", column.unit),
+                    format!(
+                        "it is {}",
+                        measures.iter().map(words).collect::<Vec<_>>().join(" or ")
+                    ),
+                );
+            }
+        }
+        if matches!(&column.column, Place::Number(0)) {
+            return invalid(
+                format!("`log.{name}` is column 0"),
+                "columns count from 1".to_owned(),
+            );
+        }
+        if format.header_line == 0 && matches!(column.column, Place::Name(_)) {
+            return invalid(
+                format!(
+                    "`log.{name}` is given by a name, but `log.header_line` = 0 says that there are none"
+                ),
+                "give its place, counted from 1".to_owned(),
+            );
+        }
+        if column.increments
+            && column
+                .si()
+                .is_some_and(|(measure, _)| measure != Measure::Angle)
+        {
+            return invalid(
+                format!("`log.{name}` has `increments`, which angles alone have"),
+                "leave it out".to_owned(),
+            );
+        }
+    }
+    for (index, (name, column, _)) in columns.iter().enumerate() {
+        if let Some((other, _, _)) = columns[..index]
+            .iter()
+            .find(|(_, other, _)| other.column == column.column)
+        {
+            return invalid(
+                format!("`log.{other}` and `log.{name}` are the same column"),
+                "give each its own".to_owned(),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn words(measure: &Measure) -> &'static str {
+    match measure {
+        Measure::Time => "a time, in \"s\", \"ms\", \"us\" or \"ns\"",
+        Measure::Length => "a length, in \"m\", \"cm\", \"mm\" or \"in\"",
+        Measure::Angle => "an angle, in \"rad\", \"deg\", \"turns\" or \"ticks\"",
+        Measure::Rate => "a rate, in \"rad/s\", \"deg/s\", \"rpm\" or \"turns/s\"",
+        Measure::Current => "a current, in \"A\" or \"mA\"",
+    }
+}

@@ -1,0 +1,325 @@
+//! Models of the kinematics: the ideal matrix of a robot whose radii, levers and angle are otherwise, and gains on what it gives.
+
+use ilon_control::Kinematics;
+use ilon_robot::Robot;
+use ilon_sim::Error;
+use nalgebra::{Isometry3, Matrix3xX, Translation3, Vector3};
+
+use crate::motion::Tracker;
+
+/// Something about the robot, the log or the tracker that can be free.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parameter {
+    /// The radius of all wheels, in metres.
+    Radius,
+    /// The radius of one wheel, by its place in the robot's order, in metres.
+    WheelRadius(usize),
+    /// The arm with which a wheel turns the robot, in metres: of a ring its radius, of mecanum wheels the sum of the two arms. All wheels
+    /// move away from the middle by the same factor.
+    Lever,
+    /// The size of the angle gamma of all wheels, in degrees.
+    Gamma,
+    /// What the robot does along x over what the matrix says.
+    GainAhead,
+    /// What it does along y over what the matrix says.
+    GainSideways,
+    /// What it turns over what the matrix says.
+    GainTurn,
+    /// Share of the rows that were lost, with what the wheels turned in them.
+    RowsLost,
+    /// x of the point that the tracker follows, in the body frame, of one series of runs, in metres.
+    TrackerX(String),
+    /// y of it.
+    TrackerY(String),
+    /// By how much the tracker's heading is ahead of the body's, in degrees.
+    TrackerHeading(String),
+}
+
+impl Parameter {
+    /// Its name in a study and in the results.
+    pub fn name(&self, robot: &Robot) -> String {
+        let of = |name: &str, series: &str| match series {
+            "" => format!("tracker.{name}"),
+            series => format!("tracker.{name}.{series}"),
+        };
+        match self {
+            Self::Radius => "radius_m".to_owned(),
+            Self::WheelRadius(wheel) => format!("radius_m.{}", robot.wheels[*wheel].name),
+            Self::Lever => "lever_m".to_owned(),
+            Self::Gamma => "gamma_deg".to_owned(),
+            Self::GainAhead => "gain.ahead".to_owned(),
+            Self::GainSideways => "gain.sideways".to_owned(),
+            Self::GainTurn => "gain.turn".to_owned(),
+            Self::RowsLost => "rows_lost".to_owned(),
+            Self::TrackerX(series) => of("x_m", series),
+            Self::TrackerY(series) => of("y_m", series),
+            Self::TrackerHeading(series) => of("heading_deg", series),
+        }
+    }
+
+    /// Its unit; empty of a plain number.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Radius
+            | Self::WheelRadius(_)
+            | Self::Lever
+            | Self::TrackerX(_)
+            | Self::TrackerY(_) => "m",
+            Self::Gamma | Self::TrackerHeading(_) => "deg",
+            Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => "",
+        }
+    }
+
+    /// Its value before the fit.
+    pub fn nominal(&self, robot: &Robot) -> f64 {
+        match self {
+            Self::Radius => {
+                robot.wheels.iter().map(|wheel| wheel.radius_m).sum::<f64>()
+                    / robot.wheels.len() as f64
+            }
+            Self::WheelRadius(wheel) => robot.wheels[*wheel].radius_m,
+            Self::Lever => lever_m(robot),
+            Self::Gamma => gamma_rad(robot).to_degrees(),
+            Self::GainAhead | Self::GainSideways | Self::GainTurn => 1.0,
+            Self::RowsLost | Self::TrackerX(_) | Self::TrackerY(_) | Self::TrackerHeading(_) => 0.0,
+        }
+    }
+
+    /// How far it may be expected to be off: what a log cannot narrow below this, it does not determine.
+    pub fn scale(&self, robot: &Robot) -> f64 {
+        match self {
+            Self::Radius | Self::WheelRadius(_) | Self::Lever => 0.1 * self.nominal(robot),
+            Self::Gamma | Self::TrackerHeading(_) => 5.0,
+            Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => 0.1,
+            Self::TrackerX(_) | Self::TrackerY(_) => 0.1,
+        }
+    }
+
+    /// Whether it is the tracker's and says nothing about the robot.
+    pub fn is_of_tracker(&self) -> bool {
+        matches!(
+            self,
+            Self::TrackerX(_) | Self::TrackerY(_) | Self::TrackerHeading(_)
+        )
+    }
+
+    /// The parameters of a name in a study, of which `radius_m.*` is one a wheel.
+    fn named(name: &str, robot: &Robot) -> Option<Vec<Self>> {
+        let one = match name {
+            "radius_m" => Self::Radius,
+            "radius_m.*" => {
+                return Some((0..robot.wheels.len()).map(Self::WheelRadius).collect());
+            }
+            "lever_m" => Self::Lever,
+            "gamma_deg" => Self::Gamma,
+            "gain.ahead" => Self::GainAhead,
+            "gain.sideways" => Self::GainSideways,
+            "gain.turn" => Self::GainTurn,
+            "rows_lost" => Self::RowsLost,
+            _ => {
+                let wheel = name.strip_prefix("radius_m.")?;
+                Self::WheelRadius(robot.wheels.iter().position(|known| known.name == wheel)?)
+            }
+        };
+        Some(vec![one])
+    }
+}
+
+/// The mean arm with which a wheel turns the robot, in metres: |b . u_gamma| / cos(gamma) about the middle of all wheels.
+fn lever_m(robot: &Robot) -> f64 {
+    let middle = middle_m(robot);
+    let arms = robot.wheels.iter().map(|wheel| {
+        let b = (wheel.position_m() - middle).xy();
+        (b.dot(&wheel.roller_rolling_direction()) / libm::cos(wheel.gamma_rad)).abs()
+    });
+    arms.sum::<f64>() / robot.wheels.len() as f64
+}
+
+fn gamma_rad(robot: &Robot) -> f64 {
+    let sizes = robot.wheels.iter().map(|wheel| wheel.gamma_rad.abs());
+    sizes.sum::<f64>() / robot.wheels.len() as f64
+}
+
+fn middle_m(robot: &Robot) -> Vector3<f64> {
+    let sum: Vector3<f64> = robot.wheels.iter().map(|wheel| wheel.position_m()).sum();
+    sum / robot.wheels.len() as f64
+}
+
+/// A model: a robot, and what is free about it.
+#[derive(Clone, Debug)]
+pub struct Model {
+    robot: Robot,
+    /// What is free, those of the tracker last.
+    pub parameters: Vec<Parameter>,
+}
+
+impl Model {
+    /// A model of a robot with these parameters free.
+    ///
+    /// # Errors
+    /// A parameter that no robot has, that stands twice, or that another one contains.
+    pub fn new(robot: &Robot, free: &[String]) -> Result<Self, Error> {
+        let mut parameters: Vec<Parameter> = Vec::new();
+        for name in free {
+            let Some(named) = Parameter::named(name, robot) else {
+                let wheels: Vec<&str> = robot
+                    .wheels
+                    .iter()
+                    .map(|wheel| wheel.name.as_str())
+                    .collect();
+                return Err(Error::invalid(
+                    format!("`{name}` is no parameter of a model of the kinematics"),
+                    format!(
+                        "there are radius_m, radius_m.* and radius_m.WHEEL ({}), lever_m, gamma_deg, gain.ahead, gain.sideways, \
+                         gain.turn and rows_lost; keys of the scenario are fitted below `[simulate]`",
+                        wheels.join(", ")
+                    ),
+                ));
+            };
+            for parameter in named {
+                let is_radius = |other: &Parameter| matches!(other, Parameter::WheelRadius(_));
+                let contains = (parameter == Parameter::Radius && parameters.iter().any(is_radius))
+                    || (is_radius(&parameter) && parameters.contains(&Parameter::Radius));
+                if contains || parameters.contains(&parameter) {
+                    return Err(Error::invalid(
+                        format!("`{name}` is free twice in one model"),
+                        "leave one of them out",
+                    ));
+                }
+                parameters.push(parameter);
+            }
+        }
+        Ok(Self {
+            robot: bare(robot),
+            parameters,
+        })
+    }
+
+    /// The same with the tracker's parameters free too, of each of these series.
+    pub fn with_tracker(mut self, of_tracker: &[String], series: &[String]) -> Self {
+        for one in series {
+            for name in of_tracker {
+                self.parameters.push(match name.as_str() {
+                    "x_m" => Parameter::TrackerX(one.clone()),
+                    "y_m" => Parameter::TrackerY(one.clone()),
+                    _ => Parameter::TrackerHeading(one.clone()),
+                });
+            }
+        }
+        self
+    }
+
+    /// The robot's own values of the parameters.
+    pub fn nominal(&self) -> Vec<f64> {
+        let nominal = |parameter: &Parameter| parameter.nominal(&self.robot);
+        self.parameters.iter().map(nominal).collect()
+    }
+
+    /// How far each parameter may be expected to be off.
+    pub fn scales(&self) -> Vec<f64> {
+        let scale = |parameter: &Parameter| parameter.scale(&self.robot);
+        self.parameters.iter().map(scale).collect()
+    }
+
+    /// The names of the parameters.
+    pub fn names(&self) -> Vec<String> {
+        let name = |parameter: &Parameter| parameter.name(&self.robot);
+        self.parameters.iter().map(name).collect()
+    }
+
+    /// The robot with these values, without its rollers.
+    pub fn robot(&self, values: &[f64]) -> Robot {
+        let mut robot = self.robot.clone();
+        let middle = middle_m(&self.robot);
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            match parameter {
+                Parameter::Radius => {
+                    let factor = value / parameter.nominal(&self.robot);
+                    robot
+                        .wheels
+                        .iter_mut()
+                        .for_each(|wheel| wheel.radius_m *= factor);
+                }
+                Parameter::WheelRadius(wheel) => robot.wheels[*wheel].radius_m = *value,
+                Parameter::Lever => {
+                    let factor = value / parameter.nominal(&self.robot);
+                    for wheel in &mut robot.wheels {
+                        let arm = wheel.body_from_hub.translation.vector - middle;
+                        let mut moved = middle + factor * arm;
+                        moved.z = wheel.body_from_hub.translation.vector.z;
+                        wheel.body_from_hub = Isometry3::from_parts(
+                            Translation3::from(moved),
+                            wheel.body_from_hub.rotation,
+                        );
+                    }
+                }
+                Parameter::Gamma => {
+                    for wheel in &mut robot.wheels {
+                        let sign = if wheel.gamma_rad < 0.0 { -1.0 } else { 1.0 };
+                        wheel.gamma_rad = sign * value.to_radians();
+                    }
+                }
+                _ => {}
+            }
+        }
+        robot
+    }
+
+    /// The map from wheel rates to twists with these values; `None` of values with which the robot cannot be moved.
+    pub fn twist_matrix(&self, values: &[f64]) -> Option<Matrix3xX<f64>> {
+        if values.iter().any(|value| !value.is_finite()) {
+            return None;
+        }
+        let kinematics = Kinematics::new(&self.robot(values)).ok()?;
+        let mut matrix = kinematics.twist_matrix().clone();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            match parameter {
+                Parameter::GainAhead => matrix.row_mut(0).scale_mut(*value),
+                Parameter::GainSideways => matrix.row_mut(1).scale_mut(*value),
+                Parameter::GainTurn => matrix.row_mut(2).scale_mut(*value),
+                // What is seen of a turn is the share that was not lost.
+                Parameter::RowsLost if *value < 1.0 => matrix.scale_mut(1.0 / (1.0 - value)),
+                Parameter::RowsLost => return None,
+                _ => {}
+            }
+        }
+        Some(matrix)
+    }
+
+    /// Where the tracker sees the robot in a series, with these values.
+    pub fn tracker(&self, values: &[f64], series: &str) -> Tracker {
+        let mut tracker = Tracker::default();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            match parameter {
+                Parameter::TrackerX(known) if known == series => tracker.point_m[0] = *value,
+                Parameter::TrackerY(known) if known == series => tracker.point_m[1] = *value,
+                Parameter::TrackerHeading(known) if known == series => {
+                    tracker.turned_rad = -value.to_radians();
+                }
+                _ => {}
+            }
+        }
+        tracker
+    }
+
+    /// The same model with some of its parameters held.
+    pub fn without(&self, held: &[Parameter]) -> Self {
+        let mut model = self.clone();
+        model
+            .parameters
+            .retain(|parameter| !held.contains(parameter));
+        model
+    }
+}
+
+/// The robot without what its ideal kinematics does not need.
+fn bare(robot: &Robot) -> Robot {
+    let mut robot = robot.clone();
+    robot
+        .wheels
+        .iter_mut()
+        .for_each(|wheel| wheel.rollers.clear());
+    robot.chassis.collisions.clear();
+    robot.remarks.clear();
+    robot
+}

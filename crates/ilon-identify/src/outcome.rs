@@ -1,0 +1,207 @@
+//! What was found, as `identified.json` holds it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::log::Doubt;
+use crate::resample::Interval;
+
+/// All that an identification found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Identified {
+    /// The study's name.
+    pub study: String,
+    /// The version of ilon.
+    pub ilon: String,
+    /// The model of the kinematics that was chosen.
+    pub model: String,
+    /// The parameters of that model, and keys of the scenario that were fitted, by their names.
+    pub parameters: BTreeMap<String, Value>,
+    /// What follows from the parameters, such as `sideways_over_ahead`.
+    pub derived: BTreeMap<String, Value>,
+    /// What the log does not determine, and was held at the robot's own value.
+    pub held: Vec<Held>,
+    /// The errors on what was fitted.
+    pub fit: Errors,
+    /// The same on what was not.
+    pub held_out: Errors,
+    /// What was not fitted: `"runs"` that were kept back, or each run, or each stretch, in turn (`"each_run"`, `"each_stretch"`).
+    pub judged_by: JudgedBy,
+    /// The errors before the fit, on what was not fitted.
+    pub nominal: Errors,
+    /// All models that were tried, in the order of the study.
+    pub models: Vec<Judged>,
+    /// What is left, by direction of motion and speed.
+    pub residual: Vec<Direction>,
+    /// What each series of runs gives by itself.
+    pub series: Vec<Series>,
+    /// Each run.
+    pub runs: Vec<Run>,
+    /// How exactly displacements over one stretch are seen.
+    pub noise: NoiseFigures,
+    /// What was resampled for the intervals: whole `"runs"` or `"stretches"`.
+    pub resampled: String,
+    /// How many of them.
+    pub resampled_count: usize,
+    /// Those of the parameters that are keys of the scenario, found by simulating.
+    pub simulated_keys: Vec<String>,
+    /// What is odd about the logs.
+    pub doubts: Vec<RunDoubt>,
+}
+
+/// A value, and how sure it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Value {
+    /// The value.
+    pub value: f64,
+    /// Where it lies with 95 %; null where that is not known.
+    pub ci95: [Option<f64>; 2],
+    /// Its unit; empty of a plain number.
+    pub unit: String,
+    /// What it was before the fit.
+    pub nominal: f64,
+}
+
+impl Value {
+    /// A value with its interval.
+    pub fn new(value: f64, interval: Interval, unit: &str, nominal: f64) -> Self {
+        let known = |end: f64| end.is_finite().then_some(end);
+        Self {
+            value,
+            ci95: [known(interval.low), known(interval.high)],
+            unit: unit.to_owned(),
+            nominal,
+        }
+    }
+}
+
+/// A parameter that was not fitted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Held {
+    /// Its name.
+    pub name: String,
+    /// At what it was held.
+    pub value: f64,
+    /// Why, and what would help.
+    pub why: String,
+}
+
+/// How far off a model is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Over how many stretches.
+    pub stretches: usize,
+    /// Root mean square of what displacements over a stretch miss, in metres.
+    pub position_rms_m: f64,
+    /// Root mean square of what turns over a stretch miss, in radians.
+    pub heading_rms_rad: f64,
+    /// Root mean square of both over the noise: 1 is all that can be had.
+    pub over_noise: f64,
+    /// Root mean square over runs of how far from the robot dead reckoning ends, in metres.
+    pub end_position_rms_m: f64,
+}
+
+/// What a model was judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JudgedBy {
+    /// By runs that were kept back.
+    Runs,
+    /// By each run in turn, fitted to the others.
+    EachRun,
+    /// By each eighth of the runs in turn, fitted to the rest.
+    EachStretch,
+}
+
+/// A model that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Judged {
+    /// Its name.
+    pub name: String,
+    /// Its parameters, those of the tracker left out.
+    pub parameters: BTreeMap<String, Value>,
+    /// What was held.
+    pub held: Vec<Held>,
+    /// The errors on what was fitted.
+    pub fit: Errors,
+    /// The errors on what was not.
+    pub held_out: Errors,
+}
+
+/// What was done in one direction of motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct Direction {
+    /// The direction in the body frame in which the wheels drive the robot, in degrees.
+    pub direction_deg: f64,
+    /// The speed at which they do, in m/s.
+    pub speed_m_s: f64,
+    /// Over how many stretches.
+    pub stretches: usize,
+    /// The way made in that direction over what the wheels ask for, of the runs that were fitted and those kept back.
+    pub measured: f64,
+    /// The standard error of it, over stretches.
+    pub measured_error: f64,
+    /// The way made across that direction, to the left, over what the wheels ask for.
+    pub measured_across: f64,
+    /// What the touching rollers give, by their geometry, over what the matrix of the robot gives.
+    pub contact: Option<f64>,
+    /// What the chosen model gives.
+    pub fitted: f64,
+    /// What the chosen model gives across.
+    pub fitted_across: f64,
+    /// What the simulation gives with the fitted keys, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<f64>,
+    /// How fast the heading drifts from what the chosen model says, in radians a metre.
+    pub drift_rad_per_m: f64,
+}
+
+/// What a series of runs gives by itself.
+#[derive(Clone, Debug, Serialize)]
+pub struct Series {
+    /// Its name.
+    pub name: String,
+    /// Gains ahead, sideways and in turns over the robot's matrix, as far as the series determines them, and their ratio.
+    pub gains: BTreeMap<String, Value>,
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// Its file.
+    pub file: String,
+    /// Whether it was kept back.
+    pub held_out: bool,
+    /// How long it is, in seconds.
+    pub duration_s: f64,
+    /// How far the wheels drive the robot, in metres.
+    pub path_m: f64,
+    /// How far from the robot dead reckoning ends before the fit, in metres.
+    pub end_position_nominal_m: f64,
+    /// And after it.
+    pub end_position_m: f64,
+    /// And in heading after it, in radians.
+    pub end_heading_rad: f64,
+}
+
+/// How exactly displacements over one stretch are seen.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NoiseFigures {
+    /// Standard deviation of a displacement along one axis, in metres.
+    pub position_m: f64,
+    /// Standard deviation of a turn, in radians.
+    pub heading_rad: f64,
+    /// Stretches that were left out because they miss the freest linear model by eight times that or more.
+    pub left_out: usize,
+}
+
+/// Something odd about a log.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunDoubt {
+    /// The file of the log.
+    pub file: String,
+    /// What is odd about it.
+    #[serde(flatten)]
+    pub doubt: Doubt,
+}

@@ -1,0 +1,267 @@
+//! What a person writes down about an identification: the robot, the logs of its drives, and what is free.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ilon_robot::{FileAccess, Robot};
+use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting, read_toml};
+use ilon_sim::{Error, load_robot};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::log::Format;
+
+/// An identification as it stands in its file. Paths are relative to the file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "IdentifyStudy")]
+pub struct StudyFile {
+    /// The robot as it is known so far: its description in TOML, or any file that a scenario can name.
+    pub robot: PathBuf,
+    /// Keys of the scenario in which the robot is simulated, and of `[robot]` where its file needs more to be read.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub set: Table,
+    /// How the logs are written.
+    pub log: Format,
+    /// The logs.
+    pub runs: Vec<RunFile>,
+    /// Over how long a stretch displacements are compared, in seconds.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub window_s: f64,
+    /// What of the tracker is not known, beside the parameters of the models: `"x_m"` and `"y_m"` of the point that it follows, in the
+    /// body frame, and `"heading_deg"`, by which its heading is ahead of the body's.
+    #[serde(default = "tracker")]
+    pub tracker: Vec<String>,
+    /// Models of the kinematics, each with what is free in it. The one with the least error on what was not fitted is chosen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub models: Vec<ModelFile>,
+    /// Keys of the scenario that are fitted by simulating the runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulate: Option<Simulate>,
+    /// Resamples from which intervals are drawn.
+    #[serde(default = "resamples")]
+    #[schemars(range(min = 50, max = 100_000))]
+    pub resamples: u32,
+    /// The seed of the resamples.
+    #[serde(default)]
+    pub seed: u32,
+}
+
+/// One log, or a part of one.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunFile {
+    /// The file of the log.
+    pub file: PathBuf,
+    /// Kept back: nothing is fitted to it, and models are judged by it.
+    #[serde(default)]
+    pub held_out: bool,
+    /// Runs of one series share how the tracker saw the robot.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub series: String,
+    /// How much of the beginning is left out, in seconds.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub from_s: f64,
+    /// Where it ends, in seconds from the log's beginning.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub to_s: Option<f64>,
+}
+
+/// A model of the kinematics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModelFile {
+    /// What it is called.
+    pub name: String,
+    /// Its parameters: `"radius_m"`, `"radius_m.WHEEL"` or `"radius_m.*"`, `"lever_m"`, `"gamma_deg"`, `"gain.ahead"`, `"gain.sideways"`,
+    /// `"gain.turn"`, `"rows_lost"`.
+    pub free: Vec<String>,
+}
+
+/// What is fitted by simulating.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Simulate {
+    /// Keys of the scenario that are free, each from a least to a largest value.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub free: Table,
+    /// How much of each direction that a run holds is simulated, in seconds.
+    #[serde(default = "ten")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub drive_s: f64,
+    /// What is compared beside the motion by direction: `"body_ripple"` and `"wheel_ripple"`.
+    #[serde(default)]
+    pub figures: Vec<String>,
+    /// Most steps of the search.
+    #[serde(default = "twelve")]
+    #[schemars(range(min = 1, max = 1000))]
+    pub steps: u32,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+fn twelve() -> u32 {
+    12
+}
+
+fn resamples() -> u32 {
+    1000
+}
+
+fn tracker() -> Vec<String> {
+    ["x_m", "y_m", "heading_deg"].map(str::to_owned).to_vec()
+}
+
+/// A study that was read, with the robot that it names.
+#[derive(Debug)]
+pub struct Study {
+    /// Its file.
+    pub path: PathBuf,
+    /// What stands in it.
+    pub file: StudyFile,
+    /// The robot as it is known before the fit.
+    pub robot: Robot,
+    pub(crate) files: FileAccess,
+}
+
+impl Study {
+    /// Reads a study and its robot.
+    ///
+    /// # Errors
+    /// Where a file cannot be read, or the study asks for what cannot be.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_within(path, &FileAccess::anywhere())
+    }
+
+    /// Reads a study and its robot; all files must be among those that may be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load`].
+    pub fn load_within(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let text = files.read_text(path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let file: StudyFile = read_toml(&text, path)?;
+        let study = Self {
+            path: path.to_owned(),
+            robot: robot_of(&file.robot, &file.set, path, files)?,
+            file,
+            files: files.clone(),
+        };
+        study.check()?;
+        Ok(study)
+    }
+
+    /// Its name: that of its file, without the ending.
+    pub fn name(&self) -> String {
+        let stem = self.path.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+
+    /// A path of the study, from its own folder.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(path)
+    }
+
+    /// All files that it reads beside itself.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let logs = self.file.runs.iter().map(|run| self.resolve(&run.file));
+        std::iter::once(self.resolve(&self.file.robot))
+            .chain(logs)
+            .collect()
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let file = &self.file;
+        let invalid = |message: String, help: &str| Err(Error::invalid(message, help));
+        if file.runs.iter().all(|run| run.held_out) {
+            return invalid(
+                "the study holds no run to fit".to_owned(),
+                "name logs in `[[runs]]`, and leave `held_out` out of some",
+            );
+        }
+        for (index, run) in file.runs.iter().enumerate() {
+            if run.to_s.is_some_and(|to_s| to_s <= run.from_s) {
+                return invalid(
+                    format!("run {} ends before it begins", index + 1),
+                    "let `to_s` be after `from_s`",
+                );
+            }
+        }
+        if !(file.window_s.is_finite() && file.window_s > 0.0) {
+            return invalid(
+                format!("`window_s` = {} is no length", file.window_s),
+                "give it seconds above 0",
+            );
+        }
+        for name in &file.tracker {
+            if !["x_m", "y_m", "heading_deg"].contains(&name.as_str()) {
+                return invalid(
+                    format!("`{name}` is nothing of the tracker"),
+                    "`tracker` may hold \"x_m\", \"y_m\" and \"heading_deg\"",
+                );
+            }
+        }
+        for model in &file.models {
+            let twice = |other: &&ModelFile| other.name == model.name;
+            if file.models.iter().filter(twice).count() > 1 {
+                return invalid(
+                    format!("two models are called `{}`", model.name),
+                    "give each a `name` of its own",
+                );
+            }
+            crate::model::Model::new(&self.robot, &model.free)?;
+        }
+        crate::log::check(&file.log, &self.robot)
+    }
+}
+
+/// A robot as a scenario would read it.
+pub(crate) fn robot_of(
+    robot: &Path,
+    set: &Table,
+    beside: &Path,
+    files: &FileAccess,
+) -> Result<Robot, Error> {
+    let mut section = Table::new();
+    let path = robot.display().to_string();
+    section.insert("file".to_owned(), Value::String(path));
+    let text = Table::from_iter([("robot".to_owned(), Value::Table(section))]).to_string();
+    let settings: Vec<Setting> = flat(set)
+        .iter()
+        .map(|(key, value)| Setting::new(key, value))
+        .collect();
+    load_robot(&Scenario::from_text(
+        &(text + "\n[twist]\nvx_m_s = 0.1\n"),
+        beside,
+        &settings,
+        files,
+    )?)
+}
+
+/// The keys of nested tables, with dots.
+pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
+    let mut flat_keys = Vec::new();
+    for (key, value) in table {
+        match value {
+            Value::Table(inner) => flat_keys.extend(
+                flat(inner)
+                    .into_iter()
+                    .map(|(below, value)| (format!("{key}.{below}"), value)),
+            ),
+            value => flat_keys.push((key.clone(), value.clone())),
+        }
+    }
+    flat_keys
+}

@@ -1,0 +1,245 @@
+//! What messages of ROS 2 ask of the robot, over DDS or a socket.
+
+use ilon_messages::geometry_msgs::{Twist, TwistStamped};
+use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::std_msgs::Float64MultiArray;
+
+use crate::control::{Change, WATCHDOG};
+
+/// Stamps so far ahead of the simulated time are of another clock, in seconds.
+const AHEAD_S: f64 = 1.0;
+
+/// What comes of a message: a change, if it is one, and what there is to say.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Heard {
+    pub change: Option<Change>,
+    pub note: Option<String>,
+}
+
+impl Heard {
+    fn refused(note: String) -> Self {
+        Self {
+            change: None,
+            note: Some(note),
+        }
+    }
+}
+
+/// What is known of the robot that is commanded.
+#[derive(Clone, Debug)]
+pub(crate) struct Commanded {
+    /// The names of its wheels' joints, in its order.
+    pub wheels: Vec<String>,
+}
+
+impl Commanded {
+    pub fn of(robot: &ilon_robot::Robot) -> Self {
+        Self {
+            wheels: robot
+                .wheels
+                .iter()
+                .map(|wheel| wheel.name.clone())
+                .collect(),
+        }
+    }
+}
+
+/// A twist, in the robot's own frame whatever frame it names.
+pub(crate) fn twist(message: &Twist) -> Heard {
+    let Twist { linear, angular } = message;
+    let idle = [linear.z, angular.x, angular.y];
+    Heard {
+        change: Some(Change {
+            twist: Some([linear.x, linear.y, angular.z]),
+            ..Change::default()
+        }),
+        note: idle
+            .iter()
+            .any(|part| *part != 0.0)
+            .then(|| "of a commanded twist only linear.x, linear.y and angular.z count".to_owned()),
+    }
+}
+
+/// A twist with a stamp, at a simulated time in seconds. One that is older than the watchdog's patience counts no more; a stamp of zero,
+/// or of another clock than the simulated one, is not looked at.
+pub(crate) fn twist_stamped(message: &TwistStamped, now_s: f64) -> Heard {
+    let stamp = message.header.stamp;
+    let stamp_s = f64::from(stamp.sec) + 1e-9 * f64::from(stamp.nanosec);
+    let age_s = now_s - stamp_s;
+    if stamp_s > 0.0 && age_s > WATCHDOG.as_secs_f64() {
+        return Heard::refused(format!(
+            "a command on /cmd_vel is not taken: its stamp is {age_s:.1} s old"
+        ));
+    }
+    let mut heard = twist(&message.twist);
+    if stamp_s > 0.0 && age_s < -AHEAD_S {
+        heard.note = heard.note.or(Some(
+            "commands on /cmd_vel have stamps of another clock, so that old ones are not noticed: set use_sim_time in the node that sends them"
+                .to_owned(),
+        ));
+    }
+    heard
+}
+
+/// Rates for wheels by name. Wheels that are not named, or whose rate is no number, stand: so a controller says that it commands nothing.
+pub(crate) fn joint_state(message: &JointState, robot: &Commanded) -> Heard {
+    let (names, rates) = (&message.name, &message.velocity);
+    if names.len() != rates.len() {
+        return Heard::refused(format!(
+            "a command on /robot_joint_commands is not taken: it has {} names and {} velocities; give the wheels' joints a velocity command interface, and no other joint beside them",
+            names.len(),
+            rates.len()
+        ));
+    }
+    let rate_of = |wheel: &String| {
+        let place = names.iter().position(|name| name == wheel)?;
+        Some(rates[place])
+    };
+    let found: Vec<Option<f64>> = robot.wheels.iter().map(rate_of).collect();
+    if found.iter().all(Option::is_none) {
+        return Heard::refused(format!(
+            "a command on /robot_joint_commands is not taken: it names no wheel of the robot, which are {}",
+            robot.wheels.join(", ")
+        ));
+    }
+    let lacking = robot
+        .wheels
+        .iter()
+        .zip(&found)
+        .find(|(_, rate)| rate.is_none());
+    let wild = robot
+        .wheels
+        .iter()
+        .zip(&found)
+        .find(|(_, rate)| rate.is_some_and(f64::is_nan));
+    let note = lacking
+        .map(|(wheel, _)| {
+            format!("commands on /robot_joint_commands do not name {wheel}: it stands")
+        })
+        .or(wild.map(|(wheel, _)| format!("{wheel} is commanded NaN: it stands")));
+    let rates = found
+        .into_iter()
+        .map(|rate| rate.filter(|rate| !rate.is_nan()).unwrap_or(0.0));
+    Heard {
+        change: Some(Change {
+            wheels: Some(rates.collect()),
+            ..Change::default()
+        }),
+        note,
+    }
+}
+
+/// Rates for all wheels, in the robot's order.
+pub(crate) fn rates(message: &Float64MultiArray, robot: &Commanded) -> Heard {
+    let skipped = message.layout.data_offset as usize;
+    let data = message.data.get(skipped..).unwrap_or_default();
+    if data.len() != robot.wheels.len() {
+        return Heard::refused(format!(
+            "a command on /wheel_commands is not taken: it has {} numbers for the {} wheels {}",
+            data.len(),
+            robot.wheels.len(),
+            robot.wheels.join(", ")
+        ));
+    }
+    Heard {
+        change: Some(Change {
+            wheels: Some(data.to_vec()),
+            ..Change::default()
+        }),
+        note: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Commanded {
+        Commanded {
+            wheels: ["left", "right"].map(str::to_owned).to_vec(),
+        }
+    }
+
+    fn joints(names: &[&str], velocity: &[f64]) -> JointState {
+        JointState {
+            name: names.iter().map(ToString::to_string).collect(),
+            velocity: velocity.to_vec(),
+            ..JointState::default()
+        }
+    }
+
+    #[test]
+    fn wheels_are_found_by_name_in_any_order() {
+        let heard = joint_state(
+            &joints(&["arm", "right", "left"], &[9.0, 2.0, 1.0]),
+            &robot(),
+        );
+        assert_eq!(heard.change.expect("taken").wheels, Some(vec![1.0, 2.0]));
+        assert_eq!(heard.note, None);
+    }
+
+    #[test]
+    fn a_wheel_that_is_commanded_nothing_stands_and_that_is_said() {
+        for (message, wheel) in [
+            (joints(&["left"], &[1.0]), "right"),
+            (joints(&["left", "right"], &[1.0, f64::NAN]), "right"),
+        ] {
+            let heard = joint_state(&message, &robot());
+            assert_eq!(heard.change.expect("taken").wheels, Some(vec![1.0, 0.0]));
+            assert!(heard.note.expect("said").contains(wheel));
+        }
+    }
+
+    #[test]
+    fn what_names_no_wheel_or_does_not_line_up_is_not_taken() {
+        for message in [
+            joints(&[], &[]),
+            joints(&["arm"], &[1.0]),
+            joints(&["left", "right"], &[1.0]),
+            joints(&["left", "right"], &[]),
+        ] {
+            let heard = joint_state(&message, &robot());
+            assert!(
+                heard.change.is_none() && heard.note.is_some(),
+                "{message:?}"
+            );
+        }
+        for data in [vec![], vec![1.0], vec![1.0, 2.0, 3.0]] {
+            let message = Float64MultiArray {
+                data,
+                ..Float64MultiArray::default()
+            };
+            assert!(rates(&message, &robot()).change.is_none());
+        }
+        let mut message = Float64MultiArray {
+            data: vec![9.0, 1.0, 2.0],
+            ..Float64MultiArray::default()
+        };
+        message.layout.data_offset = 1;
+        let heard = rates(&message, &robot());
+        assert_eq!(heard.change.expect("taken").wheels, Some(vec![1.0, 2.0]));
+        message.layout.data_offset = u32::MAX;
+        assert!(rates(&message, &robot()).change.is_none());
+    }
+
+    #[test]
+    fn an_old_stamp_is_refused_and_one_of_another_clock_is_said() {
+        let at = |sec, nanosec| {
+            let mut message = TwistStamped::default();
+            message.header.stamp.sec = sec;
+            message.header.stamp.nanosec = nanosec;
+            message.twist.linear.x = 0.3;
+            message
+        };
+        // No stamp, a fresh one, one of half a second ago.
+        for message in [at(0, 0), at(100, 0), at(99, 600_000_000)] {
+            let heard = twist_stamped(&message, 100.0);
+            assert_eq!(heard.change.expect("taken").twist, Some([0.3, 0.0, 0.0]));
+            assert_eq!(heard.note, None);
+        }
+        let old = twist_stamped(&at(99, 0), 100.0);
+        assert!(old.change.is_none() && old.note.expect("said").contains("1.0 s old"));
+        let wall = twist_stamped(&at(1_790_000_000, 0), 100.0);
+        assert!(wall.change.is_some() && wall.note.expect("said").contains("use_sim_time"));
+    }
+}

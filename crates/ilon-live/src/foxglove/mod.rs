@@ -1,0 +1,405 @@
+//! A server for Foxglove and Lichtblick, over their WebSocket protocol `foxglove.sdk.v1`.
+//!
+//! The topics are those of a bag ([`ilon_messages::topics`]), in the same encoding, so that a layout made for one serves for the other.
+//! Their Teleop panel drives: `geometry_msgs/Twist` or `TwistStamped` on `/cmd_vel`, as JSON or CDR; `std_msgs/Float64MultiArray` on
+//! `/wheel_commands` drives the wheels. Parameters change while the robot drives:
+//!
+//! | parameter | is |
+//! |---|---|
+//! | `friction` | the friction coefficient of the floor |
+//! | `payload_kg` | the mass carried on top of the scenario's, kg |
+//! | `position_gain_per_s`, `heading_gain_per_s` | the guidance's gains, 1/s |
+//! | `mode` | `hand` or `reference` |
+//! | `priority` | `position` or `heading` |
+//! | `speed` | simulated seconds a second |
+//! | `paused` | whether time stands |
+//! | `resets` | how often the robot went back to its start; any other number sends it there |
+//!
+//! The server is bound to the loopback interface. It asks for no origin, for the page of these viewers is not of this machine.
+
+mod parameters;
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use foxglove::websocket::{
+    Capability, ChannelView, Client, ClientChannel, ServerListener, Status as Said,
+};
+use foxglove::{
+    ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServerHandle,
+};
+use ilon_messages::bag::{Durability, Qos};
+use ilon_messages::geometry_msgs::{Twist, TwistStamped};
+use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_messages::topics::Outlet;
+use ilon_messages::{CdrError, Message};
+use serde::Deserialize;
+
+use crate::commands::{self, Commanded, Heard};
+use crate::desk::Desk;
+use crate::session::Session;
+use crate::topics::LiveTopics;
+use crate::watcher::{Row, Status, Watcher};
+use parameters::{Defaults, Parameters};
+
+/// Messages that wait for a client; of what comes beyond, the oldest are left out. A message is a few hundred bytes, but for markers.
+const BACKLOG: usize = 512;
+/// How often parameters and time are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Why there can be no server.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FoxgloveError {
+    /// It cannot listen.
+    #[error("cannot listen on 127.0.0.1:{port}: {reason}")]
+    Listen {
+        /// The port.
+        port: u16,
+        /// Why, in the server's words.
+        reason: String,
+    },
+    /// A topic cannot be offered.
+    #[error("cannot offer {topic}: {reason}")]
+    Topic {
+        /// The topic.
+        topic: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// A server that shows a session and takes commands for it. It ends when it is dropped.
+#[derive(Debug)]
+pub struct Foxglove {
+    handle: Option<WebSocketServerHandle>,
+    channels: Channels,
+    topics: LiveTopics,
+    parameters: Arc<Parameters>,
+    desk: Desk,
+    look_due: Instant,
+}
+
+impl Foxglove {
+    /// Listens on a port of the loopback interface, 0 for any that is free.
+    ///
+    /// # Errors
+    /// [`FoxgloveError`].
+    pub fn start(port: u16, session: &Session, desk: &Desk) -> Result<Self, FoxgloveError> {
+        let topics = LiveTopics::of(session, true);
+        let latched = Arc::new(Latched::default());
+        let mut channels = Channels {
+            context: Context::new(),
+            by_topic: HashMap::new(),
+            latched: Arc::clone(&latched),
+            bytes: Vec::new(),
+        };
+        topics.declare(&mut channels)?;
+        topics.latched(&mut channels, session.time_s())?;
+        let parameters = Arc::new(Parameters::new(desk.clone(), Defaults::of(session)));
+        let listener = Listener {
+            desk: desk.clone(),
+            robot: Commanded::of(session.robot()),
+            latched,
+        };
+        let handle = channels
+            .context
+            .websocket_server()
+            .name(session.name())
+            .bind("127.0.0.1", port)
+            .capabilities([
+                Capability::ClientPublish,
+                Capability::Parameters,
+                Capability::Time,
+            ])
+            .supported_encodings(["json", "cdr"])
+            .message_backlog_size(BACKLOG)
+            .listener(Arc::new(listener))
+            .parameter_handler(Arc::clone(&parameters) as _)
+            .start_blocking()
+            .map_err(|reason| FoxgloveError::Listen {
+                port,
+                reason: reason.to_string(),
+            })?;
+        Ok(Self {
+            handle: Some(handle),
+            channels,
+            topics,
+            parameters,
+            desk: desk.clone(),
+            look_due: Instant::now(),
+        })
+    }
+
+    /// Where the server is.
+    pub fn url(&self) -> String {
+        let port = self.handle.as_ref().map_or(0, WebSocketServerHandle::port);
+        format!("ws://127.0.0.1:{port}")
+    }
+
+    /// How many look on.
+    pub fn client_count(&self) -> usize {
+        self.handle
+            .as_ref()
+            .map_or(0, WebSocketServerHandle::client_count)
+    }
+}
+
+impl Watcher for Foxglove {
+    fn row(&mut self, row: Row<'_>) {
+        if self.client_count() == 0 {
+            return;
+        }
+        if let Err(fault) = self.topics.row(row, &mut self.channels) {
+            self.desk.say(fault.to_string());
+        }
+    }
+
+    fn look(&mut self, session: &Session, status: Status<'_>) {
+        let Some(handle) = self
+            .handle
+            .as_ref()
+            .filter(|_| Instant::now() >= self.look_due)
+        else {
+            return;
+        };
+        self.look_due = Instant::now() + LOOK;
+        handle.broadcast_time((session.time_s() * 1e9).max(1.0) as u64);
+        let changed = self.parameters.changed(status.controls);
+        if !changed.is_empty() {
+            handle.publish_parameter_values(changed);
+        }
+    }
+
+    fn restarted(&mut self, session: &Session) {
+        self.topics = LiveTopics::of(session, true);
+    }
+
+    fn say(&mut self, note: &str) {
+        if let Some(handle) = &self.handle {
+            handle.publish_status(Said::warning(note));
+        }
+    }
+}
+
+impl Drop for Foxglove {
+    fn drop(&mut self) {
+        if let Some(handle) = self.handle.take() {
+            handle.stop().detach_all();
+        }
+    }
+}
+
+/// What is said once, for those who come later.
+#[derive(Debug, Default)]
+struct Latched(Mutex<HashMap<String, Kept>>);
+
+#[derive(Clone, Debug)]
+struct Kept {
+    channel: Arc<RawChannel>,
+    bytes: Arc<[u8]>,
+    time_ns: u64,
+}
+
+/// Channels by topic.
+struct Channels {
+    context: Arc<Context>,
+    by_topic: HashMap<String, (Arc<RawChannel>, Durability)>,
+    latched: Arc<Latched>,
+    bytes: Vec<u8>,
+}
+
+impl std::fmt::Debug for Channels {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.by_topic.keys()).finish()
+    }
+}
+
+impl Outlet for Channels {
+    type Error = FoxgloveError;
+
+    fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), FoxgloveError> {
+        let schema = Schema::new(M::TYPE_NAME, "ros2msg", M::definition().into_bytes());
+        let channel = ChannelBuilder::new(topic)
+            .context(&self.context)
+            .message_encoding("cdr")
+            .schema(schema)
+            .build_raw()
+            .map_err(|reason| FoxgloveError::Topic {
+                topic: topic.to_owned(),
+                reason: reason.to_string(),
+            })?;
+        self.by_topic
+            .insert(topic.to_owned(), (channel, qos.durability));
+        Ok(())
+    }
+
+    fn send<M: Message>(
+        &mut self,
+        topic: &str,
+        message: &M,
+        time_ns: u64,
+    ) -> Result<(), FoxgloveError> {
+        let Some((channel, durability)) = self.by_topic.get(topic) else {
+            return Ok(());
+        };
+        let is_latched = *durability == Durability::TransientLocal;
+        if !is_latched && !channel.has_sinks() {
+            return Ok(());
+        }
+        message
+            .encode_into(&mut self.bytes)
+            .map_err(|reason: CdrError| FoxgloveError::Topic {
+                topic: topic.to_owned(),
+                reason: reason.to_string(),
+            })?;
+        let meta = PartialMetadata {
+            log_time: Some(time_ns),
+        };
+        channel.log_with_meta(&self.bytes, meta);
+        if is_latched {
+            let kept = Kept {
+                channel: Arc::clone(channel),
+                bytes: self.bytes.as_slice().into(),
+                time_ns,
+            };
+            let mut latched = self
+                .latched
+                .0
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            latched.insert(topic.to_owned(), kept);
+        }
+        Ok(())
+    }
+}
+
+/// Hears what clients say.
+struct Listener {
+    desk: Desk,
+    robot: Commanded,
+    latched: Arc<Latched>,
+}
+
+impl ServerListener for Listener {
+    fn on_subscribe(&self, client: Client, channel: ChannelView) {
+        let latched = self
+            .latched
+            .0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = latched.get(channel.topic()).cloned() {
+            drop(latched);
+            let meta = PartialMetadata {
+                log_time: Some(kept.time_ns),
+            };
+            kept.channel
+                .log_with_meta_to_sink(&kept.bytes, meta, client.sink_id());
+        }
+    }
+
+    fn on_message_data(&self, client: Client, channel: &ClientChannel, payload: &[u8]) {
+        let heard = heard(channel, payload, &self.robot);
+        let note = heard
+            .change
+            .and_then(|change| self.desk.change(&change))
+            .or(heard.note);
+        if let Some(note) = note {
+            client.send_status(Said::warning(note.clone()));
+            self.desk.say(note);
+        }
+    }
+}
+
+/// What a client's message asks of the robot.
+fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Heard {
+    let refused = |why: String| Heard {
+        change: None,
+        note: Some(format!(
+            "a message on {} is not taken: {why}",
+            channel.topic
+        )),
+    };
+    let kind = channel.schema_name.replace("/msg/", "/");
+    let taken = match (
+        channel.topic.as_str(),
+        kind.as_str(),
+        channel.encoding.as_str(),
+    ) {
+        ("/cmd_vel" | "cmd_vel", "geometry_msgs/Twist", "cdr") => Twist::decode(payload)
+            .map(|message| commands::twist(&message))
+            .map_err(|fault| fault.to_string()),
+        // Its stamp is of the viewer's clock.
+        ("/cmd_vel" | "cmd_vel", "geometry_msgs/TwistStamped", "cdr") => {
+            TwistStamped::decode(payload)
+                .map(|message| commands::twist(&message.twist))
+                .map_err(|fault| fault.to_string())
+        }
+        ("/wheel_commands" | "wheel_commands", "std_msgs/Float64MultiArray", "cdr") => {
+            Float64MultiArray::decode(payload)
+                .map(|message| commands::rates(&message, robot))
+                .map_err(|fault| fault.to_string())
+        }
+        ("/cmd_vel" | "cmd_vel", "geometry_msgs/Twist", "json") => {
+            json::<JsonTwist>(payload).map(|message| commands::twist(&message.into()))
+        }
+        ("/cmd_vel" | "cmd_vel", "geometry_msgs/TwistStamped", "json") => {
+            json::<JsonTwistStamped>(payload).map(|message| commands::twist(&message.twist.into()))
+        }
+        ("/wheel_commands" | "wheel_commands", "std_msgs/Float64MultiArray", "json") => {
+            json::<JsonArray>(payload).map(|JsonArray { data }| {
+                let message = Float64MultiArray {
+                    data,
+                    ..Float64MultiArray::default()
+                };
+                commands::rates(&message, robot)
+            })
+        }
+        (_, kind, encoding) => Err(format!(
+            "{kind} as {encoding} drives nothing: publish geometry_msgs/Twist or TwistStamped on /cmd_vel, as json or cdr"
+        )),
+    };
+    taken.unwrap_or_else(refused)
+}
+
+fn json<M: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<M, String> {
+    serde_json::from_slice(payload).map_err(|fault| fault.to_string())
+}
+
+/// As JSON, in which viewers leave out what is zero.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct JsonVector {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct JsonTwist {
+    linear: JsonVector,
+    angular: JsonVector,
+}
+
+#[derive(Deserialize)]
+struct JsonTwistStamped {
+    twist: JsonTwist,
+}
+
+#[derive(Deserialize)]
+struct JsonArray {
+    data: Vec<f64>,
+}
+
+impl From<JsonTwist> for Twist {
+    fn from(JsonTwist { linear, angular }: JsonTwist) -> Self {
+        let vector =
+            |JsonVector { x, y, z }: JsonVector| ilon_messages::geometry_msgs::Vector3 { x, y, z };
+        Self {
+            linear: vector(linear),
+            angular: vector(angular),
+        }
+    }
+}

@@ -1,0 +1,479 @@
+//! The node: a thread that publishes rows, hears commands and answers requests.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashSet;
+use std::fmt;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use futures::channel::mpsc;
+use futures::future::{self, FutureExt, LocalBoxFuture};
+use futures::stream::StreamExt;
+use ilon_messages::bag::Qos;
+use ilon_messages::geometry_msgs::{Twist, TwistStamped};
+use ilon_messages::sensor_msgs::JointState;
+use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_trace::{Record, WheelSample};
+use ros2_client::dds::rustdds::policy::Reliability;
+use ros2_client::dds::rustdds::{DomainParticipantBuilder, RTPSEntity};
+use ros2_client::{
+    Context, Name, NodeName, NodeOptions, QosProfile, RmwRequestId, Server, ServiceMapping,
+    ServiceTypeName, Subscription,
+};
+use serde::de::DeserializeOwned;
+
+use super::outlet::{Topics, profile};
+use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
+use super::{Network, Options, Ros2Error};
+use crate::commands::{self, Commanded, Heard};
+use crate::desk::Desk;
+use crate::session::Session;
+use crate::topics::LiveTopics;
+use crate::watcher::{Row, Status, Watcher};
+
+/// Rows that wait to be published; what comes beyond is lost, and that is said.
+const MOST_ROWS: usize = 256;
+/// How often others in the domain are looked at.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// A node of ROS 2 that shows a session and takes commands for it. It ends when it is dropped.
+pub struct Ros2 {
+    events: Option<mpsc::Sender<Event>>,
+    thread: Option<JoinHandle<()>>,
+    desk: Desk,
+    lost_rows: u64,
+    look_due: Instant,
+    network: Network,
+    controllers: bool,
+}
+
+/// What the simulation passes on to the thread.
+enum Event {
+    Row(Box<OwnedRow>),
+    Restarted(Box<LiveTopics>),
+    Say(String),
+    Look,
+    Stepped(RmwRequestId, Outcome),
+}
+
+struct OwnedRow {
+    record: Record,
+    wheels: Vec<WheelSample>,
+    rollers_rad: Vec<Option<f64>>,
+}
+
+impl Ros2 {
+    /// Joins the network and begins.
+    ///
+    /// # Errors
+    /// [`Ros2Error`].
+    pub fn start(
+        session: &Session,
+        desk: &Desk,
+        network: Network,
+        options: Options,
+    ) -> Result<Self, Ros2Error> {
+        let topics = LiveTopics::of(session, !options.controllers);
+        let ends = Ends::new(session, &topics, &network, options)?;
+        let (sender, receiver) = mpsc::channel(MOST_ROWS);
+        let heart = Heart {
+            ends,
+            desk: desk.clone(),
+            robot: Commanded::of(session.robot()),
+            now_s: Cell::new(session.time_s()),
+            stepped: sender.clone(),
+        };
+        let thread = std::thread::Builder::new()
+            .name("ros2".to_owned())
+            .spawn(move || heart.beat(receiver, topics))
+            .map_err(|reason| Ros2Error::topic("a thread", reason))?;
+        network.remarks.iter().for_each(|remark| desk.say(remark));
+        Ok(Self {
+            events: Some(sender),
+            thread: Some(thread),
+            desk: desk.clone(),
+            lost_rows: 0,
+            look_due: Instant::now(),
+            network,
+            controllers: options.controllers,
+        })
+    }
+
+    /// Where the node is to be found.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Passes something on; gives whether there was room.
+    fn pass(&mut self, event: Event) -> bool {
+        self.events
+            .as_mut()
+            .is_some_and(|events| events.try_send(event).is_ok())
+    }
+}
+
+impl Watcher for Ros2 {
+    fn row(&mut self, row: Row<'_>) {
+        let passed = self.pass(Event::Row(Box::new(OwnedRow {
+            record: *row.record,
+            wheels: row.wheels.to_vec(),
+            rollers_rad: row.rollers_rad.to_vec(),
+        })));
+        if !passed {
+            self.lost_rows += 1;
+        } else if self.lost_rows > 0 {
+            let lost = std::mem::take(&mut self.lost_rows);
+            self.desk.say(format!(
+                "{lost} control periods were not published: the machine is too slow"
+            ));
+        }
+    }
+
+    fn look(&mut self, _session: &Session, _status: Status<'_>) {
+        if Instant::now() >= self.look_due {
+            self.look_due = Instant::now() + LOOK;
+            self.pass(Event::Look);
+        }
+    }
+
+    fn restarted(&mut self, session: &Session) {
+        let topics = LiveTopics::of(session, !self.controllers);
+        self.pass(Event::Restarted(Box::new(topics)));
+    }
+
+    fn say(&mut self, note: &str) {
+        self.pass(Event::Say(note.to_owned()));
+    }
+}
+
+impl fmt::Debug for Ros2 {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ros2")
+            .field("network", &self.network)
+            .field("lost_rows", &self.lost_rows)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Drop for Ros2 {
+    fn drop(&mut self) {
+        if let Some(mut events) = self.events.take() {
+            events.close_channel();
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What the node has in the network.
+struct Ends {
+    context: Context,
+    topics: Topics,
+    twist_stamped: Option<Subscription<TwistStamped>>,
+    twist: Option<Subscription<Twist>>,
+    joints: Subscription<JointState>,
+    rates: Subscription<Float64MultiArray>,
+    step: Server<services::Step, Answer>,
+    reset: Server<services::Reset, Answer>,
+    set_state: Server<services::SetState, Answer>,
+    is_state: Server<Nothing, IsState>,
+    features: Server<Nothing, Features>,
+}
+
+impl Ends {
+    fn new(
+        session: &Session,
+        topics: &LiveTopics,
+        network: &Network,
+        options: Options,
+    ) -> Result<Self, Ros2Error> {
+        let join = |reason: String| Ros2Error::Join {
+            domain: network.domain,
+            reason,
+        };
+        let mut builder = DomainParticipantBuilder::new(network.domain);
+        if let Some(only) = network.only() {
+            builder = builder.with_only_networks(only);
+        }
+        let participant = builder.build().map_err(|fault| join(fault.to_string()))?;
+        let context = Context::from_domain_participant(participant)
+            .map_err(|fault| join(fault.to_string()))?;
+        let name = NodeName::new("/", "ilon").map_err(|fault| join(fault.to_string()))?;
+        let node = context
+            .new_node(name, NodeOptions::new().start_parameter_services(false))
+            .map_err(|fault| join(fault.to_string()))?;
+        let left: &[&str] = if options.controllers {
+            &["/joint_states", "/odom"]
+        } else {
+            &[]
+        };
+        let mut outlet = Topics::new(context.clone(), node, left);
+        topics.declare(&mut outlet)?;
+        topics.latched(&mut outlet, session.time_s())?;
+        let stamped = !options.unstamped;
+        Ok(Self {
+            twist_stamped: stamped.then(|| outlet.hear("/cmd_vel")).transpose()?,
+            twist: options
+                .unstamped
+                .then(|| outlet.hear("/cmd_vel"))
+                .transpose()?,
+            joints: outlet.hear("/robot_joint_commands")?,
+            rates: outlet.hear("/wheel_commands")?,
+            step: outlet.serve("step_simulation", "StepSimulation")?,
+            reset: outlet.serve("reset_simulation", "ResetSimulation")?,
+            set_state: outlet.serve("set_simulation_state", "SetSimulationState")?,
+            is_state: outlet.serve("get_simulation_state", "GetSimulationState")?,
+            features: outlet.serve("get_simulator_features", "GetSimulatorFeatures")?,
+            topics: outlet,
+            context,
+        })
+    }
+}
+
+impl Topics {
+    fn hear<M: ilon_messages::Message + DeserializeOwned + 'static>(
+        &mut self,
+        name: &str,
+    ) -> Result<Subscription<M>, Ros2Error> {
+        let profile = profile(Qos::reliable(10));
+        let topic = self.topic::<M>(name, &profile)?;
+        self.node()
+            .create_subscription(&topic, Some(profile))
+            .map_err(|reason| Ros2Error::topic(name, reason))
+    }
+
+    /// A service of `simulation_interfaces`, in the node's namespace.
+    fn serve<Q, A>(&mut self, name: &str, type_name: &str) -> Result<Server<Q, A>, Ros2Error>
+    where
+        Q: ros2_client::Message + Clone + 'static,
+        A: ros2_client::Message + 'static,
+    {
+        let fault = |reason: String| Ros2Error::topic(name, reason);
+        let place = Name::new("/ilon", name).map_err(|reason| fault(reason.to_string()))?;
+        let type_name = ServiceTypeName::new("simulation_interfaces", type_name);
+        let qos = QosProfile::publisher_default();
+        let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
+        self.node()
+            .create_server(
+                ServiceMapping::Enhanced,
+                &place,
+                &type_name,
+                qos.clone(),
+                qos,
+            )
+            .map_err(|reason| fault(reason.to_string()))
+    }
+}
+
+/// What the thread has.
+struct Heart {
+    ends: Ends,
+    desk: Desk,
+    robot: Commanded,
+    /// The simulated time, in seconds.
+    now_s: Cell<f64>,
+    stepped: mpsc::Sender<Event>,
+}
+
+impl Heart {
+    /// Does all that there is to do until no event can come any more.
+    fn beat(self, mut events: mpsc::Receiver<Event>, mut rows: LiveTopics) {
+        let Self {
+            ends,
+            desk,
+            robot,
+            now_s,
+            stepped,
+        } = self;
+        let Ends {
+            context,
+            mut topics,
+            twist_stamped,
+            twist,
+            joints,
+            rates,
+            step,
+            reset,
+            set_state,
+            is_state,
+            features,
+        } = ends;
+        let mut others = Others::default();
+        let stepped = RefCell::new(stepped);
+        let publish = async {
+            while let Some(event) = events.next().await {
+                let result = match event {
+                    Event::Row(row) => {
+                        now_s.set(row.record.t_s);
+                        let row = Row {
+                            record: &row.record,
+                            wheels: &row.wheels,
+                            rollers_rad: &row.rollers_rad,
+                        };
+                        rows.row(row, &mut topics)
+                    }
+                    Event::Restarted(fresh) => {
+                        rows = *fresh;
+                        Ok(())
+                    }
+                    Event::Say(note) => {
+                        topics.say(&note);
+                        Ok(())
+                    }
+                    Event::Look => {
+                        others.look(&context, twist.is_some(), &desk);
+                        if topics.lost > 0 {
+                            let lost = std::mem::take(&mut topics.lost);
+                            desk.say(format!(
+                                "{lost} messages were lost: a reliable reader does not keep up"
+                            ));
+                        }
+                        Ok(())
+                    }
+                    Event::Stepped(request, result) => {
+                        let _ = step.send_response(request, Answer { result });
+                        Ok(())
+                    }
+                };
+                if let Err(fault) = result {
+                    desk.say(fault.to_string());
+                }
+            }
+        };
+        let hear = |heard: Heard| {
+            if let Some(note) = heard
+                .change
+                .and_then(|change| desk.change(&change))
+                .or(heard.note)
+            {
+                desk.say(note);
+            }
+        };
+        let mut served: Vec<LocalBoxFuture<'_, ()>> = Vec::new();
+        if let Some(twist_stamped) = &twist_stamped {
+            let heard =
+                |message: &TwistStamped| hear(commands::twist_stamped(message, now_s.get()));
+            served.push(listen(twist_stamped, "/cmd_vel", &desk, heard));
+        }
+        if let Some(twist) = &twist {
+            let heard = |message: &Twist| hear(commands::twist(message));
+            served.push(listen(twist, "/cmd_vel", &desk, heard));
+        }
+        let heard = |message: &JointState| hear(commands::joint_state(message, &robot));
+        served.push(listen(&joints, "/robot_joint_commands", &desk, heard));
+        let heard = |message: &Float64MultiArray| hear(commands::rates(message, &robot));
+        served.push(listen(&rates, "/wheel_commands", &desk, heard));
+
+        let asked = step.receive_request_stream().for_each(|request| {
+            if let Ok((id, request)) = request {
+                let mut stepped = stepped.borrow().clone();
+                desk.step(request.steps, move |done| {
+                    let outcome =
+                        done.map_or_else(|why| Outcome::incorrect_state(&why), |()| Outcome::ok());
+                    // In the queue behind the rows of these steps, which are published first.
+                    let _ = stepped.try_send(Event::Stepped(id, outcome));
+                });
+            }
+            future::ready(())
+        });
+        served.push(asked.boxed_local());
+        let change = |change: Result<crate::control::Change, Outcome>| Answer {
+            result: change.map_or_else(
+                |refused| refused,
+                |change| {
+                    desk.change(&change)
+                        .map_or_else(Outcome::ok, |why| Outcome::failed(&why))
+                },
+            ),
+        };
+        served.push(answer(&reset, |request| change(request.change())));
+        served.push(answer(&set_state, |request| {
+            change(request.change(&desk.controls()))
+        }));
+        served.push(answer(&is_state, |_| IsState::of(&desk.controls())));
+        served.push(answer(&features, |_| Features::own()));
+        let serve = future::join_all(served);
+        let both = future::select(Box::pin(publish), serve);
+        futures::executor::block_on(both);
+    }
+}
+
+/// Hears what comes over a topic, for as long as it is polled.
+fn listen<'a, M: DeserializeOwned + 'static>(
+    subscription: &'a Subscription<M>,
+    topic: &'a str,
+    desk: &'a Desk,
+    heard: impl Fn(&M) + 'a,
+) -> LocalBoxFuture<'a, ()> {
+    let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {
+        match message {
+            Ok((message, _)) => heard(&message),
+            Err(fault) => desk.say(format!("a message on {topic} cannot be read: {fault}")),
+        }
+        future::ready(())
+    };
+    subscription.async_stream().for_each(each).boxed_local()
+}
+
+/// Answers requests, for as long as it is polled.
+fn answer<'a, Q, A>(server: &'a Server<Q, A>, by: impl Fn(Q) -> A + 'a) -> LocalBoxFuture<'a, ()>
+where
+    Q: ros2_client::Message + 'static,
+    A: ros2_client::Message + 'static,
+{
+    let each = move |request: Result<(RmwRequestId, Q), ros2_client::ReadError>| {
+        if let Ok((id, request)) = request {
+            let _ = server.send_response(id, by(request));
+        }
+        future::ready(())
+    };
+    server.receive_request_stream().for_each(each).boxed_local()
+}
+
+/// What others in the domain do that cannot go well, each said once.
+#[derive(Default)]
+struct Others {
+    said: HashSet<String>,
+}
+
+impl Others {
+    fn look(&mut self, context: &Context, unstamped: bool, desk: &Desk) {
+        let participant = context.domain_participant();
+        let own = participant.guid().prefix;
+        let twist_type = if unstamped { "Twist" } else { "TwistStamped" };
+        for writer in participant.discovered_writers() {
+            let data = &writer.publication_topic_data;
+            let Some(topic) = data
+                .topic_name
+                .strip_prefix("rt")
+                .filter(|_| data.key.prefix != own)
+            else {
+                continue;
+            };
+            let type_name = data.type_name.replace("::dds_::", "::").replace("::", "/");
+            let type_name = type_name.trim_end_matches('_');
+            let wanted = match topic {
+                "/cmd_vel" => format!("geometry_msgs/msg/{twist_type}"),
+                "/robot_joint_commands" => "sensor_msgs/msg/JointState".to_owned(),
+                "/wheel_commands" => "std_msgs/msg/Float64MultiArray".to_owned(),
+                "/clock" => {
+                    self.say(desk, "another node publishes /clock: only one simulator can give the time in a domain".to_owned());
+                    continue;
+                }
+                _ => continue,
+            };
+            if type_name != wanted {
+                self.say(desk, format!("{topic} is published as {type_name}, which is not heard: it is taken as {wanted}"));
+            } else if data.reliability == Some(Reliability::BestEffort) {
+                self.say(desk, format!("{topic} is published with best effort, which is not heard: publish it as reliable"));
+            }
+        }
+    }
+
+    fn say(&mut self, desk: &Desk, note: String) {
+        if self.said.insert(note.clone()) {
+            desk.say(note);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A live run as topics: those of a bag, but for what a live run is told over the same names.
+
+use ilon_messages::topics::{Outlet, RunTopics};
+use ilon_messages::{Message, bag::Qos};
+
+use crate::session::Session;
+use crate::watcher::Row;
+
+/// Where a bag has what was commanded, a live run is commanded: what it makes of that goes elsewhere.
+const RENAMED: [(&str, &str); 2] = [
+    ("/cmd_vel", "/ilon/cmd_vel"),
+    ("/robot_joint_commands", "/ilon/wheel_commands"),
+];
+
+/// The topics of a session. Stamps and `/clock` never go back: they go on over every return to the start.
+#[derive(Clone, Debug)]
+pub(crate) struct LiveTopics {
+    topics: RunTopics,
+}
+
+impl LiveTopics {
+    /// The topics of a session, with the frame `odom -> base_link` or without.
+    pub fn of(session: &Session, with_odometry: bool) -> Self {
+        let topics = RunTopics::new(session.robot(), session.header());
+        Self {
+            topics: if with_odometry {
+                topics
+            } else {
+                topics.without_odometry_frame()
+            },
+        }
+    }
+
+    /// Declares all topics.
+    pub fn declare<O: Outlet>(&self, outlet: &mut O) -> Result<(), O::Error> {
+        self.topics.declare(&mut Renamed(outlet))
+    }
+
+    /// Sends what is said once.
+    pub fn latched<O: Outlet>(&self, outlet: &mut O, t_s: f64) -> Result<(), O::Error> {
+        self.topics.latched(&mut Renamed(outlet), t_s)
+    }
+
+    /// Sends a row.
+    pub fn row<O: Outlet>(&mut self, row: Row<'_>, outlet: &mut O) -> Result<(), O::Error> {
+        let outlet = &mut Renamed(outlet);
+        self.topics
+            .row(row.record, row.wheels, row.rollers_rad, outlet)
+    }
+}
+
+/// An outlet under the names of a live run.
+struct Renamed<'a, O>(&'a mut O);
+
+fn renamed(topic: &str) -> &str {
+    let known = RENAMED.iter().find(|(from, _)| *from == topic);
+    known.map_or(topic, |(_, to)| to)
+}
+
+impl<O: Outlet> Outlet for Renamed<'_, O> {
+    type Error = O::Error;
+
+    fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), O::Error> {
+        self.0.declare::<M>(renamed(topic), qos)
+    }
+
+    fn send<M: Message>(&mut self, topic: &str, message: &M, time_ns: u64) -> Result<(), O::Error> {
+        self.0.send(renamed(topic), message, time_ns)
+    }
+}

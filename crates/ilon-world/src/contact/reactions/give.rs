@@ -1,0 +1,172 @@
+//! Contacts that give: treads, creep, and what rolling costs.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::Reactions;
+use crate::contact::potential::{PotentialContact, Row};
+use crate::contact::reaction::{Gives, Part, Tread};
+use crate::contact::scene::Scene;
+use crate::contact::tread::{Press, Softness, TreadLaw};
+use crate::ground::FloorSurface;
+
+/// A tread that would still be this far from the ground after a step is none of its contacts, in metres.
+const OPEN_M: f64 = 1e-6;
+
+/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next to nothing slips for next to
+/// nothing.
+const LEAST_LOAD: f64 = 1e-2;
+
+/// A roller that turns slower does not roll, in rad/s.
+const RESTS_RAD_S: f64 = 1e-9;
+
+/// Whether a tread does not reach the ground in the step: with the rate it has, or would have without any contact.
+pub(super) fn stays_open(contact: &PotentialContact, press: &Press, dt_s: f64) -> bool {
+    let comes_m_s = contact.before.x.min(contact.free.x).min(0.0);
+    press.gap_m + dt_s * comes_m_s > OPEN_M
+}
+
+/// The tread of a part, if it has one.
+fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
+    match part {
+        Part::Roller(wheel, _) => scene.assembly.wheels[wheel].surface.tread.as_ref(),
+        _ => None,
+    }
+}
+
+impl Reactions {
+    /// How the tread of a contact is pressed; `None` where it has none.
+    pub(super) fn press(&self, scene: &Scene<'_>, contact: &PotentialContact) -> Option<Press> {
+        let tread = tread_of(scene, contact.candidate.part)?;
+        Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
+    }
+
+    /// What a contact carries when the step begins, in N: of a tread as it is pressed; of a rigid contact, which only the end of
+    /// the step knows, what the wheel carried in the last one.
+    pub(super) fn load_n(
+        &self,
+        scene: &Scene<'_>,
+        contact: &PotentialContact,
+        press: Option<&Press>,
+    ) -> f64 {
+        if let Some(press) = press {
+            return press.load_n;
+        }
+        let part = contact.candidate.part;
+        let before = self.impulse_before(part).filter(|_| self.before_dt_s > 0.0);
+        before.map_or_else(
+            || mean_load_n(scene, part),
+            |impulse| impulse.x / self.before_dt_s,
+        )
+    }
+
+    /// How a contact gives across its normal: by its tread, and by what the ground creeps.
+    pub(super) fn gives(
+        &self,
+        scene: &Scene<'_>,
+        (contact, press, load_n): (&PotentialContact, Option<Press>, f64),
+        ground: &FloorSurface,
+    ) -> Option<Gives> {
+        let part = contact.candidate.part;
+        let travel_m_s = contact.candidate.travel_m_s.norm();
+        let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
+        // Slip per way, for each newton of pull.
+        let creep_1_n = ground.creep / load_n;
+        let Some((tread, press)) = tread_of(scene, part).zip(press) else {
+            let creeps = matches!(part, Part::Roller(..)) && ground.creep > 0.0;
+            let softness = Softness {
+                compliance: creep_1_n * travel_m_s / scene.dt_s,
+                bias_m_s: 0.0,
+            };
+            return creeps.then_some(Gives {
+                softness: [softness; 2],
+                tread: None,
+            });
+        };
+        // What pressed on here in the last step goes on from there.
+        let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
+        let mut before = self.before.iter().filter(|other| other.part == part);
+        let before = before
+            .find(|other| same(&other.frame[0]))
+            .and_then(|other| other.tread());
+        let bend_m = before.map_or_else(Vector2::zeros, |tread| {
+            Vector2::new(
+                tread.bend_m.dot(&contact.frame[1]),
+                tread.bend_m.dot(&contact.frame[2]),
+            )
+        });
+        let of_axle = |row: &Row| match (row.axle, contact.axle) {
+            (Some((_, share)), Some(axle)) => share * share * axle.response.unwrap_or(0.0),
+            _ => 0.0,
+        };
+        let per_kg = [1, 2].map(|k| 1.0 / tread.load_kg + of_axle(&contact.rows[k]));
+        let renewed_1_s = travel_m_s * (tread.renewal_1_m + creep_1_n * tread.shear.stiffness_n_m);
+        let shear = tread.shear(
+            (bend_m, contact.before.yz()),
+            per_kg,
+            renewed_1_s,
+            scene.dt_s,
+        );
+        Some(Gives {
+            softness: shear.softness,
+            tread: Some(Tread {
+                press,
+                shear,
+                bend_m: Vector3::zeros(),
+                stored_before_j: before.map_or([0.0; 2], |tread| tread.stored_j),
+                stored_j: [0.0; 2],
+            }),
+        })
+    }
+
+    /// Lets rolling over the ground cost something: a moment on the roller, along the ground and against its turning, that takes
+    /// `resistance` times the load for each metre by which the place of contact moves over the ground.
+    pub(super) fn resist_rolling(
+        &mut self,
+        scene: &Scene<'_>,
+        (contact, axle): (&PotentialContact, Option<usize>),
+        drag_n: f64,
+    ) {
+        let place = &contact.candidate;
+        let Part::Roller(wheel, roller) = place.part else {
+            return;
+        };
+        let body = &scene.assembly.wheels[wheel];
+        let hub = &scene.middle.hubs()[wheel];
+        let state = &body.rollers[roller];
+        let axis = hub.rotation * state.axis_in_hub;
+        let spin_rad_s = state.spin_rad_s(&scene.before.hub_rate_in_hub(wheel));
+        let turns = scene.before.hub_rate(wheel) + spin_rad_s * axis;
+        let along_ground = turns - place.normal * place.normal.dot(&turns);
+        let rate_rad_s = along_ground.norm();
+        // So that the rate of this moment is the speed of the place of contact. At rest, that of a roller about its axis.
+        let moment = if rate_rad_s > RESTS_RAD_S {
+            along_ground * (place.travel_m_s.norm() / (rate_rad_s * rate_rad_s))
+        } else {
+            axis * state
+                .barrel
+                .map_or(0.0, |barrel| barrel.sphere_radius_m(0.0))
+        };
+        let of_axle = if axle.is_some() {
+            moment.dot(&axis)
+        } else {
+            0.0
+        };
+        let of_hub = moment - of_axle * axis;
+        let row = Row {
+            chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
+            hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
+            axle: axle.map(|index| (index, of_axle)),
+        };
+        self.hold_bearing(scene, Part::Rolling(wheel, roller), row, drag_n);
+    }
+}
+
+/// The mean load of a robot's wheels, in N.
+fn mean_load_n(scene: &Scene<'_>, part: Part) -> f64 {
+    match part {
+        Part::Roller(wheel, _) => {
+            scene.assembly.wheels[wheel].surface.load_kg * scene.settings.gravity_m_s2
+        }
+        _ => 0.0,
+    }
+}

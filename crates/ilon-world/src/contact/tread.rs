@@ -1,0 +1,285 @@
+//! Rollers that give: the law of a contact with a tread between the roller's core and the ground.
+//!
+//! **Along the normal** a spring k stands beside a damper c that only pushes: F = max(0, -k g - c g'), g the gap between core
+//! and ground. **Across it** a bristle of stiffness k_t and damping c_t stands in line with a slider that holds |F| <= mu N:
+//!
+//! F = -k_t s - c_t s',  s' = u - slip - nu s,  nu = |V| / lambda + ...,
+//!
+//! with u the velocity of the core's surface over the ground, and nu the rate at which sheared tread leaves the ground and
+//! fresh one takes its place, because the place of contact moves over the ground with V. A roller that rolls under a pull F then
+//! creeps by u = nu F / k_t.
+//!
+//! **In a step** of length h, from u_0 to u_1, both are laws between the impulse p = h F and u_1. Of the mean force, with the
+//! mean of the velocities, that is the trapezoidal rule, of second order:
+//!
+//! F = -k (g_0 + h (a u_0 + b u_1)) - c ((1 - q) u_0 + q u_1),  a = b = 1/4, q = 1/2.
+//!
+//! A stiff spring would swing to and fro for ever under it: the implicit rule has a = 0, b = q = 1, and damps whatever a step
+//! does not see. So the two are blended by how far the spring's own motion is beyond the step, z = h sqrt(k / m): by
+//! z^2 / (4 + z^2) of the implicit one. The order stays two where the step resolves the spring, and any step is stable. A gap
+//! that is still open is closed by the implicit rule, without a damper: nothing is gained in a landing.
+
+use nalgebra::Vector2;
+
+/// A spring with a damper beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spring {
+    /// In N/m.
+    pub stiffness_n_m: f64,
+    /// In N s/m.
+    pub damping_n_s_m: f64,
+}
+
+/// A tread under the load of a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TreadLaw {
+    /// Along the normal.
+    pub normal: Spring,
+    /// Across it.
+    pub shear: Spring,
+    /// 1 / lambda, in 1/m: how much of what is sheared leaves the ground per metre rolled.
+    pub renewal_1_m: f64,
+    /// The mass that stands on a wheel, in kg.
+    pub load_kg: f64,
+}
+
+/// A contact's law along one direction: u + bias + compliance p = 0 while it holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Softness {
+    /// In m/s per N s.
+    pub compliance: f64,
+    /// In m/s.
+    pub bias_m_s: f64,
+}
+
+/// How the two rules are weighed in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Blend {
+    /// The part of the implicit rule.
+    implicit: f64,
+    a: f64,
+    b: f64,
+    q: f64,
+}
+
+impl Blend {
+    fn of(implicit: f64) -> Self {
+        Self {
+            implicit,
+            a: 0.25 * (1.0 - implicit),
+            b: 0.25 + 0.75 * implicit,
+            q: 0.5 * (1.0 + implicit),
+        }
+    }
+
+    /// For a spring that moves a mass, whose inverse in 1/kg is given, in a step.
+    fn for_spring(spring: &Spring, per_kg: f64, dt_s: f64) -> Self {
+        let z_squared = spring.stiffness_n_m * per_kg * dt_s * dt_s;
+        Self::of(z_squared / (4.0 + z_squared))
+    }
+}
+
+/// The least response in D, to divide by: a tread that is wholly renewed in a step holds nothing.
+const LEAST_N_S_M: f64 = 1e-30;
+
+/// How a tread is pressed in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Press {
+    pub spring: Spring,
+    /// The gap when the step began, in metres, and its rate then, in m/s.
+    pub gap_m: f64,
+    pub opening_m_s: f64,
+    /// What it pushes with when the step begins, in N.
+    pub load_n: f64,
+    pub softness: Softness,
+}
+
+impl TreadLaw {
+    /// Along the normal, in a step of `dt_s` from a gap in metres that opens at a rate in m/s.
+    pub fn press(&self, gap_m: f64, opening_m_s: f64, dt_s: f64) -> Press {
+        let is_open = gap_m > 0.0;
+        let spring = Spring {
+            damping_n_s_m: if is_open {
+                0.0
+            } else {
+                self.normal.damping_n_s_m
+            },
+            ..self.normal
+        };
+        let blend = if is_open {
+            Blend::of(1.0)
+        } else {
+            Blend::for_spring(&spring, 1.0 / self.load_kg, dt_s)
+        };
+        let (k, c) = (spring.stiffness_n_m, spring.damping_n_s_m);
+        let d = k * dt_s * blend.b + c * blend.q;
+        let bias = k * gap_m + (k * dt_s * blend.a + c * (1.0 - blend.q)) * opening_m_s;
+        Press {
+            spring,
+            gap_m,
+            opening_m_s,
+            load_n: (-k * gap_m - c * opening_m_s).max(0.0),
+            softness: Softness {
+                compliance: 1.0 / (dt_s * d),
+                bias_m_s: bias / d,
+            },
+        }
+    }
+
+    /// Across the normal, in a step of `dt_s`: from a bend in metres that the surface changes at a rate in m/s, along each of two
+    /// tangents, across which the contact answers to an impulse by so much, in 1/kg; `renewed_1_s` is nu.
+    pub fn shear(
+        &self,
+        (bend_m, rate_m_s): (Vector2<f64>, Vector2<f64>),
+        per_kg: [f64; 2],
+        renewed_1_s: f64,
+        dt_s: f64,
+    ) -> Shear {
+        Shear::new(&self.shear, (bend_m, rate_m_s), per_kg, renewed_1_s, dt_s)
+    }
+}
+
+impl Press {
+    /// What is in the spring once the gap has changed with the mean of its rates, in J; nothing of a spring that does not push.
+    pub fn stored_j(&self, opens_m_s: f64, pushes: bool, dt_s: f64) -> f64 {
+        let gap_m = self.gap_m + 0.5 * dt_s * (self.opening_m_s + opens_m_s);
+        if pushes {
+            0.5 * self.spring.stiffness_n_m * gap_m.min(0.0).powi(2)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// How a tread is sheared in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shear {
+    stiffness_n_m: f64,
+    bend_m: Vector2<f64>,
+    rate_m_s: Vector2<f64>,
+    /// What renewal leaves of the bend.
+    left: f64,
+    pub softness: [Softness; 2],
+}
+
+impl Shear {
+    fn new(
+        spring: &Spring,
+        (bend_m, rate_m_s): (Vector2<f64>, Vector2<f64>),
+        per_kg: [f64; 2],
+        renewed_1_s: f64,
+        dt_s: f64,
+    ) -> Self {
+        let (k, c) = (spring.stiffness_n_m, spring.damping_n_s_m);
+        let left = 1.0 / (1.0 + renewed_1_s * dt_s);
+        let mut softness = [Softness::default(); 2];
+        for i in 0..2 {
+            let blend = Blend::for_spring(spring, per_kg[i], dt_s);
+            let d = left * (k * dt_s * blend.b + c * blend.q);
+            let d = d.max(LEAST_N_S_M);
+            // Of the bend at the beginning: in the mean of the step, and what its renewal moves the damper by.
+            let kept = 0.5 * (1.0 - blend.implicit) * (1.0 + left) + blend.implicit * left;
+            let of_bend = k * kept - c * (1.0 - left) / dt_s;
+            let of_rate = left * (k * dt_s * blend.a + c * (1.0 - blend.q));
+            softness[i] = Softness {
+                compliance: 1.0 / (dt_s * d),
+                bias_m_s: (of_bend * bend_m[i] + of_rate * rate_m_s[i]) / d,
+            };
+        }
+        Self {
+            stiffness_n_m: k,
+            bend_m,
+            rate_m_s,
+            left,
+            softness,
+        }
+    }
+
+    /// The bend after the step, in metres, with the surface's velocity then; of one that slides, what its friction in N bends it
+    /// to.
+    pub fn bent_m(
+        &self,
+        after_m_s: Vector2<f64>,
+        slides_under_n: Option<Vector2<f64>>,
+        dt_s: f64,
+    ) -> Vector2<f64> {
+        match slides_under_n {
+            Some(friction_n) => -friction_n / self.stiffness_n_m,
+            None => self.left * (self.bend_m + 0.5 * dt_s * (self.rate_m_s + after_m_s)),
+        }
+    }
+
+    /// What is in a bristle of this bend, in J.
+    pub fn stored_j(&self, bend_m: &Vector2<f64>) -> f64 {
+        0.5 * self.stiffness_n_m * bend_m.norm_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: TreadLaw = TreadLaw {
+        normal: Spring {
+            stiffness_n_m: 1e5,
+            damping_n_s_m: 0.0,
+        },
+        shear: Spring {
+            stiffness_n_m: 4e4,
+            damping_n_s_m: 3.0,
+        },
+        renewal_1_m: 0.0,
+        load_kg: 2.0,
+    };
+
+    /// A mass of 2 kg on the spring alone, from 10 um deep: gap and rate after a time.
+    fn bounced(steps: u32, time_s: f64) -> (f64, f64) {
+        let h = time_s / f64::from(steps);
+        let (mut gap_m, mut rate) = (-1e-5, 0.0);
+        for _ in 0..steps {
+            let softness = LAW.press(gap_m, rate, h).softness;
+            // u_1 = u_0 + p / m, u_1 + bias + compliance p = 0.
+            let p = -(rate + softness.bias_m_s) / (0.5 + softness.compliance);
+            let after = rate + 0.5 * p;
+            gap_m += 0.5 * h * (rate + after);
+            rate = after;
+        }
+        (gap_m, rate)
+    }
+
+    #[test]
+    fn a_resolved_spring_is_followed_to_second_order() {
+        // An eighth of a period of sqrt(1e5 / 2) = 223.6 rad/s: the gap is -1e-5 cos(pi/4), still closed.
+        let omega = (1e5_f64 / 2.0).sqrt();
+        let time_s = std::f64::consts::FRAC_PI_4 / omega;
+        let exact = -1e-5 * std::f64::consts::FRAC_PI_4.cos();
+        let error = |steps| (bounced(steps, time_s).0 - exact).abs();
+        let (coarse, fine) = (error(20), error(40));
+        // Second order: four times less in half the step; the next order makes a tenth of it at most.
+        assert!((coarse / fine - 4.0).abs() < 0.4, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn a_spring_far_beyond_the_step_is_damped_and_not_rung() {
+        // z = 223.6 * 0.2 = 45: after twenty steps nothing of 10 um may be left that swings.
+        let (gap_m, rate) = bounced(20, 4.0);
+        assert!(gap_m.abs() < 1e-8 && rate.abs() < 1e-7, "{gap_m} {rate}");
+    }
+
+    #[test]
+    fn a_roller_that_rolls_under_a_pull_creeps_by_the_pull_over_the_creep_stiffness() {
+        // V = 0.2 m/s over lambda = 5 mm: nu = 40/s. A steady u of 1 mm/s bends to u / nu = 25 um, 1 N at 4e4 N/m.
+        let (nu, u, h) = (40.0, 1e-3, 2e-3);
+        let mut bend = Vector2::zeros();
+        let steady = Vector2::new(u, 0.0);
+        for _ in 0..2000 {
+            let shear = LAW.shear((bend, steady), [0.5, 500.0], nu, h);
+            bend = shear.bent_m(steady, None, h);
+        }
+        let shear = LAW.shear((bend, steady), [0.5, 500.0], nu, h);
+        let p = -(u + shear.softness[0].bias_m_s) / shear.softness[0].compliance;
+        // Steady for 2000 steps of a twelfth each; what remains is rounding.
+        assert!((bend.x - 25e-6).abs() < 1e-15, "{}", bend.x);
+        assert!((p / h + 1.0).abs() < 1e-9, "{}", p / h);
+    }
+}

@@ -1,0 +1,110 @@
+//! What motors put on wheels within a step: rate limits and gears; and how the robot's own motion is read after it.
+
+mod support;
+
+use ilon_robot::{Pose, Robot};
+use ilon_world::{Floor, MotorTorque, RollerBodies, Settings, World};
+use support::mecanum4;
+
+fn on_ice(robot: &Robot, dt_s: f64) -> World {
+    let floor = Floor {
+        friction: 0.0,
+        ..Floor::default()
+    };
+    let settings = Settings {
+        dt_s,
+        roller_bodies: RollerBodies::Near,
+        ..Settings::default()
+    };
+    World::new(robot, &floor, Pose::default(), &settings).expect("valid")
+}
+
+/// A light wheel that its motor would take far beyond the limit within a step ends at the limit, whichever way it turns and
+/// however it turned before.
+#[test]
+fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
+    const LIMIT_RAD_S: f64 = 5.0;
+    for dt_s in [1e-3, 4e-3, 1e-2] {
+        let mut world = on_ice(&mecanum4(), dt_s);
+        for signs in [[1.0, 1.0, -1.0, -1.0], [-1.0, 1.0, 1.0, -1.0]] {
+            let motors = signs.map(|sign| MotorTorque {
+                rate_limit_rad_s: LIMIT_RAD_S,
+                ..MotorTorque::constant(20.0 * sign)
+            });
+            for _ in 0..20 {
+                world.drive(&motors);
+                world.step();
+                for (rate, sign) in world.wheel_rates_rad_s().iter().zip(signs) {
+                    // The solver ends at a residual far below this.
+                    assert!(rate * sign < LIMIT_RAD_S + 1e-4, "{dt_s}: {rate}");
+                }
+            }
+            for (rate, sign) in world.wheel_rates_rad_s().iter().zip(signs) {
+                assert!((rate * sign - LIMIT_RAD_S).abs() < 1e-4, "{dt_s}: {rate}");
+            }
+        }
+    }
+}
+
+/// A gear that passes on 0.8 of a constant torque accelerates its wheel by 0.8 of what a gear without losses does, from the first
+/// step to the last; a rate limit that is far away changes nothing.
+#[test]
+fn a_gear_takes_its_share_of_a_constant_torque_from_the_first_step_on() {
+    let turned = |efficiency: f64, rate_limit_rad_s: f64| {
+        let mut robot = mecanum4();
+        for wheel in &mut robot.wheels {
+            wheel.drive.gear_efficiency = efficiency;
+            (wheel.joint.friction_n_m, wheel.joint.damping_n_m_s) = (0.0, 0.0);
+        }
+        let mut world = on_ice(&robot, 1e-3);
+        let motor = MotorTorque {
+            rate_limit_rad_s,
+            ..MotorTorque::constant(0.01)
+        };
+        for _ in 0..20 {
+            world.drive(&[motor; 4]);
+            world.step();
+        }
+        world.wheel_rates_rad_s()[0]
+    };
+    let share = turned(0.8, 100.0) / turned(1.0, 100.0);
+    // rapier's rates are f32, of some 1e-7; 20 of them.
+    assert!((share - 0.8).abs() < 1e-5, "{share}");
+    assert!((turned(0.8, f64::INFINITY) - turned(0.8, 100.0)).abs() < 1e-12);
+}
+
+/// In a turn the velocity that is read is that with which the pose moves, also in steps in which rollers are not seen to pass:
+/// in the frame of a step's end it would seem to slip to the side by v omega dt / 2, here 5 mm/s.
+#[test]
+fn the_twist_of_long_steps_is_that_of_the_motion() {
+    const DT_S: f64 = 1e-2;
+    let robot = mecanum4();
+    let settings = Settings {
+        dt_s: DT_S,
+        roller_bodies: RollerBodies::Near,
+        ..Settings::default()
+    };
+    let mut world =
+        World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("valid");
+    let target = support::ideal_rates(&robot, ilon_robot::Twist::new(1.0, 0.0, 1.0));
+    let (mut read_m_s, mut moved_m_s, mut count) = (0.0, 0.0, 0.0);
+    for step in 0..300 {
+        let share = (f64::from(step) / 100.0).min(1.0);
+        let rates = world.wheel_rates_rad_s().to_vec();
+        let motors: Vec<MotorTorque> = (target.iter().zip(rates))
+            .map(|(target, rate)| MotorTorque::with_droop(2.0 * (share * target - rate), 2.0))
+            .collect();
+        world.drive(&motors);
+        let before = world.body().pose;
+        world.step();
+        let body = world.body();
+        if step >= 150 {
+            read_m_s += body.twist_in_body.vy_m_s;
+            moved_m_s += before.displacement_to(&body.pose).vy_m_s / DT_S;
+            count += 1.0;
+        }
+    }
+    let off_m_s = (read_m_s - moved_m_s) / count;
+    // What is left is of second order: v omega^2 dt^2 / 12 = 8e-6 m/s, and what rollers that hand over do within a step.
+    assert!(off_m_s.abs() < 1e-4, "{off_m_s}");
+}

@@ -1,0 +1,107 @@
+//! `ilon identify`: what a robot really is, fitted to logs of its drives.
+
+mod answer;
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use ilon_identify::{Identified, Progress, Study, identify};
+use ilon_trace::file::write_text;
+use indicatif::ProgressBar;
+
+use super::escape::one_line;
+use super::{Outcome, Sandbox, claim, say};
+use crate::cli::failure::Failure;
+use crate::pages;
+
+/// Arguments of `ilon identify`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The study file: a robot, logs of its drives, and what is free.
+    study: PathBuf,
+    /// Where to write results.
+    #[arg(long, value_name = "DIR", default_value = "out/<study>")]
+    out: PathBuf,
+    /// Print what was found as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    sandbox: Sandbox,
+}
+
+/// Reads, fits, writes, prints.
+pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let path = &arguments.study;
+    let study = Study::load_within(path, &arguments.sandbox.files()?)?;
+    let out = match arguments.out.to_str() {
+        Some("out/<study>") => PathBuf::from("out").join(study.name()),
+        _ => arguments.out.clone(),
+    };
+    let mut inputs = study.inputs();
+    inputs.push(path.clone());
+    for name in ilon_identify::FILES {
+        claim::not_an_input(&out.join(name), "--out", &inputs)?;
+    }
+    let _claim = claim::folder(&out, "--out")?;
+    let bar = std::io::stderr()
+        .is_terminal()
+        .then(ProgressBar::new_spinner);
+    if let Some(bar) = &bar {
+        bar.enable_steady_tick(Duration::from_millis(100));
+    }
+    let found = identify(&study, &|progress| {
+        if let Some(bar) = &bar {
+            bar.set_message(one_line(&words(&progress)).into_owned());
+        }
+    });
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let found = found?;
+    for odd in &found.doubts {
+        say::note(&format!(
+            "note: {}: {} ({})",
+            one_line(&odd.file),
+            one_line(&odd.doubt.message),
+            one_line(&odd.doubt.help)
+        ));
+    }
+    let json = write(&study, &found, &out)?;
+    if arguments.json {
+        say::data(&json)?;
+    } else {
+        say::lines(&format!(
+            "{}\nwritten to {}: {}\n",
+            answer::words(&found),
+            one_line(&out.display().to_string()),
+            ilon_identify::FILES
+                .iter()
+                .filter(|name| out.join(name).is_file())
+                .copied()
+                .collect::<Vec<_>>()
+                .join(", ")
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn words(progress: &Progress) -> String {
+    match progress {
+        Progress::Reading => "reading the logs".to_owned(),
+        Progress::Fitting(model) => format!("fitting {model}"),
+        Progress::Simulating(count) => format!("{count} drives simulated"),
+    }
+}
+
+/// Writes all files of the results, `identified.json` last; gives its text.
+fn write(study: &Study, found: &Identified, out: &Path) -> Result<String, Failure> {
+    let json = serde_json::to_string_pretty(found);
+    let json = json.map_err(|error| Failure::encode("what was found", &error))? + "\n";
+    for (name, text) in ilon_identify::files(study, found, out)? {
+        write_text(&out.join(name), &text)?;
+    }
+    pages::identify::write(&out.join("report.html"), found)?;
+    write_text(&out.join("identified.json"), &json)?;
+    Ok(json)
+}

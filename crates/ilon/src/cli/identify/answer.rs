@@ -1,0 +1,106 @@
+//! What an identification found, as a person reads it on a terminal.
+
+use std::fmt::Write;
+
+use ilon_identify::Identified;
+use ilon_identify::outcome::{JudgedBy, Value};
+use ilon_report::sweep::figure as number;
+
+use crate::cli::table::Table;
+
+/// What was found, in words and tables.
+pub(super) fn words(found: &Identified) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{}: the model \"{}\" has the least error on what was not fitted, {}",
+        found.study,
+        found.model,
+        match found.judged_by {
+            JudgedBy::Runs => "the runs that were kept back",
+            JudgedBy::EachRun => "each run in turn",
+            JudgedBy::EachStretch => "each eighth of the runs in turn",
+        }
+    );
+    let _ = write!(text, "{}", tables(found));
+    if !found.held.is_empty() {
+        let _ = writeln!(text, "\nnot determined by this log:");
+        for held in &found.held {
+            let _ = writeln!(
+                text,
+                "  {} is held at {}: {}",
+                held.name,
+                number(held.value),
+                held.why
+            );
+        }
+    }
+    if found.resampled == "stretches" {
+        let _ = writeln!(
+            text,
+            "\nThe intervals are over stretches of the runs: what differs from run to run is not in them. Six runs or more would show it."
+        );
+    }
+    text
+}
+
+fn tables(found: &Identified) -> Table {
+    let mut table = Table::new();
+    table.heading("parameter: value, from, to (95 %), before");
+    for (name, value) in found.parameters.iter().chain(&found.derived) {
+        table.words(name, &value_words(value));
+    }
+    table.heading("model: error on what was fitted and on what was not (mm and mrad a stretch, and over the noise), end of a run (m)");
+    for model in &found.models {
+        let (fit, held_out) = (&model.fit, &model.held_out);
+        let words = [
+            number(1e3 * fit.position_rms_m),
+            number(1e3 * held_out.position_rms_m),
+            number(1e3 * held_out.heading_rms_rad),
+            number(held_out.over_noise),
+            number(held_out.end_position_rms_m),
+        ];
+        table.words(&model.name, &words);
+    }
+    table.heading("direction in degrees, m/s: measured over asked, +-, contact, fitted, simulated");
+    let known = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    for direction in &found.residual {
+        let name = format!(
+            "{:.0}, {}",
+            direction.direction_deg,
+            number(direction.speed_m_s)
+        );
+        let words = [
+            format!("{:.4}", direction.measured),
+            format!("{:.4}", direction.measured_error),
+            known(direction.contact),
+            format!("{:.4}", direction.fitted),
+            known(direction.simulated),
+        ];
+        table.words(&name, &words);
+    }
+    if found.series.len() > 1 {
+        table.heading("series by itself: value, from, to (95 %)");
+        for series in &found.series {
+            for (name, value) in &series.gains {
+                table.words(&format!("{} {name}", series.name), &value_words(value)[..3]);
+            }
+        }
+    }
+    table
+}
+
+fn value_words(value: &Value) -> [String; 4] {
+    let end = |end: Option<f64>| end.map_or("?".to_owned(), number);
+    let with_unit = match value.unit.as_str() {
+        "" => number(value.value),
+        unit => format!("{} {unit}", ilon_report::short(value.value, 5)),
+    };
+    [
+        with_unit,
+        end(value.ci95[0]),
+        end(value.ci95[1]),
+        number(value.nominal),
+    ]
+}

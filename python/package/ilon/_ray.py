@@ -1,0 +1,188 @@
+"""Studies on a cluster of Ray: batches of runs are tasks, and whoever called gathers their rows.
+
+A task takes some parts of a study and gives back their rows as text. It needs the study's files, and reads them where it runs; the
+fingerprint says whether they are the same. Lost workers and nodes cost the tasks that they had, which Ray makes again elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from . import _ilon
+from .errors import Error
+
+# What a task shall last, in seconds: long beside the milliseconds that Ray takes for one, short beside what its loss costs.
+_TASK_S = 2.0
+# Tasks that are handed out, for each that can run at a time: while one ends the next is there.
+_HANDED_OUT = 2
+# Tasks that are handed out at least, so that a cluster that grows with what waits does so.
+_HANDED_OUT_LEAST = 4
+# How often a task is made again whose worker or node was lost.
+_RETRIES = 5
+# How often it is looked whether the cluster has grown or shrunk, in seconds.
+_LOOK_S = 1.0
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What all tasks of a study share."""
+
+    version: str
+    """Of ilon."""
+    fingerprint: str
+    """Of the study as the caller reads it."""
+    text: str
+    """The study file."""
+    paths: tuple[str, ...]
+    """Where the study file lies, as the caller names it and from the root."""
+    jobs: int
+    """Runs at a time."""
+    folder: str | None
+    """That of the study's results, as the caller sees it, from the root."""
+
+
+def _ray() -> ModuleType:
+    try:
+        import ray
+    except ImportError as missing:
+        raise ImportError('studies on Ray need it: pip install "ilon[ray]"') from missing
+    return ray
+
+
+def connect() -> None:
+    """Connects to the cluster that the program or its environment names, or starts Ray on this machine, unless it is connected."""
+    ray = _ray()
+    if not ray.is_initialized():
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        ray.init()
+
+
+def make(
+    study: _ilon.Study,
+    rows: _ilon.Rows,
+    jobs: int,
+    progress: Callable[[int, int], object] | None,
+) -> None:
+    """Makes all rows of a study that are missing, on the cluster. `jobs` is how many CPUs a task takes, and how many runs it makes at a
+    time.
+
+    Raises `ilon.Error` where the cluster cannot make them: rows that were made by then are there.
+    """
+    ray = _ray()
+    missing = deque(rows.missing())
+    if not missing:
+        return
+    most_cpus = max((node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]), default=0)
+    if jobs > most_cpus:
+        raise ValueError(f"jobs={jobs}, and no node of the cluster has more than {most_cpus:g} CPUs")
+    path, folder = Path(study.path), rows.folder
+    order = ray.put(
+        _Order(
+            version=_ilon.__version__,
+            fingerprint=study.fingerprint,
+            text=study.text,
+            paths=(str(path), str(path.absolute())),
+            jobs=jobs,
+            folder=None if folder is None else str(Path(folder).absolute()),
+        )
+    )
+    task = ray.remote(num_cpus=jobs, max_retries=_RETRIES)(_work)
+    under_way: dict[Any, list[int]] = {}
+    each_s: float | None = None
+    try:
+        while missing or under_way:
+            at_a_time = max(1, int(ray.cluster_resources().get("CPU", 0)) // jobs)
+            while missing and len(under_way) < max(_HANDED_OUT * at_a_time, _HANDED_OUT_LEAST):
+                count = _batch(len(missing), at_a_time, jobs, each_s)
+                parts = [missing.popleft() for _ in range(count)]
+                under_way[task.remote(order, parts)] = parts
+            ready, _ = ray.wait(list(under_way), timeout=_LOOK_S)
+            for reference in ready:
+                parts = under_way.pop(reference)
+                made, took_s = _result(ray, reference, parts)
+                rows.put(made)
+                # The newest counts most: runs late in a study may be longer than the first.
+                newest_s = took_s / len(parts)
+                each_s = newest_s if each_s is None else 0.5 * (each_s + newest_s)
+                if progress is not None:
+                    progress(rows.done, rows.most)
+    finally:
+        for reference in under_way:
+            ray.cancel(reference)
+
+
+def _batch(missing: int, at_a_time: int, jobs: int, each_s: float | None) -> int:
+    """How many parts go into the next task."""
+    if each_s is None:
+        return min(jobs, missing)
+    by_time = _TASK_S / max(each_s, 1e-9)
+    # Towards the end tasks get shorter, so that none works on alone.
+    by_end = math.ceil(missing / (_HANDED_OUT * at_a_time))
+    return max(1, min(missing, max(jobs, int(min(by_time, by_end)))))
+
+
+def _result(ray: ModuleType, reference: Any, parts: list[int]) -> tuple[bytes, float]:
+    """What a task gave back."""
+    try:
+        result: tuple[bytes, float] = ray.get(reference)
+    except ray.exceptions.RayError as fault:
+        cause = getattr(fault, "cause", None)
+        if isinstance(cause, Error):
+            raise cause from None
+        if isinstance(cause, ImportError):
+            raise Error(
+                f"a worker of Ray cannot use ilon: {cause}",
+                "install the same version of ilon on all nodes, or name it in ray.init(runtime_env={'pip': [...]})",
+            ) from fault
+        reason = (str(fault).splitlines() or [type(fault).__name__])[0]
+        raise Error(
+            f"Ray could not make {len(parts)} runs, the first of them {parts[0]}: {reason}",
+            "start it again with the same out: what was made by then is not made again",
+        ) from fault
+    return result
+
+
+# Studies that this process has read, the newest alone: workers serve one after the other.
+_read: dict[str, _ilon.Study] = {}
+
+
+def _work(order: _Order, parts: list[int]) -> tuple[bytes, float]:
+    """What a task does: the rows of some parts, and how long they took in seconds."""
+    if _ilon.__version__ != order.version:
+        raise Error(
+            f"a worker of Ray has ilon {_ilon.__version__}, and this is ilon {order.version}: rows are not mixed",
+            "install the same version of ilon on all nodes, or name it in ray.init(runtime_env={'pip': [...]})",
+        )
+    if order.fingerprint not in _read:
+        _read.clear()
+        _read[order.fingerprint] = _study(order)
+    study = _read[order.fingerprint]
+    begun_s = time.perf_counter()
+    rows = study.make(parts, jobs=order.jobs, folder=order.folder)
+    return rows, time.perf_counter() - begun_s
+
+
+def _study(order: _Order) -> _ilon.Study:
+    """The study as it is read here; it must be what the caller reads."""
+    reason = "the scenarios or robots are others than there"
+    for path in order.paths:
+        try:
+            study = _ilon.Study.of_text(order.text, path)
+        except Error as fault:
+            reason = fault.message
+            continue
+        if study.fingerprint == order.fingerprint:
+            return study
+    raise Error(
+        f"a worker of Ray does not read the study `{order.paths[-1]}` as this process does: {reason}",
+        "let all nodes see its scenarios and robots at the same place, or hand them out: start the program in their folder with "
+        "ray.init(runtime_env={'working_dir': '.'}), and name the study by a path from there",
+    )

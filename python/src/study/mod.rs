@@ -1,0 +1,123 @@
+//! Studies: many runs of a scenario under keys that vary.
+//!
+//! | class | is |
+//! |---|---|
+//! | `Study` | a study that was read; it makes parts of itself wherever it is |
+//! | `Rows` | what was run of a study, in a folder or in memory, for this process alone |
+//! | `Sweep` | what came of it |
+
+mod found;
+mod rows;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ilon::robot::FileAccess;
+use ilon::sim::sweep::{self, Options};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyMapping, PyString};
+use toml::Value;
+
+use crate::errors::OrRaise;
+use crate::run::until_interrupted;
+use crate::values::to_toml;
+
+pub use found::Sweep;
+pub use rows::{Rows, merge_sweeps};
+
+/// What a study that is no file is called.
+const NAMELESS: &str = "study";
+
+/// A study that was read.
+#[pyclass(frozen, module = "ilon._ilon")]
+pub struct Study(Arc<sweep::Study>);
+
+/// Reads a study from a path, or takes it from a dict; the paths of a dict start from `folder`, or from where the program runs.
+fn read(source: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<sweep::Study> {
+    let py = source.py();
+    if let Ok(mapping) = source.cast::<PyMapping>() {
+        let Value::Table(table) = to_toml(mapping.as_any())? else {
+            return Err(PyTypeError::new_err("a study is a dict or a path"));
+        };
+        let path = folder.unwrap_or_default().join(NAMELESS);
+        return of_text(py, table.to_string(), &path);
+    }
+    if !(source.is_instance_of::<PyString>() || source.hasattr("__fspath__")?) {
+        return Err(PyTypeError::new_err(format!(
+            "a study is the path of a file or a dict, not a {}",
+            source.get_type().name()?
+        )));
+    }
+    if folder.is_some() {
+        return Err(PyTypeError::new_err(
+            "`folder` is for studies given as a dict; the paths of a file start from its own folder",
+        ));
+    }
+    let path: PathBuf = source.extract()?;
+    py.detach(|| sweep::Study::load(path)).or_raise(py)
+}
+
+fn of_text(py: Python<'_>, text: String, path: &Path) -> PyResult<sweep::Study> {
+    py.detach(|| sweep::Study::from_toml(text, path, &FileAccess::anywhere()))
+        .or_raise(py)
+}
+
+#[pymethods]
+impl Study {
+    #[new]
+    #[pyo3(signature = (study, *, folder=None))]
+    fn new(study: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
+        Ok(Self(Arc::new(read(study, folder)?)))
+    }
+
+    /// A study from the text of a file that need not be there; the paths in it start from `path`.
+    #[staticmethod]
+    fn of_text(py: Python<'_>, text: String, path: PathBuf) -> PyResult<Self> {
+        Ok(Self(Arc::new(of_text(py, text, &path)?)))
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    /// Its file.
+    #[getter]
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// The text of its file.
+    #[getter]
+    fn text(&self) -> &str {
+        self.0.text()
+    }
+
+    /// A hash of all that its rows depend on.
+    #[getter]
+    fn fingerprint(&self) -> &str {
+        self.0.fingerprint()
+    }
+
+    /// Makes parts of the study, so many runs at a time; their rows, as text. `folder` is that of its results.
+    #[pyo3(signature = (parts, *, jobs, folder=None))]
+    fn make<'py>(
+        &self,
+        py: Python<'py>,
+        parts: Vec<u64>,
+        jobs: usize,
+        folder: Option<PathBuf>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let rows = until_interrupted(
+            py,
+            |stop, _| {
+                let options = Options::new(Some(jobs), None).stopped_by(stop.clone());
+                self.0.run_parts(&parts, &options, folder.as_deref())
+            },
+            |_, ()| Ok(()),
+        )?;
+        Ok(PyBytes::new(py, &rows::text_of(&rows)?))
+    }
+}
