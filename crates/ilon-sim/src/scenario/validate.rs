@@ -64,6 +64,29 @@ impl Scenario {
                 "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
             ));
         }
+        let (floor, rollers) = (&self.world.floor, &self.rollers);
+        let gives = [
+            ("rollers.tread", rollers.tread.is_some()),
+            (
+                "rollers.rolling_resistance",
+                rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
+            ),
+            (
+                "world.floor.rolling_resistance",
+                floor.rolling_resistance > 0.0,
+            ),
+            ("world.floor.creep", floor.creep > 0.0),
+            ("world.floor.sliding", floor.sliding.is_some()),
+        ];
+        if let Some((key, _)) = gives.into_iter().find(|(_, gives)| *gives) {
+            return Err(Objection::to(
+                key,
+                format!(
+                    "`{key}` is of rollers that give and floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
+                ),
+                "leave it out, or let ilon solve the contacts",
+            ));
+        }
         let keys = [
             ("world.solver.split_dt_s", solver.split_dt_s),
             (

@@ -44,9 +44,14 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
+    /// Whether it was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
     /// [`Error::Stopped`] once it was asked for.
     pub(super) fn check(&self) -> Result<(), Error> {
-        match self.0.load(Ordering::Relaxed) {
+        match self.is_asked() {
             true => Err(Error::Stopped),
             false => Ok(()),
         }
@@ -135,7 +140,7 @@ pub fn sweep(
     let result = pool.install(|| sweep.answer(options.shard));
     store.sync()?;
     let findings = result?;
-    pool.install(|| keep(study, store, options))?;
+    pool.install(|| keep(study, store, options.shard, &options.stop))?;
     Ok(findings)
 }
 
@@ -143,10 +148,10 @@ pub fn sweep(
 /// those are run again.
 ///
 /// # Errors
-/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
-/// [`Error::Stopped`] where it was stopped.
+/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed.
 pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
-    options.pool()?.install(|| keep(study, store, options))
+    let pool = options.pool()?;
+    pool.install(|| keep(study, store, None, &options.stop))
 }
 
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
@@ -379,11 +384,11 @@ impl<'s> Sweep<'s> {
 }
 
 /// Runs again what is to be kept and is not there: runs come out the same each time.
-fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
+fn keep(study: &Study, store: &Store, shard: Option<Shard>, stop: &Stop) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
     };
-    if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
+    if shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
         // Which runs are worst is known once all are there.
         return Ok(());
     }
@@ -399,7 +404,7 @@ fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
         if places.iter().any(is_kept) {
             return Ok(());
         }
-        keep_again(study, row, &kept_folder(folder, row.run), &options.stop)
+        keep_again(study, row, &kept_folder(folder, row.run), stop)
     })
 }
 
@@ -446,11 +451,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
 fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
     match study.file().keep {
         Keep::None => Vec::new(),
-        // Those were kept as they ran, unless a worker ran them that does not see the folder.
-        Keep::All => rows
-            .iter()
-            .filter(|row| row.status == Status::Done)
-            .collect(),
+        Keep::All => rows.iter().collect(),
         Keep::Failed => {
             let breaks = |row: &Row| {
                 study.expect().any(|(name, bound)| {
