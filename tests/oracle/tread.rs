@@ -33,7 +33,7 @@ fn said(course: &Course) -> String {
 }
 
 #[test]
-#[ignore = "prints the table of docs/tread.md"]
+#[ignore = "minutes: prints treads beside the oracle's springs"]
 fn table() {
     for case in cases() {
         println!("{}", case.name);
