@@ -107,7 +107,7 @@ impl WheelContact {
                 continue;
             }
             // One roller may press in several places: its reactions follow one another.
-            let last = std::mem::replace(&mut pressed, Some(roller));
+            let last = pressed.replace(roller);
             contact.touching_rollers += usize::from(last != Some(roller));
             contact.touching = true;
             contact.normal_force_n += normal_n;
