@@ -4,6 +4,7 @@ mod bag;
 mod csv;
 pub mod doubts;
 mod format;
+pub mod wiring;
 
 use std::path::Path;
 
