@@ -141,13 +141,13 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
             (step.abs() / TAU - (step.abs() / TAU).round()).abs() * TAU < 3.0 * usual + 0.05;
         let help = if sizes_alike && is_turn && step.abs() < 1.5 * TAU {
             "the angle is counted within one turn: log the counts, or unwrap them".to_owned()
-        } else if to_start {
-            "the counter was set to zero there: use the part before or after, `from_s` and `to_s` of the run".to_owned()
         } else if sizes_alike && jumps.len() > 1 {
             format!(
                 "the counter overflows every {} turns: unwrap it before it is logged",
                 shown(step.abs() / TAU)
             )
+        } else if to_start {
+            "the counter was set to zero there: use the part before or after, `from_s` and `to_s` of the run".to_owned()
         } else {
             "the counter was set anew or overflowed there: use the part before or after, `from_s` and `to_s` of the run"
                 .to_owned()

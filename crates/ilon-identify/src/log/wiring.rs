@@ -11,6 +11,8 @@ use crate::motion::Window;
 
 /// What is explained of a motion below which it is not the robot's as it is stated.
 const EXPLAINED: f64 = 0.9;
+/// Less of the motion than this in turns does not show their unit.
+const TURNS: f64 = 0.05;
 /// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
 const OFF_RAD: f64 = 0.4;
 
@@ -19,12 +21,13 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
     let model = Model::new(robot, &[]).ok()?;
     let matrix = model.twist_matrix(&[])?;
     let lever_m = Parameter::Lever.nominal(robot);
+    let windows = &usual(windows, &matrix)[..];
     let stated = Guess::of(windows, &matrix, lever_m, false);
     if !stated.scale.is_finite() {
         return None;
     }
     // The unit of a heading shows in turns alone, and spoils all else.
-    if stated.turns > 0.2 {
+    if stated.turns > TURNS {
         for (factor, unit, other) in [
             (180.0 / PI, "deg", "rad"),
             (PI / 180.0, "rad", "deg"),
@@ -107,6 +110,25 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
     ))
 }
 
+/// All but the tenth whose ways fit those of the wheels least: there the tracker may have jumped or frozen.
+fn usual<'w>(windows: &[&'w Window], matrix: &Matrix3xX<f64>) -> Vec<&'w Window> {
+    let size = |way: [f64; 3]| libm::hypot(way[0], way[1]);
+    let ways: Vec<[f64; 2]> = windows
+        .iter()
+        .map(|window| [size(window.seen), size(window.of_wheels(matrix))])
+        .collect();
+    let sum = |column: usize| {
+        let mut column: Vec<f64> = ways.iter().map(|way| way[column]).collect();
+        super::middle(&mut column)
+    };
+    let ratio = sum(0) / sum(1).max(1e-12);
+    let off = |index: usize| (ways[index][0] - ratio * ways[index][1]).abs();
+    let mut order: Vec<usize> = (0..windows.len()).collect();
+    order.sort_by(|a, b| off(*a).total_cmp(&off(*b)));
+    order.truncate((windows.len() * 9).div_ceil(10));
+    order.iter().map(|index| windows[*index]).collect()
+}
+
 /// Factors between units that are easily taken for each other.
 const FACTORS: [(f64, &str); 12] = [
     (1000.0, "lengths in mm that are stated in m"),
@@ -140,10 +162,10 @@ fn scale_doubt(stated: &Guess) -> Option<Doubt> {
     if (0.55..=1.8).contains(&ratio) {
         return None;
     }
-    let is_turn_too = stated.turns > 0.2 && near(stated.turn_scale.abs(), ratio);
+    let is_turn_too = stated.turns > TURNS && near(stated.turn_scale.abs(), ratio);
     let known = FACTORS.iter().find(|(factor, words)| {
         // A wrong unit of wheels shows in turns as well, one of lengths does not.
-        let fits = stated.turns <= 0.2 || words.starts_with("wheel") == is_turn_too;
+        let fits = stated.turns <= TURNS || words.starts_with("wheel") == is_turn_too;
         (ratio / factor - 1.0).abs() < 0.2 && fits
     });
     let help = match known {
@@ -251,7 +273,7 @@ impl Guess {
             scale,
             turned_rad: libm::atan2(c[1], c[0]),
             turn_scale,
-            turns: all_turn / all,
+            turns: tt * lever_m * lever_m / (ww + tt * lever_m * lever_m),
         }
     }
 }
