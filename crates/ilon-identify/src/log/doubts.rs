@@ -144,7 +144,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, doubts: &mut Vec<Doubt>) {
         } else if sizes_alike && jumps.len() > 1 {
             format!(
                 "the counter overflows every {} turns: unwrap it before it is logged",
-                shown(step.abs() / TAU)
+                shown((step - steps[first.saturating_sub(1)]).abs() / TAU)
             )
         } else if to_start {
             "the counter was set to zero there: use the part before or after, `from_s` and `to_s` of the run".to_owned()
