@@ -5,6 +5,7 @@
 //! | `run`, `trace` | whole runs, and what they recorded |
 //! | `simulation`, `moments` | a robot that is driven step by step |
 //! | `study` | many runs of a scenario under keys that vary |
+//! | `identify` | what a robot really is, fitted to logs |
 //! | `track` | the learning task, for many robots at once |
 //! | `tools` | inspect, generate, compare, judge, the command |
 //! | `xacro` | the xacro of ROS |
@@ -14,6 +15,7 @@
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod errors;
+mod identify;
 mod moments;
 mod run;
 mod scenario;
@@ -28,6 +30,8 @@ mod xacro;
 /// The compiled half of `ilon`.
 #[pyo3::pymodule]
 mod _ilon {
+    #[pymodule_export]
+    use crate::identify::identify;
     #[pymodule_export]
     use crate::moments::{Desired, Observation, Outcome, Truth};
     #[pymodule_export]

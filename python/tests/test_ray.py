@@ -42,7 +42,7 @@ def folder(tmp_path_factory, assets):
     """A folder with a scenario of a second, and with studies of it."""
     folder = tmp_path_factory.mktemp("studies")
     (folder / "short.toml").write_text(
-        f"robot.file = '{assets / 'robots' / 'mecanum4.urdf'}'\ntwist.vy_m_s = 0.3\nrun.duration_s = 1.0\n"
+        f"robot.file = '{assets / 'robots' / 'mecanum4.urdf'}'\ntwist = {{ vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.1, settle_s = 0.1 }}\nrun.duration_s = 1.0\n"
     )
     studies = {
         "grid": "[axes]\nworld.floor.friction = { from = 0.03, to = 0.8, steps = 12 }\n",

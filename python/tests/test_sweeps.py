@@ -21,7 +21,7 @@ def folder(tmp_path_factory, assets):
     """A folder with a scenario of half a second."""
     folder = tmp_path_factory.mktemp("studies")
     (folder / "short.toml").write_text(
-        f"robot.file = '{assets / 'robots' / 'mecanum4.urdf'}'\ntwist.vy_m_s = 0.3\nrun.duration_s = 0.5\n"
+        f"robot.file = '{assets / 'robots' / 'mecanum4.urdf'}'\ntwist = {{ vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.1, settle_s = 0.1 }}\nrun.duration_s = 0.5\n"
     )
     (folder / "study.toml").write_text(f'scenario = "short.toml"\n[axes]\nworld.floor.friction = {FRICTIONS}\n')
     return folder
@@ -129,9 +129,9 @@ def test_shards_are_merged_to_the_same_bytes(study, tmp_path):
 
 
 def test_traces_are_kept_where_the_study_says(study, tmp_path):
-    ilon.sweep({**study, "keep": "worst 1", "quantities": ["slip_energy_j"]}, out=tmp_path)
+    sweep = ilon.sweep({**study, "keep": "worst 1", "quantities": ["slip_energy_j"]}, out=tmp_path)
     (kept,) = (tmp_path / "kept").iterdir()
-    assert kept.name == "run_000000"
+    assert kept.name == f"run_{np.argmax(sweep['slip_energy_j']):06}"
     assert {path.name for path in kept.iterdir()} >= {"summary.json", "trace.parquet", "scenario.toml"}
 
 

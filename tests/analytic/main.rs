@@ -6,6 +6,7 @@ mod bearings;
 mod feedforward;
 mod grip;
 mod rollers;
+mod treads;
 
 use ilon::scenario::Setting;
 use ilon::{Run, Scenario};

@@ -41,6 +41,8 @@ pub mod desk;
 pub mod foxglove;
 pub mod pace;
 mod page;
+#[cfg(any(feature = "ros2", feature = "foxglove"))]
+mod parameters;
 #[cfg(feature = "ros2")]
 pub mod ros2;
 pub mod server;

@@ -43,7 +43,10 @@ where
 /// # Errors
 /// Where the rows cannot be read.
 pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<String, R::Error> {
-    let duration_s = |rows: &R| rows.row_count() as f64 * rows.header().control_dt_s;
+    let duration_s = |rows: &R| -> Result<f64, R::Error> {
+        let last_s = rows.values("t_s")?.last().copied().flatten();
+        Ok(last_s.map_or(0.0, |last_s| rows.header().row_end_s(last_s)))
+    };
     let lead = match found.first() {
         None => "<p class=\"lead\">The run is its baseline.</p>".to_owned(),
         Some(first) => format!("<p class=\"lead\">{}.</p>", escape(&first.to_string())),
@@ -60,8 +63,8 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
             ),
             format!(
                 "<b>{:.2} s</b>, the baseline {:.2} s",
-                duration_s(run),
-                duration_s(baseline)
+                duration_s(run)?,
+                duration_s(baseline)?
             ),
         ],
         lead,
@@ -119,7 +122,7 @@ fn around_the_first<R: Rows>(
     run: &R,
     baseline: &R,
 ) -> Result<Figure, R::Error> {
-    let half_s = ROWS_AROUND as f64 * run.header().control_dt_s;
+    let half_s = ROWS_AROUND as f64 * run.header().row_dt_s();
     let near = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
         let mut points = points(rows, &one.signal)?;
         points.retain(|(t_s, _)| (t_s - one.first_s).abs() <= half_s);

@@ -304,9 +304,10 @@ impl Gathered {
             }
         }
         let terms = Terms::of(record).named();
+        let span_s = header.row_span_s(record.t_s);
         for (way, (_, term)) in self.ways.iter_mut().zip(terms) {
-            way.way_mm += 1e3 * term.linear_m_s().norm() * header.control_dt_s;
-            way.turn_deg += term.omega_rad_s.abs().to_degrees() * header.control_dt_s;
+            way.way_mm += 1e3 * term.linear_m_s().norm() * span_s;
+            way.turn_deg += term.omega_rad_s.abs().to_degrees() * span_s;
         }
         self.grown.add(Grown {
             t_s: record.t_s,

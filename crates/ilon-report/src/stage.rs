@@ -209,6 +209,75 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
     }))
 }
 
+/// Several runs side by side as HTML, each in a scene of its own, under one slider.
+pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
+    let pictures: String = runs
+        .iter()
+        .enumerate()
+        .map(|(index, (name, scene))| {
+            let name = escape(name);
+            let label =
+                format!("{name}: the robot, its rollers and its contacts in three dimensions");
+            format!(
+                "<div class=\"panel\"><h4>{name}</h4>\n{}</div>\n",
+                picture(index, &label, scene)
+            )
+        })
+        .collect();
+    figure(
+        &Stage {
+            title: "The runs together",
+            label: "",
+            scene: None,
+            wheels: &[],
+            views: RUN_VIEWS,
+            is_run: false,
+            track: String::new(),
+            clock: clock(ends_s[0], ends_s[1], &[]),
+            help: "The slider moves all pictures and the cursor of every figure over time; a click in such a figure goes there. Space \
+                   plays, arrows step.",
+        },
+        &format!("<div class=\"panels scenes\">{pictures}</div>\n"),
+        &views(RUN_VIEWS),
+        RUN_LEGEND,
+    )
+}
+
+/// A canvas and the scene that is drawn on it.
+fn picture(index: usize, label: &str, scene: &str) -> String {
+    let id = match index {
+        0 => "scene-data".to_owned(),
+        index => format!("scene-data-{index}"),
+    };
+    format!(
+        "<div class=\"scene-stage\"><canvas aria-label=\"{label}\" data-scene=\"{id}\"></canvas></div>\n\
+         <script type=\"application/json\" id=\"{id}\">{scene}</script>\n"
+    )
+}
+
+/// The buttons of views.
+fn views(views: &[(&str, &str)]) -> String {
+    let buttons: String = views
+        .iter()
+        .map(|(view, word)| format!("<button type=\"button\" data-view=\"{view}\">{word}</button>"))
+        .collect();
+    format!("<span class=\"views\">{buttons}</span>")
+}
+
+/// The views of a run.
+const RUN_VIEWS: &[(&str, &str)] = &[
+    ("follow", "Follow"),
+    ("whole", "Whole run"),
+    ("top", "From above"),
+];
+
+/// What the colours in the scene of a run mean.
+const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
+     <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
+     <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
+     <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
+     <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>";
+
 /// What stands on a stage.
 struct Stage<'a> {
     title: &'a str,
@@ -229,26 +298,15 @@ struct Stage<'a> {
 }
 
 fn stage(of: &Stage) -> String {
-    let picture = of.scene.map_or_else(
+    let shown = of.scene.map_or_else(
         || "<p class=\"lead\">The robot is not drawn: the trace does not carry what describes it.</p>\n".to_owned(),
-        |scene| {
-            format!(
-                "<div class=\"scene-stage\"><canvas aria-label=\"{}\"></canvas></div>\n\
-                 <script type=\"application/json\" id=\"scene-data\">{scene}</script>\n",
-                of.label
-            )
-        },
+        |scene| picture(0, of.label, scene),
     );
     let wheels: String = of
         .wheels
         .iter()
         .enumerate()
         .map(|(index, name)| format!("<option value=\"{index}\">{}</option>", escape(name)))
-        .collect();
-    let views: String = of
-        .views
-        .iter()
-        .map(|(view, word)| format!("<button type=\"button\" data-view=\"{view}\">{word}</button>"))
         .collect();
     let ghost = if of.is_run {
         "<label><input type=\"checkbox\" class=\"ghost\" checked> Ideal kinematics</label>"
@@ -257,20 +315,19 @@ fn stage(of: &Stage) -> String {
     };
     let scene_controls = of.scene.map_or_else(String::new, |_| {
         format!(
-            "<span class=\"views\">{views}</span>\
-             <label>Close-up <select class=\"wheel\"><option value=\"\">none</option>{wheels}</select></label>{ghost}"
+            "{}<label>Close-up <select class=\"wheel\"><option value=\"\">none</option>{wheels}</select></label>{ghost}",
+            views(of.views)
         )
     });
     let legend = match of.scene {
-        Some(_) if of.is_run => {
-            "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics would be</li>\
-             <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
-             <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
-             <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
-             <li style=\"--c:var(--scene-slip)\">sliding velocity</li></ul>"
-        }
+        Some(_) if of.is_run => RUN_LEGEND,
         _ => "",
     };
+    figure(of, &shown, &scene_controls, legend)
+}
+
+/// The figure around pictures, with the slider that moves them.
+fn figure(of: &Stage, pictures: &str, scene_controls: &str, legend: &str) -> String {
     let jumps = if of.is_run {
         "<button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
          <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button>"
@@ -278,7 +335,7 @@ fn stage(of: &Stage) -> String {
         ""
     };
     format!(
-        "<figure id=\"run-view\"><figcaption><h2>{title}</h2></figcaption>\n{picture}\
+        "<figure id=\"run-view\"><figcaption><h2>{title}</h2></figcaption>\n{pictures}\
          <div class=\"track\">{track}<div class=\"lane-line\"><label class=\"lane-name\" for=\"time\">time</label>\
          <input id=\"time\" class=\"time\" type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"0\"></div></div>\n\
          <p class=\"said\">&nbsp;</p>\n\

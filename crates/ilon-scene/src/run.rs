@@ -50,9 +50,9 @@ pub fn frames_of_run<R: Rows>(
     robot: &Robot,
     thinning: Thinning,
 ) -> Result<Frames, R::Error> {
-    let period_s = rows.header().control_dt_s;
+    let row_dt_s = rows.header().row_dt_s();
     let row_count = rows.row_count();
-    let stride = thinning.stride(row_count, period_s);
+    let stride = thinning.stride(row_count, row_dt_s);
     let kept = |row: usize| row.is_multiple_of(stride) || row + 1 == row_count;
     let mut angles: Vec<Vec<f64>> = robot
         .wheels
@@ -71,7 +71,7 @@ pub fn frames_of_run<R: Rows>(
                     .get_mut(wheel.roller as usize)
                     .filter(|_| wheel.touching)
                 {
-                    *angle += wheel.roller_spin_rad_s * period_s;
+                    *angle += wheel.roller_spin_rad_s * rows.header().row_span_s(record.t_s);
                 }
             }
             row += 1;

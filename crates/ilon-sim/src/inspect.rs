@@ -1,7 +1,7 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
 use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
-use ilon_robot::{Loaded, Robot, Wheel, WheelOutline};
+use ilon_robot::{Loaded, Robot, RollerSurface, Wheel, WheelOutline};
 use serde::Serialize;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
@@ -62,7 +62,56 @@ pub struct WheelInspection {
     pub effort_n_m: Option<f64>,
     /// The largest rate of its motor, in rad/s; `None` where the file sets none.
     pub velocity_rad_s: Option<f64>,
+    /// What its rollers touch the ground with; `None` of rigid rollers that roll without loss.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceInspection>,
 }
+
+/// What rollers that give, or drag, touch the ground with, as it is understood: defaults filled in.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SurfaceInspection {
+    /// Drag per load.
+    pub rolling_resistance: f64,
+    /// The tread; `None` of rigid rollers.
+    pub tread: Option<TreadInspection>,
+}
+
+/// A tread under the load of its robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TreadInspection {
+    /// Stiffness along the ground's normal, in N/m.
+    pub stiffness_n_m: f64,
+    /// Damping along the normal, in N s/m.
+    pub damping_n_s_m: f64,
+    /// Stiffness across the normal, in N/m.
+    pub shear_stiffness_n_m: f64,
+    /// Damping across the normal, in N s/m.
+    pub shear_damping_n_s_m: f64,
+    /// The way over which sheared tread is renewed, in metres; `None` where it is not.
+    pub relaxation_length_m: Option<f64>,
+    /// By how much a roller that carries the wheel's share of the weight alone gives, in metres.
+    pub sag_m: f64,
+}
+
+impl SurfaceInspection {
+    fn of(surface: &RollerSurface, load_kg: f64) -> Option<Self> {
+        let tread = surface.tread.map(|tread| TreadInspection {
+            stiffness_n_m: tread.stiffness_n_m,
+            damping_n_s_m: tread.damping_under_n_s_m(load_kg),
+            shear_stiffness_n_m: tread.shear_n_m(),
+            shear_damping_n_s_m: tread.shear_damping_under_n_s_m(load_kg),
+            relaxation_length_m: tread.relaxation_length_m,
+            sag_m: load_kg * STANDARD_GRAVITY_M_S2 / tread.stiffness_n_m,
+        });
+        (*surface != RollerSurface::default()).then_some(Self {
+            rolling_resistance: surface.rolling_resistance,
+            tread,
+        })
+    }
+}
+
+/// As a scenario has it where it says nothing.
+const STANDARD_GRAVITY_M_S2: f64 = 9.81;
 
 /// How fast a robot can be within the rates of its wheels.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -100,10 +149,15 @@ impl Inspection {
             .map(|wheel| wheel.motor.velocity_rad_s)
             .collect();
         let finite = |x: f64| x.is_finite().then_some(x);
+        let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
         Ok(Self {
             name: robot.name.clone(),
             mass_kg: robot.mass_kg(),
-            wheels: robot.wheels.iter().map(WheelInspection::of).collect(),
+            wheels: robot
+                .wheels
+                .iter()
+                .map(|wheel| WheelInspection::of(wheel, load_kg))
+                .collect(),
             m: arrangement
                 .m
                 .row_iter()
@@ -127,7 +181,7 @@ impl Inspection {
 }
 
 impl WheelInspection {
-    fn of(wheel: &Wheel) -> Self {
+    fn of(wheel: &Wheel, load_kg: f64) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let largest =
             |of: fn(&ilon_robot::Roller) -> f64| wheel.rollers.iter().map(of).fold(0.0, f64::max);
@@ -144,6 +198,7 @@ impl WheelInspection {
             mass_kg: wheel.hub.mass_kg + rollers_kg,
             effort_n_m: finite(wheel.motor.effort_n_m),
             velocity_rad_s: finite(wheel.motor.velocity_rad_s),
+            surface: SurfaceInspection::of(&wheel.surface, load_kg),
         }
     }
 }

@@ -317,3 +317,143 @@ fn a_damaged_bag_never_ends_in_a_panic() {
     // What was cut in its last chunk still says what came before.
     assert!(played > 0);
 }
+
+/// A folder with a log of twists, and what it comes to.
+fn played(log: &str, further: &str) -> Run {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log.csv"), log).expect("a file");
+    ran(
+        folder.path(),
+        &format!("[playback]\nfile = \"log.csv\"\ndrives = \"twist\"\n{further}"),
+    )
+}
+
+/// Rows of 0.2 m/s ahead at times of some unit, 10 ms apart.
+fn ahead(name: &str, time: impl Fn(u64) -> String) -> String {
+    let rows: String = (0..=60)
+        .map(|row| format!("{},0.2,0,0\n", time(row)))
+        .collect();
+    format!("{name},vx_m_s,vy_m_s,omega_rad_s\n{rows}")
+}
+
+#[test]
+fn times_since_1970_drive_as_times_since_the_start() {
+    const SINCE_S: u64 = 1_732_255_000;
+    let from_zero = played(&ahead("t_s", |row| format!("{}", 0.01 * row as f64)), "");
+    for log in [
+        ahead("t_s", |row| format!("{SINCE_S}.{:02}", row)),
+        ahead("t_ms", |row| format!("{}", SINCE_S * 1000 + 10 * row)),
+        ahead("t_ns", |row| {
+            format!("{}", (SINCE_S * 100 + row) * 10_000_000)
+        }),
+    ] {
+        let since = played(&log, "");
+        assert_eq!(
+            since.summary.trace_hash,
+            from_zero.summary.trace_hash,
+            "{}",
+            &log[..40]
+        );
+    }
+}
+
+#[test]
+fn poses_that_come_late_begin_where_the_simulated_robot_is_by_then() {
+    // The real robot does what is asked of it, in a frame of its own: turned by a right angle, 3 m away.
+    let log = |from_row: u64| {
+        let rows: String = (0..=60)
+            .map(|row| {
+                let measured = match row >= from_row {
+                    true => format!("3,{},90", 0.002 * row as f64),
+                    false => ",,".to_owned(),
+                };
+                format!("{},0.2,0,0,{measured}\n", 0.01 * row as f64)
+            })
+            .collect();
+        format!(
+            "t_s,vx_m_s,vy_m_s,omega_rad_s,measured_x_m,measured_y_m,measured_heading_deg\n{rows}"
+        )
+    };
+    let (whole, late) = (played(&log(0), ""), played(&log(30), ""));
+    let at = |run: &Run, row: usize| run.trace.records()[row];
+    assert_eq!(at(&late, 29).measured, None);
+    let first = at(&late, 30);
+    let measured = first.measured.expect("a pose");
+    assert!((measured.position_m() - first.truth.pose.position_m()).norm() < 1e-12);
+    assert!(first.truth.pose.x_m > 0.04, "it had hardly moved");
+    for run in [&whole, &late] {
+        // From then on both move by 2 mm a row, ahead.
+        let way =
+            at(run, 50).measured.expect("a pose").x_m - at(run, 30).measured.expect("a pose").x_m;
+        assert!((way - 0.04).abs() < 1e-9, "{way}");
+    }
+}
+
+#[test]
+fn angles_that_jump_at_half_a_turn_drive_as_angles_that_go_on() {
+    let log = |angle: fn(f64) -> f64| {
+        let names = ["front_left", "front_right", "rear_left", "rear_right"];
+        let header: Vec<String> = names
+            .iter()
+            .map(|name| format!("{name}_angle_rad"))
+            .collect();
+        let rows: String = (0..=60)
+            .map(|row| {
+                let turned = angle(0.1 * f64::from(row));
+                format!(
+                    "{},{turned},{turned},{turned},{turned}\n",
+                    0.01 * f64::from(row)
+                )
+            })
+            .collect();
+        format!("t_s,{}\n{rows}", header.join(","))
+    };
+    let way_m = |angle| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("log.csv"), log(angle)).expect("a file");
+        let motion = "[playback]\nfile = \"log.csv\"\ndrives = \"wheel_angles\"\n";
+        ran(folder.path(), motion).summary.travelled_m
+    };
+    let (on, wrapped) = (way_m(|angle| angle), way_m(ilon_sim::robot::wrap_angle));
+    assert!(on > 0.2 && (on - wrapped).abs() < 1e-6, "{on} {wrapped}");
+}
+
+#[test]
+fn rows_and_keys_that_would_be_ignored_are_refused() {
+    let said = |log: &str, further: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("log.csv"), log).expect("a file");
+        refused(
+            folder.path(),
+            &format!("[playback]\nfile = \"log.csv\"\ndrives = \"twist\"\n{further}"),
+        )
+    };
+    let header = "t_s,vx_m_s,vy_m_s,omega_rad_s\n";
+    let partly = said(&format!("{header}0,0.1,0,0\n1,,0,0\n"), "");
+    assert!(partly.contains("line 3: `vx_m_s` is \"\""), "{partly}");
+    let word = said(&format!("{header}0,0.1,0,0\n1,abc,,0\n"), "");
+    assert!(word.contains("line 3"), "{word}");
+    let time = said(&format!("{header}noon,0.1,0,0\n1,0.1,0,0\n"), "");
+    assert!(
+        time.contains("line 2: `t_s` is \"noon\", but must be a time"),
+        "{time}"
+    );
+    let semicolons = said("t_s;vx_m_s;vy_m_s;omega_rad_s\n0;1;2;3\n", "");
+    assert!(
+        semicolons.contains("its columns are divided by ';'"),
+        "{semicolons}"
+    );
+    let one_row = said(&format!("{header}0,0.1,0,0\n"), "");
+    assert!(one_row.contains("one row alone"), "{one_row}");
+    let names = said(
+        &format!("{header}0,0.1,0,0\n1,0.1,0,0\n"),
+        "names = { vz_m_s = \"foo\" }\n",
+    );
+    assert!(
+        names.contains("`playback.names.vz_m_s` names nothing"),
+        "{names}"
+    );
+    // What is known by no value at all is left out, as a log of something slower beside others does.
+    let rows = format!("{header}0,0.1,0,0\n0.5,,,\n1,0.1,0,0\n");
+    assert!(played(&rows, "").summary.travelled_m > 0.0);
+}

@@ -176,6 +176,30 @@ impl Sink for Counting {
 }
 
 #[test]
+fn a_thinned_record_is_of_the_same_run() {
+    let all = simulation("").run();
+    let last = |run: &ilon_sim::Run| *run.trace.records().last().expect("rows");
+    // 50 control periods, and more of them between rows than the run has.
+    for every in [2, 7, 49, 50, 4000] {
+        let thin = simulation(&format!("record_every = {every}")).run();
+        let (found, expected) = (&thin.summary, &all.summary);
+        assert_eq!(found.duration_s, expected.duration_s, "{every}");
+        assert_eq!(found.steps, expected.steps, "{every}");
+        assert_eq!(found.control_dt_s, expected.control_dt_s, "{every}");
+        assert_eq!(found.energy, expected.energy, "{every}");
+        let (ours, theirs) = (last(&thin), last(&all));
+        assert_eq!(
+            (ours.t_s, ours.truth),
+            (theirs.t_s, theirs.truth),
+            "{every}"
+        );
+        let row_count = thin.scenario.run.row_count();
+        assert_eq!(thin.trace.row_count() as u64, row_count, "{every}");
+        assert_eq!(thin.scenario.run.last_row_s(), ours.t_s, "{every}");
+    }
+}
+
+#[test]
 fn every_sink_takes_every_row() {
     let simulation = simulation("roller_angles_hz = 25");
     let header = simulation.trace().header.clone();

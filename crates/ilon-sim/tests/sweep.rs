@@ -1,60 +1,16 @@
 //! Studies: the same rows whoever makes them and however often they are stopped, and faults in words.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+mod support;
+
 use ilon_sim::sweep::{
-    Findings, Options, Question, Row, Status, Store, Study, figure_index, sweep, write_results,
+    Options, Question, Status, Store, Study, figure_index, sweep, write_results,
 };
 use ilon_sim::{Error, Scenario};
-
-/// A folder with a scenario of half a second, and the description of its robot.
-struct Folder(tempfile::TempDir);
-
-const SCENARIO: &str = "robot.file = \"mecanum4.toml\"\n[twist]\nvy_m_s = 0.3\nrest_s = 0.1\nramp_s = 0.1\nsettle_s = 0.1\n\
-                        [run]\nduration_s = 0.5\n";
-
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
-        std::fs::copy(robots.join("mecanum4.toml"), folder.path("mecanum4.toml")).unwrap();
-        folder.write("base.toml", SCENARIO);
-        folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        std::fs::write(self.path(name), text).unwrap();
-        self.path(name)
-    }
-
-    fn study(&self, text: &str) -> Result<Study, Error> {
-        Study::load(self.write("study.toml", &format!("scenario = \"base.toml\"\n{text}")))
-    }
-
-    fn rows(&self, text: &str) -> Vec<Row> {
-        let store = Store::in_memory();
-        run(&self.study(text).unwrap(), &store);
-        store.rows()
-    }
-}
-
-fn run(study: &Study, store: &Store) -> Findings {
-    sweep(study, store, &Options::default(), &|_| ()).unwrap()
-}
-
-fn message(result: Result<impl std::fmt::Debug, Error>) -> (String, String) {
-    match result.unwrap_err() {
-        Error::Scenario(fault) => (fault.message.clone(), fault.help.clone()),
-        Error::Invalid { message, help } => (message, help),
-        other => (other.to_string(), String::new()),
-    }
-}
+use support::{Folder, SCENARIO, message, run};
 
 const GRID: &str =
     "[axes]\nworld.floor.friction = [0.02, 0.6]\nrobot.spec.rollers.per_row = [8, 9, 12]\n";
@@ -426,7 +382,7 @@ fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
     assert!(!found.crossings.is_empty(), "{found:?}");
     for crossing in &found.crossings {
         assert!(
-            crossing.is_narrow && crossing.below_key - crossing.above_key <= 0.02,
+            crossing.is_narrow && crossing.key_above - crossing.key_below <= 0.02,
             "{crossing:?}"
         );
         let slip_j = |friction: f64| {
@@ -438,7 +394,7 @@ fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
                 .slip_energy_j
                 .unwrap()
         };
-        let (low, high) = (slip_j(crossing.above_key), slip_j(crossing.below_key));
+        let (low, high) = (slip_j(crossing.key_below), slip_j(crossing.key_above));
         assert!((low > 0.1) != (high > 0.1), "{low} {high}");
     }
     drop(store);

@@ -35,7 +35,8 @@ impl Summary {
         }
         let trace_hash = crate::hash::hash_of_rows(rows)?;
 
-        let duration_s = rows.row_count() as f64 * header.control_dt_s;
+        let last_s = run.last.map(|last| last.t_s);
+        let duration_s = last_s.map_or(0.0, |last_s| header.row_end_s(last_s));
         let (twist_ideal_mean, twist_contact_mean) =
             (run.twist_ideal.get(), run.twist_contact.get());
         let driven = run.driven(twist_ideal_mean, settings.driven_share);
@@ -97,7 +98,7 @@ impl Summary {
             odometry_ideal: reckoning.ideal,
             odometry_contact: reckoning.contact,
             ledger: run.ledger,
-            energy: energy(run.first.as_ref(), run.last.as_ref()),
+            energy: energy(header, run.first.as_ref(), run.last.as_ref()),
             wheels,
         })
     }
@@ -119,8 +120,8 @@ struct Accumulator {
     reckoning: odometry::Accumulator,
     ledger: Ledger,
     residual_m_s: Largest,
-    /// The pose of the last row within the window of the means.
-    measured: Option<Pose>,
+    /// The pose of the last row within the window of the means, and for how many control periods it stands.
+    measured: Option<(Pose, f64)>,
     first: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelAccumulator>,
@@ -177,22 +178,24 @@ impl Accumulator {
             let gives_way = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
             self.saturated.add(f64::from(u8::from(gives_way)));
         }
+        let periods = header.row_periods(record.t_s);
         if header.is_measured(record.t_s) {
             // What the robot moved by since the last row, and not how it moves now: rollers that hand over between two rows
             // change its velocity.
-            if let Some(before) = self.measured.replace(record.truth.pose) {
+            if let Some((before, periods)) = self.measured.replace((record.truth.pose, periods)) {
                 let moved = before.displacement_to(&record.truth.pose);
-                self.twist.add(moved.scaled(1.0 / header.control_dt_s));
+                self.twist
+                    .add_sum(moved.scaled(1.0 / header.control_dt_s), periods);
             }
-            self.twist_ideal.add(record.twist_ideal);
-            self.twist_contact.add(record.twist_contact);
+            self.twist_ideal.add(record.twist_ideal, periods);
+            self.twist_contact.add(record.twist_contact, periods);
             let v = record.twist_ideal;
             let speed_m_s = libm::hypot(v.vx_m_s, v.vy_m_s);
             self.ideal_speed_m_s
                 .add(libm::hypot(speed_m_s, self.arm_m * v.omega_rad_s));
         }
         self.reckoning.add(record);
-        self.ledger.add(record, header.control_dt_s);
+        self.ledger.add(record, header.row_span_s(record.t_s));
         self.residual_m_s.add(record.contact_residual_m_s);
         self.first.get_or_insert(*record);
         self.last = Some(*record);
@@ -254,21 +257,27 @@ impl ErrorAccumulator {
     }
 }
 
-/// A mean twist, component by component.
+/// A mean twist over time, component by component.
 #[derive(Clone, Copy, Default)]
 struct MeanTwist {
     sum: Twist,
-    count: u64,
+    periods: f64,
 }
 
 impl MeanTwist {
-    fn add(&mut self, twist: Twist) {
-        self.sum = self.sum + twist;
-        self.count += 1;
+    /// Adds a twist that stands for so many control periods.
+    fn add(&mut self, twist: Twist, periods: f64) {
+        self.add_sum(twist.scaled(periods), periods);
+    }
+
+    /// Adds what twists come to over so many control periods.
+    fn add_sum(&mut self, sum: Twist, periods: f64) {
+        self.sum = self.sum + sum;
+        self.periods += periods;
     }
 
     fn get(self) -> Option<Twist> {
-        (self.count > 0).then(|| self.sum.scaled(1.0 / self.count as f64))
+        (self.periods > 0.0).then(|| self.sum.scaled(1.0 / self.periods))
     }
 }
 
@@ -349,11 +358,21 @@ fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> Twi
     }
 }
 
-/// Below this energy turned over, in J, a share of it says nothing.
-const LEAST_TURNED_OVER_J: f64 = 1e-3;
+/// Below the energy that lifts the robot by this share of its largest wheel's radius, a share of what was turned over says nothing: the
+/// poses of the world, of single precision, leave about a hundredth of it open.
+const LEAST_LIFT: f64 = 1e-4;
+
+/// The weight of a mass at rest on the ground, in N/kg.
+const GRAVITY_M_S2: f64 = 9.81;
+
+/// The energy turned over from which on a share of it says something, in J.
+fn least_turned_over_j(header: &Header) -> f64 {
+    let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
+    LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)
+}
 
 /// The energy balance between the first and the last record.
-fn energy(first: Option<&Record>, last: Option<&Record>) -> Energy {
+fn energy(header: &Header, first: Option<&Record>, last: Option<&Record>) -> Energy {
     let (Some(first), Some(last)) = (first, last) else {
         return Energy::default();
     };
@@ -378,7 +397,7 @@ fn energy(first: Option<&Record>, last: Option<&Record>) -> Energy {
         impact_j: finite(impact_j),
         unexplained_j: finite(unexplained_j),
         unexplained_share: finite(unexplained_j / turned_over_j)
-            .filter(|_| turned_over_j >= LEAST_TURNED_OVER_J),
+            .filter(|_| turned_over_j >= least_turned_over_j(header)),
     }
 }
 

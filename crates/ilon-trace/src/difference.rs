@@ -26,14 +26,21 @@ impl std::fmt::Display for Difference {
         let value = |value: Option<f64>| value.map_or("nothing".to_owned(), number);
         write!(
             f,
-            "{} leaves its baseline at {} s: {}, was {}; at worst {} off, where {} is allowed",
+            "{} leaves its baseline at {} s: {}, was {}; ",
             self.signal,
             self.first_s,
             value(self.run),
-            value(self.baseline),
-            number(self.worst),
-            number(self.tolerance)
-        )
+            value(self.baseline)
+        )?;
+        match self.worst.is_finite() {
+            true => write!(
+                f,
+                "at worst {} off, where {} is allowed",
+                number(self.worst),
+                number(self.tolerance)
+            ),
+            false => f.write_str("in places only one of them is a number"),
+        }
     }
 }
 
@@ -65,11 +72,11 @@ pub fn differences<R: Rows>(
         .collect();
     names.extend(more);
     let mut found = Vec::new();
+    let times_s = (run.values("t_s")?, baseline.values("t_s")?);
     for name in names {
         let tolerance = tolerance_of(&name, tolerances);
         let (ours, theirs) = (run.values(&name)?, baseline.values(&name)?);
-        let dt_s = run.header().control_dt_s;
-        found.extend(difference(&ours, &theirs, dt_s, name, tolerance));
+        found.extend(difference(&ours, &theirs, &times_s, name, tolerance));
     }
     found.sort_by(|a, b| a.first_s.total_cmp(&b.first_s));
     Ok(found)
@@ -78,7 +85,7 @@ pub fn differences<R: Rows>(
 fn difference(
     ours: &[Option<f64>],
     theirs: &[Option<f64>],
-    dt_s: f64,
+    times_s: &(Vec<Option<f64>>, Vec<Option<f64>>),
     signal: String,
     tolerance: f64,
 ) -> Option<Difference> {
@@ -93,7 +100,9 @@ fn difference(
     };
     let first = (0..rows).find(|row| off(*row) > tolerance)?;
     Some(Difference {
-        first_s: first as f64 * dt_s,
+        first_s: at(&times_s.0, first)
+            .or(at(&times_s.1, first))
+            .unwrap_or(0.0),
         baseline: at(theirs, first),
         run: at(ours, first),
         worst: (0..rows).map(off).fold(0.0, f64::max),

@@ -110,11 +110,11 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// The ledger of a run. Each record holds for the control period it starts.
+    /// The ledger of a run. Each record holds until the next.
     pub fn of(trace: &Trace) -> Self {
         let mut ledger = Self::default();
         for record in trace.records() {
-            ledger.add(record, trace.header.control_dt_s);
+            ledger.add(record, trace.header.row_span_s(record.t_s));
         }
         ledger
     }

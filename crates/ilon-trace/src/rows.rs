@@ -79,19 +79,21 @@ impl Rows for Trace {
     }
 }
 
-/// Every `every`-th row from the first on, as a trace of its own whose rows are as much further apart.
+/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as much further apart.
 ///
 /// # Errors
 /// Like [`Rows::each_batch`].
 pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
     let every = every.max(1);
     let mut header = rows.header().clone();
-    header.control_dt_s *= every as f64;
-    let mut thin = Trace::with_capacity(header, rows.row_count().div_ceil(every));
+    let apart = u32::try_from(every).unwrap_or(u32::MAX);
+    header.record_every = header.record_every.max(1).saturating_mul(apart);
+    let row_count = rows.row_count();
+    let mut thin = Trace::with_capacity(header, row_count.div_ceil(every) + 1);
     let mut row = 0;
     rows.each_batch(Projection::All, &mut |chunk| {
         for (place, (record, wheels)) in chunk.steps().enumerate() {
-            if row % every == 0 {
+            if row % every == 0 || row + 1 == row_count {
                 thin.push(*record, wheels);
                 thin.put_roller_angles(chunk.roller_angles_at(place));
             }
@@ -107,13 +109,13 @@ mod tests {
     use crate::sample::made_up_trace;
 
     #[test]
-    fn a_thinned_trace_has_every_so_many_rows_as_much_further_apart() {
+    fn a_thinned_trace_has_every_so_many_rows_as_much_further_apart_and_the_last() {
         let whole = made_up_trace(2, 10, true);
         let Ok(thin) = thinned(&whole, 4);
-        assert_eq!(thin.header.control_dt_s, 4.0 * whole.header.control_dt_s);
+        assert_eq!(thin.header.row_dt_s(), 4.0 * whole.header.row_dt_s());
         let rows: Vec<_> = thin.steps().collect();
-        let expected: Vec<_> = whole.steps().step_by(4).collect();
-        assert_eq!(rows, expected);
+        let all: Vec<_> = whole.steps().collect();
+        assert_eq!(rows, [all[0], all[4], all[8], all[9]]);
     }
 
     #[test]

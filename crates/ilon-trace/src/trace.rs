@@ -30,6 +30,9 @@ pub struct Header {
     pub scenario_toml: String,
     /// The robot's name.
     pub robot_name: String,
+    /// The mass of the robot with its wheels and rollers, in kg; 0 where it is not known.
+    #[serde(default)]
+    pub mass_kg: f64,
     /// The driven wheels, in the robot's order.
     pub wheels: Vec<WheelHeader>,
     /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
@@ -44,8 +47,15 @@ pub struct Header {
     pub task_names: Vec<String>,
     /// The physics step, in seconds.
     pub physics_dt_s: f64,
-    /// The control period, in seconds: the time between records.
+    /// The control period, in seconds.
     pub control_dt_s: f64,
+    /// Control periods from one row to the next; 0, of a trace that does not say, counts as 1. The last control instant of the run is
+    /// a row, whatever this is.
+    #[serde(default)]
+    pub record_every: u32,
+    /// How many control periods the whole run has; 0 where that is not known.
+    #[serde(default)]
+    pub control_periods: u64,
     /// Start of the window over which means are taken, in seconds: of an open-loop run it leaves rest and ramp out.
     pub measure_from_s: f64,
     /// End of that window, in seconds.
@@ -163,6 +173,40 @@ impl Header {
     pub fn is_measured(&self, t_s: f64) -> bool {
         let slack_s = 0.5 * self.control_dt_s;
         t_s > self.measure_from_s - slack_s && t_s < self.measure_to_s - slack_s
+    }
+
+    /// The time between rows, in seconds; the last row of a run may follow sooner.
+    pub fn row_dt_s(&self) -> f64 {
+        self.control_dt_s * self.periods_a_row()
+    }
+
+    /// How long the row of an instant stands, in seconds: until the next row, and the last row of a run for the control period that it
+    /// starts.
+    pub fn row_span_s(&self, t_s: f64) -> f64 {
+        self.control_dt_s * self.row_periods(t_s)
+    }
+
+    /// When the row of an instant ends, in seconds: that of the last row is how long the run was.
+    pub fn row_end_s(&self, t_s: f64) -> f64 {
+        if self.control_dt_s > 0.0 {
+            ((t_s / self.control_dt_s).round() + self.row_periods(t_s)) * self.control_dt_s
+        } else {
+            t_s
+        }
+    }
+
+    /// How many control periods the row of an instant stands.
+    pub(crate) fn row_periods(&self, t_s: f64) -> f64 {
+        let every = self.periods_a_row();
+        if self.control_periods == 0 {
+            return every;
+        }
+        let to_the_last = (self.control_periods - 1) as f64 - (t_s / self.control_dt_s).round();
+        every.min(to_the_last).max(1.0)
+    }
+
+    fn periods_a_row(&self) -> f64 {
+        f64::from(self.record_every.max(1))
     }
 
     /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
@@ -290,9 +334,10 @@ impl Trace {
         self.header.wheels.len()
     }
 
-    /// The simulated time, in seconds: a record stands for the control period that it starts.
+    /// The simulated time at which the last row ends, in seconds; 0 without rows.
     pub fn duration_s(&self) -> f64 {
-        self.records.len() as f64 * self.header.control_dt_s
+        let last = self.records.last();
+        last.map_or(0.0, |last| self.header.row_end_s(last.t_s))
     }
 
     /// Forgets all rows, and keeps their room for others.
@@ -344,6 +389,7 @@ impl Header {
         let finite = |x: f64| x.is_finite().then_some(x);
         Self {
             robot_name: robot.name.clone(),
+            mass_kg: robot.mass_kg(),
             wheels: robot.wheels.iter().map(WheelHeader::of_wheel).collect(),
             chassis_outlines_m: robot
                 .chassis

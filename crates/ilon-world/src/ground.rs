@@ -387,6 +387,11 @@ impl Ground {
         }
     }
 
+    /// Whether everything below a point of the ground is ground too, as below a plane and the boxes on it; below a relief nothing is.
+    pub fn is_solid_below(&self) -> bool {
+        self.has_plane
+    }
+
     /// Whether there is more than a plane.
     pub fn has_solids(&self) -> bool {
         !self.solids.is_empty()

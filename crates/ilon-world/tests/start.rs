@@ -169,6 +169,33 @@ fn beside_a_wall_it_stands_on_the_floor() {
 }
 
 #[test]
+fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
+    let robot = mecanum4();
+    let outermost_m = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.position_m().y.abs())
+        .fold(0.0, f64::max)
+        + 0.06;
+    // 20 um beside the robot, so that it was lowered by as much at a time: 50 million times for a kilometre.
+    for height_m in [3.0, 1e3, 1e6, 1e9] {
+        let wall = solid([-1.0, 1.0], [outermost_m, outermost_m + 0.1], height_m);
+        let world = begin(&robot, &floor(vec![wall]), Pose::default()).expect("a place to stand");
+        let off_m = world.hub_height_m(0) - robot.wheels[0].radius_m;
+        assert!(off_m.abs() < 1e-7, "{height_m}: {off_m}");
+        // Beneath it: it stands there, or is refused, and either is soon known.
+        let beneath = solid([-1.0, 1.0], [-1.0, 1.0], height_m);
+        if let Ok(world) = begin(&robot, &floor(vec![beneath]), Pose::default()) {
+            let above_m = world.hub_height_m(0) - height_m;
+            assert!(
+                above_m >= 0.0 && above_m < 0.06 + 1e-6 * height_m,
+                "{height_m}: {above_m}"
+            );
+        }
+    }
+}
+
+#[test]
 fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
     let mut robot = mecanum4();
     robot.chassis.collisions = vec![Collision {

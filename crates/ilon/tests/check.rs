@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::{FAILS, Folder, HOLDS, ended_with};
+use support::{FAILS, Folder, HOLDS, ended_with, stderr};
 
 /// The number behind a name in the table at the end.
 fn count(printed: &str, name: &str) -> String {
@@ -179,4 +179,41 @@ fn a_scenario_that_is_named_twice_runs_once() {
         let printed = ended_with(0, &folder.ilon(&arguments));
         assert_eq!(count(&printed, "held"), "1", "{paths:?}");
     }
+}
+
+#[test]
+fn bounds_are_not_updated_to_what_other_settings_give() {
+    let folder = Folder::new();
+    let before = folder.read("good.toml");
+    let update = [
+        "check",
+        "good.toml",
+        "--update",
+        "--set",
+        "twist.vx_m_s=0.1",
+    ];
+    let ended = folder.ilon(&update);
+    ended_with(2, &ended);
+    assert!(
+        stderr(&ended).contains("--update would write"),
+        "{}",
+        stderr(&ended)
+    );
+    assert_eq!(folder.read("good.toml"), before);
+}
+
+#[test]
+fn options_that_do_nothing_for_a_study_are_named() {
+    let folder = Folder::new();
+    folder.write(
+        "study.toml",
+        "scenario = \"good.toml\"\naxes.world.floor.friction = [0.5]\nexpect.slip_energy_j = { max = 1e3 }\n",
+    );
+    let ended = folder.ilon(&["check", "study.toml", "--save", "baseline"]);
+    ended_with(0, &ended);
+    let said = stderr(&ended);
+    assert!(
+        said.contains("is a study, of which --save does nothing"),
+        "{said}"
+    );
 }

@@ -367,12 +367,31 @@ fn updated_bounds_hold_the_run_that_they_were_taken_from() {
     );
     assert_code(&folder.ilon(&["check", "good.toml"]), 1);
     let updating = folder.ilon(&["check", "good.toml", "--update", "0.01"]);
+    let said = stdout(&updating);
+    assert_code(&updating, 0);
     assert!(
-        stdout(&updating).contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
+        said.contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
+        "{said}"
+    );
+    // It says what it did, and not that something failed which holds now.
+    assert!(
+        said.starts_with("UPDATED good") && !said.contains("FAILED"),
+        "{said}"
+    );
+    assert_code(&folder.ilon(&["check", "good.toml"]), 0);
+}
+
+#[test]
+fn what_cannot_be_updated_still_fails() {
+    let folder = Folder::new();
+    folder.write("good.toml", &SCENARIO.replace("max = 4.62", "max = 0.1"));
+    let updating = folder.ilon(&["check", "good.toml", "--update", "0.01"]);
+    assert_code(&updating, 1);
+    assert!(
+        stdout(&updating).starts_with("FAILED good"),
         "{}",
         stdout(&updating)
     );
-    assert_code(&folder.ilon(&["check", "good.toml"]), 0);
 }
 
 #[test]
@@ -391,11 +410,13 @@ fn a_thinned_record_keeps_every_so_many_rows_of_the_same_run() {
     let trace =
         |name: &str| ilon::trace::Trace::read_parquet(&folder.path(name)).expect("it was written");
     let (all, thinned) = (trace("a/trace.parquet"), trace("b/trace.parquet"));
+    let last = all.records().len() - 1;
     let kept: Vec<_> = all
         .records()
         .iter()
-        .step_by(5)
-        .map(|record| record.odometry_ideal)
+        .enumerate()
+        .filter(|(row, _)| row % 5 == 0 || *row == last)
+        .map(|(_, record)| record.odometry_ideal)
         .collect();
     let rows: Vec<_> = thinned
         .records()
@@ -403,10 +424,15 @@ fn a_thinned_record_keeps_every_so_many_rows_of_the_same_run() {
         .map(|record| record.odometry_ideal)
         .collect();
     assert_eq!(kept, rows);
-    assert_eq!(
-        folder.json("a/summary.json")["steps"],
-        folder.json("b/summary.json")["steps"]
-    );
+    for figure in [
+        "steps",
+        "duration_s",
+        "control_dt_s",
+        "position_error_final_m",
+    ] {
+        let of = |run: &str| folder.json(&format!("{run}/summary.json"))[figure].clone();
+        assert_eq!(of("a"), of("b"), "{figure}");
+    }
 }
 
 #[test]

@@ -100,6 +100,11 @@ fn cyclonedds_hears_drives_and_steps() {
 }
 
 #[test]
+fn parameters_are_set_by_a_client_of_ros() {
+    holds("parameters");
+}
+
+#[test]
 fn the_environment_counts() {
     holds("environment");
 }

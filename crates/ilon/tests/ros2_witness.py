@@ -623,6 +623,60 @@ def cyclone():
         ilon.goes_on()
 
 
+def parameters():
+    """Parameters are listed, described, read and set by rclpy's own client, over services; the floor turns to ice."""
+    from rclpy.parameter import Parameter
+    from rclpy.parameter_client import AsyncParameterClient
+
+    with Ilon() as ilon:
+        client = Client()
+        truth = client.listen(Odometry, "/ground_truth/odom")
+        commands = client.publish(TwistStamped, "/cmd_vel")
+        asks = AsyncParameterClient(client.node, "ilon")
+        assert asks.wait_for_services(20.0), "the services of parameters do not come"
+
+        def answer(future):
+            wait_for(future.done, "an answer")
+            return future.result()
+
+        names = answer(asks.list_parameters()).result.names
+        assert {"friction", "payload_kg", "paused", "mode", "speed", "resets"} <= set(names), names
+        # Each answer goes to its own question.
+        for name, kind in (("friction", 3), ("mode", 4), ("paused", 1), ("resets", 2), ("other", 0)):
+            assert answer(asks.get_parameters([name])).values[0].type == kind, name
+            assert answer(asks.get_parameter_types([name])).types[0] == kind, name
+            assert answer(asks.describe_parameters([name])).descriptors[0].type == kind, name
+        first, second = asks.get_parameters(["mode"]), asks.get_parameters(["paused"])
+        assert (answer(first).values[0].type, answer(second).values[0].type) == (4, 1)
+
+        def way():
+            answer(asks.set_parameters([Parameter("resets", value=10**6)]))
+            time.sleep(0.5)
+            before = place(truth[-1])
+            repeat(commands, stamped(0.5), 0.6)
+            return place(truth[-1])[0] - before[0]
+
+        matched(commands)
+        floor = way()
+        assert answer(asks.set_parameters([Parameter("friction", value=0.01)])).results[0].successful
+        assert answer(asks.get_parameters(["friction"])).values[0].double_value == 0.01
+        ice = way()
+        assert ice < 0.5 * floor and floor > 0.15, (ice, floor)
+        limited = answer(asks.set_parameters([Parameter("friction", value=-3.0)])).results[0]
+        assert limited.successful and "out of range" in limited.reason
+        for name, value in (("friction", "much"), ("mode", "fly"), ("other", 1), ("paused", 3)):
+            refused = answer(asks.set_parameters([Parameter(name, value=value)])).results[0]
+            assert not refused.successful and name in refused.reason, refused
+        # All or none.
+        both = [Parameter("friction", value=0.7), Parameter("mode", value="fly")]
+        assert not answer(asks.set_parameters_atomically(both)).result.successful
+        assert answer(asks.get_parameters(["friction"])).values[0].double_value == 0.0
+        both = [Parameter("friction", value=0.7), Parameter("mode", value="reference")]
+        assert answer(asks.set_parameters_atomically(both)).result.successful
+        ilon.goes_on()
+        client.close()
+
+
 def environment():
     """The domain counts; what makes no sense ends with a reason."""
     for name, value in (("ROS_DOMAIN_ID", "300"), ("ROS_LOCALHOST_ONLY", "maybe"), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")):

@@ -301,3 +301,73 @@ fn bad_studies_end_with_code_2_their_place_and_nothing_written() {
         assert!(refused.contains(words), "{refused}");
     }
 }
+
+#[test]
+fn a_study_of_which_no_run_comes_to_its_end_does_not_end_well() {
+    let folder = Folder::new();
+    study(&folder, "axes.world.floor.friction = [-1, -2]");
+    let ended = folder.ilon(&["sweep", "study.toml", "--out", "out"]);
+    let printed = ended_with(2, &ended);
+    assert!(printed.contains("2 of them failed"), "{printed}");
+    assert!(
+        stderr(&ended).contains("NO RUN CAME TO ITS END"),
+        "{}",
+        stderr(&ended)
+    );
+}
+
+#[test]
+fn a_shard_prints_json_and_nothing_else_where_asked() {
+    let folder = Folder::new();
+    study(&folder, "axes.world.floor.friction = [0.2, 0.4]");
+    let ended = folder.ilon(&[
+        "sweep",
+        "study.toml",
+        "--out",
+        "out",
+        "--shard",
+        "1/2",
+        "--json",
+    ]);
+    ended_with(0, &ended);
+    let printed: serde_json::Value = serde_json::from_str(&stdout(&ended)).expect("JSON alone");
+    assert_eq!(
+        (&printed["runs"], &printed["shard"]),
+        (&1.into(), &"1/2".into())
+    );
+}
+
+#[test]
+fn the_worst_run_of_merged_shards_is_kept_where_it_is_said_to_be() {
+    let folder = Folder::new();
+    study(
+        &folder,
+        "keep = \"worst 1\"\naxes.world.floor.friction = [0.2, 0.4]",
+    );
+    for shard in ["1/2", "2/2"] {
+        ended_with(
+            0,
+            &folder.ilon(&["sweep", "study.toml", "--out", "out", "--shard", shard]),
+        );
+    }
+    let printed = ended_with(
+        0,
+        &folder.ilon(&["sweep", "--merge", "out", "--out", "out"]),
+    );
+    assert!(printed.contains(", kept/"), "{printed}");
+    let kept = std::fs::read_dir(folder.path("out/kept")).expect("what was kept");
+    assert_eq!(kept.count(), 1);
+}
+
+#[test]
+fn running_a_study_as_a_scenario_says_how_it_is_run() {
+    let folder = Folder::new();
+    study(&folder, "axes.world.floor.friction = [0.2]");
+    let ended = folder.ilon(&["run", "study.toml"]);
+    ended_with(2, &ended);
+    assert!(
+        stderr(&ended).contains("`ilon sweep study.toml` runs it"),
+        "{}",
+        stderr(&ended)
+    );
+}

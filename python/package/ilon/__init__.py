@@ -36,7 +36,7 @@ from .errors import (
 )
 from .runs import Report, Run, run
 from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
-from .tools import Check, Comparison, Inspection, check, compare, generate, inspect
+from .tools import Check, Comparison, Inspection, check, compare, generate, identify, inspect
 from .viewers import to_rerun
 
 __all__ = [
@@ -67,6 +67,7 @@ __all__ = [
     "check",
     "compare",
     "generate",
+    "identify",
     "inspect",
     "merge_sweeps",
     "run",

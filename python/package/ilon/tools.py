@@ -11,7 +11,7 @@ from typing import Any
 from . import _ilon
 from .runs import Report, Run, Scenario, run
 
-__all__ = ["Check", "Comparison", "Inspection", "Verdict", "check", "compare", "generate", "inspect"]
+__all__ = ["Check", "Comparison", "Inspection", "Verdict", "check", "compare", "generate", "identify", "inspect"]
 
 
 class Inspection(dict[str, Any]):
@@ -48,6 +48,18 @@ def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
     if out is not None:
         Path(out).write_text(urdf, encoding="utf-8")
     return urdf
+
+
+def identify(study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None) -> dict[str, Any]:
+    """What a robot really is, fitted to logs of its drives, as `ilon identify` does: what `identified.json` holds.
+
+    `study` is the path of a file that names the robot, the logs, and what is free. `parameters` has for each name its `value`, its 95 %
+    interval `ci95` and its `unit` (SI, angles in degrees where the name ends in `_deg`). With `out`, `identified.json` and the page are
+    written into that folder.
+
+    Raises a subclass of `ilon.Error` for a study or a log that cannot be used.
+    """
+    return _ilon.identify(study, out=out)
 
 
 @dataclass(frozen=True)

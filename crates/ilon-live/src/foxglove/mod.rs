@@ -2,18 +2,7 @@
 //!
 //! The topics are those of a bag ([`ilon_messages::topics`]), in the same encoding, so that a layout made for one serves for the other.
 //! Their Teleop panel drives: `geometry_msgs/Twist` or `TwistStamped` on `/cmd_vel`, as JSON or CDR; `std_msgs/Float64MultiArray` on
-//! `/wheel_commands` drives the wheels. Parameters change while the robot drives:
-//!
-//! | parameter | is |
-//! |---|---|
-//! | `friction` | the friction coefficient of the floor |
-//! | `payload_kg` | the mass carried on top of the scenario's, kg |
-//! | `position_gain_per_s`, `heading_gain_per_s` | the guidance's gains, 1/s |
-//! | `mode` | `hand` or `reference` |
-//! | `priority` | `position` or `heading` |
-//! | `speed` | simulated seconds a second |
-//! | `paused` | whether time stands |
-//! | `resets` | how often the robot went back to its start; any other number sends it there |
+//! `/wheel_commands` drives the wheels. Parameters, such as the floor's friction, change while the robot drives.
 //!
 //! The server is bound to the loopback interface. It asks for no origin, for the page of these viewers is not of this machine.
 
@@ -38,10 +27,11 @@ use serde::Deserialize;
 
 use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
+use crate::parameters::Parameters;
 use crate::session::Session;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
-use parameters::{Defaults, Parameters};
+use parameters::Panel;
 
 /// Messages that wait for a client; of what comes beyond, the oldest are left out. A message is a few hundred bytes, but for markers.
 const BACKLOG: usize = 512;
@@ -76,7 +66,7 @@ pub struct Foxglove {
     handle: Option<WebSocketServerHandle>,
     channels: Channels,
     topics: LiveTopics,
-    parameters: Arc<Parameters>,
+    panel: Arc<Panel>,
     desk: Desk,
     look_due: Instant,
 }
@@ -97,7 +87,7 @@ impl Foxglove {
         };
         topics.declare(&mut channels)?;
         topics.latched(&mut channels, session.time_s())?;
-        let parameters = Arc::new(Parameters::new(desk.clone(), Defaults::of(session)));
+        let panel = Arc::new(Panel::new(desk.clone(), Parameters::of(session, desk)));
         let listener = Listener {
             desk: desk.clone(),
             robot: Commanded::of(session.robot()),
@@ -116,7 +106,7 @@ impl Foxglove {
             .supported_encodings(["json", "cdr"])
             .message_backlog_size(BACKLOG)
             .listener(Arc::new(listener))
-            .parameter_handler(Arc::clone(&parameters) as _)
+            .parameter_handler(Arc::clone(&panel) as _)
             .start_blocking()
             .map_err(|reason| FoxgloveError::Listen {
                 port,
@@ -126,7 +116,7 @@ impl Foxglove {
             handle: Some(handle),
             channels,
             topics,
-            parameters,
+            panel,
             desk: desk.clone(),
             look_due: Instant::now(),
         })
@@ -166,7 +156,7 @@ impl Watcher for Foxglove {
         };
         self.look_due = Instant::now() + LOOK;
         handle.broadcast_time((session.time_s() * 1e9).max(1.0) as u64);
-        let changed = self.parameters.changed(status.controls);
+        let changed = self.panel.changed(status.controls);
         if !changed.is_empty() {
             handle.publish_parameter_values(changed);
         }

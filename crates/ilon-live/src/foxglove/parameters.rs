@@ -1,4 +1,4 @@
-//! What of a live run is a parameter.
+//! The parameters of a live run, as Foxglove has them.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,145 +7,70 @@ use foxglove::websocket::{
     SetParametersResponder,
 };
 
-use crate::control::{Change, Controls, Mode, Priority};
+use crate::control::Controls;
 use crate::desk::Desk;
-use crate::session::Session;
-
-/// What holds where nobody said anything.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Defaults {
-    friction: f64,
-    gains_per_s: [f64; 2],
-    priority: Priority,
-}
-
-impl Defaults {
-    pub fn of(session: &Session) -> Self {
-        Self {
-            friction: session.friction(),
-            gains_per_s: session.gains_per_s(),
-            priority: session.priority(),
-        }
-    }
-}
+use crate::parameters::{Parameters, Value};
 
 /// The parameters, and what was shown of them last.
 #[derive(Debug)]
-pub(super) struct Parameters {
+pub(super) struct Panel {
     desk: Desk,
-    defaults: Defaults,
-    shown: Mutex<Vec<Parameter>>,
+    parameters: Parameters,
+    shown: Mutex<Vec<(&'static str, Value)>>,
 }
 
-impl Parameters {
-    pub fn new(desk: Desk, defaults: Defaults) -> Self {
+impl Panel {
+    pub fn new(desk: Desk, parameters: Parameters) -> Self {
         Self {
             desk,
-            defaults,
+            parameters,
             shown: Mutex::default(),
         }
     }
 
-    /// All of them.
-    fn all(&self, controls: &Controls) -> Vec<Parameter> {
-        let [position, heading] = self.defaults.gains_per_s;
-        let flag = |name: &str, value| Parameter {
-            name: name.to_owned(),
-            r#type: None,
-            value: Some(ParameterValue::Bool(value)),
-        };
-        let mode = match controls.mode {
-            Mode::Hand => "hand",
-            Mode::Reference => "reference",
-        };
-        let priority = match controls.priority.unwrap_or(self.defaults.priority) {
-            Priority::Position => "position",
-            Priority::Heading => "heading",
-        };
-        vec![
-            Parameter::float64(
-                "friction",
-                controls.friction.unwrap_or(self.defaults.friction),
-            ),
-            Parameter::float64("payload_kg", controls.payload_kg),
-            Parameter::float64(
-                "position_gain_per_s",
-                controls.position_gain_per_s.unwrap_or(position),
-            ),
-            Parameter::float64(
-                "heading_gain_per_s",
-                controls.heading_gain_per_s.unwrap_or(heading),
-            ),
-            Parameter::string("mode", mode),
-            Parameter::string("priority", priority),
-            Parameter::float64("speed", controls.speed),
-            flag("paused", controls.paused),
-            Parameter::integer("resets", i64::try_from(controls.resets).unwrap_or(i64::MAX)),
-        ]
-    }
-
-    fn some(&self, names: &[String]) -> Vec<Parameter> {
-        let mut all = self.all(&self.desk.controls());
-        // No names are all names.
-        all.retain(|parameter| names.is_empty() || names.contains(&parameter.name));
-        all
+    /// Those of these names; of no names, all.
+    fn named(&self, names: &[String]) -> Vec<Parameter> {
+        let mut all = self.parameters.now();
+        all.retain(|(name, _)| names.is_empty() || names.iter().any(|wanted| wanted == name));
+        all.into_iter().map(parameter).collect()
     }
 
     /// Those that have changed since the last time.
     pub fn changed(&self, controls: &Controls) -> Vec<Parameter> {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = self.all(controls);
+        let all = self.parameters.all(controls);
         let changed = all.iter().filter(|now| !shown.contains(now)).cloned();
-        let changed = changed.collect();
+        let changed = changed.map(parameter).collect();
         *shown = all;
         changed
     }
+}
 
-    /// What a parameter that is set asks for, or why it asks for nothing.
-    fn change(&self, parameter: &Parameter) -> Result<Change, String> {
-        let name = parameter.name.as_str();
-        let number = || match parameter.value {
-            Some(ParameterValue::Float64(value)) => Ok(Some(value)),
-            Some(ParameterValue::Integer(value)) => Ok(Some(value as f64)),
-            _ => Err(format!("{name} is a number")),
-        };
-        let word = || match &parameter.value {
-            Some(ParameterValue::String(value)) => Ok(value.as_str()),
-            _ => Err(format!("{name} is a word")),
-        };
-        let mut change = Change::default();
-        match name {
-            "friction" => change.friction = number()?,
-            "payload_kg" => change.payload_kg = number()?,
-            "position_gain_per_s" => change.position_gain_per_s = number()?,
-            "heading_gain_per_s" => change.heading_gain_per_s = number()?,
-            "speed" => change.speed = number()?,
-            "mode" => {
-                change.mode = Some(match word()? {
-                    "hand" => Mode::Hand,
-                    "reference" => Mode::Reference,
-                    other => return Err(format!("mode is hand or reference, not {other}")),
-                });
-            }
-            "priority" => {
-                change.priority = Some(match word()? {
-                    "position" => Priority::Position,
-                    "heading" => Priority::Heading,
-                    other => return Err(format!("priority is position or heading, not {other}")),
-                });
-            }
-            "paused" => match parameter.value {
-                Some(ParameterValue::Bool(paused)) => change.paused = Some(paused),
-                _ => return Err("paused is true or false".to_owned()),
-            },
-            "resets" => change.reset = Some(number()? != Some(self.desk.controls().resets as f64)),
-            other => return Err(format!("there is no parameter {other}")),
-        }
-        Ok(change)
+fn parameter((name, value): (&'static str, Value)) -> Parameter {
+    match value {
+        Value::Number(number) => Parameter::float64(name, number),
+        Value::Count(count) => Parameter::integer(name, count),
+        Value::Word(word) => Parameter::string(name, word),
+        Value::Flag(flag) => Parameter {
+            name: name.to_owned(),
+            r#type: None,
+            value: Some(ParameterValue::Bool(flag)),
+        },
+        Value::Other => Parameter::empty(name),
     }
 }
 
-impl ParameterHandler for Parameters {
+fn value(of: &Parameter) -> Value {
+    match &of.value {
+        Some(ParameterValue::Float64(number)) => Value::Number(*number),
+        Some(ParameterValue::Integer(count)) => Value::Count(*count),
+        Some(ParameterValue::Bool(flag)) => Value::Flag(*flag),
+        Some(ParameterValue::String(word)) => Value::Word(word.clone()),
+        _ => Value::Other,
+    }
+}
+
+impl ParameterHandler for Panel {
     fn get(
         &self,
         _client: AnyClient,
@@ -153,7 +78,7 @@ impl ParameterHandler for Parameters {
         _request_id: Option<String>,
         responder: GetParametersResponder,
     ) {
-        responder.respond(self.some(&names));
+        responder.respond(self.named(&names));
     }
 
     fn set(
@@ -164,10 +89,10 @@ impl ParameterHandler for Parameters {
         responder: SetParametersResponder,
     ) {
         for parameter in &parameters {
-            let said = match self.change(parameter) {
-                Ok(change) => self.desk.change(&change),
-                Err(why) => Some(format!("a parameter is not set: {why}")),
-            };
+            let said = self
+                .parameters
+                .set(&parameter.name, &value(parameter))
+                .unwrap_or_else(|why| Some(format!("a parameter is not set: {why}")));
             if let Some(note) = said {
                 self.desk.say(note);
             }
@@ -177,6 +102,6 @@ impl ParameterHandler for Parameters {
             .into_iter()
             .map(|parameter| parameter.name)
             .collect();
-        responder.respond(self.some(&names));
+        responder.respond(self.named(&names));
     }
 }

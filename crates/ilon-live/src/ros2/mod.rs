@@ -13,11 +13,15 @@
 //! `/ilon/wheel_commands`; the wheels' states are on `/robot_joint_states` too. Services of `simulation_interfaces` pause, step and
 //! reset: in time that stands, a step is a control period, and is answered after all of its messages have been handed out.
 //!
+//! Parameters, such as the floor's friction, change while the robot drives (`ros2 param set /ilon friction 0.3`).
+//!
 //! A thread of its own speaks with DDS; the simulation waits for nobody. Which networks are used is in [`Network`].
 
 mod network;
 mod node;
+mod others;
 mod outlet;
+mod parameters;
 mod services;
 
 pub use network::{BadVariable, Network};

@@ -1,7 +1,6 @@
 //! The node: a thread that publishes rows, hears commands and answers requests.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashSet;
 use std::fmt;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,25 +13,29 @@ use ilon_messages::geometry_msgs::{Twist, TwistStamped};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_trace::{Record, WheelSample};
-use ros2_client::dds::rustdds::policy::Reliability;
-use ros2_client::dds::rustdds::{DomainParticipantBuilder, RTPSEntity};
+use ros2_client::dds::rustdds::DomainParticipantBuilder;
 use ros2_client::{
     Context, Name, NodeName, NodeOptions, QosProfile, RmwRequestId, Server, ServiceMapping,
     ServiceTypeName, Subscription,
 };
 use serde::de::DeserializeOwned;
 
+use super::others::Others;
 use super::outlet::{Topics, profile};
+use super::parameters::{Answers, Servers};
 use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
 use super::{Network, Options, Ros2Error};
 use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
+use crate::parameters::Parameters;
 use crate::session::Session;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
 
 /// Rows that wait to be published; what comes beyond is lost, and that is said.
 const MOST_ROWS: usize = 256;
+/// The package that defines how simulators are controlled.
+const SIMULATION: &str = "simulation_interfaces";
 /// How often others in the domain are looked at.
 const LOOK: Duration = Duration::from_secs(1);
 
@@ -80,6 +83,7 @@ impl Ros2 {
             ends,
             desk: desk.clone(),
             robot: Commanded::of(session.robot()),
+            parameters: Parameters::of(session, desk),
             now_s: Cell::new(session.time_s()),
             stepped: sender.clone(),
         };
@@ -179,6 +183,7 @@ struct Ends {
     set_state: Server<services::SetState, Answer>,
     is_state: Server<Nothing, IsState>,
     features: Server<Nothing, Features>,
+    parameters: Servers,
 }
 
 impl Ends {
@@ -220,11 +225,12 @@ impl Ends {
                 .transpose()?,
             joints: outlet.hear("/robot_joint_commands")?,
             rates: outlet.hear("/wheel_commands")?,
-            step: outlet.serve("step_simulation", "StepSimulation")?,
-            reset: outlet.serve("reset_simulation", "ResetSimulation")?,
-            set_state: outlet.serve("set_simulation_state", "SetSimulationState")?,
-            is_state: outlet.serve("get_simulation_state", "GetSimulationState")?,
-            features: outlet.serve("get_simulator_features", "GetSimulatorFeatures")?,
+            step: outlet.serve("step_simulation", SIMULATION, "StepSimulation")?,
+            reset: outlet.serve("reset_simulation", SIMULATION, "ResetSimulation")?,
+            set_state: outlet.serve("set_simulation_state", SIMULATION, "SetSimulationState")?,
+            is_state: outlet.serve("get_simulation_state", SIMULATION, "GetSimulationState")?,
+            features: outlet.serve("get_simulator_features", SIMULATION, "GetSimulatorFeatures")?,
+            parameters: Servers::new(&mut outlet)?,
             topics: outlet,
             context,
         })
@@ -243,15 +249,20 @@ impl Topics {
             .map_err(|reason| Ros2Error::topic(name, reason))
     }
 
-    /// A service of `simulation_interfaces`, in the node's namespace.
-    fn serve<Q, A>(&mut self, name: &str, type_name: &str) -> Result<Server<Q, A>, Ros2Error>
+    /// A service of a type of a package, in the node's namespace.
+    pub(super) fn serve<Q, A>(
+        &mut self,
+        name: &str,
+        package: &str,
+        type_name: &str,
+    ) -> Result<Server<Q, A>, Ros2Error>
     where
         Q: ros2_client::Message + Clone + 'static,
         A: ros2_client::Message + 'static,
     {
         let fault = |reason: String| Ros2Error::topic(name, reason);
         let place = Name::new("/ilon", name).map_err(|reason| fault(reason.to_string()))?;
-        let type_name = ServiceTypeName::new("simulation_interfaces", type_name);
+        let type_name = ServiceTypeName::new(package, type_name);
         let qos = QosProfile::publisher_default();
         let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
         self.node()
@@ -271,6 +282,7 @@ struct Heart {
     ends: Ends,
     desk: Desk,
     robot: Commanded,
+    parameters: Parameters,
     /// The simulated time, in seconds.
     now_s: Cell<f64>,
     stepped: mpsc::Sender<Event>,
@@ -283,6 +295,7 @@ impl Heart {
             ends,
             desk,
             robot,
+            parameters,
             now_s,
             stepped,
         } = self;
@@ -298,6 +311,7 @@ impl Heart {
             set_state,
             is_state,
             features,
+            parameters: asked_for,
         } = ends;
         let mut others = Others::default();
         let stepped = RefCell::new(stepped);
@@ -393,6 +407,20 @@ impl Heart {
         }));
         served.push(answer(&is_state, |_| IsState::of(&desk.controls())));
         served.push(answer(&features, |_| Features::own()));
+        let answers = Answers {
+            parameters: &parameters,
+            desk: &desk,
+        };
+        served.push(answer(&asked_for.get, |request| answers.get(&request)));
+        served.push(answer(&asked_for.types, |request| answers.types(&request)));
+        served.push(answer(&asked_for.list, |request| answers.list(&request)));
+        served.push(answer(&asked_for.describe, |request| {
+            answers.describe(&request)
+        }));
+        served.push(answer(&asked_for.set, |request| answers.set(&request)));
+        served.push(answer(&asked_for.set_atomically, |request| {
+            answers.set_atomically(&request)
+        }));
         let serve = future::join_all(served);
         let both = future::select(Box::pin(publish), serve);
         futures::executor::block_on(both);
@@ -429,51 +457,4 @@ where
         future::ready(())
     };
     server.receive_request_stream().for_each(each).boxed_local()
-}
-
-/// What others in the domain do that cannot go well, each said once.
-#[derive(Default)]
-struct Others {
-    said: HashSet<String>,
-}
-
-impl Others {
-    fn look(&mut self, context: &Context, unstamped: bool, desk: &Desk) {
-        let participant = context.domain_participant();
-        let own = participant.guid().prefix;
-        let twist_type = if unstamped { "Twist" } else { "TwistStamped" };
-        for writer in participant.discovered_writers() {
-            let data = &writer.publication_topic_data;
-            let Some(topic) = data
-                .topic_name
-                .strip_prefix("rt")
-                .filter(|_| data.key.prefix != own)
-            else {
-                continue;
-            };
-            let type_name = data.type_name.replace("::dds_::", "::").replace("::", "/");
-            let type_name = type_name.trim_end_matches('_');
-            let wanted = match topic {
-                "/cmd_vel" => format!("geometry_msgs/msg/{twist_type}"),
-                "/robot_joint_commands" => "sensor_msgs/msg/JointState".to_owned(),
-                "/wheel_commands" => "std_msgs/msg/Float64MultiArray".to_owned(),
-                "/clock" => {
-                    self.say(desk, "another node publishes /clock: only one simulator can give the time in a domain".to_owned());
-                    continue;
-                }
-                _ => continue,
-            };
-            if type_name != wanted {
-                self.say(desk, format!("{topic} is published as {type_name}, which is not heard: it is taken as {wanted}"));
-            } else if data.reliability == Some(Reliability::BestEffort) {
-                self.say(desk, format!("{topic} is published with best effort, which is not heard: publish it as reliable"));
-            }
-        }
-    }
-
-    fn say(&mut self, desk: &Desk, note: String) {
-        if self.said.insert(note.clone()) {
-            desk.say(note);
-        }
-    }
 }

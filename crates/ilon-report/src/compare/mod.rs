@@ -11,6 +11,7 @@ use thiserror::Error;
 
 mod figures;
 mod page;
+mod ranking;
 
 pub use page::{html, write};
 

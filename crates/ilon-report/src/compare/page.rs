@@ -10,7 +10,9 @@ use super::figures::{self, run_pen};
 use ilon_trace::Quantity;
 
 use super::Comparison;
+use super::ranking;
 use crate::page::{self, Head, Section, card, escape, grid, panels};
+use crate::stage;
 use crate::words::{angle, length};
 
 /// The comparison as one HTML file that needs nothing else.
@@ -20,18 +22,37 @@ pub fn html(comparison: &Comparison) -> String {
         .iter()
         .map(|run| run.name.as_str())
         .collect();
+    let scenes = scenes(comparison);
+    let stage = if scenes.is_empty() {
+        String::new()
+    } else {
+        let ends = comparison.runs.iter().flat_map(|run| run.trace.records());
+        let (from_s, until_s) = ends.fold((f64::INFINITY, 0.0_f64), |(from, until), record| {
+            (from.min(record.t_s), until.max(record.t_s))
+        });
+        stage::of_runs(&scenes, [from_s, until_s])
+    };
     let head = Head {
         kind: "comparison",
-        title: names.join(" · "),
+        title: match names[..] {
+            [one, other] => format!("{one} and {other}"),
+            _ => format!("{} and {} others", names[0], names.len() - 1),
+        },
         facts: vec![format!("<b>{}</b> runs", names.len())],
-        lead: legend(comparison) + &settings_table(comparison),
+        lead: format!(
+            "<div class=\"story\">{}</div>\n{}{}{stage}",
+            ranking::sentences(comparison),
+            legend(comparison),
+            settings_table(comparison)
+        ),
     };
     let sections = [
         Section {
             id: "figures",
             title: "In figures",
-            lead: "In each row the first run is the measure for the others.".to_owned(),
-            body: figures_table(comparison),
+            lead: "In each row the first run is the measure for the others. What differs most stands first.".to_owned(),
+            body: ranked_table(comparison)
+                + &page::topic("All figures", "in the order of a run's own table", &figures_table(comparison)),
         },
         motion_section(comparison),
         Section {
@@ -63,7 +84,19 @@ pub fn html(comparison: &Comparison) -> String {
                   double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
                   G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
                   Transactions on Robotics 25(1), 2009.</p>";
-    page::page(&head, &sections, footer, &page::Parts::default())
+    stage::page(&head, &sections, footer, !scenes.is_empty())
+}
+
+/// The scenes of the runs by their names, as JSON: of the first runs, so that the page stays small, and of those whose robots are
+/// known.
+fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
+    /// More than these nobody watches at once.
+    const MOST: usize = 4;
+    let shown = comparison.runs.iter().take(MOST).filter_map(|run| {
+        let Ok(scene) = stage::scene_json(&run.trace, None, None);
+        Some((run.name.as_str(), scene?))
+    });
+    shown.collect()
 }
 
 /// Writes the comparison to a file, whole or not at all.
@@ -117,6 +150,21 @@ fn settings_table(comparison: &Comparison) -> String {
     table("What was set differently", comparison, &rows)
 }
 
+/// The figures in which the runs differ most.
+fn ranked_table(comparison: &Comparison) -> String {
+    /// As many as are read at a glance.
+    const MOST: usize = 8;
+    let ranked = ranking::most_different(comparison, MOST);
+    if ranked.is_empty() {
+        return "<p class=\"lead\">No main figure differs by more than 1 %.</p>\n".to_owned();
+    }
+    let rows: String = ranked
+        .iter()
+        .map(|named| figure_row(comparison, named.quantity, Some(named.heading)))
+        .collect();
+    table("What differs most", comparison, &rows)
+}
+
 fn figures_table(comparison: &Comparison) -> String {
     let columns = comparison.runs.len() + 1;
     let mut rows = String::new();
@@ -127,7 +175,7 @@ fn figures_table(comparison: &Comparison) -> String {
             escape(heading)
         );
         for quantity in quantities {
-            rows.push_str(&figure_row(comparison, quantity));
+            rows.push_str(&figure_row(comparison, quantity, None));
         }
     }
     table(
@@ -137,7 +185,8 @@ fn figures_table(comparison: &Comparison) -> String {
     )
 }
 
-fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
+/// A figure of each run, under its heading or with it.
+fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str>) -> String {
     let value = |index: usize| quantity.shown(&comparison.runs[index].summary);
     let first = value(0);
     let cells: String = (0..comparison.runs.len())
@@ -153,8 +202,9 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity) -> String {
             }
         })
         .collect();
+    let heading = heading.map_or_else(String::new, |heading| format!("{}: ", escape(heading)));
     format!(
-        "<tr><th scope=\"row\">{}, {}</th>{cells}</tr>",
+        "<tr><th scope=\"row\">{heading}{}, {}</th>{cells}</tr>",
         escape(quantity.label),
         escape(quantity.unit.symbol)
     )

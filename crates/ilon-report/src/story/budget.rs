@@ -80,9 +80,10 @@ impl Integrator {
         let terms = Terms::of(record).named().map(|(_, term)| of_point(term));
         let correction = [wanted.vx_m_s - asked[0], wanted.vy_m_s - asked[1]];
         let rates = std::iter::once(correction).chain(terms);
+        let span_s = header.row_span_s(record.t_s);
         for (sum, rate) in self.parts_m.iter_mut().zip(rates) {
-            sum[0] += rate[0] * header.control_dt_s;
-            sum[1] += rate[1] * header.control_dt_s;
+            sum[0] += rate[0] * span_s;
+            sum[1] += rate[1] * span_s;
         }
         Some(standing)
     }

@@ -67,19 +67,19 @@ struct Spells {
 }
 
 impl Spells {
-    /// Adds a row in which it held, with a value.
+    /// Adds a row in which it held, with a value that stands for a period.
     fn add(&mut self, t_s: f64, period_s: f64, value: f64, energy_j: [f64; 2]) {
         match self.found.last_mut() {
             Some(last) if t_s - last.until_s <= GAP_S => {
                 last.until_s = t_s;
-                last.sum += value;
+                last.sum += value * period_s;
                 last.largest = last.largest.max(value);
                 last.energy_j[1] = energy_j[1];
             }
             _ => self.found.push(Spell {
                 from_s: (t_s - period_s).max(0.0),
                 until_s: t_s,
-                sum: value,
+                sum: value * period_s,
                 largest: value,
                 energy_j,
             }),
@@ -90,7 +90,6 @@ impl Spells {
 /// Watches the rows of a run as they come.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watch {
-    period_s: f64,
     slides: Vec<Spells>,
     flights: Vec<Spells>,
     saturated: Vec<Spells>,
@@ -106,7 +105,6 @@ impl Watch {
         let ground = header.ground.as_ref();
         let many = |count: usize| vec![Spells::default(); count];
         Self {
-            period_s: header.control_dt_s,
             slides: many(header.wheels.len()),
             flights: many(header.wheels.len()),
             saturated: many(header.task_names.len().min(ilon_trace::MAX_TASKS)),
@@ -118,7 +116,7 @@ impl Watch {
     }
 
     pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
-        let (t_s, dt_s) = (record.t_s, self.period_s);
+        let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
         self.end_s = t_s;
         for (task, spells) in record.tasks.iter().zip(&mut self.saturated) {
             if task.asked_rad_s > 0.0 && task.weight < 1.0 {
@@ -147,7 +145,7 @@ impl Watch {
 
     fn on_ground(&mut self, header: &Header, record: &Record, sample: &WheelSample) {
         let Some(ground) = &header.ground else { return };
-        let (t_s, dt_s) = (record.t_s, self.period_s);
+        let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
         let pose = record.truth.pose;
         let (s, c) = pose.heading_rad.sin_cos();
         let x_m = pose.x_m + c * sample.contact_x_m - s * sample.contact_y_m;
@@ -185,7 +183,7 @@ impl Watch {
         };
         for (index, spells) in self.slides.iter().enumerate() {
             for spell in &spells.found {
-                let slid_m = spell.sum * self.period_s;
+                let slid_m = spell.sum;
                 if slid_m >= LEAST_SLIDE_M {
                     let text = format!(
                         "{} slides {} at up to {}",

@@ -85,16 +85,10 @@
     box.scrollIntoView({ block: 'nearest' });
   });
 
-  const canvas = find('canvas');
-  if (canvas && window.ilonScene) {
-    const scene = window.ilonScene(canvas, JSON.parse(document.getElementById('scene-data').textContent), { label: canvas.getAttribute('aria-label') });
-    window.ilonRunScene = scene;
+  const canvases = window.ilonScene ? [...box.querySelectorAll('canvas')] : [];
+  const scenes = canvases.map((canvas) => {
+    const scene = window.ilonScene(canvas, JSON.parse(document.getElementById(canvas.dataset.scene).textContent), { label: canvas.getAttribute('aria-label') });
     clock.on((t) => scene.seek(t));
-    box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scene.view(b.dataset.view)));
-    on('.ghost', 'change', (event) => scene.set({ ghost: event.target.checked }));
-    const wheel = find('.wheel');
-    wheel.addEventListener('change', () => scene.select(wheel.value === '' ? null : Number(wheel.value)));
-    scene.on('select', (index) => { wheel.value = index === null ? '' : String(index); });
     // Paper cannot show a WebGL canvas once it is drawn: a picture of it stands in.
     const still = document.createElement('img');
     still.alt = canvas.getAttribute('aria-label');
@@ -105,7 +99,17 @@
       canvas.hidden = true;
     });
     window.addEventListener('afterprint', () => { still.remove(); canvas.hidden = false; });
+    return scene;
+  });
+  box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scenes.forEach((scene) => scene.view(b.dataset.view))));
+  on('.ghost', 'change', (event) => scenes.forEach((scene) => scene.set({ ghost: event.target.checked })));
+  const wheel = find('.wheel');
+  if (wheel && scenes.length) {
+    const [scene] = scenes;
+    wheel.addEventListener('change', () => scene.select(wheel.value === '' ? null : Number(wheel.value)));
+    scene.on('select', (index) => { wheel.value = index === null ? '' : String(index); });
   }
+  window.ilonRunScene = scenes[0];
   // A moment of the run can be named in the address: #t=3.2
   const wanted = /(?:^#|&)t=([0-9.]+)/.exec(location.hash);
   seek(wanted ? Number(wanted[1]) : data.start);

@@ -4,16 +4,13 @@ use ilon_trace::{Header, Projection, Rows, Trace, metrics};
 
 use super::Verdict;
 use crate::Error;
-use crate::scenario::{Bound, Must, SignalBound, nearest};
+use crate::scenario::{Bound, Must, SignalBound, TIME_SLACK_S, nearest};
 
 /// Signals that follow from recorded ones: distance from the desired position, and magnitude of the heading error.
 const DERIVED: [&str; 2] = ["position_error_m", "heading_error_rad"];
 
 /// What stands in a name for every wheel.
 const EVERY_WHEEL: &str = "wheel*_";
-
-/// Slack on times, in seconds, so that the rounding of `12.3` does not leave a row out of a window that it edges.
-const TIME_SLACK_S: f64 = 1e-9;
 
 /// Makes sure that all signals are recorded of such a run.
 ///

@@ -7,12 +7,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::Run;
 use super::objection::Objection;
+use super::run::{Run, TIME_SLACK_S};
 use crate::Error;
-
-/// Slack on times, in seconds: the rounding of `12.3` shall not leave a row out of a window that it edges.
-const TIME_SLACK_S: f64 = 1e-9;
 
 /// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
 /// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
@@ -167,7 +164,7 @@ impl Expect {
                 );
             }
             let first_row = ((from_s - TIME_SLACK_S) / run.row_s()).ceil().max(0.0);
-            if first_row * run.row_s() > end_s + TIME_SLACK_S {
+            if last_row_s.min(first_row * run.row_s()) > end_s + TIME_SLACK_S {
                 return object(
                     format!(
                         "looks from {from_s} to {end_s} s, between two rows, which are {} s apart",
@@ -282,7 +279,12 @@ fn collect(
                 collect(inner, &format!("{name}."), bounds)?;
             }
             value => {
-                bounds.insert(name, value.try_into()?);
+                let bound = value.try_into()?;
+                if bounds.contains_key(&name) {
+                    let message = format!("the bound on `{name}` stands twice");
+                    return Err(serde::de::Error::custom(message));
+                }
+                bounds.insert(name, bound);
             }
         }
     }

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::run::TIME_SLACK_S;
+
 /// One thing that goes wrong, from a time on and, if it ends, until another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
@@ -199,9 +201,7 @@ fn a_tenth() -> f64 {
 
 /// Whether a time lies in a window that may be open towards the end.
 pub(crate) fn within(t_s: f64, from_s: f64, until_s: Option<f64>) -> bool {
-    // Times are sums of steps: a part in 10^9 of a second keeps rounding from moving an edge by a step.
-    const SLACK_S: f64 = 1e-9;
-    t_s >= from_s - SLACK_S && until_s.is_none_or(|until_s| t_s < until_s - SLACK_S)
+    t_s >= from_s - TIME_SLACK_S && until_s.is_none_or(|until_s| t_s < until_s - TIME_SLACK_S)
 }
 
 impl Fault {

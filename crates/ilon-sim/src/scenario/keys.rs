@@ -29,6 +29,19 @@ pub(crate) struct Fault {
     pub message: String,
     /// How to mend it.
     pub help: String,
+    /// What of it.
+    pub kind: FaultKind,
+}
+
+/// What of a key is at fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FaultKind {
+    /// The key itself: a scenario has none of that name, or lacks it.
+    Key,
+    /// The type of its value.
+    Type,
+    /// The value, where another of the same type would do.
+    Value,
 }
 
 /// Finds the first fault of a document, in the order of the keys.
@@ -117,6 +130,7 @@ impl<'s> Checker<'s> {
                 {
                     let rule = format!("{most} or less");
                     return Err(self.fault(
+                        FaultKind::Value,
                         span,
                         format!(
                             "`{}` is {}, but must be {rule}",
@@ -134,6 +148,7 @@ impl<'s> Checker<'s> {
                 self.number(parsed, span, &alternatives)
             }
             other => Err(self.fault(
+                FaultKind::Type,
                 span,
                 format!(
                     "`{}` is {}, but must be {}",
@@ -182,11 +197,12 @@ impl<'s> Checker<'s> {
             }
             self.path.pop();
         }
-        // Of a choice, which keys are required depends on what is chosen: serde tells.
-        let of_no_choice = (alternatives.len() == 1).then_some(alternatives);
-        let required = of_no_choice
-            .into_iter()
-            .flatten()
+        // Of several kinds of tables, which keys are required depends on what is chosen: serde tells.
+        let is_table = |schema: &&&'s Json| accepts(&[**schema], "object");
+        let of_no_choice = alternatives.iter().filter(is_table).count() == 1;
+        let required = alternatives
+            .iter()
+            .filter(|schema| of_no_choice && is_table(schema))
             .filter_map(|schema| schema.get("required").and_then(Json::as_array))
             .flatten()
             .filter_map(Json::as_str);
@@ -199,6 +215,7 @@ impl<'s> Checker<'s> {
                     .and_then(|(_, schema)| self.description(schema))
                     .unwrap_or_default();
                 return Err(self.fault(
+                    FaultKind::Key,
                     span,
                     format!("the key `{}` is missing", self.key()),
                     format!("add `{}`: {}", self.key(), doc),
@@ -221,7 +238,7 @@ impl<'s> Checker<'s> {
             None if names.is_empty() => "nothing can stand here".to_owned(),
             None => format!("the keys here are {}", quoted(&names)),
         };
-        self.fault(key.span(), message, help)
+        self.fault(FaultKind::Key, key.span(), message, help)
     }
 
     fn word(&self, word: &str, span: Range<usize>, alternatives: &[&'s Json]) -> Result<(), Fault> {
@@ -233,7 +250,8 @@ impl<'s> Checker<'s> {
             Some(near) => format!("did you mean \"{near}\"?"),
             None => format!("write one of {}", quoted(&words)),
         };
-        Err(self.fault(span, format!("`{}` cannot be \"{word}\"", self.key()), help))
+        let message = format!("`{}` cannot be \"{word}\"", self.key());
+        Err(self.fault(FaultKind::Value, span, message, help))
     }
 
     fn number(
@@ -244,6 +262,7 @@ impl<'s> Checker<'s> {
     ) -> Result<(), Fault> {
         if !number.is_finite() {
             return Err(self.fault(
+                FaultKind::Value,
                 span,
                 format!("`{}` is not a finite number", self.key()),
                 "write a finite number".to_owned(),
@@ -254,6 +273,7 @@ impl<'s> Checker<'s> {
         if !judged && !alternatives.iter().any(whole) && !is_computable(number) {
             let (least, most) = (SIZES.start(), SIZES.end());
             return Err(self.fault(
+                FaultKind::Value,
                 span,
                 format!(
                     "`{}` is {number:e}, which is beyond what can be computed with",
@@ -279,6 +299,7 @@ impl<'s> Checker<'s> {
         };
         match broken {
             Some(rule) => Err(self.fault(
+                FaultKind::Value,
                 span,
                 format!("`{}` is {number}, but must be {rule}", self.key()),
                 format!("write a number that is {rule}"),
@@ -302,8 +323,9 @@ impl<'s> Checker<'s> {
         self.path.join(".")
     }
 
-    fn fault(&self, span: Range<usize>, message: String, help: String) -> Fault {
+    fn fault(&self, kind: FaultKind, span: Range<usize>, message: String, help: String) -> Fault {
         Fault {
+            kind,
             path: self.path.clone(),
             span,
             message,

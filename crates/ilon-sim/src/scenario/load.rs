@@ -8,8 +8,10 @@ use miette::{NamedSource, SourceSpan};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use toml::Spanned;
 use toml::de::DeTable;
 
+use super::keys::FaultKind;
 use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
 use super::{Scenario, keys};
 use crate::{Error, ScenarioFault};
@@ -80,6 +82,16 @@ impl Scenario {
         Ok(scenario)
     }
 
+    /// What no value repairs in a scenario whose keys are changed by settings: a key that a scenario has not, or a value of another type
+    /// than its key takes. `None` where there is no such fault, whatever else is wrong.
+    pub(crate) fn misshapen(text: &str, path: &Path, settings: &[Setting]) -> Option<keys::Fault> {
+        let name = path.display().to_string();
+        let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
+        let (document, _) = merged(text, &name, &lines).ok()?;
+        let fault = keys::check(&document, schema()).err()?;
+        matches!(fault.kind, FaultKind::Key | FaultKind::Type).then_some(fault)
+    }
+
     /// Reads a scenario from text; its relative paths start from `folder`.
     ///
     /// # Errors
@@ -108,7 +120,7 @@ impl Scenario {
             let absolute = std::path::absolute(self.resolve(path));
             let there = std::path::absolute(folder);
             if let (Ok(absolute), Ok(there)) = (absolute, there) {
-                *path = relative(&normal(&absolute), &normal(&there));
+                *path = relative(&real_but_its_name(&absolute), &real(&there));
             }
         };
         from_there(&mut moved.robot.file);
@@ -121,6 +133,23 @@ impl Scenario {
         }
         moved.folder = folder.to_owned();
         moved
+    }
+}
+
+/// An absolute folder by its true place, of which `..` is the folder above: links are followed as far as there is something.
+fn real(folder: &Path) -> PathBuf {
+    let there = folder.ancestors().find_map(|above| {
+        let rest = folder.strip_prefix(above).ok()?;
+        Some(above.canonicalize().ok()?.join(rest))
+    });
+    normal(&there.unwrap_or_else(|| folder.to_owned()))
+}
+
+/// An absolute path by the true place of its folder. If it is a link itself it stays one: what it leads to may name files beside it.
+fn real_but_its_name(path: &Path) -> PathBuf {
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => real(folder).join(name),
+        _ => real(path),
     }
 }
 
@@ -141,7 +170,7 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
         }))
     })?;
     T::deserialize(toml::Deserializer::from(document))
-        .map_err(|error| Error::toml(&error, source()))
+        .map_err(|error| Error::toml_value(&error, source()))
 }
 
 /// A path without `.` and, where what they undo is known, `..`.
@@ -194,15 +223,19 @@ fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
     }
 }
 
-fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error> {
+/// A text with settings, each a line of TOML, laid over it, and where each key comes from.
+fn merged<'t>(
+    text: &'t str,
+    name: &'t str,
+    settings: &'t [String],
+) -> Result<(Spanned<DeTable<'t>>, Origins<'t>), Error> {
     let mut document = DeTable::parse(text)
         .map_err(|error| Error::toml(&error, NamedSource::new(name, text.to_owned())))?;
-    let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
     let mut origins = Origins {
         file: (name, text),
         settings: Vec::new(),
     };
-    for line in &lines {
+    for line in settings {
         let setting = DeTable::parse(line)
             .map_err(|error| Error::toml(&error, NamedSource::new(SETTING, line.clone())))?;
         origins
@@ -210,10 +243,19 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
             .push((dotted_keys(setting.get_ref()), line));
         merge(document.get_mut(), setting.into_inner());
     }
-    // Making it takes longer than all else here, and a thousand scenarios may be read.
+    Ok((document, origins))
+}
+
+/// The schema of a scenario. Making it takes longer than all else here, and a thousand scenarios may be read.
+fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
-    let schema = SCHEMA.get_or_init(Scenario::json_schema);
-    keys::check(&document, schema).map_err(|fault| {
+    SCHEMA.get_or_init(Scenario::json_schema)
+}
+
+fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error> {
+    let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
+    let (document, origins) = merged(text, name, &lines)?;
+    keys::check(&document, schema()).map_err(|fault| {
         let (source, span) = origins.of(&fault.path, fault.span);
         Error::Scenario(Box::new(ScenarioFault {
             message: fault.message,
@@ -223,7 +265,7 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         }))
     })?;
     let scenario = Scenario::deserialize(toml::Deserializer::from(document.clone()))
-        .map_err(|error| Error::toml(&error, NamedSource::new(name, text.to_owned())))?;
+        .map_err(|error| Error::toml_value(&error, NamedSource::new(name, text.to_owned())))?;
     scenario.object().map_err(|objection| {
         let Some((path, span)) = objection.place(document.get_ref()) else {
             return objection.into();

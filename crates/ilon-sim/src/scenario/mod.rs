@@ -32,6 +32,7 @@ pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use rollers::{RollerSurface, Tread};
+pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::objection::Objection;
+
 /// What a log says drives the robot: wheels, a twist or a path, from a CSV file, an MCAP file or a bag of ROS 2. Where the log also
 /// says where the real robot was, that pose stands in the trace, beside that of the simulated robot.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -20,7 +22,8 @@ pub struct Playback {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub topic: Option<String>,
     /// The topic that says where the real robot was: `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`. Of bags only; a CSV file says it in
-    /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `measured_heading_deg`.
+    /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `measured_heading_deg`. These poses are placed so that the real robot
+    /// starts where the simulated one does; where they begin later, so that the first is where the simulated robot is by then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
     /// What the log calls otherwise: on the left a wheel's joint or a column such as `vx_m_s`, on the right the name in the log.
@@ -30,14 +33,46 @@ pub struct Playback {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// How fast wheels are led back to the log's angles, per second; of `wheel_angles` only.
-    #[serde(default = "angle_gain_per_s")]
+    /// How fast wheels are led back to the log's angles, per second; 10 unless given. Of `wheel_angles` only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub angle_gain_per_s: f64,
+    pub angle_gain_per_s: Option<f64>,
 }
 
-fn angle_gain_per_s() -> f64 {
-    10.0
+impl Playback {
+    /// Whether the log is a CSV file.
+    pub fn is_csv(&self) -> bool {
+        let ending = self.file.extension();
+        ending.is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+    }
+
+    /// How fast wheels are led back to the log's angles, per second.
+    pub fn angle_gain_per_s(&self) -> f64 {
+        self.angle_gain_per_s.unwrap_or(10.0)
+    }
+
+    /// Refuses keys that would be ignored.
+    pub(super) fn object(&self) -> Result<(), Objection> {
+        let of_bags = [("topic", &self.topic), ("pose_topic", &self.pose_topic)];
+        let topic = of_bags.into_iter().find(|(_, topic)| topic.is_some());
+        if let Some((key, _)) = topic.filter(|_| self.is_csv()) {
+            return Err(Objection::to(
+                format!("playback.{key}"),
+                format!(
+                    "`playback.{key}` chooses messages of a bag, but `playback.file` is a CSV file"
+                ),
+                "leave it out; `playback.names` says what the columns are called",
+            ));
+        }
+        if self.angle_gain_per_s.is_some() && self.drives != Drives::WheelAngles {
+            return Err(Objection::to(
+                "playback.angle_gain_per_s",
+                "`playback.angle_gain_per_s` leads wheels back to angles, but the log does not drive them by angles",
+                "leave it out, or write `playback.drives` = \"wheel_angles\"",
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// What of a log drives the robot.

@@ -3,6 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Half of what separates a time that is a sum of steps from the time that it means, in seconds: the rounding of `12.3` shall move
+/// nothing by a step.
+pub(crate) const TIME_SLACK_S: f64 = 1e-9;
+
 /// Duration and time steps.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -18,8 +22,8 @@ pub struct Run {
     #[serde(default = "default_control_dt_s")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
-    /// Control periods per row of the trace: more than 1 thins the record of a long run. Largest values and energies
-    /// between rows are then not seen.
+    /// Control periods per row of the trace: more than 1 thins the record of a long run, of which the last control instant is always
+    /// recorded. Largest values between rows are then not seen.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
@@ -36,20 +40,20 @@ impl Run {
         (self.duration_s / self.control_dt_s).round().max(1.0) as u64
     }
 
-    /// How many rows its trace has.
+    /// How many rows its trace has: the first control instant, each `record_every`-th after it, and the last.
     pub fn row_count(&self) -> u64 {
-        self.control_periods()
-            .div_ceil(u64::from(self.record_every.max(1)))
+        let after_the_first = self.control_periods() - 1;
+        1 + after_the_first.div_ceil(u64::from(self.record_every.max(1)))
     }
 
-    /// Time between rows of its trace, in seconds.
+    /// Time between rows of its trace, in seconds; the last may follow sooner.
     pub fn row_s(&self) -> f64 {
         self.control_dt_s * f64::from(self.record_every.max(1))
     }
 
     /// When the last row of its trace is, in seconds.
     pub fn last_row_s(&self) -> f64 {
-        (self.row_count() - 1) as f64 * self.row_s()
+        (self.control_periods() - 1) as f64 * self.control_dt_s
     }
 }
 

@@ -69,7 +69,22 @@ impl Origins<'_> {
     pub fn of(&self, path: &[String], span: Range<usize>) -> (NamedSource<String>, SourceSpan) {
         // A key at fault may be one on the way to the key that was set; it is the file's own where the file has it.
         let (name, text) = self.file;
-        let in_file = DeTable::parse(text).is_ok_and(|document| holds(document.get_ref(), path));
+        let document = DeTable::parse(text);
+        let in_file = |path: &[String]| {
+            document
+                .as_ref()
+                .is_ok_and(|document| holds(document.get_ref(), path))
+        };
+        let is_set = |path: &[String]| {
+            let mut settings = self.settings.iter();
+            settings.any(|(keys, _)| path.starts_with(keys) || keys.starts_with(path))
+        };
+        // Of a key that is missing the table around it is shown.
+        let path = match path.split_last() {
+            Some((_, around)) if !in_file(path) && !is_set(path) => around,
+            _ => path,
+        };
+        let in_file = in_file(path);
         let setting = self
             .settings
             .iter()

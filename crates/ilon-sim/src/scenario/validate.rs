@@ -36,6 +36,7 @@ impl Scenario {
             ));
         }
         self.object_to_solver()?;
+        self.object_to_windows()?;
         if self.wheel_loop.friction.is_some()
             && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
         {
@@ -61,6 +62,29 @@ impl Scenario {
                 "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
                  is a body of its own there",
                 "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+            ));
+        }
+        let (floor, rollers) = (&self.world.floor, &self.rollers);
+        let gives = [
+            ("rollers.tread", rollers.tread.is_some()),
+            (
+                "rollers.rolling_resistance",
+                rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
+            ),
+            (
+                "world.floor.rolling_resistance",
+                floor.rolling_resistance > 0.0,
+            ),
+            ("world.floor.creep", floor.creep > 0.0),
+            ("world.floor.sliding", floor.sliding.is_some()),
+        ];
+        if let Some((key, _)) = gives.into_iter().find(|(_, gives)| *gives) {
+            return Err(Objection::to(
+                key,
+                format!(
+                    "`{key}` is of rollers that give and floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
+                ),
+                "leave it out, or let ilon solve the contacts",
             ));
         }
         let keys = [
@@ -89,7 +113,8 @@ impl Scenario {
     fn object_to_motion(&self) -> Result<(), Objection> {
         match self.motion() {
             Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
-            Some(Motion::Tracked(_) | Motion::Played(_)) => Ok(()),
+            Some(Motion::Played(playback)) => playback.object(),
+            Some(Motion::Tracked(_)) => Ok(()),
             None => {
                 let stand = [
                     self.reference.is_some(),
@@ -112,6 +137,40 @@ impl Scenario {
                 ))
             }
         }
+    }
+
+    /// Refuses faults and patches that end before they begin.
+    fn object_to_windows(&self) -> Result<(), Objection> {
+        match self
+            .windows_s()
+            .find(|(_, from_s, until_s)| until_s.is_some_and(|until_s| until_s <= *from_s))
+        {
+            None => Ok(()),
+            Some((key, from_s, until_s)) => {
+                let until_s = until_s.unwrap_or_default();
+                Err(Objection::to(
+                    key.clone(),
+                    format!(
+                        "`{key}` never happens: it begins at {from_s} s and ends at {until_s} s"
+                    ),
+                    "let `until_s` come after `from_s`, or leave it out",
+                ))
+            }
+        }
+    }
+
+    /// What happens in the world from one time to another, each by its key, with when it begins and when it ends, in seconds.
+    pub(crate) fn windows_s(&self) -> impl Iterator<Item = (String, f64, Option<f64>)> {
+        let faults = self.faults.iter().enumerate().map(|(index, fault)| {
+            let (from_s, until_s) = fault.window_s();
+            (format!("faults.{index}"), from_s, until_s)
+        });
+        let patches = self.world.floor.patches.iter().enumerate();
+        let patches = patches.map(|(index, patch)| {
+            let key = format!("world.floor.patches.{index}");
+            (key, patch.from_s, patch.until_s)
+        });
+        faults.chain(patches)
     }
 
     fn object_to_times(&self) -> Result<(), Objection> {
@@ -274,6 +333,40 @@ mod tests {
             "{message}"
         );
         assert_eq!(at, "201");
+    }
+
+    #[test]
+    fn what_ends_before_it_begins_is_refused_with_its_key() {
+        let fault = "[[faults]]\nmotor_lost = { wheel = \"front_left\", from_s = 0.2, until_s = ";
+        for until_s in ["0.1", "0.2"] {
+            let (message, _) = told(&format!("{fault}{until_s} }}\n"));
+            assert!(message.starts_with("`faults.0` never happens"), "{message}");
+        }
+        assert!(scenario(&format!("{fault}0.3 }}\n")).is_ok());
+        let patch = "[[world.floor.patches]]\nx_m = 0\ny_m = 0\nlength_x_m = 1\nlength_y_m = 1\nfriction = 0.1\nfrom_s = 2\nuntil_s = 1\n";
+        let (message, _) = told(patch);
+        assert!(
+            message.starts_with("`world.floor.patches.0` never happens"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn keys_of_a_playback_that_would_be_ignored_are_refused() {
+        let told = |keys: &str| {
+            let text = format!("robot.file = \"r.urdf\"\nrun.duration_s = 1\n[playback]\n{keys}\n");
+            match Scenario::from_toml(&text, "test", "") {
+                Err(Error::Scenario(fault)) => fault.message.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let topic = told("file = \"a.CSV\"\ndrives = \"twist\"\ntopic = \"/cmd_vel\"");
+        assert!(
+            topic.contains("but `playback.file` is a CSV file"),
+            "{topic}"
+        );
+        let gain = told("file = \"a.csv\"\ndrives = \"twist\"\nangle_gain_per_s = 3");
+        assert!(gain.contains("does not drive them by angles"), "{gain}");
     }
 
     #[test]

@@ -53,15 +53,11 @@ impl Clock {
         self.physics_dt_s
     }
 
-    /// How many rows the trace of the whole run has.
-    pub fn rows(&self) -> usize {
-        self.control_periods.div_ceil(self.record_every) as usize
-    }
-
-    /// Whether this instant is a row of the trace.
+    /// Whether this instant is a row of the trace. The last control instant always is, so that what a run came to is recorded.
     pub fn record_is_due(&self) -> bool {
-        self.steps
-            .is_multiple_of(self.steps_per_control * self.record_every)
+        let period = self.steps / self.steps_per_control;
+        self.control_is_due()
+            && (period.is_multiple_of(self.record_every) || period + 1 == self.control_periods)
     }
 
     pub fn control_is_due(&self) -> bool {

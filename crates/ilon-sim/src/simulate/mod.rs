@@ -9,6 +9,7 @@ mod fusion;
 mod pilot;
 mod plant;
 mod playback;
+mod quoted;
 mod recorder;
 mod reference;
 mod remarks;
@@ -41,6 +42,7 @@ use crate::remedy;
 use crate::scenario::Scenario;
 use crate::{Error, judge};
 use pilot::Pilot;
+use quoted::quoted;
 
 /// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`].
 #[derive(Clone, Debug)]
@@ -149,7 +151,7 @@ impl Simulation {
             kinematics,
             contact_kinematics,
             resolved.start(),
-            plant.clock().rows(),
+            scenario.run.row_count() as usize,
             scenario.run.roller_angles_hz,
         );
         Ok(Self {
@@ -171,7 +173,7 @@ impl Simulation {
         }
         self.plant.actuate(self.pilot.command());
         if clock.record_is_due() {
-            let decided = self.pilot.decided(t_s);
+            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
             self.recorder.record(t_s, &self.plant, &decided);
         }
         self.plant.step();
@@ -354,8 +356,9 @@ fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Resu
         reference_point_m: pilot.reference_point_m().into(),
         task_names: pilot.task_names().iter().map(ToString::to_string).collect(),
         physics_dt_s: resolved.physics_dt_s(),
-        // Of a trace this is the time between its rows.
-        control_dt_s: scenario.run.control_dt_s * f64::from(scenario.run.record_every),
+        control_dt_s: scenario.run.control_dt_s,
+        record_every: scenario.run.record_every,
+        control_periods: scenario.run.control_periods(),
         measure_from_s: pilot.measure_from_s(),
         measure_to_s: scenario.run.duration_s,
         wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),

@@ -8,6 +8,7 @@ use ilon_world::World;
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use crate::Error;
+use crate::scenario::TIME_SLACK_S;
 
 /// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
 ///
@@ -104,7 +105,9 @@ impl Recorder {
             Some(Box::new(Idle)),
         )?;
         let header = Header {
-            control_dt_s: resolved.control_dt_s(),
+            // A row each control period, for as long as the loop goes on.
+            record_every: 1,
+            control_periods: 0,
             ..super::header(resolved, robot, urdf, &pilot)?
         };
         let start = plant.truth().pose;
@@ -180,12 +183,10 @@ impl Recorder {
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
     fn record_rollers(&mut self, t_s: f64, world: &World) {
-        // Half of what separates sums of steps from the multiples that they mean.
-        const SLACK_S: f64 = 1e-9;
         let Some(every_s) = self.rollers_every_s else {
             return;
         };
-        let due = ((t_s + SLACK_S) / every_s).floor() as u64 + 1;
+        let due = ((t_s + TIME_SLACK_S) / every_s).floor() as u64 + 1;
         if due > self.rollers_taken {
             self.rollers_taken = due;
             let wheels = 0..self.samples.len();

@@ -10,7 +10,7 @@ use super::pilot::{Idle, Pilot};
 use super::playback::Log;
 use super::{drive, reference, remarks, tuning};
 use crate::Error;
-use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
+use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub enum Driver {
 
 /// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
 ///
-/// It reads a file of waypoints where the scenario names one, and touches nothing else.
+/// It reads the file of waypoints or the log that the scenario names, if it names one, and touches nothing else.
 ///
 /// # Errors
 /// Where the scenario asks for something that cannot be, or this robot cannot do.
@@ -59,6 +59,11 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         None => robot.wheel_rate_limit_rad_s(),
     };
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
+    if let Some(playback) = &mut scenario.playback
+        && playback.drives == Drives::WheelAngles
+    {
+        playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
+    }
     let log = Log::read(&scenario, robot, start_pose(&scenario))?;
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
     let reference = reference::reference_of(&scenario)?.or(path);
@@ -102,6 +107,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
     warnings.extend(remarks::of_friction(&scenario));
+    warnings.extend(remarks::of_what_comes_too_late(&scenario));
     warnings.extend(remarks::of_heading(&scenario));
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => warnings.extend(remarks::of_feasibility(&feasibility)),

@@ -11,6 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::faults::Faults;
 use super::fusion::Fusion;
+use crate::scenario::TIME_SLACK_S;
 use crate::{Error, scenario};
 
 /// What the robot knows at one moment.
@@ -68,9 +69,6 @@ struct Miscount {
     /// The noise of its rate until the next control sample, in rad/s.
     rate_noise_rad_s: f64,
 }
-
-/// Slack on times, in seconds, that keeps the rounding of sums from delaying a sample by a whole step.
-const TIME_SLACK_S: f64 = 1e-9;
 
 impl Sensors {
     /// Sensors that know the start. Odometry is counted by `kinematics`, once in a control period of the run.

@@ -21,6 +21,11 @@ const SPLIT_DT_S: f64 = 1e-4;
 /// The shortest step that a limit of the wheels' rates makes by itself, in seconds. Many files hold a limit that no wheel
 /// reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
 const SHORTEST_FOR_LIMIT_S: f64 = 1e-3;
+/// How far a robot's bouncing on its treads moves on in a step at most, in radians: the step then sees it.
+const BOUNCE_A_STEP_RAD: f64 = 0.5;
+/// The shortest step that treads make by themselves, in seconds. Stiffer ones are damped where the step does not see them, and
+/// near to rigid.
+const SHORTEST_FOR_TREAD_S: f64 = 1e-3;
 /// The longest step where rapier solves the contacts, in seconds.
 const LONGEST_IN_RAPIER_S: f64 = 1e-3;
 /// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
@@ -64,6 +69,7 @@ pub(super) fn physics_dt_s(
     let needs = [
         contact_need(scenario, robot, asked_rad_s),
         solver_need(scenario),
+        tread_need(robot),
         loop_need(scenario, model),
         pose_need(scenario),
     ];
@@ -143,6 +149,20 @@ fn solver_need(scenario: &Scenario) -> Need {
             Contacts::Ilon => f64::INFINITY,
             Contacts::Rapier => LONGEST_IN_RAPIER_S,
         },
+        because: String::new(),
+        help: "",
+    }
+}
+
+/// What rollers that give need: a step that sees the robot bounce on them.
+fn tread_need(robot: &Robot) -> Need {
+    let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
+    let treads = robot.wheels.iter().filter_map(|wheel| wheel.surface.tread);
+    let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
+    Need {
+        longest_s: seen_s
+            .reduce(f64::min)
+            .map_or(f64::INFINITY, |seen_s| seen_s.max(SHORTEST_FOR_TREAD_S)),
         because: String::new(),
         help: "",
     }
@@ -303,6 +323,21 @@ mod tests {
             poses.contains("`sensors.pose.rate_hz` = 1000000000"),
             "{poses}"
         );
+    }
+
+    #[test]
+    fn treads_get_a_step_that_sees_the_robot_bounce_on_them() {
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4").unwrap();
+        let longest_s = |robot: &mut Robot, stiffness_n_m: f64| {
+            for wheel in &mut robot.wheels {
+                wheel.surface.tread = Some(ilon_robot::Tread::new(stiffness_n_m));
+            }
+            tread_need(robot).longest_s
+        };
+        assert_eq!(tread_need(&robot).longest_s, f64::INFINITY);
+        // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; near to rigid ones of 1e8 N/m a millisecond.
+        assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
+        assert_eq!(longest_s(&mut robot, 1e8), 1e-3);
     }
 
     #[test]

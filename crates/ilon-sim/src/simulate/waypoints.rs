@@ -6,6 +6,7 @@ use ilon_control::{Heading, Reference};
 use ilon_robot::FileAccess;
 use nalgebra::Vector2;
 
+use super::quoted;
 use crate::Error;
 use crate::scenario::{SIZES, is_computable};
 
@@ -14,8 +15,6 @@ const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
 
 /// The longest file of waypoints that is read, in bytes: a million of them.
 const MAX_BYTES: u64 = 64 << 20;
-/// The most of a name or value that a message quotes, in characters.
-const QUOTED: usize = 40;
 
 /// Reads a path. Its times come from the file, or from a mean speed in m/s; its headings from the file where it has
 /// them, else from `heading`.
@@ -143,14 +142,6 @@ pub(super) fn read(
         }
     };
     made.map_err(|error| fault(error.to_string(), "correct the waypoints".to_owned()))
-}
-
-/// The beginning of a text, which may be of any length.
-fn quoted(text: &str) -> String {
-    match text.char_indices().nth(QUOTED) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
-    }
 }
 
 #[cfg(test)]

@@ -62,10 +62,8 @@ struct Written {
     from: Option<f64>,
     to: Option<f64>,
     steps: Option<u64>,
-    #[serde(default)]
-    scale: Scale,
-    #[serde(default)]
-    whole: bool,
+    scale: Option<Scale>,
+    whole: Option<bool>,
     mean: Option<f64>,
     sd: Option<f64>,
     min: Option<f64>,
@@ -79,6 +77,10 @@ const WORDS: [&str; 10] = [
 /// How axes are written, for whoever wrote one otherwise.
 const FORMS: &str = "write a list, `[0.2, 0.4]`, a range, `{ from = 0.1, to = 0.8, steps = 8 }`, or a distribution, \
                      `{ mean = 0.6, sd = 0.05 }`";
+
+/// Draws of a distribution that goes on for ever keep off its ends by this share, 8.2 standard deviations of a normal one: at the ends
+/// it is infinite.
+const TAIL: f64 = 1.0 / (1u64 << 53) as f64;
 
 /// Most values of one axis.
 const MOST_STEPS: u64 = 1_000_000;
@@ -189,23 +191,31 @@ impl Axis {
             Values::Range {
                 from,
                 to,
+                steps: None,
                 scale,
-                whole,
-                ..
+                whole: true,
             } => {
-                let x = along(from, to, scale, share);
-                if whole {
-                    Value::Integer(x.round() as i64)
-                } else {
-                    Value::Float(rounded(x))
-                }
+                // Each whole number has the way up to the next, the last one too.
+                let x = along(from, to + 1.0, scale, share).floor();
+                Value::Integer(x.clamp(from, to) as i64)
             }
+            Values::Range {
+                from,
+                to,
+                scale,
+                whole: true,
+                ..
+            } => Value::Integer(along(from, to, scale, share).round() as i64),
+            Values::Range {
+                from, to, scale, ..
+            } => Value::Float(rounded(along(from, to, scale, share))),
             Values::Normal { mean, sd, min, max } => {
                 let Ok(normal) = Normal::new(mean, sd) else {
                     return Value::Float(mean);
                 };
                 let (least, most) = (normal.cdf(min), normal.cdf(max));
-                let x = normal.inverse_cdf(least + share * (most - least));
+                let below = least + share * (most - least);
+                let x = normal.inverse_cdf(below.clamp(TAIL, 1.0 - TAIL));
                 Value::Float(rounded(x.clamp(min, max)))
             }
         }
@@ -250,6 +260,12 @@ fn list(name: &str, values: Vec<Value>) -> Result<Values, Wrong> {
         ));
     }
     for (index, value) in values.iter().enumerate() {
+        if !is_finite(value) {
+            return Err(wrong(
+                format!("`{name}` holds {value}, which is not finite"),
+                "write finite numbers",
+            ));
+        }
         if values[..index].contains(value) {
             return Err(wrong(
                 format!("`{name}` holds {value} twice"),
@@ -260,40 +276,72 @@ fn list(name: &str, values: Vec<Value>) -> Result<Values, Wrong> {
     Ok(Values::List(values))
 }
 
+/// Whether all numbers in a value are finite.
+fn is_finite(value: &Value) -> bool {
+    match value {
+        Value::Float(number) => number.is_finite(),
+        Value::Array(values) => values.iter().all(is_finite),
+        Value::Table(table) => table.values().all(is_finite),
+        _ => true,
+    }
+}
+
 impl Written {
     fn values(self, name: &str) -> Result<Values, Wrong> {
+        let stand = [
+            ("values", self.values.is_some()),
+            ("from", self.from.is_some()),
+            ("to", self.to.is_some()),
+            ("steps", self.steps.is_some()),
+            ("scale", self.scale.is_some()),
+            ("whole", self.whole.is_some()),
+            ("mean", self.mean.is_some()),
+            ("sd", self.sd.is_some()),
+            ("min", self.min.is_some()),
+            ("max", self.max.is_some()),
+        ];
+        let only = |form: &str, words: &[&str]| {
+            let other = stand
+                .iter()
+                .find(|(word, stands)| *stands && !words.contains(word));
+            match other {
+                None => Ok(()),
+                Some((word, _)) => Err(wrong(
+                    format!("`{name}` is {form}, which has no `{word}`"),
+                    FORMS,
+                )),
+            }
+        };
         match self {
             Self {
                 values: Some(values),
-                from: None,
-                to: None,
-                steps: None,
-                mean: None,
-                sd: None,
-                min: None,
-                max: None,
                 ..
-            } => list(name, values),
+            } => {
+                only("a list", &["values"])?;
+                list(name, values)
+            }
             Self {
-                values: None,
                 from: Some(from),
                 to: Some(to),
-                mean: None,
-                sd: None,
-                min: None,
-                max: None,
+                steps,
+                scale,
+                whole,
                 ..
-            } => range(name, from, to, self.steps, self.scale, self.whole),
+            } => {
+                only("a range", &["from", "to", "steps", "scale", "whole"])?;
+                let (scale, whole) = (scale.unwrap_or_default(), whole.unwrap_or_default());
+                range(name, from, to, steps, scale, whole)
+            }
             Self {
-                values: None,
-                from: None,
-                to: None,
-                steps: None,
-                whole: false,
                 mean: Some(mean),
                 sd: Some(sd),
+                min,
+                max,
                 ..
-            } => normal(name, mean, sd, self.min, self.max),
+            } => {
+                only("a normal distribution", &["mean", "sd", "min", "max"])?;
+                normal(name, mean, sd, min, max)
+            }
             _ => Err(wrong(
                 format!("`{name}` is neither a list, a range nor a distribution"),
                 FORMS,
@@ -322,6 +370,12 @@ pub(super) fn range(
             "let it begin above 0, or leave `scale` out",
         ));
     }
+    if whole && (from.fract() != 0.0 || to.fract() != 0.0) {
+        return Err(wrong(
+            format!("`{name}` is of whole numbers, and goes from {from} to {to}"),
+            "let it begin and end at whole numbers",
+        ));
+    }
     match steps {
         Some(0 | 1) => {
             return Err(wrong(
@@ -338,11 +392,17 @@ pub(super) fn range(
                 "take fewer",
             ));
         }
-        Some(steps) if whole && steps as f64 > to.floor() - from.ceil() + 1.0 => {
-            return Err(wrong(
-                format!("`{name}` has {steps} steps, but holds fewer whole numbers"),
-                "take fewer `steps`",
-            ));
+        Some(steps) if whole => {
+            let at = |step: u64| along(from, to, scale, step as f64 / (steps - 1) as f64).round();
+            if let Some(step) = (1..steps).find(|step| at(*step) == at(step - 1)) {
+                return Err(wrong(
+                    format!(
+                        "`{name}` has {steps} steps, of which two come to the whole number {}",
+                        at(step)
+                    ),
+                    "take fewer `steps`, or list the values",
+                ));
+            }
         }
         _ => {}
     }
@@ -434,6 +494,28 @@ mod tests {
     }
 
     #[test]
+    fn whole_numbers_are_drawn_with_the_same_probability() {
+        let drawn = |text: &str, number: i64| {
+            let axis = axis(text).unwrap();
+            let shares = (0..6000).map(|draw| (f64::from(draw) + 0.5) / 6000.0);
+            shares
+                .filter(|share| axis.at(*share) == Value::Integer(number))
+                .count()
+        };
+        for number in [-1, 0, 1] {
+            assert_eq!(drawn("{ from = -1, to = 1, whole = true }", number), 2000);
+        }
+        // Evenly by their logarithm, each number k has ln((k + 1) / k) of ln(4 / 1): half of it the first.
+        let log = "{ from = 1, to = 3, whole = true, scale = \"log\" }";
+        assert_eq!(drawn(log, 1), 3000);
+        let ends = axis("{ from = 1, to = 3, whole = true }").unwrap();
+        assert_eq!(
+            (ends.at(0.0), ends.at(1.0)),
+            (Value::Integer(1), Value::Integer(3))
+        );
+    }
+
+    #[test]
     fn a_normal_axis_has_the_quantiles_of_tables_and_keeps_to_its_ends() {
         let normal = axis("{ mean = 1, sd = 2 }").unwrap();
         // The quantile of 97.5 % is 1.959964 standard deviations above the mean.
@@ -445,6 +527,7 @@ mod tests {
             let x = number_of(&cut.at(share)).unwrap();
             assert!((0.1..=0.9).contains(&x), "{x}");
         }
+        assert!(at(0.0).is_finite() && at(1.0).is_finite());
     }
 
     #[rstest::rstest]
@@ -470,7 +553,29 @@ mod tests {
     )]
     #[case(
         "{ from = 1, to = 3, steps = 9, whole = true }",
-        "`axes.a.b` has 9 steps, but holds fewer whole numbers"
+        "`axes.a.b` has 9 steps, of which two come to the whole number 1"
+    )]
+    #[case(
+        "{ from = 1, to = 10, steps = 10, scale = \"log\", whole = true }",
+        "`axes.a.b` has 10 steps, of which two come to the whole number 1"
+    )]
+    #[case(
+        "{ from = 0.5, to = 3, whole = true }",
+        "`axes.a.b` is of whole numbers, and goes from 0.5 to 3"
+    )]
+    #[case("[0.1, inf]", "`axes.a.b` holds inf, which is not finite")]
+    #[case("[[0.1, nan]]", "`axes.a.b` holds [0.1, nan], which is not finite")]
+    #[case(
+        "{ mean = 1, sd = 0.1, scale = \"log\" }",
+        "`axes.a.b` is a normal distribution, which has no `scale`"
+    )]
+    #[case(
+        "{ values = [1, 2], whole = true }",
+        "`axes.a.b` is a list, which has no `whole`"
+    )]
+    #[case(
+        "{ from = 1, to = 2, sd = 3 }",
+        "`axes.a.b` is a range, which has no `sd`"
     )]
     #[case(
         "{ from = 1 }",

@@ -11,8 +11,8 @@ use super::axis::{Axis, Values, axes_of, range};
 use super::file::{Method, StudyFile};
 use super::row::figure_names;
 use super::sample::{MOST_SOBOL_POINTS, runs_a_point};
-use super::study::{Base, MOST_RUNS, Study, grid_points};
-use crate::scenario::{Setting, nearest, read_toml};
+use super::study::{Base, MOST_RUNS, SEED, Study, grid_points};
+use crate::scenario::{Bound, Scenario, Setting, nearest, read_toml};
 use crate::{Error, ScenarioFault};
 
 /// A fault of a study's text.
@@ -30,6 +30,9 @@ fn fault(
         span: span.into(),
     }))
 }
+
+/// Values that are tried have twelve digits: no bracket is narrower than this share of them.
+const FINEST: f64 = 1e-11;
 
 /// Where a key stands in a text, or the whole text.
 fn place(text: &str, keys: &[&str]) -> Range<usize> {
@@ -91,6 +94,16 @@ pub(super) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
                 path,
                 span,
                 format!("`axes.{key}` and `axes.{}` set the same key", other.key),
+                "leave one of them out",
+            ));
+        }
+        let is_replaced = |(set, _): &(String, Value)| overlap(set, key) && set.len() >= key.len();
+        if let Some((set, _)) = flat(&file.set).iter().find(|one| is_replaced(one)) {
+            return Err(fault(
+                text,
+                path,
+                span,
+                format!("`axes.{key}` replaces `set.{set}` in every run"),
                 "leave one of them out",
             ));
         }
@@ -199,12 +212,35 @@ pub(super) fn whole(
         }
         _ => {}
     }
+    if file.repetitions > 1 {
+        let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
+        let varied = axes.iter().map(|axis| axis.key.as_str());
+        let mut varied = varied.chain(file.find.as_ref().map(|find| find.key.as_str()));
+        if is_set || varied.any(|key| key == SEED) {
+            let message =
+                format!("`repetitions` would all be the same run, since the study gives `{SEED}`");
+            let help = "leave one of the two out: each repetition has a seed of its own";
+            return wrong(&["repetitions"], message, help);
+        }
+    }
     if count == 0 && file.find.is_none() {
         let varies_noise =
             file.method == Method::Random || (file.method == Method::Grid && file.repetitions > 1);
         if !varies_noise || file.minimise.is_some() {
             let help = "add an axis, such as `axes.world.floor.friction = [0.2, 0.4]`; noise alone is varied by `repetitions`";
             return wrong(&["scenario"], "the study varies nothing".to_owned(), help);
+        }
+    }
+    if file.method == Method::Morris {
+        let is_endless = |axis: &&Axis| matches!(axis.values, Values::Normal { min, max, .. } if !(min.is_finite() && max.is_finite()));
+        if let Some(axis) = axes.iter().find(is_endless) {
+            let message = format!(
+                "`axes.{}` has no ends, and `method = \"morris\"` moves each axis from one end to the other",
+                axis.key
+            );
+            let span = axis_place(text, &axis.key).unwrap_or_default();
+            let help = "cut it off: give it `min` and `max`";
+            return Err(fault(text, path, span, message, help));
         }
     }
     let most_axes = match file.method {
@@ -261,6 +297,15 @@ fn questions(
         if let Err(refused) = range("find", find.from, find.to, None, find.scale, false) {
             return wrong(&["find", "from"], refused.message, &refused.help);
         }
+        let finest = FINEST * find.from.abs().max(find.to.abs());
+        if find.tolerance < finest {
+            let message = format!(
+                "`find.tolerance` = {:e} is finer than the digits with which values are tried",
+                find.tolerance
+            );
+            let help = format!("take {finest:e} or more");
+            return wrong(&["find", "tolerance"], message, &help);
+        }
         if let Some(axis) = axes.iter().find(|axis| overlap(&axis.key, &find.key)) {
             let message = format!("`{}` is searched over, and an axis too", axis.key);
             return wrong(&["find", "key"], message, "leave the axis out");
@@ -288,13 +333,9 @@ fn questions(
             return wrong(&["axes"], message, help);
         }
         for (name, bound) in &minimise.subject_to {
-            if bound.min.is_none() && bound.max.is_none() {
-                let message = format!("`minimise.subject_to.{name}` bounds nothing");
-                return wrong(
-                    &["minimise", "subject_to"],
-                    message,
-                    "give it `min` or `max`",
-                );
+            if let Some(what) = objection_to(&bound.bound()) {
+                let message = format!("`minimise.subject_to.{name}` {what}");
+                return wrong(&["minimise", "subject_to", name.as_str()], message, BOUNDS);
             }
         }
     }
@@ -332,24 +373,43 @@ fn quantities(text: &str, path: &Path, file: &StudyFile) -> Result<(), Error> {
     for (name, bound) in &file.expect {
         let keys = ["expect", name.as_str()];
         known(name, &keys)?;
-        let is_crossed = matches!((bound.min, bound.max), (Some(min), Some(max)) if min > max);
-        if is_crossed || (bound.min.is_none() && bound.max.is_none()) {
-            let message = format!(
-                "`expect.{name}` {}",
-                if is_crossed {
-                    "can never hold"
-                } else {
-                    "bounds nothing"
-                }
+        let wrong = |what: String, help: &str| {
+            let message = format!("`expect.{name}` {what}");
+            Err(fault(text, path, place(text, &keys), message, help))
+        };
+        if let Some(what) = objection_to(&bound.bound()) {
+            return wrong(what.to_owned(), BOUNDS);
+        }
+        if !(bound.share > 0.0 && bound.share <= 1.0) {
+            return wrong(
+                format!(
+                    "has the share {}, which no part of the runs is",
+                    bound.share
+                ),
+                "write a share above 0 and up to 1, such as 0.99",
             );
-            let help = "give it `min`, `max` or both, the least first";
-            return Err(fault(text, path, place(text, &keys), message, help));
         }
     }
     Ok(())
 }
 
-/// Every key that is set or varied must be one of each scenario, and take the first value that it is given.
+/// How bounds are repaired.
+const BOUNDS: &str = "give it `min`, `max` or both, finite and the least first";
+
+/// What is wrong with a bound, if anything is.
+fn objection_to(bound: &Bound) -> Option<&'static str> {
+    match (bound.min, bound.max) {
+        (None, None) => Some("bounds nothing"),
+        (Some(min), Some(max)) if min > max => Some("can never hold"),
+        (min, max) => {
+            let mut ends = min.into_iter().chain(max);
+            ends.any(|end| !end.is_finite()).then_some("is not finite")
+        }
+    }
+}
+
+/// Every key that is set or varied must be one of each scenario, and take the kind of values that it is given: each of a list, and one of
+/// a range, whose values are all numbers.
 pub(super) fn keys(study: &Study) -> Result<(), Error> {
     let (text, path) = (study.text.as_str(), study.path.as_path());
     let words = |error: Error| match error {
@@ -365,37 +425,36 @@ pub(super) fn keys(study: &Study) -> Result<(), Error> {
                 let (message, help) = words(error);
                 fault(text, path, place(text, &["set"]), message, help)
             })?;
-        let first = study
-            .axes
-            .iter()
-            .map(|axis| (axis.key.as_str(), axis.at(0.5), "axes"));
+        let tried = study.axes.iter().flat_map(|axis| {
+            let values = match &axis.values {
+                Values::List(values) => values.clone(),
+                _ => vec![axis.at(0.5)],
+            };
+            let of_key = |value| (axis.key.as_str(), value, "axes");
+            values.into_iter().map(of_key)
+        });
         let find = study.file.find.as_ref();
         let searched = find.map(|find| (find.key.as_str(), Value::Float(find.to), "find"));
-        for (key, value, section) in first.chain(searched) {
+        for (key, value, section) in tried.chain(searched) {
             let mut settings = study.fixed().to_vec();
             settings.push(Setting::new(key, &value));
-            let Err(error) = study.scenario_with(scenario, &settings) else {
+            // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
+            let base = &study.bases[scenario];
+            let Some(wrong) = Scenario::misshapen(&base.text, &base.path, &settings) else {
                 continue;
             };
-            let is_unknown = |message: &str| {
-                message.starts_with("unknown key") || message.contains(", but must be a")
+            let keys: Vec<&str> = [section].into_iter().chain(key.split('.')).collect();
+            let span = match section {
+                "find" => place(text, &["find", "key"]),
+                _ => axis_place(text, key).unwrap_or_else(|| place(text, &keys)),
             };
-            let (message, help) = words(error);
-            // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
-            if is_unknown(&message) {
-                let keys: Vec<&str> = [section].into_iter().chain(key.split('.')).collect();
-                let span = match section {
-                    "find" => place(text, &["find", "key"]),
-                    _ => axis_place(text, key).unwrap_or_else(|| place(text, &keys)),
-                };
-                return Err(fault(
-                    text,
-                    path,
-                    span,
-                    format!("{message}, which `{section}` varies"),
-                    help,
-                ));
-            }
+            return Err(fault(
+                text,
+                path,
+                span,
+                format!("{}, which `{section}` varies", wrong.message),
+                wrong.help,
+            ));
         }
     }
     Ok(())

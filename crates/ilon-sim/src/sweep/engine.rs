@@ -1,11 +1,10 @@
 //! All runs of a study, on all cores, and what they say.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
 use rayon::prelude::*;
 use toml::Value;
@@ -15,7 +14,7 @@ use super::file::{Find, Keep, Minimise};
 use super::findings::{Findings, FoundAt, MinimumAt};
 use super::minimise::Trial;
 use super::row::{Row, Status, Task, figure_index};
-use super::store::{Shard, Store};
+use super::store::{Shard, Store, parts_of};
 use super::study::{Question, Study};
 use super::table::write_runs;
 use crate::Error;
@@ -45,9 +44,14 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
+    /// Whether it was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
     /// [`Error::Stopped`] once it was asked for.
     pub(super) fn check(&self) -> Result<(), Error> {
-        match self.0.load(Ordering::Relaxed) {
+        match self.is_asked() {
             true => Err(Error::Stopped),
             false => Ok(()),
         }
@@ -136,8 +140,18 @@ pub fn sweep(
     let result = pool.install(|| sweep.answer(options.shard));
     store.sync()?;
     let findings = result?;
-    pool.install(|| sweep.keep())?;
+    pool.install(|| keep(study, store, options))?;
     Ok(findings)
+}
+
+/// Keeps the traces that a study of which no run is missing asks for, and that are not there: runs come out the same each time, so that
+/// those are run again.
+///
+/// # Errors
+/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
+/// [`Error::Stopped`] where it was stopped.
+pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
+    options.pool()?.install(|| keep(study, store, options))
 }
 
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
@@ -367,48 +381,69 @@ impl<'s> Sweep<'s> {
             minimum,
         })
     }
+}
 
-    /// Runs again what is to be kept and is not there: runs come out the same each time.
-    fn keep(&self) -> Result<(), Error> {
-        let (study, store) = (self.study, self.store);
-        let Some(folder) = store.folder() else {
-            return Ok(());
-        };
-        let rows = store.rows();
-        let chosen = chosen(study, &rows);
-        chosen.par_iter().try_for_each(|row| {
-            let kept = kept_folder(folder, row.run);
+/// Runs again what is to be kept and is not there: runs come out the same each time.
+fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
+    let Some(folder) = store.folder() else {
+        return Ok(());
+    };
+    if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
+        // Which runs are worst is known once all are there.
+        return Ok(());
+    }
+    let rows = store.rows();
+    let mut places = parts_of(folder)?;
+    places.push(folder.to_owned());
+    chosen(study, &rows).par_iter().try_for_each(|row| {
+        let is_kept = |place: &PathBuf| {
+            let kept = kept_folder(place, row.run);
             let is_there = |name: &str| kept.join(name).exists();
-            if is_there("summary.json")
-                || (row.status == Status::Failed && is_there("scenario.toml"))
-            {
-                return Ok(());
+            is_there("summary.json") || (row.status == Status::Failed && is_there("scenario.toml"))
+        };
+        if places.iter().any(is_kept) {
+            return Ok(());
+        }
+        keep_again(study, row, &kept_folder(folder, row.run), &options.stop)
+    })
+}
+
+/// Runs the task of a row again, and writes what comes of it into a folder.
+fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), Error> {
+    let task = Task {
+        run: row.run,
+        scenario: study
+            .scenario_names()
+            .position(|name| name == row.scenario)
+            .unwrap_or(0),
+        point: row.point,
+        repetition: row.repetition,
+        values: row.values.clone(),
+    };
+    let (again, finished) = evaluate(study, &task, stop)?;
+    if again.status != row.status || again.trace_hash != row.trace_hash {
+        let why = again
+            .error
+            .map_or(String::new(), |error| format!(": {error}"));
+        return Err(Error::invalid(
+            format!(
+                "run {} does not come out again as its row says{why}",
+                row.run
+            ),
+            "a file of its robot has changed or is gone; bring it back, or run the study anew in another folder",
+        ));
+    }
+    match finished {
+        Some(finished) => finished.write(kept),
+        // Of a run that cannot be simulated its scenario is kept, where it is one.
+        None => match scenario_of(study, &task) {
+            Ok(scenario) => {
+                std::fs::create_dir_all(kept).map_err(super::store::io("create", kept))?;
+                let text = scenario.moved_to(kept).to_toml()?;
+                Ok(write_text(&kept.join("scenario.toml"), &text)?)
             }
-            let task = Task {
-                run: row.run,
-                scenario: study
-                    .scenario_names()
-                    .position(|name| name == row.scenario)
-                    .unwrap_or(0),
-                point: row.point,
-                repetition: row.repetition,
-                values: row.values.clone(),
-            };
-            match evaluate(study, &task, self.stop)?.1 {
-                Some(finished) => finished.write(&kept),
-                // Of a run that cannot be simulated its scenario is kept, where it is one.
-                None => match scenario_of(study, &task) {
-                    Ok(scenario) => {
-                        std::fs::create_dir_all(&kept)
-                            .map_err(super::store::io("create", &kept))?;
-                        let text = scenario.moved_to(&kept).to_toml()?;
-                        Ok::<(), TraceError>(write_text(&kept.join("scenario.toml"), &text)?)?;
-                        Ok(())
-                    }
-                    Err(_) => Ok(()),
-                },
-            }
-        })
+            Err(_) => Ok(()),
+        },
     }
 }
 
@@ -425,7 +460,7 @@ fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
             let breaks = |row: &Row| {
                 study.expect().any(|(name, bound)| {
                     let value = figure_index(name).and_then(|index| row.figure(index));
-                    !value.is_some_and(|value| bound.holds(value))
+                    !value.is_some_and(|value| bound.bound().holds(value))
                 })
             };
             let is_chosen = |row: &&Row| row.status == Status::Failed || breaks(row);
@@ -456,7 +491,7 @@ fn values_on(study: &Study, place: &[f64]) -> Vec<Value> {
 }
 
 /// Where the trace of a run is kept.
-fn kept_folder(folder: &Path, run: u64) -> std::path::PathBuf {
+fn kept_folder(folder: &Path, run: u64) -> PathBuf {
     folder.join("kept").join(format!("run_{run:06}"))
 }
 

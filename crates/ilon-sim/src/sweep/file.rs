@@ -8,6 +8,8 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::{Table, Value};
 
+use crate::scenario::Bound;
+
 /// A study as it stands in its file. Paths are relative to the file.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -256,28 +258,32 @@ pub struct ShareBound {
     /// At most this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// The share of all runs that must keep it; a run that could not be finished does not.
+    /// The share of all runs that must keep it, above 0; a run that could not be finished does not.
     #[serde(default = "all")]
-    #[schemars(range(min = 0.0, max = 1.0))]
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub share: f64,
 }
 
 impl ShareBound {
-    /// Whether a value keeps the bound.
-    pub fn holds(&self, value: f64) -> bool {
-        holds(self.min, self.max, value)
+    /// The bound that so many runs must keep.
+    pub fn bound(&self) -> Bound {
+        bound(self.min, self.max)
     }
 }
 
 impl OneBound {
-    /// Whether a value keeps the bound.
-    pub fn holds(&self, value: f64) -> bool {
-        holds(self.min, self.max, value)
+    /// The bound by itself.
+    pub fn bound(&self) -> Bound {
+        bound(self.min, self.max)
     }
 }
 
-fn holds(min: Option<f64>, max: Option<f64>, value: f64) -> bool {
-    !value.is_nan() && min.is_none_or(|min| value >= min) && max.is_none_or(|max| value <= max)
+fn bound(min: Option<f64>, max: Option<f64>) -> Bound {
+    Bound {
+        min,
+        max,
+        ..Bound::default()
+    }
 }
 
 /// How values lie between two ends.
@@ -318,6 +324,9 @@ fn gather<T: DeserializeOwned>(
                 let bound = bound.map_err(|e: toml::de::Error| {
                     format!("the bound on `{name}`: {}", e.message())
                 })?;
+                if bounds.contains_key(&name) {
+                    return Err(format!("the bound on `{name}` stands twice"));
+                }
                 bounds.insert(name, bound);
             }
         }

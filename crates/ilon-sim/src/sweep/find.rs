@@ -27,10 +27,10 @@ pub struct Found {
 /// A place where a quantity crosses its value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Crossing {
-    /// The key's value below it that was tried last.
-    pub above_key: f64,
-    /// The key's value beyond it that was tried last.
-    pub below_key: f64,
+    /// The largest value of the key below it that was tried.
+    pub key_below: f64,
+    /// The least value of the key above it that was tried.
+    pub key_above: f64,
     /// Where it lies between them, by a straight line.
     pub at: f64,
     /// Whether the quantity rises with the key there.
@@ -83,7 +83,12 @@ impl Find {
             .collect::<Result<_, E>>()?;
         let brackets: Vec<usize> = (0..keys.len() - 1)
             .filter(|at| match (values[*at], values[at + 1]) {
-                (Some(a), Some(b)) => self.is_beyond(a) != self.is_beyond(b),
+                (Some(a), Some(b)) => {
+                    // At an end of the range the value counts as crossed where it is reached.
+                    let is_reached_first = *at == 0 && a == self.crosses && b != a;
+                    let is_reached_last = at + 2 == keys.len() && b == self.crosses && b != a;
+                    self.is_beyond(a) != self.is_beyond(b) || is_reached_first || is_reached_last
+                }
                 _ => false,
             })
             .collect();
@@ -129,10 +134,18 @@ impl Find {
                 break;
             }
             let middle = rounded(along(low.0, high.0, self.scale, 0.5));
+            if middle <= low.0 || middle >= high.0 {
+                break;
+            }
             let Some(value) = quantity(first + halving, middle)? else {
                 break;
             };
-            if self.is_beyond(value) == self.is_beyond(low.1) {
+            // Where the value is reached at the lower end, its side is none; the upper end has one then.
+            let is_low = match low.1 == self.crosses {
+                true => self.is_beyond(value) != self.is_beyond(high.1),
+                false => self.is_beyond(value) == self.is_beyond(low.1),
+            };
+            if is_low {
                 low = (middle, value);
             } else {
                 high = (middle, value);
@@ -140,8 +153,8 @@ impl Find {
         }
         let share = (self.crosses - low.1) / (high.1 - low.1);
         Ok(Crossing {
-            above_key: low.0,
-            below_key: high.0,
+            key_below: low.0,
+            key_above: high.0,
             at: rounded(low.0 + share.clamp(0.0, 1.0) * (high.0 - low.0)),
             is_rising: high.1 > low.1,
             is_narrow: high.0 - low.0 <= self.tolerance,
@@ -204,11 +217,11 @@ mod tests {
         };
         let root = std::f64::consts::SQRT_2;
         assert!(
-            crossing.above_key <= root && root <= crossing.below_key,
+            crossing.key_below <= root && root <= crossing.key_above,
             "{crossing:?}"
         );
-        assert!(crossing.below_key - crossing.above_key <= tolerance && crossing.is_narrow);
-        assert!(crossing.above_key <= crossing.at && crossing.at <= crossing.below_key);
+        assert!(crossing.key_above - crossing.key_below <= tolerance && crossing.is_narrow);
+        assert!(crossing.key_below <= crossing.at && crossing.at <= crossing.key_above);
         assert!(crossing.is_rising);
     }
 
@@ -226,6 +239,34 @@ mod tests {
             "{at:?}"
         );
         assert!(found.crossings[0].is_rising && !found.crossings[1].is_rising);
+    }
+
+    #[rstest::rstest]
+    #[case::rising_to_the_last(|x| x, 2.0)]
+    #[case::falling_to_the_last(|x| 4.0 - x, 2.0)]
+    #[case::rising_from_the_first(|x| 2.0 + x, 0.0)]
+    #[case::falling_from_the_first(|x| 2.0 - x, 0.0)]
+    fn a_value_that_is_reached_at_an_end_is_found_there(
+        #[case] f: fn(f64) -> f64,
+        #[case] at: f64,
+    ) {
+        let found = search(&find(0.0, 2.0, Scale::Linear, 1e-4), |x| Some(f(x)));
+        let [crossing] = found.crossings[..] else {
+            panic!("{found:?}");
+        };
+        assert!(
+            (crossing.at - at).abs() <= 1e-4 && crossing.is_narrow,
+            "{crossing:?}"
+        );
+        assert_eq!(crossing.is_rising, f(1.0) > f(0.5));
+    }
+
+    #[test]
+    fn a_value_that_is_touched_within_the_range_is_not_crossed() {
+        let found = search(&find(0.0, 2.0, Scale::Linear, 1e-4), |x| {
+            Some(2.0 - (x - 1.0).abs())
+        });
+        assert_eq!(found.crossings, []);
     }
 
     #[test]

@@ -103,7 +103,7 @@ impl Minimise {
         let bounds = self.subject_to.values();
         bounds
             .zip(bounded)
-            .all(|(bound, value)| bound.holds(*value))
+            .all(|(bound, value)| bound.bound().holds(*value))
     }
 
     fn descend<E>(

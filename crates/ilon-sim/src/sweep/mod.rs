@@ -39,7 +39,7 @@ mod study;
 mod table;
 
 pub use axis::{Axis, Values, number_of};
-pub use engine::{Options, Progress, Stop, findings, sweep, write_results};
+pub use engine::{Options, Progress, Stop, findings, keep_traces, sweep, write_results};
 pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
 pub use find::{Crossing, Found};
 pub use findings::Findings;

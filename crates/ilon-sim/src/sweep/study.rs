@@ -438,15 +438,14 @@ impl Study {
             if let Some(Reference::Waypoints { file, .. }) = &scenario.reference {
                 read.push(file.clone());
             }
+            read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
             let varied = self.axes.iter().filter(|axis| axis.key.ends_with("file"));
             for axis in varied {
                 let paths = (0..axis.count().unwrap_or_default()).map(|at| axis.nth(at));
                 read.extend(paths.filter_map(|path| path.as_str().map(PathBuf::from)));
             }
             for path in read {
-                // A robot that cannot be read is a failed row, not the end of the study.
-                let bytes = self.files.read(&scenario.resolve(&path), MAX_BYTES);
-                hash.feed_bytes(&bytes.unwrap_or_default());
+                self.feed(&mut hash, &scenario.resolve(&path));
             }
         }
         let StudyFile {
@@ -462,6 +461,27 @@ impl Study {
             serde_json::json!([self.axes, method, points, repetitions, seed, find, minimise]);
         hash.feed(&asked.to_string());
         Ok(hash.to_string())
+    }
+}
+
+/// The most files of a folder that count for a fingerprint: a bag has few.
+const MOST_FILES: usize = 10_000;
+
+impl Study {
+    /// Feeds a file, or the files of a folder such as a bag, to a hash. One that cannot be read makes a failed row, not the end of the
+    /// study.
+    fn feed(&self, hash: &mut Hash, path: &Path) {
+        let names = match self.files.is_folder(path) {
+            true => self.files.names_in(path, MOST_FILES),
+            false => Vec::new(),
+        };
+        let inside = names.iter().map(|name| path.join(name));
+        for file in std::iter::once(path.to_owned()).chain(inside) {
+            match self.files.open(&file) {
+                Ok(file) => hash.feed_reader(file),
+                Err(_) => hash.feed(""),
+            }
+        }
     }
 }
 

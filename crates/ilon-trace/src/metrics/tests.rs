@@ -315,3 +315,78 @@ fn the_energy_balance_starts_at_the_first_record() {
     assert!((s.energy.unexplained_share.unwrap() - 12.4875 / 104.895).abs() < 1e-12);
     assert!((s.slip_energy_j.unwrap() - 19.98).abs() < 1e-12);
 }
+
+#[test]
+fn a_share_of_the_energy_is_known_of_robots_of_any_size() {
+    // A tenth of the size has a thousandth of the mass and, as fast, a thousandth of the energy.
+    let share = |scale: f64, turned_over_j: f64| {
+        let mut trace = run(|t| {
+            let record = Record {
+                motor_energy_j: turned_over_j * t / 9.99,
+                slip_energy_j: 0.9 * turned_over_j * t / 9.99,
+                ..Record::default()
+            };
+            (record, WheelSample::default())
+        });
+        trace.header.mass_kg = 10.0 * scale.powi(3);
+        trace.header.wheels[0].radius_m = 0.05 * scale;
+        Summary::of(&trace, &Settings::default())
+            .energy
+            .unexplained_share
+    };
+    for scale in [10.0, 1.0, 0.1, 0.01] {
+        let known = share(scale, 0.01 * scale.powi(3)).unwrap();
+        assert!((known - 0.1).abs() < 1e-9, "{scale}: {known}");
+        // 10 kg x 9.81 m/s^2 x 0.05 m x 1e-4 = 4.9e-4 J at full size.
+        assert_eq!(share(scale, 4e-4 * scale.powi(4)), None, "{scale}");
+    }
+}
+
+#[test]
+fn rows_that_are_far_apart_come_to_what_close_ones_do() {
+    // Steady: 0.2 m/s ahead, asked for 0.3 m/s. 1000 control periods, of which the last is a row whatever the distance.
+    let steady = |t_s: f64| {
+        let twist = Twist::new(0.2, 0.0, 0.0);
+        let record = Record {
+            t_s,
+            command_twist_in_body: Twist::new(0.3, 0.0, 0.0),
+            twist_ideal: twist,
+            ..Record::default()
+        };
+        (record, WheelSample::default())
+    };
+    let close = run(|t_s| {
+        let (mut record, wheel) = steady(t_s);
+        record.truth.twist_in_body = Twist::new(0.2, 0.0, 0.0);
+        (record, wheel)
+    });
+    let expected = Summary::of(&close, &Settings::default());
+    for every in [1, 7, 300, 400, 999, 1000, 4000] {
+        let header = Header {
+            record_every: every,
+            control_periods: 1000,
+            ..close.header.clone()
+        };
+        let mut far = Trace::with_capacity(header, 0);
+        for (row, (record, wheels)) in close.steps().enumerate() {
+            if row % every as usize == 0 || row == 999 {
+                far.push(*record, wheels);
+            }
+        }
+        let found = Summary::of(&far, &Settings::default());
+        assert_eq!(found.duration_s, 10.0, "{every}");
+        assert_eq!((found.steps, found.control_dt_s), (5000, DT_S), "{every}");
+        assert!(
+            (found.travelled_m - expected.travelled_m).abs() < 1e-12,
+            "{every}"
+        );
+        assert!(
+            (found.ledger.total.x_m - 1.0).abs() < 1e-9,
+            "{every}: {:?}",
+            found.ledger.total
+        );
+        if let Some(mean) = found.twist_mean {
+            assert!((mean.vx_m_s - 0.2).abs() < 1e-12, "{every}");
+        }
+    }
+}

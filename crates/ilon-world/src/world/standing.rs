@@ -15,6 +15,9 @@ const PUT_DOWN_M: f64 = 1e-9;
 /// The least by which a robot is lowered at a time, in metres: beside a wall everything is near all the way down.
 const LEAST_LOWERED_M: f64 = 1e-5;
 
+/// How often a robot is lowered by the way to whatever is nearest. Most stand by then; beside a high wall it would take for ever.
+const MOST_LOWERED: usize = 200;
+
 /// Nearer than this the chassis lies on the ground, to what f32 makes of shapes, in metres.
 const LIES_M: f64 = 1e-6;
 
@@ -79,16 +82,25 @@ pub(super) fn standing(
 
     // Down from where all of it is free, by no more than the way to whatever is nearest.
     let (mut free_m, mut lower_m) = (above_m, f64::NEG_INFINITY);
+    let mut lowered = 0;
     while free_m - lower_m > PUT_DOWN_M {
         let gap_m = nearest_m(free_m);
         if gap_m < PUT_DOWN_M {
             break;
         }
+        if lowered == MOST_LOWERED && ground.is_solid_below() {
+            // What touches such a ground touches it from there on down: here the plane.
+            lower_m = lower_m.max(upright_m - reach_m);
+        }
+        lowered += 1;
         let next_m = if lower_m.is_finite() {
             0.5 * (free_m + lower_m)
         } else {
             free_m - gap_m.max(LEAST_LOWERED_M)
         };
+        if next_m <= lower_m || next_m >= free_m {
+            break;
+        }
         if nearest_m(next_m) <= 0.0 {
             lower_m = next_m;
         } else {

@@ -78,7 +78,14 @@ fn margin(text: &str) -> Result<f64, String> {
 /// Runs all scenarios and prints a line for each.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
+    if arguments.update.is_some() && !arguments.settings.settings.is_empty() {
+        return Err(Failure::usage(
+            "--update would write into the files what was measured under --set, which is not in them",
+            "change the keys in the files, or leave one of the two out",
+        ));
+    }
     let found = found::find(&arguments.paths, arguments.filter.as_deref())?;
+    say_what_studies_leave_out(arguments, &found, &files);
     let _claims = claims(arguments, &found)?;
     let stop = AtomicBool::new(false);
     let settings = &arguments.settings.settings;
@@ -135,6 +142,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     Ok(outcome)
+}
+
+/// Options that say nothing of a study are named for each that is checked.
+fn say_what_studies_leave_out(arguments: &Arguments, found: &[Found], files: &FileAccess) {
+    let options = [
+        ("--keep", arguments.keep.is_some()),
+        ("--save", arguments.save.is_some()),
+        ("--against", arguments.against.is_some()),
+        ("--update", arguments.update.is_some()),
+    ];
+    let given: Vec<&str> = options
+        .into_iter()
+        .filter_map(|(option, is_given)| is_given.then_some(option))
+        .collect();
+    if given.is_empty() {
+        return;
+    }
+    for study in found.iter().filter(|one| is_study(&one.path, files)) {
+        say::note(&format!(
+            "note: `{}` is a study, of which {} does nothing",
+            study.label,
+            given.join(" and ")
+        ));
+    }
 }
 
 /// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no

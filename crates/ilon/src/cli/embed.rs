@@ -11,7 +11,7 @@ use miette::Diagnostic;
 
 use super::failure::Failure;
 use super::output::OutputFolder;
-use super::{Cli, Outcome, context, dispatch, fault, sweep};
+use super::{Cli, Outcome, context, dispatch, fault, identify, sweep};
 use crate::Run;
 use crate::judge::judge;
 use crate::simulate::load_robot;
@@ -88,6 +88,26 @@ pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
 /// Where it cannot be written.
 pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Explained> {
     sweep::write(study, store, findings).map_err(|failure| explain(&failure))
+}
+
+/// Makes sure that what is identified, written into a folder, replaces nothing that it is made from, as `ilon identify` does.
+///
+/// # Errors
+/// Where it would.
+pub fn may_hold_identified(folder: &Path, study: &ilon_identify::Study) -> Result<(), Explained> {
+    identify::refuse_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
+}
+
+/// Writes what was identified into a folder, as `ilon identify` does.
+///
+/// # Errors
+/// Where it is in use or cannot be written to.
+pub fn write_identified(
+    folder: &Path,
+    study: &ilon_identify::Study,
+    found: &ilon_identify::Identified,
+) -> Result<(), Explained> {
+    identify::write_claimed(study, found, folder).map_err(|failure| explain(&failure))
 }
 
 /// What a study found, as `ilon sweep` prints it.

@@ -56,11 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some("out/<study>") => PathBuf::from("out").join(study.name()),
         _ => arguments.out.clone(),
     };
-    let mut inputs = study.inputs();
-    inputs.push(path.clone());
-    for name in ilon_identify::FILES {
-        claim::not_an_input(&out.join(name), "--out", &inputs)?;
-    }
+    refuse_inputs(&out, &study, "--out")?;
     let _claim = claim::folder(&out, "--out")?;
     let bar = std::io::stderr()
         .is_terminal()
@@ -147,6 +143,22 @@ fn words(progress: &Progress) -> String {
         Progress::Fitting(model) => format!("fitting {model}"),
         Progress::Simulating(count) => format!("{count} drives simulated"),
     }
+}
+
+/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+pub(super) fn refuse_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
+    let mut inputs = study.inputs();
+    inputs.push(study.path.clone());
+    for name in ilon_identify::FILES {
+        claim::not_an_input(&out.join(name), option, &inputs)?;
+    }
+    Ok(())
+}
+
+/// Writes all results into a folder that is claimed for it.
+pub(super) fn write_claimed(study: &Study, found: &Identified, out: &Path) -> Result<(), Failure> {
+    let _claim = claim::folder(out, "another path")?;
+    write(study, found, out).map(drop)
 }
 
 /// Writes all files of the results, `identified.json` last; gives its text.

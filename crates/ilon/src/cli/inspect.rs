@@ -12,7 +12,7 @@ use super::table::Table;
 use super::{Outcome, Sandbox, claim, gallery, ros2, say};
 use crate::cli::failure::Failure;
 use crate::drawing;
-use crate::inspect::Inspection;
+use crate::inspect::{Inspection, TreadInspection};
 use crate::pages;
 use crate::sim::remedy;
 
@@ -154,6 +154,43 @@ fn as_modelled(robot: &Inspection) -> Table {
     table
 }
 
+/// What rollers that give or drag touch the ground with.
+fn surfaces(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading(
+        "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
+         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling",
+    );
+    columns(
+        &mut table,
+        &[
+            "along", "across", "damped", "across", "sag", "renewed", "drag",
+        ],
+    );
+    for wheel in &robot.wheels {
+        let Some(surface) = &wheel.surface else {
+            continue;
+        };
+        let of_tread = |value: fn(&TreadInspection) -> Option<f64>, decimals: usize| {
+            let value = surface.tread.as_ref().and_then(value);
+            value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+        };
+        table.words(
+            &wheel.name,
+            &[
+                of_tread(|tread| Some(1e-3 * tread.stiffness_n_m), 1),
+                of_tread(|tread| Some(1e-3 * tread.shear_stiffness_n_m), 1),
+                of_tread(|tread| Some(tread.damping_n_s_m), 1),
+                of_tread(|tread| Some(tread.shear_damping_n_s_m), 1),
+                of_tread(|tread| Some(1e3 * tread.sag_m), 3),
+                of_tread(|tread| Some(1e3 * tread.relaxation_length_m?), 1),
+                format!("{:.3}", surface.rolling_resistance),
+            ],
+        );
+    }
+    table
+}
+
 /// A row of names for the columns below it.
 fn columns(table: &mut Table, names: &[&str]) {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
@@ -204,6 +241,10 @@ fn text(robot: &Inspection) -> String {
         );
     }
     text.push_str(&format!("\n{table}"));
+
+    if robot.wheels.iter().any(|wheel| wheel.surface.is_some()) {
+        text.push_str(&format!("\n{}", surfaces(robot)));
+    }
 
     if !robot.outlines.is_empty() {
         text.push_str(&format!("\n{}", as_modelled(robot)));

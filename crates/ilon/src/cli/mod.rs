@@ -42,8 +42,8 @@ use ilon_robot::FileAccess;
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
 pub use embed::{
-    Explained, explain, may_hold_study, report_html, run_arguments, study_words, write_results,
-    write_study,
+    Explained, explain, may_hold_identified, may_hold_study, report_html, run_arguments,
+    study_words, write_identified, write_results, write_study,
 };
 
 /// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.

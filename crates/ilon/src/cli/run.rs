@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use ilon_sim::sweep::is_study;
 use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
 
@@ -11,7 +12,7 @@ use super::escape::one_line;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
 use super::table::Table;
-use super::{Outcome, Sandbox, Settings, open, say};
+use super::{Outcome, Sandbox, Settings, flags, open, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -55,6 +56,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenarios = Vec::new();
     let mut taken = BTreeSet::new();
     for path in &arguments.scenarios {
+        if is_study(path, &files) {
+            return Err(Failure::usage(
+                format!("`{}` is a study of many runs", path.display()),
+                format!(
+                    "`ilon sweep {}` runs it",
+                    flags::shell(&path.display().to_string())
+                ),
+            ));
+        }
         let scenario = Scenario::load_within(path, &arguments.settings.settings, &files)?;
         if !taken.insert(scenario.name.clone()) {
             return Err(Failure::usage(

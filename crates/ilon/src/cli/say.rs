@@ -4,7 +4,6 @@
 //! and its results count. What goes to standard output is a result itself.
 
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
 
 use super::escape;
 use crate::cli::failure::Failure;
@@ -19,9 +18,13 @@ pub(super) fn data(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
     match written {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::write(Path::new("standard output"), &error))
-        }
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::usage(
+            format!(
+                "cannot write to standard output: {}",
+                ilon_sim::reason(&error)
+            ),
+            "see to what it leads to, such as a disk that is full; files of results that were written before are whole",
+        )),
         _ => Ok(()),
     }
 }

@@ -5,7 +5,7 @@ mod progress;
 
 use std::path::{Path, PathBuf};
 
-use ilon_sim::sweep::{self, Findings, Keep, Options, Question, Shard, Store, Study};
+use ilon_sim::sweep::{self, Findings, Options, Shard, Store, Study};
 
 use self::progress::Bar;
 use super::escape::one_line;
@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     /// Gather the results of one study from these folders, and from the shards in them, instead of running it.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "study")]
     merge: Vec<PathBuf>,
-    /// Print what was found as JSON, and nothing else, on standard output.
+    /// Print what was found as JSON, and nothing else, on standard output; of a shard, what it ran.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -59,6 +59,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.done();
     if let Some(shard) = arguments.shard {
         let folder = store.folder().unwrap_or(&out).display().to_string();
+        if arguments.json {
+            let part = serde_json::json!({
+                "study": study.name(),
+                "shard": shard.to_string(),
+                "runs": store.rows().len(),
+                "failed": findings.failed,
+                "folder": folder,
+            });
+            say::data(&format!("{part:#}\n"))?;
+            return Ok(outcome(&findings));
+        }
         say::lines(&format!(
             "shard {shard} of {}: {} runs in {}\nonce all shards have ended: ilon sweep --merge {} --out {}\n",
             study.name(),
@@ -67,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             flags::shell(&out.display().to_string()),
             flags::shell(&out.display().to_string()),
         ))?;
-        return Ok(Outcome::Done);
+        return Ok(outcome(&findings));
     }
     show(arguments, &study, &store, &findings, &out)
 }
@@ -108,16 +119,10 @@ fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
         _ => arguments.out.clone(),
     };
     let (study, store) = Store::merge(&arguments.merge, &out)?;
-    if !matches!(study.question(), Question::Table { .. }) {
-        return Err(Failure::usage(
-            format!(
-                "`{}` is a study that searches: it has no parts to merge",
-                study.name()
-            ),
-            "run it whole",
-        ));
-    }
     let findings = sweep::findings(&study, &store);
+    sweep::write_results(&study, &store, &findings)?;
+    let options = Options::new(arguments.jobs.map(usize::from), None);
+    sweep::keep_traces(&study, &store, &options)?;
     show(arguments, &study, &store, &findings, &out)
 }
 
@@ -135,9 +140,10 @@ fn show(
         let json = json.map_err(|error| Failure::encode("the findings", &error))?;
         say::data(&(json + "\n"))?;
     } else {
-        let kept = match study.file().keep {
-            Keep::None => "",
-            _ => ", kept/",
+        let kept = if out.join("kept").is_dir() {
+            ", kept/"
+        } else {
+            ""
         };
         say::lines(&format!(
             "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
@@ -155,7 +161,16 @@ fn show(
             answer::expectation(expectation)
         )));
     }
-    Ok(Outcome::Done)
+    Ok(outcome(findings))
+}
+
+/// A study of which no run came to its end has no results.
+fn outcome(findings: &Findings) -> Outcome {
+    if findings.runs > 0 && findings.failed == findings.runs {
+        say::note("note: NO RUN CAME TO ITS END: nothing is known of the study");
+        return Outcome::BadInput;
+    }
+    Outcome::Done
 }
 
 fn out_folder(out: &Path, study: &str) -> PathBuf {

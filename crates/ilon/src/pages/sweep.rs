@@ -270,16 +270,16 @@ fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<Answer> {
         }
     }
     for one in &findings.effects {
-        let most = one
+        let known = one
             .axes
             .iter()
-            .max_by(|a, b| a.mean_magnitude.total_cmp(&b.mean_magnitude));
-        if let Some(most) = most {
+            .filter_map(|axis| Some((axis, axis.mean_magnitude?)));
+        if let Some((most, magnitude)) = known.max_by(|a, b| a.1.total_cmp(&b.1)) {
             answers.push(plain(format!(
                 "{}: {} matters most, and changes it by {} over its range.",
                 one.quantity,
                 most.key,
-                sweep::figure(most.mean_magnitude)
+                sweep::figure(magnitude)
             )));
         }
     }
@@ -414,7 +414,10 @@ fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
             .to_owned(),
         names: ["mean magnitude".to_owned(), "deviation".to_owned()],
         bars: (one.axes.iter())
-            .map(|axis| (axis.key.clone(), [(axis.mean_magnitude, None), (axis.deviation, None)]))
+            .filter_map(|axis| {
+                let bars = [(axis.mean_magnitude?, None), (axis.deviation.unwrap_or(0.0), None)];
+                Some((axis.key.clone(), bars))
+            })
             .collect(),
     });
     indices.chain(effects).collect()
@@ -483,7 +486,10 @@ fn tables(findings: &Findings) -> Vec<Table> {
             [
                 one.quantity.clone(),
                 one.scenario.clone(),
-                one.count.to_string(),
+                match one.draws {
+                    draws if draws == one.count => draws.to_string(),
+                    draws => format!("{} of {draws} points", one.count),
+                },
             ]
             .into_iter()
             .chain([one.mean, one.deviation, one.least, one.largest].map(sweep::figure))

@@ -185,6 +185,45 @@ fn a_scenario_moved_to_another_folder_names_the_same_files() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_scenario_moved_to_a_folder_behind_a_link_names_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(at("m/deep/er")).unwrap();
+    std::fs::create_dir_all(at("l")).unwrap();
+    std::os::unix::fs::symlink("../m/deep/er", at("l/link")).unwrap();
+    std::fs::write(at("robot.urdf"), "the robot").unwrap();
+    std::os::unix::fs::symlink("robot.urdf", at("other_name.urdf")).unwrap();
+    let mut scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
+    scenario.folder = folder.path().to_owned();
+    for file in [
+        "robot.urdf",
+        "other_name.urdf",
+        "l/link/../../../robot.urdf",
+    ] {
+        scenario.robot.file = PathBuf::from(file);
+        // The folder of the results is made after that, or is there.
+        for out in ["l/link/r", "l/link", "m/deep", "l/nowhere/yet"] {
+            let moved = scenario.moved_to(&at(out));
+            std::fs::create_dir_all(at(out)).unwrap();
+            let text = std::fs::read_to_string(at(out).join(&moved.robot.file));
+            assert_eq!(
+                text.ok().as_deref(),
+                Some("the robot"),
+                "{file}, {out}: {:?}",
+                moved.robot.file
+            );
+        }
+    }
+    // Files beside a robot are named from where the robot's own link stands.
+    scenario.robot.file = PathBuf::from("other_name.urdf");
+    assert_eq!(
+        scenario.moved_to(&at("m")).robot.file,
+        Path::new("../other_name.urdf")
+    );
+}
+
+#[test]
 fn of_a_file_that_is_no_scenario_nothing_is_shown() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
@@ -268,6 +307,31 @@ fn a_missing_key_is_named_with_what_it_is_for() {
     let (message, help, _) = told("[run]\nduration_s = 1\n[twist]\n", &[]);
     assert_eq!(message, "the key `robot` is missing");
     assert_eq!(help, "add `robot`: Which robot, and how it starts.");
+    // Of a section that may be left out, but is not.
+    let rough = format!("{CIRCLE}\n[world.floor.rough]\nheight_m = 0.01\nside_m = 2\n");
+    let (message, help, at) = told(&rough, &[]);
+    assert_eq!(message, "the key `world.floor.rough.cell_m` is missing");
+    assert!(
+        help.starts_with("add `world.floor.rough.cell_m`: Distance"),
+        "{help}"
+    );
+    assert!(
+        rough[at..].starts_with("[world.floor.rough]") || rough[at..].starts_with("rough]"),
+        "{}",
+        &rough[at..]
+    );
+}
+
+#[test]
+fn a_key_that_is_missing_in_a_setting_is_shown_in_the_setting() {
+    let setting = "guidance.reference_point.at.x_m=0".parse().unwrap();
+    match parse(CIRCLE, "test.toml", &[setting]) {
+        Err(Error::Scenario(fault)) => {
+            assert!(fault.message.contains("y_m"), "{}", fault.message);
+            assert_eq!(fault.source_code.name(), SETTING);
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

@@ -19,6 +19,12 @@ pub(super) fn read(
     wanted: &Wanted<'_>,
     files: &FileAccess,
 ) -> Result<(Series, Option<Series>), Error> {
+    if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
+        wanted.wheels.iter().for_each(|wheel| {
+            wanted.name(wheel);
+        });
+    }
+    wanted.refuse_unused_names()?;
     let topic = match &wanted.section.topic {
         Some(topic) => topic.clone(),
         None => only_topic(wanted, files)?,

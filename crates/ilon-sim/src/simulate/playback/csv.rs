@@ -5,6 +5,10 @@ use ilon_robot::FileAccess;
 use super::{MAX_BYTES, MOST_ROWS, Series, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, is_computable, nearest};
+use crate::simulate::quoted;
+
+/// The columns that may say when, and how many nanoseconds one of their units has.
+const TIMES: [(&str, f64); 4] = [("t_s", 1e9), ("time_s", 1e9), ("t_ms", 1e6), ("t_ns", 1.0)];
 
 /// A column that is needed, and what makes its numbers those of ilon.
 struct Column {
@@ -39,54 +43,73 @@ pub(super) fn read(
         .iter()
         .map(|name| name.trim_start_matches('\u{feff}').to_owned())
         .collect();
-    let time = column(
-        wanted,
-        &header,
-        &[
-            ("t_s", 1.0),
-            ("time_s", 1.0),
-            ("t_ms", 1e-3),
-            ("t_ns", 1e-9),
-        ],
-    )?;
+    refuse_other_separators(wanted, &header)?;
+    let time = column(wanted, &header, &TIMES)?;
     let driving = driving(wanted, &header)?;
     let measured = measured(wanted, &header)?;
+    wanted.refuse_unused_names()?;
 
     let mut driven = Series::new(driving.len());
     let mut poses = Series::new(3);
+    let mut first_ns = None;
     for row in reader.records() {
         let row = row.map_err(parsing)?;
         let line = row.position().map_or(0, ::csv::Position::line);
+        let text_of = |column: &Column| row.get(column.place).unwrap_or("");
+        let fault = |column: &Column, must: &str, help: &str| {
+            let (name, text) = (quoted(&header[column.place]), quoted(text_of(column)));
+            wanted.fault(
+                format!("line {line}: `{name}` is \"{text}\", but must be {must}"),
+                help,
+            )
+        };
         let number = |column: &Column| {
-            let text = row.get(column.place).unwrap_or("");
-            match text.parse::<f64>().map(|number| number * column.factor) {
-                Ok(number) if number.is_finite() && (is_computable(number) || number.abs() < 1.0) => Ok(number),
-                _ => Err(wanted.fault(
-                    format!(
-                        "line {line}: `{}` is \"{}\", but must be a number that can be computed with",
-                        quoted(&header[column.place]),
-                        quoted(text)
-                    ),
+            let number = text_of(column).parse::<f64>();
+            match number.map(|number| number * column.factor) {
+                Ok(number)
+                    if number.is_finite() && (is_computable(number) || number.abs() < 1.0) =>
+                {
+                    Ok(number)
+                }
+                _ => Err(fault(
+                    column,
+                    "a number that can be computed with",
                     "write a number with a decimal point, or leave the line out",
                 )),
             }
         };
-        let t_s = number(&time)?;
-        // A log of something slower beside wheels leaves what it does not know empty.
-        let is_there = |columns: &[Column]| {
-            columns
-                .iter()
-                .all(|c| row.get(c.place).is_some_and(|text| !text.is_empty()))
+        let Some(time_ns) = nanoseconds(text_of(&time), time.factor) else {
+            return Err(fault(
+                &time,
+                "a time",
+                "write a number with a decimal point, or leave the line out",
+            ));
         };
-        if is_there(&driving) {
-            let values: Vec<f64> = driving.iter().map(&number).collect::<Result<_, _>>()?;
+        let since_ns = time_ns - *first_ns.get_or_insert(time_ns);
+        let t_s = since_ns as f64 / 1e9;
+        // A log of something slower beside wheels leaves what it does not know empty.
+        let values = |columns: &[Column]| -> Result<Option<Vec<f64>>, Error> {
+            let is_empty = |column: &&Column| text_of(column).is_empty();
+            match columns.iter().find(is_empty) {
+                None => columns
+                    .iter()
+                    .map(&number)
+                    .collect::<Result<_, _>>()
+                    .map(Some),
+                Some(_) if columns.iter().all(|column| is_empty(&column)) => Ok(None),
+                Some(empty) => Err(fault(
+                    empty,
+                    "a number, since the line holds some of the numbers that belong to it",
+                    "fill all of them in, or leave all of them empty",
+                )),
+            }
+        };
+        if let Some(values) = values(&driving)? {
             driven.push(t_s, values);
         }
-        if let Some(columns) = measured
-            .as_ref()
-            .filter(|columns| is_there(columns.as_slice()))
+        if let Some(columns) = &measured
+            && let Some(values) = values(columns)?
         {
-            let values: Vec<f64> = columns.iter().map(&number).collect::<Result<_, _>>()?;
             poses.push(t_s, values);
         }
         if driven.len() > MOST_ROWS {
@@ -217,10 +240,82 @@ fn column(wanted: &Wanted<'_>, header: &[String], names: &[(&str, f64)]) -> Resu
     })
 }
 
-/// As a short text on one line.
-fn quoted(text: &str) -> String {
-    text.chars()
-        .filter(|letter| !letter.is_control())
-        .take(40)
-        .collect()
+/// A time in whole nanoseconds, of which its unit has `unit_ns`.
+///
+/// A decimal is read digit by digit: seconds since 1970 leave an f64 no digits for what happens within a period.
+fn nanoseconds(text: &str, unit_ns: f64) -> Option<i128> {
+    let places = unit_ns.log10().round() as usize;
+    let exact = || {
+        let (sign, digits) = match text.strip_prefix('-') {
+            Some(digits) => (-1, digits),
+            None => (1, text),
+        };
+        let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+        let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        if !are_digits(whole) || !are_digits(part) || whole.len() + part.len() == 0 {
+            return None;
+        }
+        let kept: String = part
+            .chars()
+            .chain(std::iter::repeat('0'))
+            .take(places)
+            .collect();
+        let up = i128::from(
+            part.as_bytes()
+                .get(places)
+                .is_some_and(|digit| *digit >= b'5'),
+        );
+        let magnitude: i128 = format!("{whole}{kept}").parse().ok()?;
+        Some(sign * magnitude.checked_add(up)?)
+    };
+    exact()
+        .or_else(|| {
+            let time_ns = text.parse::<f64>().ok()? * unit_ns;
+            // Beyond this, the difference of two would not fit.
+            (time_ns.abs() < 1e30).then(|| time_ns.round() as i128)
+        })
+        .filter(|time_ns| time_ns.unsigned_abs() < 1 << 100)
+}
+
+/// A file whose values are not divided by commas has one column, named by the whole line.
+fn refuse_other_separators(wanted: &Wanted<'_>, header: &[String]) -> Result<(), Error> {
+    let [only] = header else {
+        return Ok(());
+    };
+    match only
+        .chars()
+        .find(|letter| [';', '\t', '|'].contains(letter))
+    {
+        None => Ok(()),
+        Some(separator) => Err(wanted.fault(
+            format!("line 1: its columns are divided by {separator:?}"),
+            "divide them by commas, and write numbers with decimal points",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_since_1970_keep_their_nanoseconds() {
+        for (text, unit_ns, time_ns) in [
+            ("1732255000.010000001", 1e9, 1_732_255_000_010_000_001),
+            ("1732255000.01", 1e9, 1_732_255_000_010_000_000),
+            ("1732255000010.5", 1e6, 1_732_255_000_010_500_000),
+            ("1732255000010000001", 1.0, 1_732_255_000_010_000_001),
+            // To the nearest, of digits that a sum of periods leaves behind.
+            ("0.06999999999999999", 1e9, 70_000_000),
+            ("-0.25", 1e9, -250_000_000),
+            (".5", 1e9, 500_000_000),
+            ("2.", 1e9, 2_000_000_000),
+            ("1e-3", 1e9, 1_000_000),
+        ] {
+            assert_eq!(nanoseconds(text, unit_ns), Some(time_ns), "{text}");
+        }
+        for wrong in ["", ".", "-", "1,5", "nan", "inf", "1e300", "12:00"] {
+            assert_eq!(nanoseconds(wrong, 1e9), None, "{wrong}");
+        }
+    }
 }

@@ -3,6 +3,9 @@
 mod bag;
 mod csv;
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,7 +14,7 @@ use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use crate::Error;
-use crate::scenario::{Drives, Playback, Scenario};
+use crate::scenario::{Drives, Playback, Scenario, TIME_SLACK_S};
 
 /// The longest log that is read, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
@@ -19,8 +22,6 @@ const MAX_BYTES: u64 = 4 << 30;
 const MOST_ROWS: usize = 20_000_000;
 /// Points of a path are at least this far apart, in seconds: a spline through poses that lie closer follows their noise.
 const PATH_STEP_S: f64 = 0.25;
-/// Half of what separates sums of periods from the times that they mean.
-const SLACK_S: f64 = 1e-9;
 
 /// What a log says over time: rows of as many numbers each, their times growing from about zero.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,7 +61,7 @@ impl Series {
     fn before(&self, t_s: f64) -> Option<usize> {
         let after = self
             .times_s
-            .partition_point(|time_s| *time_s <= t_s + SLACK_S);
+            .partition_point(|time_s| *time_s <= t_s + TIME_SLACK_S);
         after.checked_sub(1)
     }
 
@@ -68,7 +69,7 @@ impl Series {
     /// for as long as rows of the log do.
     fn held(&self, t_s: f64) -> Option<&[f64]> {
         let row = self.before(t_s)?;
-        let is_over = row + 1 == self.len() && t_s > self.end_s() + SLACK_S;
+        let is_over = row + 1 == self.len() && t_s > self.end_s() + TIME_SLACK_S;
         (!is_over).then(|| self.row(row))
     }
 
@@ -104,10 +105,18 @@ impl Series {
 pub(super) struct Log {
     drives: Drives,
     driving: Series,
-    /// x, y and heading, unwrapped, placed so that it begins where the simulated robot starts.
-    measured: Option<Series>,
+    /// x, y and heading, unwrapped.
+    measured: Option<Measured>,
     angle_gain_per_s: f64,
     control_dt_s: f64,
+}
+
+/// Where the real robot was.
+#[derive(Clone, Debug, PartialEq)]
+struct Measured {
+    poses: Series,
+    /// Whether they are placed where the simulated robot starts: a log that says so from the beginning knows where that is.
+    is_placed: bool,
 }
 
 /// What a log asks of the wheels at a time.
@@ -136,9 +145,6 @@ impl Log {
             message,
             help,
         };
-        let is_csv = path
-            .extension()
-            .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let wheels: Vec<&str> = robot
             .wheels
             .iter()
@@ -148,8 +154,9 @@ impl Log {
             section,
             wheels: &wheels,
             path: &path,
+            asked: RefCell::default(),
         };
-        let (mut driving, mut measured) = match is_csv {
+        let (mut driving, measured) = match section.is_csv() {
             true => csv::read(&wanted, &scenario.files)?,
             false => bag::read(&wanted, &scenario.files)?,
         };
@@ -175,6 +182,13 @@ impl Log {
         }
         // Time counts from what drives the robot first.
         driving.shift_times(-first_s - section.from_s);
+        if driving.len() == 1 {
+            return Err(fault(
+                "it drives the robot by one row alone, of which nobody knows how long it holds"
+                    .to_owned(),
+                "add a row at the time at which it ends".to_owned(),
+            ));
+        }
         if driving.end_s() <= 0.0 {
             return Err(fault(
                 format!(
@@ -184,24 +198,34 @@ impl Log {
                 format!("it is {:.3} s long", driving.end_s() + section.from_s),
             ));
         }
-        if let Some(measured) = &mut measured {
-            measured.shift_times(-first_s - section.from_s);
-            if measured.len() == 0 {
+        let measured = match measured {
+            None => None,
+            Some(poses) if poses.len() == 0 => {
                 return Err(fault(
                     "it says nowhere where the real robot was".to_owned(),
                     "see `playback.pose_topic`".to_owned(),
                 ));
             }
-            unwrap(measured, 2);
-            place(measured, start);
-        }
+            Some(mut poses) => {
+                poses.shift_times(-first_s - section.from_s);
+                unwrap(&mut poses, 2);
+                let is_placed = poses.times_s[0] <= TIME_SLACK_S;
+                if is_placed {
+                    place(&mut poses, start);
+                }
+                Some(Measured { poses, is_placed })
+            }
+        };
         if section.drives == Drives::Path {
             unwrap(&mut driving, 2);
             place(&mut driving, start);
         }
         if section.drives == Drives::WheelAngles {
-            // They count from where they are when the run begins.
             for column in 0..driving.width {
+                if is_wrapped(&driving, column) {
+                    unwrap(&mut driving, column);
+                }
+                // They count from where they are when the run begins.
                 let first = driving.between(0.0, column);
                 let values = driving.values.iter_mut().skip(column);
                 values
@@ -213,7 +237,7 @@ impl Log {
             drives: section.drives,
             driving,
             measured,
-            angle_gain_per_s: section.angle_gain_per_s,
+            angle_gain_per_s: section.angle_gain_per_s(),
             control_dt_s: scenario.run.control_dt_s,
         })))
     }
@@ -280,16 +304,25 @@ impl Log {
         }
     }
 
-    /// Where the real robot was at a time, in seconds; `None` where the log does not say.
+    /// Where the real robot was at a time, in seconds; `None` where the log does not say. In the frame of the log unless
+    /// [`Log::measured_is_placed`].
     pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
-        let measured = self.measured.as_ref()?;
-        let (first, last) = (measured.times_s.first()?, measured.times_s.last()?);
-        let within = t_s >= first - SLACK_S && t_s <= last + SLACK_S;
+        let poses = &self.measured.as_ref()?.poses;
+        let (first, last) = (poses.times_s.first()?, poses.times_s.last()?);
+        let within = t_s >= first - TIME_SLACK_S && t_s <= last + TIME_SLACK_S;
         within.then(|| Pose {
-            x_m: measured.between(t_s, 0),
-            y_m: measured.between(t_s, 1),
-            heading_rad: measured.between(t_s, 2),
+            x_m: poses.between(t_s, 0),
+            y_m: poses.between(t_s, 1),
+            heading_rad: poses.between(t_s, 2),
         })
+    }
+
+    /// Whether the log knows where the real robot started, so that its poses are placed where the simulated robot does. Those of a log
+    /// that says so later only are to be placed where the simulated robot is then.
+    pub fn measured_is_placed(&self) -> bool {
+        self.measured
+            .as_ref()
+            .is_some_and(|measured| measured.is_placed)
     }
 
     /// Whether it says where the real robot was.
@@ -337,12 +370,41 @@ struct Wanted<'a> {
     section: &'a Playback,
     wheels: &'a [&'a str],
     path: &'a Path,
+    /// What was looked for.
+    asked: RefCell<BTreeSet<String>>,
 }
 
 impl Wanted<'_> {
     /// What the log calls something.
     fn name<'s>(&'s self, ours: &'s str) -> &'s str {
+        if !self.asked.borrow().contains(ours) {
+            self.asked.borrow_mut().insert(ours.to_owned());
+        }
         self.section.names.get(ours).map_or(ours, String::as_str)
+    }
+
+    /// Refuses a name of something that was not looked for: it would be ignored.
+    fn refuse_unused_names(&self) -> Result<(), Error> {
+        let asked = self.asked.borrow();
+        let mut names = self.section.names.keys();
+        let Some(unused) = names.find(|name| !asked.contains(*name)) else {
+            return Ok(());
+        };
+        let near = crate::scenario::nearest(unused, asked.iter().map(String::as_str));
+        let help = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                let asked: Vec<String> = asked.iter().map(|name| format!("`{name}`")).collect();
+                match asked.len() {
+                    0 => "leave it out: nothing of this log has a name to look for".to_owned(),
+                    _ => format!("looked for are {}", asked.join(", ")),
+                }
+            }
+        };
+        Err(self.fault(
+            format!("`playback.names.{unused}` names nothing that is looked for in it"),
+            help,
+        ))
     }
 
     fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
@@ -352,6 +414,19 @@ impl Wanted<'_> {
             help: help.into(),
         }
     }
+}
+
+/// Whether angles are counted within one turn, and jump where they leave it.
+fn is_wrapped(series: &Series, column: usize) -> bool {
+    // What a degree of three digits makes of a turn.
+    const ROUNDING_RAD: f64 = 1e-4;
+    let angles = || series.rows().map(|(_, row)| row[column]);
+    let least = angles().fold(f64::INFINITY, f64::min);
+    let most = angles().fold(f64::NEG_INFINITY, f64::max);
+    let jumps = angles()
+        .zip(angles().skip(1))
+        .any(|(a, b)| (b - a).abs() > PI);
+    jumps && most - least <= TAU + ROUNDING_RAD
 }
 
 /// Takes the jumps of a whole turn out of angles.
@@ -366,14 +441,45 @@ fn unwrap(series: &mut Series, column: usize) {
 
 /// Moves poses so that the one at the start of the run is this one.
 fn place(series: &mut Series, start: Pose) {
-    let [x, y, heading] = [0, 1, 2].map(|column| series.between(0.0, column));
-    let turned = start.heading_rad - heading;
-    let (sin, cos) = libm::sincos(turned);
+    let [x_m, y_m, heading_rad] = [0, 1, 2].map(|column| series.between(0.0, column));
+    let placing = Placing {
+        from: Pose {
+            x_m,
+            y_m,
+            heading_rad,
+        },
+        to: start,
+    };
     for row in series.values.chunks_exact_mut(series.width) {
-        let (from_x, from_y) = (row[0] - x, row[1] - y);
-        row[0] = start.x_m + cos * from_x - sin * from_y;
-        row[1] = start.y_m + sin * from_x + cos * from_y;
-        row[2] += turned;
+        let placed = placing.of(Pose {
+            x_m: row[0],
+            y_m: row[1],
+            heading_rad: row[2],
+        });
+        row.copy_from_slice(&[placed.x_m, placed.y_m, placed.heading_rad]);
+    }
+}
+
+/// How poses of a log are moved into the world: as one body, so that one of them becomes another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placing {
+    /// A pose in the frame of the log.
+    pub from: Pose,
+    /// The same pose in the world.
+    pub to: Pose,
+}
+
+impl Placing {
+    /// A pose of the log in the world. Its heading is not wrapped.
+    pub fn of(&self, pose: Pose) -> Pose {
+        let turned_rad = self.to.heading_rad - self.from.heading_rad;
+        let (sin, cos) = libm::sincos(turned_rad);
+        let (x_m, y_m) = (pose.x_m - self.from.x_m, pose.y_m - self.from.y_m);
+        Pose {
+            x_m: self.to.x_m + cos * x_m - sin * y_m,
+            y_m: self.to.y_m + sin * x_m + cos * y_m,
+            heading_rad: pose.heading_rad + turned_rad,
+        }
     }
 }
 
@@ -408,6 +514,30 @@ mod tests {
         let at = |t_s| series.between(t_s, 0);
         assert_eq!([at(-1.0), at(0.0), at(0.2), at(9.0)], [1.0, 1.0, 3.0, 3.0]);
         assert!((at(0.05) - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn angles_within_a_turn_that_jump_are_wrapped_and_others_are_not() {
+        let turning = |angle: fn(f64) -> f64| {
+            let rows: Vec<(f64, f64)> = (0..200)
+                .map(|row| (0.01 * f64::from(row), angle(0.1 * f64::from(row))))
+                .collect();
+            series(&rows)
+        };
+        let steady = turning(|angle| angle);
+        for wrapped in [turning(wrap_angle), turning(|angle| angle.rem_euclid(TAU))] {
+            assert!(is_wrapped(&wrapped, 0));
+            let mut whole = wrapped;
+            unwrap(&mut whole, 0);
+            let mut pairs = whole.values.iter().zip(&steady.values);
+            assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+        assert!(!is_wrapped(&steady, 0));
+        // A log with few rows turns by more than half a turn between two.
+        assert!(!is_wrapped(
+            &series(&[(0.0, 0.0), (1.0, 5.0), (2.0, 10.0)]),
+            0
+        ));
     }
 
     #[test]

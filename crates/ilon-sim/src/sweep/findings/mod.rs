@@ -3,7 +3,7 @@
 pub mod sensitivity;
 pub mod statistics;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -99,6 +99,8 @@ pub struct Distribution {
     pub scenario: String,
     /// How many runs have it.
     pub count: u64,
+    /// How many points these are of: repetitions of a point are no independent draws of what is varied.
+    pub draws: u64,
     /// Its mean.
     pub mean: f64,
     /// Its standard deviation.
@@ -150,7 +152,8 @@ pub struct Expectation {
     pub share_expected: f64,
     /// The share that does.
     pub share: f64,
-    /// Where the share of all such runs lies with a confidence of 95 %, if the runs are a sample.
+    /// Where the share of all such runs lies with a confidence of 95 %, if the runs are a sample; repetitions of a point, and its runs
+    /// in several scenarios, count as one draw.
     pub interval: Option<(f64, f64)>,
     /// How many runs keep it.
     pub kept: u64,
@@ -221,11 +224,18 @@ impl Findings {
                         });
                     }
                     method if method.is_sample() || is_noise_alone => {
+                        let has_it = |row: &&&Row| row.figure(*index).is_some();
+                        // Where noise alone varies, each repetition is a draw of it.
+                        let draws = match is_noise_alone {
+                            true => of_scenario.iter().filter(has_it).count() as u64,
+                            false => draws(of_scenario.iter().filter(has_it).copied()),
+                        };
                         let values = of_scenario.iter().filter_map(|row| row.figure(*index));
                         findings.distributions.extend(distribution(
                             quantity,
                             scenario,
                             values.collect(),
+                            draws,
                         ));
                     }
                     _ => {}
@@ -260,7 +270,17 @@ fn failures(rows: &[Row]) -> Vec<Failures> {
     failures
 }
 
-fn distribution(quantity: String, scenario: String, mut values: Vec<f64>) -> Option<Distribution> {
+/// How many points rows are of.
+fn draws<'r>(rows: impl Iterator<Item = &'r Row>) -> u64 {
+    rows.map(|row| row.point).collect::<BTreeSet<u64>>().len() as u64
+}
+
+fn distribution(
+    quantity: String,
+    scenario: String,
+    mut values: Vec<f64>,
+    draws: u64,
+) -> Option<Distribution> {
     values.sort_by(f64::total_cmp);
     let (least, largest) = (*values.first()?, *values.last()?);
     let (mean, deviation) = mean_and_deviation(&values);
@@ -268,13 +288,14 @@ fn distribution(quantity: String, scenario: String, mut values: Vec<f64>) -> Opt
         quantity,
         scenario,
         count: values.len() as u64,
+        draws,
         mean,
         deviation,
         least,
         largest,
         quantiles: SHARES
             .iter()
-            .map(|share| quantile(&values, *share))
+            .map(|share| quantile(&values, *share, draws))
             .collect(),
     })
 }
@@ -292,17 +313,11 @@ fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {
     let of = |(quantity, bound): (&str, &super::file::ShareBound)| {
         let index = figure_index(quantity);
         let value = |row: &Row| index.and_then(|index| row.figure(index));
-        let keeps = |row: &&Row| value(row).is_some_and(|value| bound.holds(value));
+        let limits = bound.bound();
+        let keeps = |row: &&Row| value(row).is_some_and(|value| limits.holds(value));
         let kept = rows.iter().filter(keeps).count() as u64;
         let runs = rows.len() as u64;
-        let breach = |row: &Row| {
-            let over = value(row).map(|value| {
-                let below = bound.min.map_or(f64::NEG_INFINITY, |min| min - value);
-                let above = bound.max.map_or(f64::NEG_INFINITY, |max| value - max);
-                below.max(above)
-            });
-            over.unwrap_or(f64::INFINITY)
-        };
+        let breach = |row: &Row| value(row).map_or(f64::INFINITY, |value| limits.breach(value));
         let broken = rows.iter().filter(|row| !keeps(row));
         let worst = broken.max_by(|a, b| breach(a).total_cmp(&breach(b)).then(b.run.cmp(&a.run)));
         let share = if runs == 0 {
@@ -312,15 +327,10 @@ fn expectations(study: &Study, rows: &[Row]) -> Vec<Expectation> {
         };
         Expectation {
             quantity: quantity.to_owned(),
-            bound: crate::scenario::Bound {
-                min: bound.min,
-                max: bound.max,
-                ..Default::default()
-            }
-            .to_string(),
+            bound: limits.to_string(),
             share_expected: bound.share,
             share,
-            interval: is_sample.then(|| share_interval(kept, runs)),
+            interval: is_sample.then(|| share_interval(share, draws(rows.iter()))),
             kept,
             runs,
             // Whole runs are counted: 0.99 of 100 are 99, whatever the rounding of 0.99.

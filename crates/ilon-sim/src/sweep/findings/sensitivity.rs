@@ -34,12 +34,14 @@ pub struct Interval {
 pub struct Effects {
     /// The key of the axis.
     pub key: String,
-    /// Mean of the effects' magnitudes, Morris' mu*: how much the axis matters.
-    pub mean_magnitude: f64,
-    /// Mean of the effects: whether the quantity rises with the axis.
-    pub mean: f64,
-    /// Standard deviation of the effects: how much what the axis does depends on the others, or bends.
-    pub deviation: f64,
+    /// How many effects were seen: moves of the axis of which neither end failed.
+    pub moves: u64,
+    /// Mean of the effects' magnitudes, Morris' mu*: how much the axis matters; `None` where none was seen.
+    pub mean_magnitude: Option<f64>,
+    /// Mean of the effects: whether the quantity rises with the axis; `None` where none was seen.
+    pub mean: Option<f64>,
+    /// Standard deviation of the effects: how much what the axis does depends on the others, or bends; `None` of fewer than two.
+    pub deviation: Option<f64>,
 }
 
 /// Sobol indices of each axis, of base points that are whole: the quantity at A, at B, and at A with one coordinate of B, for each
@@ -111,17 +113,20 @@ pub fn morris_effects(keys: &[String], moves: &[(usize, f64, f64)]) -> Vec<Effec
             .filter(|moved| moved.0 == axis)
             .map(|(_, by, change)| change / by);
         let effects: Vec<f64> = effects.collect();
-        let n = effects.len().max(1) as f64;
+        let n = effects.len() as f64;
         let mean = effects.iter().sum::<f64>() / n;
         let spread = effects
             .iter()
             .map(|effect| (effect - mean) * (effect - mean))
             .sum::<f64>();
+        let magnitudes = effects.iter().map(|effect| effect.abs()).sum::<f64>();
+        let of_at_least = |count: usize, figure: f64| (effects.len() >= count).then_some(figure);
         Effects {
             key: key.clone(),
-            mean_magnitude: effects.iter().map(|effect| effect.abs()).sum::<f64>() / n,
-            mean,
-            deviation: (spread / (n - 1.0).max(1.0)).sqrt(),
+            moves: effects.len() as u64,
+            mean_magnitude: of_at_least(1, magnitudes / n),
+            mean: of_at_least(1, mean),
+            deviation: of_at_least(2, (spread / (n - 1.0)).sqrt()),
         }
     };
     keys.iter().enumerate().map(of_axis).collect()
@@ -209,15 +214,27 @@ mod tests {
         let plane = effects(|x| 2.0 * x[0] - 5.0 * x[1]);
         for (effect, slope) in plane.iter().zip([2.0, -5.0, 0.0_f64]) {
             assert!(
-                (effect.mean - slope).abs() < 1e-12
-                    && (effect.mean_magnitude - slope.abs()).abs() < 1e-12
+                (effect.mean.unwrap() - slope).abs() < 1e-12
+                    && (effect.mean_magnitude.unwrap() - slope.abs()).abs() < 1e-12
             );
-            assert!(effect.deviation < 1e-12);
+            assert!(effect.deviation.unwrap() < 1e-12);
         }
         let product = effects(|x| x[0] * x[1]);
-        assert!(product[0].deviation > 0.1 && product[2].mean_magnitude == 0.0);
+        assert!(product[0].deviation.unwrap() > 0.1 && product[2].mean_magnitude == Some(0.0));
         // Of Ishigami the third axis has no effect of its own, and a large one with the first.
         let ishigami = effects(ishigami);
-        assert!(ishigami[2].deviation > ishigami[2].mean.abs());
+        assert!(ishigami[2].deviation.unwrap() > ishigami[2].mean.unwrap().abs());
+    }
+
+    #[test]
+    fn an_axis_of_which_all_moves_failed_has_no_effect_that_is_known() {
+        let of = |moves: &[(usize, f64, f64)]| morris_effects(&keys(), moves).remove(0);
+        let none = of(&[]);
+        assert_eq!(
+            (none.moves, none.mean_magnitude, none.mean),
+            (0, None, None)
+        );
+        let one = of(&[(0, 0.5, 1.0)]);
+        assert_eq!((one.moves, one.mean, one.deviation), (1, Some(2.0), None));
     }
 }

@@ -19,25 +19,28 @@ pub struct Quantile {
     pub high: Option<f64>,
 }
 
-/// A quantile of a sample in ascending order, which is not empty.
+/// A quantile of a sample in ascending order, which is not empty, of `draws` independent draws: each of them has as many of the values,
+/// which may all be equal.
 ///
-/// The interval is between two values of the sample, whichever the distribution: how many of `n` values lie below the
-/// quantile is binomial.
-pub fn quantile(sorted: &[f64], share: f64) -> Quantile {
+/// The interval is between two values of the sample, whichever the distribution: how many of `n` draws lie below the
+/// quantile is binomial. It holds whatever the values of one draw have in common, and is the wider the less that is.
+pub fn quantile(sorted: &[f64], share: f64, draws: u64) -> Quantile {
     let last = sorted.len() - 1;
     let place = share * last as f64;
     let (at, part) = (place.floor() as usize, place.fract());
     let value = sorted[at] + part * (sorted[(at + 1).min(last)] - sorted[at]);
     let (mut low, mut high) = (None, None);
-    if let Ok(below) = Binomial::new(share, sorted.len() as u64) {
+    if let Ok(below) = Binomial::new(share, draws) {
         let tail = (1.0 - CONFIDENCE) / 2.0;
         let (lower, upper) = (below.inverse_cdf(tail), below.inverse_cdf(1.0 - tail) + 1);
+        let values_a_draw = sorted.len() as f64 / draws as f64;
+        let values = |draws: u64| draws as f64 * values_a_draw;
         // The value of rank r, from 1, is not above the quantile with the probability that at least r lie below it.
         low = lower
             .checked_sub(1)
-            .and_then(|at| sorted.get(at as usize))
+            .and_then(|before| sorted.get(values(before).floor() as usize))
             .copied();
-        high = sorted.get(upper as usize - 1).copied();
+        high = sorted.get(values(upper).ceil() as usize - 1).copied();
     }
     Quantile {
         share,
@@ -47,20 +50,23 @@ pub fn quantile(sorted: &[f64], share: f64) -> Quantile {
     }
 }
 
-/// The interval in which a share lies with [`CONFIDENCE`], of which `kept` of `count` draws are: after Clopper and Pearson.
-pub fn share_interval(kept: u64, count: u64) -> (f64, f64) {
+/// The interval in which a share lies with [`CONFIDENCE`], which is that of `draws` independent draws: after Clopper and Pearson.
+/// A share between two counts of draws, of values of which each draw has several, has the interval around both.
+pub fn share_interval(share: f64, draws: u64) -> (f64, f64) {
     let tail = (1.0 - CONFIDENCE) / 2.0;
-    let (k, n) = (kept as f64, count as f64);
+    let n = draws as f64;
+    // Whole draws are counted, whatever the rounding of their share.
+    let (fewest, most) = ((share * n + 1e-9).floor(), (share * n - 1e-9).ceil());
     let quantile = |a: f64, b: f64, share: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(share));
-    let low = if kept == 0 {
+    let low = if fewest == 0.0 {
         0.0
     } else {
-        quantile(k, n - k + 1.0, tail).unwrap_or(0.0)
+        quantile(fewest, n - fewest + 1.0, tail).unwrap_or(0.0)
     };
-    let high = if kept == count {
+    let high = if most == n {
         1.0
     } else {
-        quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0)
+        quantile(most + 1.0, n - most, 1.0 - tail).unwrap_or(1.0)
     };
     (low, high)
 }
@@ -73,7 +79,7 @@ mod tests {
     fn the_interval_of_a_median_is_between_the_ranks_of_tables() {
         // Of 100 values, ranks 40 and 61 hold the median with at least 95 %.
         let sorted: Vec<f64> = (1..=100).map(f64::from).collect();
-        let median = quantile(&sorted, 0.5);
+        let median = quantile(&sorted, 0.5, 100);
         assert_eq!((median.low, median.high), (Some(40.0), Some(61.0)));
         assert_eq!(median.value, 50.5);
     }
@@ -82,22 +88,42 @@ mod tests {
     fn a_sample_too_small_for_a_quantile_says_so() {
         let sorted: Vec<f64> = (0..100).map(f64::from).collect();
         // With 100 draws all lie below the quantile of 99 % with a probability of 0.99^100 = 37 %.
-        assert_eq!(quantile(&sorted, 0.99).high, None);
-        assert_eq!(quantile(&[7.0], 0.5).value, 7.0);
+        assert_eq!(quantile(&sorted, 0.99, 100).high, None);
+        assert_eq!(quantile(&[7.0], 0.5, 1).value, 7.0);
+    }
+
+    #[test]
+    fn equal_values_of_one_draw_say_no_more_than_one() {
+        let once: Vec<f64> = (1..=100).map(f64::from).collect();
+        let often: Vec<f64> = once.iter().flat_map(|value| [*value; 7]).collect();
+        for share in [0.05, 0.5, 0.95] {
+            let (few, many) = (quantile(&once, share, 100), quantile(&often, share, 100));
+            assert_eq!((few.low, few.high), (many.low, many.high), "{share}");
+        }
+        // Of five draws even the median is not known, however often each was repeated.
+        let five: Vec<f64> = (0..250).map(|value| f64::from(value / 50)).collect();
+        let median = quantile(&five, 0.5, 5);
+        assert_eq!((median.low, median.high), (None, None));
     }
 
     #[test]
     fn a_share_at_the_end_of_its_interval_has_the_draws_with_the_probability_of_the_tail() {
         for (kept, count) in [(495, 500), (3, 10), (999, 1000)] {
-            let (low, high) = share_interval(kept, count);
+            let (low, high) = share_interval(kept as f64 / count as f64, count);
             let at_least = 1.0 - Binomial::new(low, count).unwrap().cdf(kept - 1);
             let at_most = Binomial::new(high, count).unwrap().cdf(kept);
             assert!((at_least - 0.025).abs() < 1e-6, "{at_least}");
             assert!((at_most - 0.025).abs() < 1e-6, "{at_most}");
         }
         // Of n draws that are all kept, the share is above 0.025^(1/n).
-        let (low, high) = share_interval(50, 50);
+        let (low, high) = share_interval(1.0, 50);
         assert!((low - 0.025_f64.powf(1.0 / 50.0)).abs() < 1e-6);
-        assert_eq!((high, share_interval(0, 50).0), (1.0, 0.0));
+        assert_eq!((high, share_interval(0.0, 50).0), (1.0, 0.0));
+        // 2.5 of 10 draws: from the lower end of 2 to the upper one of 3.
+        let between = share_interval(0.25, 10);
+        assert_eq!(
+            between,
+            (share_interval(0.2, 10).0, share_interval(0.3, 10).1)
+        );
     }
 }

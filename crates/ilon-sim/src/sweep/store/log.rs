@@ -5,6 +5,8 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use ilon_trace::file::write_text;
+
 use super::io;
 use crate::Error;
 use crate::sweep::hash::Hash;
@@ -30,18 +32,28 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Opens a log, or begins one, and reads its rows. A last line that is not whole is cut off.
+    /// Opens a log, or begins one, and reads its rows. A last line that is not whole is cut off; lines that are damaged are left out
+    /// from now on, so that they are found once.
     pub fn open(path: &Path) -> Result<(Self, Vec<Row>), Error> {
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false);
-        let mut file = options.open(path).map_err(io("create", path))?;
+        let open = || {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            options.open(path).map_err(io("create", path))
+        };
+        let mut file = open()?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(io("read", path))?;
         let Lines {
             rows,
             damaged,
-            whole,
+            mut whole,
         } = lines(&bytes);
+        if damaged > 0 {
+            let kept = rows.iter().map(line).collect::<Result<String, Error>>()?;
+            write_text(path, &kept)?;
+            whole = kept.len() as u64;
+            file = open()?;
+        }
         file.set_len(whole).map_err(io("write", path))?;
         file.seek(SeekFrom::End(0)).map_err(io("write", path))?;
         let log = Self {
@@ -62,8 +74,7 @@ impl Log {
 
     /// Adds a row.
     pub fn append(&mut self, row: &Row) -> Result<(), Error> {
-        let json = serde_json::to_string(row).map_err(|error| Error::encode("a row", &error))?;
-        let line = format!("{} {json}\n", checksum(&json));
+        let line = line(row)?;
         if self.is_broken {
             return Err(io("write", &self.path)(std::io::Error::other(
                 "an earlier row could not be written",
@@ -127,6 +138,12 @@ fn lines(bytes: &[u8]) -> Lines {
         damaged,
         whole: whole as u64,
     }
+}
+
+/// A row as a line of the log.
+fn line(row: &Row) -> Result<String, Error> {
+    let json = serde_json::to_string(row).map_err(|error| Error::encode("a row", &error))?;
+    Ok(format!("{} {json}\n", checksum(&json)))
 }
 
 fn row(line: &[u8]) -> Option<Row> {
@@ -223,5 +240,24 @@ mod tests {
             let (rows, damaged) = read(&path).unwrap();
             assert!(rows.is_empty() && damaged > 0, "byte {at}");
         }
+    }
+
+    #[test]
+    fn damaged_lines_are_found_once_and_the_rows_around_them_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.log");
+        let (mut log, _) = Log::open(&path).unwrap();
+        (0..3).for_each(|run| log.append(&row(run)).unwrap());
+        drop(log);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let (mut log, rows) = Log::open(&path).unwrap();
+        assert_eq!((log.damaged(), rows), (1, vec![row(0), row(2)]));
+        log.append(&row(1)).unwrap();
+        drop(log);
+        let (log, rows) = Log::open(&path).unwrap();
+        assert_eq!((log.damaged(), rows), (0, vec![row(0), row(2), row(1)]));
     }
 }

@@ -21,8 +21,8 @@ use super::row::{Row, Task};
 use super::study::Study;
 use crate::Error;
 
-/// What a study's folder holds besides its rows, and what no other program may have put there.
-const RESULTS: [&str; 3] = ["runs.parquet", "findings.json", "report.html"];
+/// What a study writes into its folder besides `study.json`: without that, somebody else has put it there.
+const RESULTS: [&str; 4] = [LOG, "runs.parquet", "findings.json", "report.html"];
 
 /// One of several parts of a study, each run by itself, such as the jobs of an array on a cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,17 +103,18 @@ impl Store {
             Some(shard) => folder.join(shard.folder()),
             None => folder.to_owned(),
         };
-        let known = Manifest::read(folder)?;
-        if let Some(known) = &known {
-            known.must_be(study, folder)?;
-        } else if let Some(foreign) = RESULTS.iter().find(|name| folder.join(name).exists()) {
-            return Err(Error::invalid(
-                format!(
-                    "`{}` was not written by a study, and its results would replace it",
-                    folder.join(foreign).display()
-                ),
-                "choose another folder, or move the file away",
-            ));
+        for place in [folder, own.as_path()] {
+            if let Some(known) = Manifest::read(place)? {
+                known.must_be(study, place)?;
+            } else if let Some(foreign) = RESULTS.iter().find(|name| place.join(name).exists()) {
+                return Err(Error::invalid(
+                    format!(
+                        "`{}` was not written by a study, and its results would replace it",
+                        place.join(foreign).display()
+                    ),
+                    "choose another folder, or move the file away",
+                ));
+            }
         }
         fs::create_dir_all(&own).map_err(io("create", &own))?;
         let lock = OutputLock::of_folder(&own)?;
@@ -150,7 +151,7 @@ impl Store {
     /// Gathers the rows of one study from several folders, and from the shards in them, into one.
     ///
     /// # Errors
-    /// Where a folder holds no rows of a study, or of another one than the first; where two hold different rows of one run;
+    /// Where a folder holds no rows of a study, or of another one than the first, or of one that searches; where two hold different rows of one run;
     /// where runs are missing; and like [`Self::open`].
     pub fn merge(folders: &[PathBuf], out: &Path) -> Result<(Study, Self), Error> {
         let mut sources = Vec::new();
@@ -175,6 +176,15 @@ impl Store {
             ));
         };
         let study = first.study()?;
+        let super::study::Question::Table { runs } = study.question() else {
+            return Err(Error::invalid(
+                format!(
+                    "`{}` is a study that searches: it has no parts to merge",
+                    study.name()
+                ),
+                "run it whole",
+            ));
+        };
         let mut rows: BTreeMap<u64, Row> = BTreeMap::new();
         for (part, manifest) in &sources {
             manifest.must_be(&study, part)?;
@@ -196,17 +206,15 @@ impl Store {
                 }
             }
         }
-        if let super::study::Question::Table { runs } = study.question() {
-            let missing: Vec<u64> = (0..runs).filter(|run| !rows.contains_key(run)).collect();
-            if let Some(first) = missing.first() {
-                return Err(Error::invalid(
-                    format!(
-                        "{} of {runs} runs are missing, the first of them run {first}",
-                        missing.len()
-                    ),
-                    "run the shards that have not ended, or the study itself, which runs what is missing",
-                ));
-            }
+        let missing: Vec<u64> = (0..runs).filter(|run| !rows.contains_key(run)).collect();
+        if let Some(first) = missing.first() {
+            return Err(Error::invalid(
+                format!(
+                    "{} of {runs} runs are missing, the first of them run {first}",
+                    missing.len()
+                ),
+                "run the shards that have not ended, or the study itself, which runs what is missing",
+            ));
         }
         let store = Self::open(out, &study, None)?;
         for row in rows.into_values() {
@@ -294,7 +302,7 @@ impl Store {
 const LOG: &str = "rows.log";
 
 /// The folders of shards in a folder, in the order of their names.
-fn parts_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+pub(super) fn parts_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(io("read", folder))?,

@@ -127,9 +127,13 @@ fn found(text: &mut String, find: &Find, found: &[FoundAt]) {
             };
             let _ = writeln!(
                 text,
-                "nowhere from {} to {}: {range}",
+                "nowhere from {} to {}: {range}{}",
                 number(find.from),
-                number(find.to)
+                number(find.to),
+                match what.failed {
+                    0 => String::new(),
+                    count => format!("; {count} of {} values failed", find.scan),
+                }
             );
             continue;
         }
@@ -142,7 +146,7 @@ fn found(text: &mut String, find: &Find, found: &[FoundAt]) {
                 } else {
                     "falling"
                 };
-                let (from, to) = (number(crossing.above_key), number(crossing.below_key));
+                let (from, to) = (number(crossing.key_below), number(crossing.key_above));
                 let narrow = if crossing.is_narrow {
                     ""
                 } else {
@@ -235,8 +239,12 @@ fn tables(study: &Study, findings: &Findings) -> Table {
         }
     };
     for one in &findings.distributions {
+        let of_points = match one.draws {
+            draws if draws == one.count => String::new(),
+            draws => format!(" of {draws} points"),
+        };
         table.heading(&format!(
-            "{} over {} runs",
+            "{} over {} runs{of_points}",
             title(&one.quantity, &one.scenario),
             one.count
         ));
@@ -287,14 +295,9 @@ fn tables(study: &Study, findings: &Findings) -> Table {
             title(&one.quantity, &one.scenario)
         ));
         for axis in &one.axes {
-            table.words(
-                &axis.key,
-                &[
-                    number(axis.mean_magnitude),
-                    number(axis.mean),
-                    number(axis.deviation),
-                ],
-            );
+            let figures = [axis.mean_magnitude, axis.mean, axis.deviation];
+            let words = figures.map(|figure| figure.map_or("-".to_owned(), number));
+            table.words(&axis.key, &words);
         }
     }
     table

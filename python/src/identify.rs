@@ -1,0 +1,44 @@
+//! What a robot really is, fitted to logs of its drives.
+
+use std::panic::resume_unwind;
+use std::path::PathBuf;
+
+use ilon::cli;
+use ilon::identify::{Progress, Study};
+use pyo3::prelude::*;
+
+use crate::errors::{OrRaise, explained};
+use crate::run::until_interrupted;
+use crate::values::as_python;
+
+/// Fits all that a study leaves free; gives what `identified.json` holds, and writes it with its page into a folder, if one is given.
+#[pyfunction]
+#[pyo3(signature = (study, *, out=None))]
+pub fn identify(
+    py: Python<'_>,
+    study: PathBuf,
+    out: Option<PathBuf>,
+) -> PyResult<Bound<'_, PyAny>> {
+    let study = py.detach(|| Study::load(study)).or_raise(py)?;
+    if let Some(out) = &out {
+        cli::may_hold_identified(out, &study)
+            .map_err(|fault| explained(py, "ScenarioError", &fault))?;
+    }
+    let found = until_interrupted(
+        py,
+        |stop, _: &(dyn Fn(()) + Sync)| {
+            ilon::identify::identify(&study, &|_: Progress| {
+                if stop.is_asked() {
+                    // There is no other way out of a fit; whoever waits for it raises what stopped it.
+                    resume_unwind(Box::new("stopped"));
+                }
+            })
+        },
+        |_, ()| Ok(()),
+    )?;
+    if let Some(out) = &out {
+        py.detach(|| cli::write_identified(out, &study, &found))
+            .map_err(|fault| explained(py, "TraceError", &fault))?;
+    }
+    as_python(py, &found)
+}

@@ -1,0 +1,94 @@
+"""What a robot really is, from logs that ilon itself drove."""
+
+import json
+
+import numpy as np
+import pytest
+
+import ilon
+
+# By how much the tracker of these logs counts a metre too long.
+LONGER = 1.03
+
+
+@pytest.fixture(scope="module")
+def study(assets, tmp_path_factory):
+    """A log of two circles, and a study of the wheels' radius by it."""
+    folder = tmp_path_factory.mktemp("identify")
+    robot = assets / "robots" / "mecanum4.toml"
+    for name, heading in (("ahead", "along_path"), ("across", {"constant_deg": 0})):
+        run = ilon.run(
+            {
+                "robot": {"file": str(assets / "robots" / "mecanum4.urdf")},
+                "reference": {"circle": {"radius_m": 1.0, "speed_m_s": 0.3, "heading": heading}},
+                "run": {"duration_s": 20.0},
+            }
+        )
+        trace = run.trace
+        columns = [
+            trace["t_s"],
+            LONGER * trace["truth_x_m"],
+            LONGER * trace["truth_y_m"],
+            trace["truth_heading_rad"],
+            *(trace[f"wheel{wheel}_angle_rad"] for wheel in range(4)),
+        ]
+        names = [wheel["name"] for wheel in trace.header["wheels"]]
+        header = ",".join(["t_s", "x_m", "y_m", "heading_rad", *names])
+        np.savetxt(folder / f"{name}.csv", np.column_stack(columns), delimiter=",", header=header, comments="")
+    wheels = "\n".join(f'{name} = {{ column = "{name}", unit = "rad" }}' for name in names)
+    path = folder / "study.toml"
+    path.write_text(
+        f"""robot = '{robot}'
+resamples = 50
+tracker = []
+
+[log]
+time = {{ column = "t_s", unit = "s" }}
+x = {{ column = "x_m", unit = "m" }}
+y = {{ column = "y_m", unit = "m" }}
+heading = {{ column = "heading_rad", unit = "rad" }}
+
+[log.wheels]
+{wheels}
+
+[[runs]]
+file = "ahead.csv"
+
+[[runs]]
+file = "across.csv"
+held_out = true
+
+[[models]]
+name = "size"
+free = ["radius_m", "lever_m"]
+"""
+    )
+    return path
+
+
+def test_what_is_found_is_what_the_command_finds(study, command, tmp_path):
+    found = ilon.identify(study)
+    said = json.loads(command("identify", study, "--out", tmp_path / "theirs", "--json").stdout)
+    assert found == said
+    assert found == ilon.identify(study, out=tmp_path / "ours")
+    assert json.loads((tmp_path / "ours" / "identified.json").read_text()) == said
+    assert (tmp_path / "ours" / "report.html").exists()
+
+
+def test_wheels_are_as_much_larger_as_the_tracker_counts_too_long(study, assets):
+    robot = ilon.inspect(assets / "robots" / "mecanum4.toml")
+    radius = ilon.identify(study)["parameters"]["radius_m"]
+    # Tilted rollers come short of the radius by up to 2 %, and circles across more than circles ahead.
+    assert radius["unit"] == "m"
+    assert radius["value"] / robot["wheels"][0]["radius_m"] == pytest.approx(LONGER, abs=0.01)
+
+
+def test_a_bad_study_raises_what_the_command_says(study, command, tmp_path):
+    bad = study.with_name("bad.toml")
+    bad.write_text(study.read_text().replace("ahead.csv", "gone.csv"))
+    said = command("identify", bad, "--out", tmp_path / "out", code=2).stderr
+    with pytest.raises(ilon.Error) as raised:
+        ilon.identify(bad, out=tmp_path / "out")
+    assert raised.value.message in said
+    with pytest.raises(ilon.ReadError, match="nowhere.toml"):
+        ilon.identify(study.with_name("nowhere.toml"))
