@@ -208,16 +208,16 @@ impl Study {
                 "give it seconds above 0",
             );
         }
-        if let Some(section) = &file.simulate {
-            if !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S) {
-                return invalid(
-                    format!(
-                        "`simulate.drive_s` = {} is no length of a drive",
-                        section.drive_s
-                    ),
-                    "give it seconds above 0 and up to 600",
-                );
-            }
+        if let Some(section) = &file.simulate
+            && !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S)
+        {
+            return invalid(
+                format!(
+                    "`simulate.drive_s` = {} is no length of a drive",
+                    section.drive_s
+                ),
+                "give it seconds above 0 and up to 600",
+            );
         }
         if !(50..=100_000).contains(&file.resamples) {
             return invalid(

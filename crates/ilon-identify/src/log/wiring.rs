@@ -350,9 +350,9 @@ fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix
                     );
                 }
                 let mut changed = matrix.clone();
-                for wheel in 0..wheels {
+                for (wheel, from) in order.iter().enumerate() {
                     let sign = if flipped.contains(&wheel) { -1.0 } else { 1.0 };
-                    changed.set_column(wheel, &(matrix.column(order[wheel]) * sign));
+                    changed.set_column(wheel, &(matrix.column(*from) * sign));
                 }
                 all.push((changes, words.join("; "), changed, mirrored));
             }
