@@ -21,6 +21,9 @@ pub struct Search {
     pub tolerance: f64,
 }
 
+/// What is to become small, at some values; `None` where it cannot be computed.
+pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Option<Vec<f64>>, Error> + Sync + 'r;
+
 /// Where a search ended.
 #[derive(Clone, Debug)]
 pub struct Found {
@@ -48,7 +51,7 @@ impl Found {
 /// # Errors
 /// What `residuals` gives, and a start without residuals.
 pub fn least_squares(
-    residuals: &(dyn Fn(&[f64]) -> Result<Option<Vec<f64>>, Error> + Sync),
+    residuals: &Residuals<'_>,
     start: &[f64],
     search: &Search,
 ) -> Result<Found, Error> {
@@ -138,7 +141,7 @@ pub fn least_squares(
 
 /// How each residual follows each value, by differences to both sides, or to one at a bound; a value a core.
 fn derivatives(
-    residuals: &(dyn Fn(&[f64]) -> Result<Option<Vec<f64>>, Error> + Sync),
+    residuals: &Residuals<'_>,
     values: &[f64],
     here: &DVector<f64>,
     search: &Search,
@@ -146,7 +149,8 @@ fn derivatives(
     let column = |axis: usize| -> Result<DVector<f64>, Error> {
         let (low, high) = search.bounds[axis];
         let by = search.differences[axis];
-        let side = |to: f64| -> Result<(f64, Option<DVector<f64>>), Error> {
+        type Side = (f64, Option<DVector<f64>>);
+        let side = |to: f64| -> Result<Side, Error> {
             let mut moved = values.to_vec();
             moved[axis] = to.clamp(low, high);
             if moved[axis] == values[axis] {

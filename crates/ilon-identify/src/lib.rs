@@ -36,6 +36,7 @@ mod directions;
 mod files;
 pub mod fit;
 mod identify;
+mod judge;
 mod least_squares;
 pub mod log;
 pub mod model;

@@ -123,6 +123,9 @@ fn tracker() -> Vec<String> {
     ["x_m", "y_m", "heading_deg"].map(str::to_owned).to_vec()
 }
 
+/// The longest drive that is simulated, in seconds.
+const MOST_DRIVE_S: f64 = 600.0;
+
 /// A study that was read, with the robot that it names.
 #[derive(Debug)]
 pub struct Study {
@@ -203,6 +206,23 @@ impl Study {
             return invalid(
                 format!("`window_s` = {} is no length", file.window_s),
                 "give it seconds above 0",
+            );
+        }
+        if let Some(section) = &file.simulate
+            && !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S)
+        {
+            return invalid(
+                format!(
+                    "`simulate.drive_s` = {} is no length of a drive",
+                    section.drive_s
+                ),
+                "give it seconds above 0 and up to 600",
+            );
+        }
+        if !(50..=100_000).contains(&file.resamples) {
+            return invalid(
+                format!("{} resamples give no intervals", file.resamples),
+                "let `resamples` be from 50 to 100000",
             );
         }
         for name in &file.tracker {

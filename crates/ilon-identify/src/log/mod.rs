@@ -4,6 +4,7 @@ mod bag;
 mod csv;
 pub mod doubts;
 mod format;
+pub mod wiring;
 
 use std::path::Path;
 
@@ -74,7 +75,7 @@ impl Log {
                 "the clock was set back, the rows are not in order, or another column is the time: see `log.time`",
             ));
         }
-        log.from_zero();
+        log.count_from_zero();
         log.fill_unseen(path)?;
         Ok(log)
     }
@@ -118,12 +119,12 @@ impl Log {
             },
             unseen: self.unseen[first..end].to_vec(),
         };
-        part.from_zero();
+        part.count_from_zero();
         part
     }
 
     /// Counts times and wheel angles from the first row.
-    fn from_zero(&mut self) {
+    fn count_from_zero(&mut self) {
         let Some(first_s) = self.times_s.first().copied() else {
             return;
         };

@@ -1,0 +1,388 @@
+//! What is wrong with a log that can be read, by the motion that it shows: units, wheels and axes that cannot be as they are stated.
+
+use std::f64::consts::{PI, TAU};
+
+use ilon_robot::Robot;
+use nalgebra::Matrix3xX;
+
+use super::doubts::{Doubt, Kind, doubt, shown};
+use crate::model::{Model, Parameter};
+use crate::motion::Window;
+
+/// What is explained of a motion below which it is not the robot's as it is stated.
+const EXPLAINED: f64 = 0.9;
+/// Less of the motion than this in turns does not show their unit.
+const TURNS: f64 = 0.05;
+/// A tracker's heading may be off by so much, in radians, before the wheels are doubted.
+const OFF_RAD: f64 = 0.4;
+
+/// What the motion of all runs shows: whether the wheels as stated explain it, and if not, what would.
+pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
+    let model = Model::new(robot, &[]).ok()?;
+    let matrix = model.twist_matrix(&[])?;
+    let lever_m = Parameter::Lever.nominal(robot);
+    let windows = &usual(windows, &matrix)[..];
+    let stated = Guess::of(windows, &matrix, lever_m, false);
+    if !stated.scale.is_finite() {
+        return None;
+    }
+    // The unit of a heading shows in turns alone, and spoils all else.
+    if stated.turns > TURNS {
+        for (factor, unit, other) in [
+            (180.0 / PI, "deg", "rad"),
+            (PI / 180.0, "rad", "deg"),
+            (1.0 / TAU, "turns", "rad"),
+        ] {
+            let off = (stated.turn_scale.abs() / factor - 1.0).abs();
+            if off < 0.15
+                && (stated.turn_scale / stated.scale).abs() / factor > 0.3
+                && !near(stated.turn_scale.abs(), stated.scale)
+            {
+                return Some(doubt(
+                    Kind::Unit,
+                    true,
+                    format!(
+                        "the heading changes {} times as much as the wheels turn the robot",
+                        shown(stated.turn_scale.abs())
+                    ),
+                    format!(
+                        "headings in {unit} that are stated in {other}: see `log.heading.unit`"
+                    ),
+                ));
+            }
+        }
+    }
+    if stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD {
+        return scale_doubt(&stated);
+    }
+    // Where something else explains much more, that is what is wrong; the least change first.
+    let mut best: Option<(usize, Guess, String)> = None;
+    for (changes, words, changed, mirrored) in wirings(robot, &matrix) {
+        let guess = Guess::of(windows, &changed, lever_m, mirrored);
+        if guess.explained < EXPLAINED || guess.turned_rad.abs() > OFF_RAD {
+            continue;
+        }
+        let is_better = best.as_ref().is_none_or(|(fewest, known, _)| {
+            changes < *fewest || (changes == *fewest && guess.explained > known.explained)
+        });
+        if is_better {
+            best = Some((changes, guess, words));
+        }
+    }
+    let turned_deg = stated.turned_rad.to_degrees();
+    if let Some((changes, guess, words)) = best {
+        // A tracker that is only turned is a smaller change than several wheels.
+        let is_turned = stated.explained >= EXPLAINED && changes > 1;
+        if !is_turned {
+            return Some(doubt(
+                Kind::Wiring,
+                true,
+                format!(
+                    "the wheels as stated explain {:.0} % of the motion; otherwise wired they explain {:.0} %",
+                    100.0 * stated.explained.max(0.0),
+                    100.0 * guess.explained
+                ),
+                format!("likely {words}"),
+            ));
+        }
+    }
+    if stated.explained >= EXPLAINED {
+        return Some(doubt(
+            Kind::Wiring,
+            true,
+            format!(
+                "the robot moves {turned_deg:.0} degrees off the direction in which its wheels drive it"
+            ),
+            format!(
+                "the tracker's heading is turned against the body's: add {:.4} rad to it, or the wheels are named one place further round",
+                -stated.turned_rad
+            ),
+        ));
+    }
+    Some(doubt(
+        Kind::Unexplained,
+        true,
+        format!(
+            "the wheels explain {:.0} % of the motion, in whichever order and direction they are taken",
+            100.0 * stated.explained.max(0.0)
+        ),
+        "wheels and poses may be of two clocks or two drives, one wheel may not be logged, or the robot is another",
+    ))
+}
+
+/// All but the tenth whose ways fit those of the wheels least: there the tracker may have jumped or frozen.
+fn usual<'w>(windows: &[&'w Window], matrix: &Matrix3xX<f64>) -> Vec<&'w Window> {
+    let size = |way: [f64; 3]| libm::hypot(way[0], way[1]);
+    let ways: Vec<[f64; 2]> = windows
+        .iter()
+        .map(|window| [size(window.seen), size(window.of_wheels(matrix))])
+        .collect();
+    let sum = |column: usize| {
+        let mut column: Vec<f64> = ways.iter().map(|way| way[column]).collect();
+        super::middle(&mut column)
+    };
+    let ratio = sum(0) / sum(1).max(1e-12);
+    let off = |index: usize| (ways[index][0] - ratio * ways[index][1]).abs();
+    let mut order: Vec<usize> = (0..windows.len()).collect();
+    order.sort_by(|a, b| off(*a).total_cmp(&off(*b)));
+    order.truncate((windows.len() * 9).div_ceil(10));
+    order.iter().map(|index| windows[*index]).collect()
+}
+
+/// Factors between units that are easily taken for each other.
+const FACTORS: [(f64, &str); 12] = [
+    (1000.0, "lengths in mm that are stated in m"),
+    (100.0, "lengths in cm that are stated in m"),
+    (0.001, "lengths in m that are stated in mm"),
+    (0.01, "lengths in m that are stated in cm"),
+    (39.37, "lengths in inches that are stated in m"),
+    (0.0254, "lengths in m that are stated in inches"),
+    (TAU, "wheel angles in turns that are stated in radians"),
+    (
+        1.0 / TAU,
+        "wheel angles in radians that are stated in turns",
+    ),
+    (
+        180.0 / PI,
+        "wheel angles in radians that are stated in degrees",
+    ),
+    (
+        PI / 180.0,
+        "wheel angles in degrees that are stated in radians",
+    ),
+    (360.0, "wheel angles in turns that are stated in degrees"),
+    (
+        1.0 / 360.0,
+        "wheel angles in degrees that are stated in turns",
+    ),
+];
+
+fn scale_doubt(stated: &Guess) -> Option<Doubt> {
+    let ratio = stated.scale;
+    if (0.55..=1.8).contains(&ratio) {
+        return None;
+    }
+    let is_turn_too = stated.turns > TURNS && near(stated.turn_scale.abs(), ratio);
+    let known = FACTORS.iter().find(|(factor, words)| {
+        // A wrong unit of wheels shows in turns as well, one of lengths does not.
+        let fits = stated.turns <= TURNS || words.starts_with("wheel") == is_turn_too;
+        (ratio / factor - 1.0).abs() < 0.2 && fits
+    });
+    let help = match known {
+        Some((_, words)) => format!("likely {words}"),
+        None if ratio < 1.0 => format!(
+            "likely a gear of 1:{} between what is counted and the wheel, or other ticks a turn, or another wheel radius",
+            shown(1.0 / ratio)
+        ),
+        None => "likely other ticks a turn, a gear that was counted twice, or another wheel radius"
+            .to_owned(),
+    };
+    Some(doubt(
+        Kind::Unit,
+        true,
+        format!(
+            "the robot moves {} times as far as its wheels drive it",
+            shown(ratio)
+        ),
+        help,
+    ))
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 0.25
+}
+
+/// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's direction and its place.
+struct Guess {
+    explained: f64,
+    /// By what the displacements of the wheels are multiplied.
+    scale: f64,
+    turned_rad: f64,
+    turn_scale: f64,
+    /// What turns are of the motion, each over its own scale.
+    turns: f64,
+}
+
+impl Guess {
+    fn of(windows: &[&Window], matrix: &Matrix3xX<f64>, lever_m: f64, mirrored: bool) -> Self {
+        // Displacements as complex numbers: seen = c wheels + i l o, with c the scale and the direction, o the tracked point and l twice the
+        // sine of half the turn. Normal equations of c and o, both complex.
+        let flip = if mirrored { -1.0 } else { 1.0 };
+        let (mut ww, mut ll, mut wl) = (0.0, 0.0, [0.0; 2]);
+        let (mut ws, mut ls) = ([0.0; 2], [0.0; 2]);
+        let (mut ss, mut tt, mut ts, mut turned) = (0.0, 0.0, 0.0, 0.0);
+        for window in windows {
+            // A mirrored tracker mirrors headings too, with which the steps of the wheels were turned.
+            let moved = mirror(window, flip).of_wheels(matrix);
+            let seen = [window.seen[0], flip * window.seen[1], flip * window.seen[2]];
+            let l = 2.0 * libm::sin(0.5 * seen[2]);
+            // i l, times the conjugate of the wheels'.
+            ww += moved[0] * moved[0] + moved[1] * moved[1];
+            ll += l * l;
+            wl[0] += l * moved[1];
+            wl[1] += l * moved[0];
+            ws[0] += moved[0] * seen[0] + moved[1] * seen[1];
+            ws[1] += moved[0] * seen[1] - moved[1] * seen[0];
+            ls[0] += l * seen[1];
+            ls[1] += -l * seen[0];
+            ss += seen[0] * seen[0] + seen[1] * seen[1];
+            tt += moved[2] * moved[2];
+            ts += moved[2] * seen[2];
+            turned += seen[2] * seen[2];
+        }
+        // [ww, wl; conj(wl), ll] [c; o] = [ws; ls]; without turns the point is not seen.
+        let cross = wl[0] * wl[0] + wl[1] * wl[1];
+        let determinant = ww * ll - cross;
+        let c = if ll > 1e-9 && determinant > 1e-9 * ww * ll {
+            let times = [wl[0] * ls[0] - wl[1] * ls[1], wl[0] * ls[1] + wl[1] * ls[0]];
+            [
+                (ll * ws[0] - times[0]) / determinant,
+                (ll * ws[1] - times[1]) / determinant,
+            ]
+        } else {
+            [ws[0] / ww, ws[1] / ww]
+        };
+        let o = match ll > 1e-9 {
+            true => [
+                (ls[0] - (wl[0] * c[0] + wl[1] * c[1])) / ll,
+                (ls[1] - (wl[0] * c[1] - wl[1] * c[0])) / ll,
+            ],
+            false => [0.0; 2],
+        };
+        let explained_planar = c[0] * ws[0] + c[1] * ws[1] + o[0] * ls[0] + o[1] * ls[1];
+        let scale = libm::hypot(c[0], c[1]);
+        let turn_scale = if tt > 0.0 { ts / tt } else { 0.0 };
+        let turn_size = if turn_scale.abs() > 0.0 {
+            turn_scale.abs()
+        } else {
+            scale
+        };
+        let left_planar = (ss - explained_planar).max(0.0) / (scale * scale);
+        // Turns in the wrong direction explain nothing.
+        let explained_turn = if turn_scale > 0.0 {
+            ts * turn_scale
+        } else {
+            0.0
+        };
+        let left_turn = (turned - explained_turn).max(0.0) * (lever_m / turn_size).powi(2);
+        let all_planar = ss / (scale * scale);
+        let all_turn = turned * (lever_m / turn_size).powi(2);
+        let all = all_planar + all_turn;
+        Self {
+            explained: 1.0 - (left_planar + left_turn) / all,
+            scale,
+            turned_rad: libm::atan2(c[1], c[0]),
+            turn_scale,
+            turns: tt * lever_m * lever_m / (ww + tt * lever_m * lever_m),
+        }
+    }
+}
+
+/// The steps of the wheels as a tracker of the other hand would have turned them.
+fn mirror(window: &Window, flip: f64) -> Window {
+    let mut mirrored = window.clone();
+    mirrored.sin_rad.iter_mut().for_each(|sin| *sin *= flip);
+    mirrored
+}
+
+/// Maps of the same robot with wheels swapped or counting the other way, each with how much is changed and in words.
+fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix3xX<f64>, bool)> {
+    let wheels = robot.wheels.len();
+    let name = |wheel: usize| format!("`{}`", robot.wheels[wheel].name);
+    let mut all = Vec::new();
+    for order in orders(wheels) {
+        let moved: Vec<usize> = (0..wheels)
+            .filter(|wheel| order[*wheel] != *wheel)
+            .collect();
+        let swaps = moved.len().saturating_sub(1);
+        for signs in 0..1_u32 << wheels.min(6) {
+            let flipped: Vec<usize> = (0..wheels.min(6))
+                .filter(|wheel| signs >> wheel & 1 == 1)
+                .collect();
+            // One switch turns all wheels about.
+            let flips = if flipped.len() == wheels {
+                1
+            } else {
+                flipped.len()
+            };
+            for mirrored in [false, true] {
+                let changes = swaps + flips + 2 * usize::from(mirrored);
+                if changes == 0 || (wheels > 4 && changes > 3) {
+                    continue;
+                }
+                let mut words: Vec<String> = Vec::new();
+                match moved.as_slice() {
+                    [] => {}
+                    [a, b] => words.push(format!(
+                        "the columns of {} and {} are swapped",
+                        name(*a),
+                        name(*b)
+                    )),
+                    several => {
+                        let list: Vec<String> = several
+                            .iter()
+                            .map(|wheel| format!("{} holds {}", name(*wheel), name(order[*wheel])))
+                            .collect();
+                        words.push(format!("columns are in another order: {}", list.join(", ")));
+                    }
+                }
+                match flipped.as_slice() {
+                    [] => {}
+                    list if list.len() == wheels => {
+                        words.push(
+                            "all wheels count the other way: give them `scale = -1`".to_owned(),
+                        );
+                    }
+                    list => {
+                        let list: Vec<String> = list.iter().map(|wheel| name(*wheel)).collect();
+                        let verb = if list.len() == 1 { "counts" } else { "count" };
+                        words.push(format!(
+                            "{} {verb} the other way: give {} `scale = -1`",
+                            list.join(" and "),
+                            if list.len() == 1 { "it" } else { "them" }
+                        ));
+                    }
+                }
+                if mirrored {
+                    words.push(
+                        "the tracker's axes are left-handed: give y and the heading `scale = -1`"
+                            .to_owned(),
+                    );
+                }
+                let mut changed = matrix.clone();
+                for (wheel, from) in order.iter().enumerate() {
+                    let sign = if flipped.contains(&wheel) { -1.0 } else { 1.0 };
+                    changed.set_column(wheel, &(matrix.column(*from) * sign));
+                }
+                all.push((changes, words.join("; "), changed, mirrored));
+            }
+        }
+    }
+    all
+}
+
+/// All orders of up to four things; of more, those with two swapped.
+fn orders(count: usize) -> Vec<Vec<usize>> {
+    let plain: Vec<usize> = (0..count).collect();
+    if count > 4 {
+        let mut orders = vec![plain.clone()];
+        for a in 0..count {
+            for b in a + 1..count {
+                let mut order = plain.clone();
+                order.swap(a, b);
+                orders.push(order);
+            }
+        }
+        return orders;
+    }
+    let mut orders = vec![Vec::new()];
+    for _ in 0..count {
+        let longer = |order: &Vec<usize>| -> Vec<Vec<usize>> {
+            let free = (0..count).filter(|next| !order.contains(next));
+            free.map(|next| order.iter().copied().chain([next]).collect())
+                .collect()
+        };
+        orders = orders.iter().flat_map(longer).collect();
+    }
+    orders
+}
