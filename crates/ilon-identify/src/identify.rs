@@ -13,8 +13,9 @@ use crate::log::{Doubt, Log, doubts};
 use crate::model::{Model, Parameter};
 use crate::motion::{Tracker, Window, reckoned, windows};
 use crate::outcome::{
-    Errors, Held, Identified, Judged, JudgedBy, NoiseFigures, Run, RunDoubt, Series, Value,
+    Drive, Errors, Held, Identified, Judged, JudgedBy, NoiseFigures, Run, RunDoubt, Series, Value,
 };
+use crate::simulate::simulate;
 use crate::study::{ModelFile, Study};
 
 /// How far an identification is.
@@ -125,7 +126,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             Value::new(*value, interval, parameter.unit(), nominal),
         );
     }
-    let outcome = Identified {
+    let mut outcome = Identified {
         study: study.name(),
         ilon: env!("CARGO_PKG_VERSION").to_owned(),
         model: listed[chosen].name.clone(),
@@ -171,8 +172,34 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
         resampled_count: fitted.draws.clusters,
         doubts: odd,
         simulated_keys: Vec::new(),
+        simulation: None,
     };
+    if let Some(section) = &study.file.simulate {
+        let count = |count: u32| progress(Progress::Simulating(count));
+        let all = all_windows(&evidence);
+        let held_out = &evidence.held_out;
+        let found = simulate(study, section, &all, held_out, &own, &trackers, &count)?;
+        for (key, value) in found.parameters {
+            outcome.simulated_keys.push(key.clone());
+            outcome.parameters.insert(key, value);
+        }
+        for direction in &mut outcome.residual {
+            let near = found.simulation.drives.iter().min_by(|a, b| {
+                let apart = |drive: &Drive| apart_deg(drive.direction_deg, direction.direction_deg);
+                apart(a).total_cmp(&apart(b))
+            });
+            let near =
+                near.filter(|drive| apart_deg(drive.direction_deg, direction.direction_deg) < 4.0);
+            direction.simulated = near.map(|drive| drive.simulated * found.simulation.scale);
+        }
+        outcome.simulation = Some(found.simulation);
+    }
     Ok(outcome)
+}
+
+fn apart_deg(a: f64, b: f64) -> f64 {
+    let apart = (a - b).rem_euclid(360.0);
+    apart.min(360.0 - apart)
 }
 
 /// Fewer stretches of a run than this say nothing.

@@ -23,6 +23,8 @@
 //! | [`model`] | what of the kinematics can be free |
 //! | [`fit`] | values, noise, and what a log determines |
 //! | [`resample`] | how sure the values are |
+//! | `simulate` | keys of the scenario, by simulating |
+//! | [`plan`] | which course determines what is free |
 //! | [`outcome`] | what was found, as it is written |
 //!
 //! There is no command line and no plot here.
@@ -39,7 +41,9 @@ pub mod log;
 pub mod model;
 pub mod motion;
 pub mod outcome;
+pub mod plan;
 pub mod resample;
+mod simulate;
 mod study;
 
 pub use files::{FILES, files};

@@ -152,7 +152,10 @@ pub fn reckoned(log: &Log, twist_matrix: &Matrix3xX<f64>, tracker: &Tracker) -> 
                 let turned_rad = log.angles_rad[row][wheel] - log.angles_rad[row - 1][wheel];
                 (0..3).for_each(|axis| step[axis] += column[axis] * turned_rad);
             }
+            // Headings are counted on over full turns.
+            let turned_rad = body.heading_rad + step[2];
             body = body.moved(ilon_robot::Twist::new(step[0], step[1], step[2]));
+            body.heading_rad = turned_rad;
         }
         let (s, c) = libm::sincos(body.heading_rad);
         poses.push([

@@ -44,6 +44,9 @@ pub struct Identified {
     pub resampled: String,
     /// How many of them.
     pub resampled_count: usize,
+    /// What simulating left, where keys of the scenario were fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<Simulation>,
     /// Those of the parameters that are keys of the scenario, found by simulating.
     pub simulated_keys: Vec<String>,
     /// What is odd about the logs.
@@ -155,6 +158,50 @@ pub struct Direction {
     pub simulated: Option<f64>,
     /// How fast the heading drifts from what the chosen model says, in radians a metre.
     pub drift_rad_per_m: f64,
+}
+
+/// What the fit of a simulation left.
+#[derive(Clone, Debug, Serialize)]
+pub struct Simulation {
+    /// Root mean square of measured less simulated way over the way asked for, of drives that were fitted.
+    pub ratio_rms_fit: Option<f64>,
+    /// The same of drives that were not.
+    pub ratio_rms_held_out: Option<f64>,
+    /// The common factor on measured ways; 1 where none was free.
+    pub scale: f64,
+    /// Whether the search ended by itself.
+    pub has_converged: bool,
+    /// How many drives were simulated.
+    pub drives_simulated: u32,
+    /// Pairs of keys that the log hardly tells apart.
+    pub alike: Vec<[String; 2]>,
+    /// Keys that change less than the noise over all of their range.
+    pub insensitive: Vec<String>,
+    /// Keys that ended at an end of their range.
+    pub at_bounds: Vec<String>,
+    /// Each drive.
+    pub drives: Vec<Drive>,
+}
+
+/// A steady drive in one direction, measured and simulated.
+#[derive(Clone, Debug, Serialize)]
+pub struct Drive {
+    /// The log that it is of.
+    pub file: String,
+    /// Whether it was kept back.
+    pub held_out: bool,
+    /// The direction in the body frame in which the wheels drive the robot, in degrees.
+    pub direction_deg: f64,
+    /// The way made in that direction over what the wheels ask for, and over the common factor.
+    pub measured: f64,
+    /// Its standard error.
+    pub measured_error: f64,
+    /// The same as simulated.
+    pub simulated: f64,
+    /// The way made across that direction, to the left.
+    pub measured_across: f64,
+    /// The same as simulated.
+    pub simulated_across: f64,
 }
 
 /// What a series of runs gives by itself.

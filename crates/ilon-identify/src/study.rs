@@ -90,13 +90,13 @@ pub struct Simulate {
     /// Keys of the scenario that are free, each from a least to a largest value.
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub free: Table,
-    /// How much of each direction that a run holds is simulated, in seconds.
-    #[serde(default = "ten")]
+    /// How long each steady drive of the logs is simulated, in seconds.
+    #[serde(default = "three")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub drive_s: f64,
-    /// What is compared beside the motion by direction: `"body_ripple"` and `"wheel_ripple"`.
+    /// Whether one common factor on all measured ways is free too: where rows were lost, or the tracker's scale is not known.
     #[serde(default)]
-    pub figures: Vec<String>,
+    pub free_scale: bool,
     /// Most steps of the search.
     #[serde(default = "twelve")]
     #[schemars(range(min = 1, max = 1000))]
@@ -107,8 +107,8 @@ fn one() -> f64 {
     1.0
 }
 
-fn ten() -> f64 {
-    10.0
+fn three() -> f64 {
+    3.0
 }
 
 fn twelve() -> u32 {
@@ -227,6 +227,15 @@ impl Study {
     }
 }
 
+/// The text of a scenario with a robot, to which keys are added.
+pub(crate) fn scenario_text(robot: &Path) -> String {
+    let mut section = Table::new();
+    let path = robot.display().to_string();
+    section.insert("file".to_owned(), Value::String(path));
+    let robot = Table::from_iter([("robot".to_owned(), Value::Table(section))]);
+    format!("{robot}\n[twist]\nvx_m_s = 0.1\n\n[run]\nduration_s = 1000.0\n")
+}
+
 /// A robot as a scenario would read it.
 pub(crate) fn robot_of(
     robot: &Path,
@@ -234,20 +243,12 @@ pub(crate) fn robot_of(
     beside: &Path,
     files: &FileAccess,
 ) -> Result<Robot, Error> {
-    let mut section = Table::new();
-    let path = robot.display().to_string();
-    section.insert("file".to_owned(), Value::String(path));
-    let text = Table::from_iter([("robot".to_owned(), Value::Table(section))]).to_string();
     let settings: Vec<Setting> = flat(set)
         .iter()
         .map(|(key, value)| Setting::new(key, value))
         .collect();
-    load_robot(&Scenario::from_text(
-        &(text + "\n[twist]\nvx_m_s = 0.1\n"),
-        beside,
-        &settings,
-        files,
-    )?)
+    let text = scenario_text(robot);
+    load_robot(&Scenario::from_text(&text, beside, &settings, files)?)
 }
 
 /// The keys of nested tables, with dots.

@@ -367,12 +367,31 @@ fn updated_bounds_hold_the_run_that_they_were_taken_from() {
     );
     assert_code(&folder.ilon(&["check", "good.toml"]), 1);
     let updating = folder.ilon(&["check", "good.toml", "--update", "0.01"]);
+    let said = stdout(&updating);
+    assert_code(&updating, 0);
     assert!(
-        stdout(&updating).contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
+        said.contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
+        "{said}"
+    );
+    // It says what it did, and not that something failed which holds now.
+    assert!(
+        said.starts_with("UPDATED good") && !said.contains("FAILED"),
+        "{said}"
+    );
+    assert_code(&folder.ilon(&["check", "good.toml"]), 0);
+}
+
+#[test]
+fn what_cannot_be_updated_still_fails() {
+    let folder = Folder::new();
+    folder.write("good.toml", &SCENARIO.replace("max = 4.62", "max = 0.1"));
+    let updating = folder.ilon(&["check", "good.toml", "--update", "0.01"]);
+    assert_code(&updating, 1);
+    assert!(
+        stdout(&updating).starts_with("FAILED good"),
         "{}",
         stdout(&updating)
     );
-    assert_code(&folder.ilon(&["check", "good.toml"]), 0);
 }
 
 #[test]

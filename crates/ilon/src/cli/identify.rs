@@ -19,7 +19,23 @@ use crate::pages;
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The study file: a robot, logs of its drives, and what is free.
-    study: PathBuf,
+    #[arg(required_unless_present = "plan")]
+    study: Option<PathBuf>,
+    /// Propose a short course for this robot that makes what is free known, as waypoints and as wheel rates.
+    #[arg(long, value_name = "ROBOT", conflicts_with = "study")]
+    plan: Option<PathBuf>,
+    /// What a course shall make known, several with commas between.
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        default_value = "radius_m.*,lever_m",
+        requires = "plan"
+    )]
+    free: Vec<String>,
+    /// How fast a course is driven, in m/s.
+    #[arg(long, value_name = "M/S", default_value_t = 0.2, requires = "plan")]
+    speed: f64,
     /// Where to write results.
     #[arg(long, value_name = "DIR", default_value = "out/<study>")]
     out: PathBuf,
@@ -32,7 +48,9 @@ pub(super) struct Arguments {
 
 /// Reads, fits, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let path = &arguments.study;
+    let Some(path) = &arguments.study else {
+        return plan(arguments);
+    };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
     let out = match arguments.out.to_str() {
         Some("out/<study>") => PathBuf::from("out").join(study.name()),
@@ -77,6 +95,43 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 .copied()
                 .collect::<Vec<_>>()
                 .join(", ")
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Writes a course and prints what it determines.
+fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Some(path) = &arguments.plan else {
+        return Err(Failure::usage(
+            "neither a study nor a robot was named",
+            "name a study",
+        ));
+    };
+    let mut options = ilon_robot::LoadOptions::default();
+    options.files = arguments.sandbox.files()?;
+    let robot = ilon_robot::Robot::load_with(path, &options)?.robot;
+    let course = ilon_identify::plan::plan(&robot, &arguments.free, arguments.speed)?;
+    let out = match arguments.out.to_str() {
+        Some("out/<study>") => PathBuf::from("out").join("course"),
+        _ => arguments.out.clone(),
+    };
+    for name in ["wheel_rates.csv", "waypoints.csv", "course.json"] {
+        claim::not_an_input(&out.join(name), "--out", std::slice::from_ref(path))?;
+    }
+    let _claim = claim::folder(&out, "--out")?;
+    let json = serde_json::to_string_pretty(&course);
+    let json = json.map_err(|error| Failure::encode("the course", &error))? + "\n";
+    write_text(&out.join("wheel_rates.csv"), &course.wheel_rates_csv)?;
+    write_text(&out.join("waypoints.csv"), &course.waypoints_csv)?;
+    write_text(&out.join("course.json"), &json)?;
+    if arguments.json {
+        say::data(&json)?;
+    } else {
+        say::lines(&format!(
+            "{}\nwritten to {}: wheel_rates.csv, waypoints.csv, course.json\n",
+            answer::course(&course),
+            one_line(&out.display().to_string())
         ))?;
     }
     Ok(Outcome::Done)

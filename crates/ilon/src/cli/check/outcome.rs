@@ -46,6 +46,8 @@ pub(super) struct Judged {
 pub(super) enum Count {
     Held,
     Failed,
+    /// What did not hold was rewritten, and nothing else failed.
+    Updated,
     /// It ran, and whatever came of it would have been well.
     NothingExpected,
     Refused,
@@ -59,6 +61,15 @@ impl Judged {
     /// What `--update` changes, a line each.
     fn changes(&self) -> &str {
         self.update.as_ref().map_or("", |update| &update.changes)
+    }
+
+    /// Whether all that did not hold is rewritten.
+    fn is_updated(&self) -> bool {
+        let mut failed = self.verdicts.iter().filter(|verdict| !verdict.held);
+        let is_rewritten = |verdict: &Verdict| verdict.at_s.is_none() && verdict.measured.is_some();
+        !self.changes().is_empty()
+            && failed.all(is_rewritten)
+            && self.differences.as_ref().is_none_or(Vec::is_empty)
     }
 
     /// What did not hold, a line each. Of many differences from a baseline the first few tell where it began.
@@ -85,6 +96,7 @@ impl Checked {
         match &self.result {
             Ended::Refused(_) => Count::Refused,
             Ended::Skipped => Count::Skipped,
+            Ended::Judged(judged) if judged.is_updated() => Count::Updated,
             Ended::Judged(judged) if !judged.failures().is_empty() => Count::Failed,
             Ended::Judged(judged) if judged.verdicts.is_empty() && judged.differences.is_none() => {
                 Count::NothingExpected
@@ -125,6 +137,16 @@ impl Checked {
             Count::NothingExpected => {
                 format!("EMPTY  {label} ({took_s:.1} s): {NOTHING_EXPECTED}\n")
             }
+            Count::Updated => {
+                let changes = judged.changes();
+                let bounds = match changes.lines().count() {
+                    1 => "1 bound".to_owned(),
+                    count => format!("{count} bounds"),
+                };
+                format!(
+                    "UPDATED {label} ({took_s:.1} s): {bounds} rewritten around what was measured\n{changes}"
+                )
+            }
             Count::Failed => {
                 let mut text = format!("FAILED {label} ({took_s:.1} s)\n");
                 for failure in judged.failures() {
@@ -156,6 +178,7 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
     for (name, count) in [
         ("held", Count::Held),
         ("failed", Count::Failed),
+        ("updated", Count::Updated),
         ("nothing expected", Count::NothingExpected),
         ("could not run", Count::Refused),
         ("skipped", Count::Skipped),

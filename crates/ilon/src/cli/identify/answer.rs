@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use ilon_identify::Identified;
 use ilon_identify::outcome::{JudgedBy, Value};
+use ilon_identify::plan::Plan;
 use ilon_report::sweep::figure as number;
 
 use crate::cli::table::Table;
@@ -33,6 +34,32 @@ pub(super) fn words(found: &Identified) -> String {
                 held.name,
                 number(held.value),
                 held.why
+            );
+        }
+    }
+    if let Some(simulation) = &found.simulation {
+        for [a, b] in &simulation.alike {
+            let _ = writeln!(
+                text,
+                "\n{a} and {b} are hardly told apart by this log: their intervals hold with the other as it is"
+            );
+        }
+        for key in &simulation.insensitive {
+            let _ = writeln!(
+                text,
+                "\n{key} changes less than the noise over all of its range"
+            );
+        }
+        for key in &simulation.at_bounds {
+            let _ = writeln!(
+                text,
+                "\n{key} lies at an end of its range: beyond it the fit may be better"
+            );
+        }
+        if !simulation.has_converged {
+            let _ = writeln!(
+                text,
+                "\nThe search was cut off after its steps: `simulate.steps` allows more"
             );
         }
     }
@@ -80,6 +107,19 @@ fn tables(found: &Identified) -> Table {
         ];
         table.words(&name, &words);
     }
+    if let Some(simulation) = &found.simulation {
+        table.heading("simulated: rms of measured less simulated over asked");
+        let known =
+            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+        table.words(
+            "of drives that were fitted",
+            &[known(simulation.ratio_rms_fit)],
+        );
+        table.words(
+            "of drives that were not",
+            &[known(simulation.ratio_rms_held_out)],
+        );
+    }
     if found.series.len() > 1 {
         table.heading("series by itself: value, from, to (95 %)");
         for series in &found.series {
@@ -103,4 +143,22 @@ fn value_words(value: &Value) -> [String; 4] {
         end(value.ci95[1]),
         number(value.nominal),
     ]
+}
+
+/// A course, and what it determines.
+pub(super) fn course(plan: &Plan) -> String {
+    let mut table = Table::new();
+    table.heading("drive: m/s ahead, m/s to the left, rad/s, seconds");
+    for (index, way) in plan.ways.iter().enumerate() {
+        let [vx, vy, omega] = way.twist;
+        let words = [vx, vy, omega, way.for_s].map(number);
+        table.words(&format!("{}", index + 1), &words);
+    }
+    table.heading(
+        "standard error that it leaves, of displacements seen to 1 mm and 1 mrad a second",
+    );
+    for (name, error) in &plan.errors {
+        table.words(name, &[number(*error)]);
+    }
+    table.to_string()
 }

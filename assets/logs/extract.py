@@ -1,0 +1,80 @@
+"""Makes the extracts in this folder from the published data sets, whose places are given: OPTIODOM ROBOTINO."""
+
+import csv
+import math
+import pathlib
+import sys
+
+here = pathlib.Path(__file__).parent
+
+
+def write(path, header, rows):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="\n") as file:
+        file.write(",".join(header) + "\n")
+        for row in rows:
+            file.write(",".join(row) + "\n")
+
+
+def plain(value, digits):
+    """A number without zeros at its end."""
+    text = f"{value:.{digits}f}"
+    if digits:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def optiodom(source, target, wheels, counts_per_unit, every, until_s=math.inf):
+    """Keeps every so many rows: time, pose, and the counts of the wheels summed from the beginning."""
+    rows, counts = [], [0.0] * wheels
+    with open(source, newline="") as file:
+        for index, row in enumerate(csv.reader(file)):
+            numbers = [float(cell) for cell in row]
+            counts = [a + b for a, b in zip(counts, numbers[4:])]
+            if index % every == 0 and numbers[0] <= until_s:
+                rows.append(
+                    [plain(numbers[0], 3), plain(1e3 * numbers[1], 2), plain(1e3 * numbers[2], 2), plain(1e3 * numbers[3], 1)]
+                    + [plain(count * counts_per_unit, 0) for count in counts]
+                )
+    header = ["t_s", "x_mm", "y_mm", "heading_mrad"] + [f"ticks_{wheel + 1}" for wheel in range(wheels)]
+    write(target, header, rows)
+
+
+def robotino(source, target, every):
+    """Keeps every so many rows: time, positions and currents of the motors, and the camera's pose."""
+    rows = []
+    with open(source, newline="") as file:
+        for index, row in enumerate(csv.reader(file, delimiter=";")):
+            if index >= 3 and (index - 3) % every == 0:
+                x = [float(cell) for cell in row if cell]
+                rows.append(
+                    [plain(x[0], 1)] + [plain(count, 0) for count in x[7:10]] + [plain(current, 3) for current in x[13:16]]
+                    + [plain(x[19], 2), plain(x[20], 2), plain(x[21], 2)]
+                )
+    header = ["t_ms", "ticks_1", "ticks_2", "ticks_3", "current_1_a", "current_2_a", "current_3_a", "x_px", "y_px", "angle_deg"]
+    write(target, header, rows)
+
+
+def main():
+    opti, robo = map(pathlib.Path, sys.argv[1:])
+    for series, short, every, until_s in [
+        ("mecanum_circles_sep", "circles_sep", 4, math.inf),
+        ("mecanum_circles_dec", "circles_dec", 4, 40.0),
+        ("mecanum_squares_sep", "squares_sep", 4, math.inf),
+        ("omni3_squares", "omni3_squares", 2, math.inf),
+    ]:
+        for source in sorted((opti / series).glob("*run-[0-9][0-9].csv")):
+            if series == "mecanum_squares_sep" and source.stem[-2:] not in ("01", "07"):
+                continue
+            number = source.stem[-2:]
+            mecanum = series.startswith("mecanum")
+            # Increments of the mecanum robot are in turns of 11520 counts, those of the other in ticks.
+            optiodom(source, here / "optiodom" / f"{short}_{number}.csv", 4 if mecanum else 3, 11520 if mecanum else 1, every, until_s)
+    for floor in ("table", "brown", "gray"):
+        for number in range(0, 72, 3):
+            source = robo / floor / f"exp{number:02}.csv"
+            if source.exists():
+                robotino(source, here / "robotino" / f"{floor}_{5 * number:03}.csv", 5)
+
+
+main()

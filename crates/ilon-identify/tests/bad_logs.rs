@@ -1,0 +1,294 @@
+//! Logs that cannot be what they are stated to be: each fault is named, with its likely cause.
+
+mod support;
+
+use std::fmt::Write;
+
+use ilon_identify::{Log, Study, identify};
+use ilon_robot::Robot;
+use ilon_sim::Error;
+use support::{Drive, csv, drive, robot, study};
+
+/// What is said of a log after it was changed, with the help.
+fn said(change: impl Fn(&mut Log)) -> String {
+    said_of("mecanum4.toml", change)
+}
+
+fn said_of(file: &str, change: impl Fn(&mut Log)) -> String {
+    let robot = robot(file);
+    let mut log = drive(&plain(&robot), &[], &Drive::default());
+    change(&mut log);
+    outcome(&robot, file, &csv(&log, &robot), "")
+}
+
+fn plain(robot: &Robot) -> ilon_identify::model::Model {
+    ilon_identify::model::Model::new(robot, &[]).unwrap()
+}
+
+fn outcome(robot: &Robot, file: &str, text: &str, more: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), text).unwrap();
+    let path = folder.path().join("study.toml");
+    std::fs::write(
+        &path,
+        study(robot, file, "log.csv", &format!("resamples = 60\n{more}")),
+    )
+    .unwrap();
+    let found = Study::load(&path).and_then(|study| identify(&study, &|_| ()));
+    match found {
+        Ok(found) => {
+            let mut words = "fine".to_owned();
+            for odd in &found.doubts {
+                let _ = write!(words, "; {} {}", odd.doubt.message, odd.doubt.help);
+            }
+            words
+        }
+        Err(Error::Log { message, help, .. }) => format!("{message}; {help}"),
+        Err(other) => format!("other: {other}"),
+    }
+}
+
+fn wheel(log: &mut Log, wheel: usize, change: impl Fn(f64) -> f64) {
+    log.angles_rad
+        .iter_mut()
+        .for_each(|row| row[wheel] = change(row[wheel]));
+}
+
+fn pose(log: &mut Log, change: impl Fn([f64; 3]) -> [f64; 3]) {
+    log.poses.iter_mut().for_each(|pose| *pose = change(*pose));
+}
+
+#[track_caller]
+fn holds(said: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(said.contains(part), "`{part}` is not in: {said}");
+    }
+}
+
+#[test]
+fn a_good_log_is_not_doubted() {
+    for file in ["mecanum4.toml", "volksbot.toml", "mecanum6.toml"] {
+        assert_eq!(said_of(file, |_| ()), "fine", "{file}");
+    }
+}
+
+#[test]
+fn wheels_that_are_swapped_are_named() {
+    holds(
+        &said(|log| log.angles_rad.iter_mut().for_each(|row| row.swap(0, 1))),
+        &[
+            "otherwise wired",
+            "the columns of `front_left` and `front_right` are swapped",
+        ],
+    );
+    holds(
+        &said_of("volksbot.toml", |log| {
+            log.angles_rad.iter_mut().for_each(|row| row.swap(1, 2))
+        }),
+        &["the columns of `wheel_2` and `wheel_3` are swapped"],
+    );
+}
+
+#[test]
+fn wheels_that_count_the_other_way_are_named() {
+    holds(
+        &said(|log| wheel(log, 2, |angle| -angle)),
+        &["`rear_left` counts the other way"],
+    );
+    holds(
+        &said(|log| {
+            wheel(log, 1, |angle| -angle);
+            wheel(log, 3, |angle| -angle);
+        }),
+        &["`front_right` and `rear_right` count the other way"],
+    );
+    holds(
+        &said_of("volksbot.toml", |log| {
+            (0..3).for_each(|which| wheel(log, which, |angle| -angle))
+        }),
+        &["all wheels count the other way"],
+    );
+}
+
+#[test]
+fn axes_of_the_tracker_that_are_turned_or_left_handed_are_named() {
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, -y, -heading])),
+        &["left-handed"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, y, heading + 1.0])),
+        &["moves -57 degrees off", "tracker's heading is turned"],
+    );
+}
+
+#[test]
+fn units_that_cannot_be_right_are_named() {
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [1e3 * x, 1e3 * y, heading])),
+        &["lengths in mm that are stated in m"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, y, heading.to_degrees()])),
+        &["headings in deg that are stated in rad"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, y, heading.to_radians()])),
+        &["headings in rad that are stated in deg"],
+    );
+    let turns = |angle: f64| angle / std::f64::consts::TAU;
+    holds(
+        &said(|log| (0..4).for_each(|which| wheel(log, which, turns))),
+        &["wheel angles in turns that are stated in radians"],
+    );
+    holds(
+        &said(|log| (0..4).for_each(|which| wheel(log, which, f64::to_degrees))),
+        &["wheel angles in degrees that are stated in radians"],
+    );
+    holds(
+        &said(|log| (0..4).for_each(|which| wheel(log, which, |angle| 16.0 * angle))),
+        &["likely a gear of 1:16"],
+    );
+    holds(
+        &said(|log| (0..4).for_each(|which| wheel(log, which, |angle| 1e4 * angle))),
+        &["rad/s on the mean", "ticks"],
+    );
+    holds(
+        &said(|log| log.times_s.iter_mut().for_each(|t_s| *t_s *= 1e3)),
+        &["rows are 20 s apart", "\"ms\""],
+    );
+}
+
+#[test]
+fn counters_that_begin_anew_are_named() {
+    holds(
+        &said(|log| {
+            let at = log.angles_rad[2000].clone();
+            for row in &mut log.angles_rad[2000..] {
+                row.iter_mut().zip(&at).for_each(|(angle, at)| *angle -= at);
+            }
+        }),
+        &["jumps by", "set to zero"],
+    );
+    holds(
+        &said(|log| wheel(log, 0, |angle| angle.rem_euclid(std::f64::consts::TAU))),
+        &["`front_left` jumps by", "counted within one turn"],
+    );
+    holds(
+        &said(|log| wheel(log, 0, |angle| angle.rem_euclid(20.0))),
+        &["`front_left` jumps by", "overflows every 3.18"],
+    );
+}
+
+#[test]
+fn gaps_are_named_and_stepped_over() {
+    let said = said(|log| {
+        for rows in [
+            (&mut log.times_s) as &mut dyn Cut,
+            &mut log.angles_rad,
+            &mut log.poses,
+            &mut log.unseen,
+        ] {
+            rows.cut(500, 600);
+        }
+    });
+    holds(&said, &["fine", "1 gap in its times", "left out"]);
+}
+
+/// Rows that are taken out of a column.
+trait Cut {
+    fn cut(&mut self, from: usize, to: usize);
+}
+
+impl<T> Cut for Vec<T> {
+    fn cut(&mut self, from: usize, to: usize) {
+        self.drain(from..to);
+    }
+}
+
+#[test]
+fn a_tracker_that_jumps_or_freezes_is_named() {
+    holds(
+        &said(|log| {
+            log.poses[700..900]
+                .iter_mut()
+                .for_each(|pose| pose[0] += 0.5)
+        }),
+        &["fine", "the pose jumps by"],
+    );
+    holds(
+        &said(|log| {
+            let at = log.poses[700];
+            log.poses[700..900].iter_mut().for_each(|pose| *pose = at);
+        }),
+        &["fine", "the pose is the same for"],
+    );
+}
+
+#[test]
+fn a_robot_that_stood_still_and_wheels_of_another_drive_are_named() {
+    holds(
+        &said(|log| (0..4).for_each(|which| wheel(log, which, |angle| 1e-5 * angle))),
+        &["no wheel turns by more than"],
+    );
+    // Poses of another time of the drive.
+    holds(
+        &said(|log| log.poses.rotate_left(1300)),
+        &["the wheels explain"],
+    );
+}
+
+#[test]
+fn times_that_do_not_grow_and_too_few_rows_are_named() {
+    holds(
+        &said(|log| log.times_s[100] = log.times_s[99]),
+        &["times do not grow", "row 100"],
+    );
+    holds(
+        &said(|log| {
+            for rows in [
+                (&mut log.times_s) as &mut dyn Cut,
+                &mut log.angles_rad,
+                &mut log.poses,
+                &mut log.unseen,
+            ] {
+                rows.cut(6, 3001);
+            }
+        }),
+        &["it has 6 rows"],
+    );
+}
+
+#[test]
+fn tables_that_are_not_as_stated_are_named_with_their_line() {
+    let robot = robot("mecanum4.toml");
+    let log = drive(&plain(&robot), &[], &Drive::default());
+    let text = csv(&log, &robot);
+    let of = |text: &str| outcome(&robot, "mecanum4.toml", text, "");
+    holds(
+        &of(&text.replacen("front_left", "left_front", 1)),
+        &["no column `front_left`", "its columns are"],
+    );
+    holds(
+        &of(&text.replacen("front_left", "front_lefd", 1)),
+        &["no column `front_left`", "is `front_lefd` meant"],
+    );
+    holds(
+        &of(&text.replace(',', ";")),
+        &["holds one name alone", "log.delimiter"],
+    );
+    holds(
+        &of(&text.replacen("\n0.0200,", "\n0.02x,", 1)),
+        &["line 3, column `t`", "is no number"],
+    );
+    let cut = &text[..text.len() - 12];
+    holds(&of(cut), &["columns", "cut off"]);
+    holds(&of("t,x\n"), &["no column"]);
+    holds(&of(""), &["it ends before line 1"]);
+    holds(
+        &of("t,x,y,heading,front_left,front_right,rear_left,rear_right\n"),
+        &["it has 0 rows"],
+    );
+    let nan = text.replacen("\n0.0200,", "\nnan,", 1);
+    holds(&of(&nan), &["has nothing in the column `t`"]);
+}
