@@ -87,7 +87,7 @@ async def drive(page):
     await page.ask("Page.addScriptToEvaluateOnNewDocument", source=PAD)
     await page.ask("Page.navigate", url=f"http://127.0.0.1:{PORT}/")
     for _ in range(200):
-        if int(await page.value("document.documentElement.dataset.frames || 0") or 0) > 5:
+        if int(await page.value("(document.documentElement && document.documentElement.dataset.frames) || 0") or 0) > 5:
             break
         await asyncio.sleep(0.1)
     else:

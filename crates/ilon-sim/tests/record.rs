@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use ilon_sim::robot::{LoadOptions, Robot};
-use ilon_sim::simulate::relief_heights_m;
+use ilon_sim::simulate::{
+    Commanded, Controller, Decided, Driver, Moment, Plant, Recorder, WheelCommand, load,
+    relief_heights_m, resolve_for,
+};
 use ilon_sim::trace::{Header, Recording, Rows, Sink, Trace, TraceError, trace_hash};
 use ilon_sim::{Scenario, Simulation};
 
@@ -236,4 +239,62 @@ fn a_sink_that_gives_up_ends_the_run_and_says_why() {
         "the rows could not be handed to a counter: it is full"
     );
     assert_eq!((counting.rows, counting.finished), (7, 0));
+}
+
+/// Rates of the wheels, in rad/s.
+const RATES_RAD_S: [f64; 4] = [4.0, 3.0, 2.0, 5.0];
+
+struct Steady;
+
+impl Controller for Steady {
+    fn command(&mut self, _now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
+        wheels.copy_from_slice(&RATES_RAD_S);
+        Commanded::Rates
+    }
+}
+
+#[test]
+fn a_loop_of_ones_own_is_recorded_as_a_run_is() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+    let text = format!("{SCENARIO}roller_angles_hz = 50\n");
+    let scenario = Scenario::from_toml(&text, "recorded", folder).expect("a scenario");
+    let run = Simulation::with_controller(&scenario, Steady)
+        .expect("it can be run")
+        .run();
+
+    let loaded = load(&scenario).expect("a robot");
+    let resolved = resolve_for(&scenario, &loaded.robot, Driver::Own).expect("it is resolved");
+    let mut plant = Plant::new(&resolved, &loaded.robot).expect("a plant");
+    let mut recorder = Recorder::of_plant(&plant, &loaded.urdf).expect("a recorder");
+    let twist = plant.kinematics().twist(&RATES_RAD_S);
+    let decided = Decided {
+        command_twist_in_body: twist,
+        granted_twist_in_body: twist,
+        wheel_rates_rad_s: &RATES_RAD_S,
+        ..Decided::default()
+    };
+    for _ in run.trace.records() {
+        let seen = plant.observe();
+        recorder.reckon(&seen.wheel_angles_rad);
+        recorder.record(plant.time_s(), &plant, &decided);
+        let command = WheelCommand::Rates(&RATES_RAD_S);
+        plant
+            .advance_watched(command, resolved.control_dt_s(), |world, dt_s| {
+                recorder.count(world, dt_s);
+            })
+            .expect("a step");
+    }
+    // A loop of one's own has no end that is known.
+    let endless = Header {
+        control_periods: 0,
+        ..run.trace.header.clone()
+    };
+    assert_eq!(recorder.trace().header, endless);
+    // To the bit: the same steps, and the same sums.
+    for (row, (own, of_run)) in recorder.trace().steps().zip(run.trace.steps()).enumerate() {
+        assert_eq!(own, of_run, "row {row}");
+        let angles = [recorder.trace(), &run.trace].map(|trace| trace.roller_angles_at(row));
+        assert_eq!(angles[0], angles[1], "row {row}");
+    }
+    assert_eq!(recorder.trace().records().len(), run.trace.records().len());
 }

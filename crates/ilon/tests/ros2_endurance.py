@@ -1,10 +1,11 @@
 """How `ilon live --ros2` holds out: messages lost, latency and jitter, at 100 Hz, as rclpy sees them.
 
-    ros2_endurance.py ILON MINUTES      with the loopback interface up
+    ros2_endurance.py ILON MINUTES [DEPTH]      with the loopback interface up
 
 It hears /odom and /joint_states (reliable), sends a twist at 20 Hz, and drives the robot on a circle. Latency is from when ilon hands a
 message to the middleware, which is its source timestamp, until rclpy hands it to the callback; jitter is the spread of the times between
-two callbacks. Both ends are on this machine, so that they share a clock. Counted are stamps that did not come.
+two callbacks. Both ends are on this machine, so that they share a clock. Counted are stamps that did not come. DEPTH is how many messages
+the reader keeps: one that keeps ten, as is usual, overwrites the oldest of them whenever it is not run for a tenth of a second.
 """
 
 import statistics
@@ -20,6 +21,7 @@ from sensor_msgs.msg import JointState
 
 REPO = Path(__file__).resolve().parents[3]
 MINUTES = float(sys.argv[2])
+DEPTH = int(sys.argv[3]) if len(sys.argv) > 3 else 10
 SETTINGS = ["robot.roller_bodies=near", "run.control_dt_s=0.01"]
 
 
@@ -42,7 +44,7 @@ def main():
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             came[topic].append((stamp, now_ns, now_ns - info["source_timestamp"]))
 
-        node.create_subscription(kind, topic, heard, 10)
+        node.create_subscription(kind, topic, heard, DEPTH)
 
     listen(Odometry, "/odom")
     listen(JointState, "/joint_states")

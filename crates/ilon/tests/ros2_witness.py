@@ -38,6 +38,8 @@ ILON = sys.argv[1]
 # The robot at the origin, with only the rollers within reach, which leaves the machine time for all that listens.
 SETTINGS = ["robot.roller_bodies=near", "robot.x_m=0", "robot.y_m=0", "robot.heading_deg=0"]
 WHEELS = ["front_left", "front_right", "rear_left", "rear_right"]
+# When CycloneDDS has found the other side, the other side need not have found it: an answer to a reader that is not known yet is lost.
+MATCH_S = 1.5
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -558,7 +560,7 @@ def cyclone():
 
         def come(source, what, within=20.0):
             kept = []
-            wait_for(lambda: kept.extend(source.take(100)) or kept, what, within)
+            wait_for(lambda: kept.extend(source.take(1000)) or kept, what, within)
             return kept
 
         time.sleep(1.0)
@@ -583,7 +585,8 @@ def cyclone():
 
         commands = writer("rt/cmd_vel", CycloneTwistStamped)
         ahead = CycloneTwistStamped(Header(Time(), "base_link"), CycloneTwist(Vector3(0.3), Vector3()))
-        time.sleep(1.0)
+        wait_for(commands.get_matched_subscriptions, "a reader of /cmd_vel")
+        time.sleep(MATCH_S)
         for _ in range(40):
             commands.write(ahead)
             time.sleep(0.05)
@@ -592,8 +595,8 @@ def cyclone():
         def ask(name, request_type, answer_type, request, within=20.0):
             asks = writer(f"rq/ilon/{name}Request", request_type)
             answers = reader(f"rr/ilon/{name}Reply", answer_type)
-            # A reader that is matched late has no answer: a client of ROS waits for the service as well.
             wait_for(lambda: asks.get_matched_subscriptions() and answers.get_matched_publications(), f"the service {name}")
+            time.sleep(MATCH_S)
             asks.write(request)
             return come(answers, f"the answer of {name}", within)[-1].result
 
