@@ -7,9 +7,10 @@ use std::sync::Mutex;
 
 use ilon_robot::{FileAccess, FindPackage, LoadOptions, use_ros_xacro};
 
-/// Files that it was asked about, with the arguments, and where the package `near` lies.
-static ASKED: Mutex<Vec<(PathBuf, BTreeMap<String, String>, Option<PathBuf>)>> =
-    Mutex::new(Vec::new());
+/// A file that it was asked about, with the arguments, and where the package `near` lies.
+type Asked = (PathBuf, BTreeMap<String, String>, Option<PathBuf>);
+
+static ASKED: Mutex<Vec<Asked>> = Mutex::new(Vec::new());
 
 const EXPANDED: &str = "<robot name=\"by_ros\"><link name=\"a\"/></robot>";
 
