@@ -13,8 +13,12 @@ LONGER = 1.03
 
 @pytest.fixture(scope="module")
 def study(assets, tmp_path_factory):
-    """A log of two circles, and a study of the wheels' radius by it."""
-    folder = tmp_path_factory.mktemp("identify")
+    """Logs of two circles, and a study of the wheels' radius by them."""
+    return written(assets, tmp_path_factory.mktemp("identify"), 1.0)
+
+
+def written(assets, folder, longer):
+    """The same, by a tracker that counts a metre as so many."""
     robot = assets / "robots" / "mecanum4.toml"
     for name, heading in (("ahead", "along_path"), ("across", {"constant_deg": 0})):
         run = ilon.run(
@@ -27,8 +31,8 @@ def study(assets, tmp_path_factory):
         trace = run.trace
         columns = [
             trace["t_s"],
-            LONGER * trace["truth_x_m"],
-            LONGER * trace["truth_y_m"],
+            longer * trace["truth_x_m"],
+            longer * trace["truth_y_m"],
             trace["truth_heading_rad"],
             *(trace[f"wheel{wheel}_angle_rad"] for wheel in range(4)),
         ]
@@ -40,7 +44,7 @@ def study(assets, tmp_path_factory):
     path.write_text(
         f"""robot = '{robot}'
 resamples = 50
-tracker = []
+tracker = ["heading_deg"]
 
 [log]
 time = {{ column = "t_s", unit = "s" }}
@@ -75,12 +79,12 @@ def test_what_is_found_is_what_the_command_finds(study, command, tmp_path):
     assert (tmp_path / "ours" / "report.html").exists()
 
 
-def test_wheels_are_as_much_larger_as_the_tracker_counts_too_long(study, assets):
-    robot = ilon.inspect(assets / "robots" / "mecanum4.toml")
-    radius = ilon.identify(study)["parameters"]["radius_m"]
-    # Tilted rollers come short of the radius by up to 2 %, and circles across more than circles ahead.
-    assert radius["unit"] == "m"
-    assert radius["value"] / robot["wheels"][0]["radius_m"] == pytest.approx(LONGER, abs=0.01)
+def test_wheels_and_levers_are_as_much_larger_as_the_tracker_counts_too_long(study, assets, tmp_path):
+    true, long = (ilon.identify(one)["parameters"] for one in (study, written(assets, tmp_path, LONGER)))
+    for name in ("radius_m", "lever_m"):
+        # Positions scale with both, and headings with their ratio.
+        assert long[name]["value"] / true[name]["value"] == pytest.approx(LONGER, rel=1e-4)
+        assert true[name]["unit"] == "m" and true[name]["ci95"][0] < true[name]["value"] < true[name]["ci95"][1]
 
 
 def test_a_bad_study_raises_what_the_command_says(study, command, tmp_path):
