@@ -136,6 +136,23 @@ impl Scenario {
     }
 }
 
+/// An absolute folder by its true place, of which `..` is the folder above: links are followed as far as there is something.
+fn real(folder: &Path) -> PathBuf {
+    let there = folder.ancestors().find_map(|above| {
+        let rest = folder.strip_prefix(above).ok()?;
+        Some(above.canonicalize().ok()?.join(rest))
+    });
+    normal(&there.unwrap_or_else(|| folder.to_owned()))
+}
+
+/// An absolute path by the true place of its folder. If it is a link itself it stays one: what it leads to may name files beside it.
+fn real_but_its_name(path: &Path) -> PathBuf {
+    match (path.parent(), path.file_name()) {
+        (Some(folder), Some(name)) => real(folder).join(name),
+        _ => real(path),
+    }
+}
+
 /// Reads another kind of TOML file than a scenario: keys that `T` does not have are refused as those of a scenario are.
 ///
 /// # Errors
@@ -154,23 +171,6 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     })?;
     T::deserialize(toml::Deserializer::from(document))
         .map_err(|error| Error::toml_value(&error, source()))
-}
-
-/// An absolute folder by its true place, of which `..` is the folder above: links are followed as far as there is something.
-fn real(folder: &Path) -> PathBuf {
-    let there = folder.ancestors().find_map(|above| {
-        let rest = folder.strip_prefix(above).ok()?;
-        Some(above.canonicalize().ok()?.join(rest))
-    });
-    normal(&there.unwrap_or_else(|| folder.to_owned()))
-}
-
-/// An absolute path by the true place of its folder. If it is a link itself it stays one: what it leads to may name files beside it.
-fn real_but_its_name(path: &Path) -> PathBuf {
-    match (path.parent(), path.file_name()) {
-        (Some(folder), Some(name)) => real(folder).join(name),
-        _ => real(path),
-    }
 }
 
 /// A path without `.` and, where what they undo is known, `..`.

@@ -173,7 +173,7 @@ impl Simulation {
         }
         self.plant.actuate(self.pilot.command());
         if clock.record_is_due() {
-            let decided = self.pilot.decided(t_s);
+            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
             self.recorder.record(t_s, &self.plant, &decided);
         }
         self.plant.step();

@@ -10,7 +10,7 @@ use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use super::plant::WheelCommand;
-use super::playback::{Asked, Log};
+use super::playback::{Asked, Log, Placing};
 use super::recorder::Decided;
 use super::resolve::start_pose;
 use super::sensors::Seen;
@@ -35,6 +35,8 @@ pub(super) struct Pilot {
     decision: Decision,
     /// The log of the scenario, if it has one.
     log: Option<Arc<Log>>,
+    /// Of a log that says only later where the real robot was: where it said so first, and where the simulated robot was then.
+    placing: Option<Placing>,
 }
 
 enum Planned {
@@ -156,6 +158,7 @@ impl Pilot {
             kinematics: about_origin,
             decision: Decision::default(),
             log,
+            placing: None,
         })
     }
 
@@ -254,15 +257,18 @@ impl Pilot {
         }
     }
 
-    /// Where a log says that the real robot was at a time in seconds, in the world if [`Pilot::measured_is_placed`].
-    fn measured_at(&self, t_s: f64) -> Option<Pose> {
-        self.log.as_ref()?.measured_at(t_s)
-    }
-
-    /// Whether the log knows where in the world the real robot started.
-    fn measured_is_placed(&self) -> bool {
-        let log = self.log.as_ref();
-        log.is_some_and(|log| log.measured_is_placed())
+    /// Where a log says that the real robot was at a time in seconds, while the simulated robot is at a pose.
+    fn measured_at(&mut self, t_s: f64, truth: Pose) -> Option<Pose> {
+        let log = self.log.as_ref()?;
+        let measured = log.measured_at(t_s)?;
+        if log.measured_is_placed() {
+            return Some(measured);
+        }
+        let placing = self.placing.get_or_insert(Placing {
+            from: measured,
+            to: truth,
+        });
+        Some(placing.of(measured))
     }
 
     /// Whether a log says anything of where the real robot was.
@@ -270,12 +276,11 @@ impl Pilot {
         self.log.as_ref().is_some_and(|log| log.has_measured())
     }
 
-    /// What was decided last, for a recorder at a time in seconds.
-    pub fn decided(&self, t_s: f64) -> Decided<'_> {
+    /// What was decided last, for a recorder at a time in seconds, while the simulated robot is at a pose.
+    pub fn decided(&mut self, t_s: f64, truth: Pose) -> Decided<'_> {
         Decided {
+            measured: self.measured_at(t_s, truth),
             desired: self.decision.desired,
-            measured: self.measured_at(t_s),
-            measured_is_unplaced: !self.measured_is_placed(),
             command_twist_in_body: self.decision.command_twist_in_body,
             granted_twist_in_body: self.decision.granted_twist_in_body,
             tasks: &self.decision.tasks,

@@ -7,7 +7,6 @@ use ilon_world::World;
 
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
-use super::playback::Placing;
 use crate::Error;
 use crate::scenario::TIME_SLACK_S;
 
@@ -28,8 +27,6 @@ pub struct Recorder {
     /// The largest since the last row.
     residual_m_s: f64,
     samples: Vec<WheelSample>,
-    /// Of a log that says only later where the real robot was: where it said so first, and where the simulated robot was then.
-    placing: Option<Placing>,
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
@@ -42,8 +39,6 @@ pub struct Decided<'a> {
     pub desired: Option<ilon_control::Desired>,
     /// Where a log says that the real robot was; `None` without one.
     pub measured: Option<Pose>,
-    /// Whether the log does not know where in the world that is: the first such pose is then put where the robot is.
-    pub measured_is_unplaced: bool,
     /// The twist asked for in the body frame, before any saturation.
     pub command_twist_in_body: Twist,
     /// What is left of it after saturation.
@@ -88,7 +83,6 @@ impl Recorder {
             sums: vec![WheelSums::default(); wheel_count],
             residual_m_s: 0.0,
             samples: vec![WheelSample::default(); wheel_count],
-            placing: None,
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
         }
@@ -111,8 +105,8 @@ impl Recorder {
             Some(Box::new(Idle)),
         )?;
         let header = Header {
+            // A row each control period, for as long as the loop goes on.
             record_every: 1,
-            // A loop of one's own has no end that is known.
             control_periods: 0,
             ..super::header(resolved, robot, urdf, &pilot)?
         };
@@ -152,7 +146,6 @@ impl Recorder {
             };
         }
         let energy = world.energy();
-        let measured = self.measured(plant, decided);
         let record = Record {
             t_s,
             truth: plant.truth(),
@@ -165,7 +158,7 @@ impl Recorder {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
             }),
-            measured,
+            measured: decided.measured,
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
@@ -186,19 +179,6 @@ impl Recorder {
         self.residual_m_s = 0.0;
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
-    }
-
-    /// Where a log says that the real robot was, in the world.
-    fn measured(&mut self, plant: &Plant, decided: &Decided<'_>) -> Option<Pose> {
-        let measured = decided.measured?;
-        if !decided.measured_is_unplaced {
-            return Some(measured);
-        }
-        let placing = self.placing.get_or_insert_with(|| Placing {
-            from: measured,
-            to: plant.truth().pose,
-        });
-        Some(placing.of(measured))
     }
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.

@@ -30,6 +30,18 @@ pub(super) fn of_friction(scenario: &Scenario) -> Option<String> {
     })
 }
 
+/// Of faults and patches that begin when the run is over.
+pub(super) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
+    let end_s = scenario.run.duration_s;
+    let late = scenario
+        .windows_s()
+        .filter(|(_, from_s, _)| *from_s >= end_s);
+    late.map(|(key, from_s, _)| {
+        format!("`{key}` never happens: it begins at {from_s} s, and the run ends at {end_s} s")
+    })
+    .collect()
+}
+
 /// Of a heading at the start that looks like one in radians.
 pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
     /// Within what a person writes of pi / 4 and its multiples, in radians.
@@ -46,18 +58,6 @@ pub(super) fn of_heading(scenario: &Scenario) -> Option<String> {
             45.0 * eighths.round()
         )
     })
-}
-
-/// Of faults and patches that begin when the run is over.
-pub(super) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
-    let end_s = scenario.run.duration_s;
-    let late = scenario
-        .windows_s()
-        .filter(|(_, from_s, _)| *from_s >= end_s);
-    late.map(|(key, from_s, _)| {
-        format!("`{key}` never happens: it begins at {from_s} s, and the run ends at {end_s} s")
-    })
-    .collect()
 }
 
 /// Of an open-loop twist that takes more than the wheels' limit: it is scaled down.

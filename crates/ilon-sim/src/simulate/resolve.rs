@@ -107,8 +107,8 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
     warnings.extend(remarks::of_friction(&scenario));
-    warnings.extend(remarks::of_heading(&scenario));
     warnings.extend(remarks::of_what_comes_too_late(&scenario));
+    warnings.extend(remarks::of_heading(&scenario));
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => warnings.extend(remarks::of_feasibility(&feasibility)),
         None => {

@@ -140,7 +140,7 @@ pub fn sweep(
     let result = pool.install(|| sweep.answer(options.shard));
     store.sync()?;
     let findings = result?;
-    pool.install(|| keep(study, store, options.shard, &options.stop))?;
+    pool.install(|| keep(study, store, options))?;
     Ok(findings)
 }
 
@@ -148,10 +148,10 @@ pub fn sweep(
 /// those are run again.
 ///
 /// # Errors
-/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed.
+/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
+/// [`Error::Stopped`] where it was stopped.
 pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
-    let pool = options.pool()?;
-    pool.install(|| keep(study, store, None, &options.stop))
+    options.pool()?.install(|| keep(study, store, options))
 }
 
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
@@ -384,11 +384,11 @@ impl<'s> Sweep<'s> {
 }
 
 /// Runs again what is to be kept and is not there: runs come out the same each time.
-fn keep(study: &Study, store: &Store, shard: Option<Shard>, stop: &Stop) -> Result<(), Error> {
+fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
     };
-    if shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
+    if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
         // Which runs are worst is known once all are there.
         return Ok(());
     }
@@ -404,7 +404,7 @@ fn keep(study: &Study, store: &Store, shard: Option<Shard>, stop: &Stop) -> Resu
         if places.iter().any(is_kept) {
             return Ok(());
         }
-        keep_again(study, row, &kept_folder(folder, row.run), stop)
+        keep_again(study, row, &kept_folder(folder, row.run), &options.stop)
     })
 }
 
@@ -451,7 +451,11 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
 fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
     match study.file().keep {
         Keep::None => Vec::new(),
-        Keep::All => rows.iter().collect(),
+        // Those were kept as they ran, unless a worker ran them that does not see the folder.
+        Keep::All => rows
+            .iter()
+            .filter(|row| row.status == Status::Done)
+            .collect(),
         Keep::Failed => {
             let breaks = |row: &Row| {
                 study.expect().any(|(name, bound)| {

@@ -121,11 +121,8 @@ fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (study, store) = Store::merge(&arguments.merge, &out)?;
     let findings = sweep::findings(&study, &store);
     sweep::write_results(&study, &store, &findings)?;
-    sweep::keep_traces(
-        &study,
-        &store,
-        &Options::new(arguments.jobs.map(usize::from), None),
-    )?;
+    let options = Options::new(arguments.jobs.map(usize::from), None);
+    sweep::keep_traces(&study, &store, &options)?;
     show(arguments, &study, &store, &findings, &out)
 }
 
