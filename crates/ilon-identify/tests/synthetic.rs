@@ -97,11 +97,7 @@ fn intervals_of_a_single_log_are_not_too_narrow() {
 #[test]
 fn radius_and_lever_of_a_mecanum_robot_lie_in_their_intervals() {
     let robot = robot("mecanum4.toml");
-    coverage(
-        &robot,
-        &[("radius_m", 0.0492), ("lever_m", 0.3163)],
-        |model, values, seed| eight(model, values, seed),
-    );
+    coverage(&robot, &[("radius_m", 0.0492), ("lever_m", 0.3163)], eight);
 }
 
 #[test]
