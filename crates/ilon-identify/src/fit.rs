@@ -363,6 +363,9 @@ fn determined(
         let f = |values: &[f64]| Ok(residuals(&model, values, windows, evidence, noise));
         let at_nominal = least_squares(&f, &model.nominal(), &Search { steps: 0, ..search })?;
         let names = model.names();
+        if names.is_empty() {
+            break;
+        }
         let scales = DMatrix::from_diagonal(&DVector::from_vec(model.scales()));
         let scaled = at_nominal.jacobian * scales;
         let normal = scaled.transpose() * scaled;

@@ -96,3 +96,18 @@ fn half_of_the_directions_predict_the_others_on_mats() {
         assert!(missed < within, "{study}: {missed}");
     }
 }
+
+/// Nothing at all may be free: neither of the robot nor of the tracker.
+#[test]
+fn a_model_without_anything_free_is_judged_as_it_is() {
+    let text = std::fs::read_to_string(assets().join("identify/optiodom_omni3.toml")).unwrap();
+    let text = text.replace("\"../", &format!("\"{}/", assets().display()));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bare.toml");
+    let bare = format!("tracker = []\n{text}\n[[models]]\nname = \"as it is\"\nfree = []\n");
+    std::fs::write(&path, bare).unwrap();
+    let found = identify(&Study::load(&path).unwrap(), &|_| ()).unwrap();
+    assert_eq!(found.model, "as it is");
+    assert!(found.parameters.is_empty(), "{:?}", found.parameters);
+    assert!((found.fit.over_noise - found.nominal.over_noise).abs() < 1e-9);
+}

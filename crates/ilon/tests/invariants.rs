@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon::Scenario;
 use ilon::scenario::{RollerBodies, Step};
-use ilon::simulate::Simulation;
+use ilon::simulate::{Simulation, load_robot};
 use ilon::world::World;
 use rayon::prelude::*;
 
@@ -14,6 +14,19 @@ const STEPS_S: [f64; 3] = [2.5e-3, 1e-3, 5e-4];
 /// Deeper than this no barrel may be in the ground, in metres. Contacts give way by micrometres; a landing at 0.3 m/s goes
 /// 0.75 mm a step of 2.5 ms, and is to be caught within it.
 const DEEPEST_M: f64 = 5e-5;
+
+/// How deep the cores of rollers that give may be pressed into the ground, in metres: twice what the weight presses them on a level
+/// floor, as deep as a load that is put down at once goes without damping; nothing of rigid ones.
+fn sag_m(simulation: &Simulation) -> f64 {
+    let scenario = simulation.scenario();
+    let robot = load_robot(scenario).expect("a shipped robot");
+    let treads = robot.wheels.iter().filter_map(|wheel| wheel.surface.tread);
+    let softest_n_m = treads
+        .map(|tread| tread.stiffness_n_m)
+        .fold(f64::INFINITY, f64::min);
+    let load_n = robot.mass_kg() * scenario.world.gravity_m_s2 / robot.wheels.len() as f64;
+    2.0 * load_n / softest_n_m
+}
 
 /// What the energies may miss, as a share of the motors' work. Most is missing where rollers are spun up fast, at hand-overs
 /// that a step of 2.5 ms does not resolve (measured: 1.4e-3).
@@ -77,6 +90,7 @@ fn hold(path: &Path, about_s: f64) {
     let mut near = begin(path, about_s, RollerBodies::Near);
     let mut all = begin(path, about_s, RollerBodies::All);
     let [lowest_m, highest_m] = hub_range_m(&near);
+    let deepest_m = DEEPEST_M + sag_m(&near);
     let (mut slip_j, mut spin_up_j) = (0.0, 0.0);
     let mut impact_j = Vec::new();
     let mut step = 0;
@@ -110,7 +124,7 @@ fn hold(path: &Path, about_s: f64) {
         }
         if step % 5 == 0 {
             let deep_m = world.penetration_m();
-            assert!(deep_m < DEEPEST_M, "{name}, {t_s} s: {deep_m:.1e} m deep");
+            assert!(deep_m < deepest_m, "{name}, {t_s} s: {deep_m:.1e} m deep");
         }
         step += 1;
     }

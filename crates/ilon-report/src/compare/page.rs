@@ -35,8 +35,8 @@ pub fn html(comparison: &Comparison) -> String {
     let head = Head {
         kind: "comparison",
         title: match names[..] {
-            [one, other] => format!("{one} and {other}"),
-            _ => format!("{} and {} others", names[0], names.len() - 1),
+            [first, _, _, ..] => format!("{first} and {} others", names.len() - 1),
+            _ => names.join(" and "),
         },
         facts: vec![format!("<b>{}</b> runs", names.len())],
         lead: format!(

@@ -85,8 +85,12 @@ const ROUNDS_A_SHARE: usize = 8;
 /// Sweeps where Newton's method needs a better start.
 const SWEEPS_A_ROUND: usize = 50;
 
-/// The same where contacts give: their springs couple them less, and what is missing is which of them slides.
+/// The same where contacts give: their springs couple them less, and what is missing is mostly which of them slides. Where so few do
+/// not lead anywhere in some rounds, more is missing.
 const SOFT_SWEEPS_A_ROUND: usize = 2;
+
+/// Rounds of so few sweeps.
+const SOFT_ROUNDS: usize = 8;
 
 /// Newton steps in a row at most, while each brings the error down by a factor of ten.
 const NEWTON_STEPS: usize = 4;
@@ -210,11 +214,6 @@ impl ImpulseProblem {
     /// m/s or rad/s.
     pub fn solve(&mut self) -> f64 {
         let gives = self.softness.iter().any(|softness| *softness > 0.0);
-        let sweeps = if gives {
-            SOFT_SWEEPS_A_ROUND
-        } else {
-            SWEEPS_A_ROUND
-        };
         let mut error = self.error();
         for round in 0..ROUNDS {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
@@ -231,6 +230,11 @@ impl ImpulseProblem {
             if error <= TOLERANCE {
                 return error;
             }
+            let sweeps = if gives && round < SOFT_ROUNDS {
+                SOFT_SWEEPS_A_ROUND
+            } else {
+                SWEEPS_A_ROUND
+            };
             for _ in 0..sweeps {
                 for law in 0..self.laws.len() {
                     self.solve_one(law, share);
