@@ -157,7 +157,7 @@ pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<()
 /// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
 ///
 /// # Errors
-/// [`TraceError::Io`], [`TraceError::Encode`].
+/// Where they cannot be written.
 pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Result<(), Error> {
     let Some(folder) = store.folder() else {
         return Ok(());
