@@ -69,4 +69,21 @@ pub enum WorldError {
         /// The wheel's name.
         wheel: String,
     },
+    /// A tread is so soft that the robot's weight alone would press it deeper than its rollers are thick.
+    #[error(
+        "wheel `{wheel}`: its tread of {stiffness_n_m} N/m would be pressed by {sag_mm:.1} mm under its share of the weight, deeper than its \
+         rollers' radius of {radius_mm:.1} mm; give it {least_n_m:.0} N/m or more"
+    )]
+    TreadTooSoft {
+        /// The wheel's name.
+        wheel: String,
+        /// The tread's stiffness along the normal, in N/m.
+        stiffness_n_m: f64,
+        /// How deep it would be pressed, in millimetres.
+        sag_mm: f64,
+        /// The least radius of the wheel's rollers, in millimetres.
+        radius_mm: f64,
+        /// The stiffness at which it is pressed by that radius, in N/m.
+        least_n_m: f64,
+    },
 }

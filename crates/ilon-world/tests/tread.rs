@@ -4,7 +4,9 @@
 mod support;
 
 use ilon_robot::{Pose, Robot, Tread, Twist};
-use ilon_world::{Floor, FloorSurface, MotorTorque, Push, RollerBodies, Settings, World};
+use ilon_world::{
+    Floor, FloorSurface, MotorTorque, Push, RollerBodies, Settings, World, WorldError,
+};
 use nalgebra::Vector3;
 use support::{ideal_rates, mecanum4, volksbot};
 
@@ -340,4 +342,23 @@ fn a_robot_stands_on_its_treads_as_deep_as_its_weight_presses_them() {
         "{height_m} {sag_m}"
     );
     assert!(world.energy().kinetic_j < 1e-9);
+}
+
+/// A softer tread would let the robot sink onto its hubs, and more.
+#[test]
+fn a_tread_that_the_weight_presses_through_is_refused() {
+    let robot = mecanum4();
+    let least_n_m = robot.mass_kg() * G / 4.0 / robot.wheels[0].rollers[0].radius_m;
+    let build = |stiffness_n_m: f64| {
+        let robot = on_treads(robot.clone(), stiffness_n_m, 1.0);
+        World::new(&robot, &Floor::default(), Pose::default(), &settings(1e-3)).map(drop)
+    };
+    assert!(build(1.01 * least_n_m).is_ok());
+    for soft_n_m in [0.99 * least_n_m, 1e-3] {
+        let refused = build(soft_n_m);
+        assert!(
+            matches!(refused, Err(WorldError::TreadTooSoft { .. })),
+            "{refused:?}"
+        );
+    }
 }

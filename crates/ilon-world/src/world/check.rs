@@ -50,7 +50,31 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
     if settings.contacts == ContactSolver::Rapier {
         check_reference(robot, floor, settings)?;
     }
-    robot.wheels.iter().try_for_each(check_wheel)
+    let load_n = robot.mass_kg() * settings.gravity_m_s2 / robot.wheels.len() as f64;
+    robot.wheels.iter().try_for_each(|wheel| {
+        check_wheel(wheel)?;
+        check_tread(wheel, load_n)
+    })
+}
+
+/// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the wheel are thick.
+fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
+    let Some(tread) = wheel.surface.tread else {
+        return Ok(());
+    };
+    let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
+    let radius_m = radii_m.fold(f64::INFINITY, f64::min);
+    let sag_m = load_n / tread.stiffness_n_m;
+    if sag_m <= radius_m {
+        return Ok(());
+    }
+    Err(WorldError::TreadTooSoft {
+        wheel: wheel.name.clone(),
+        stiffness_n_m: tread.stiffness_n_m,
+        sag_mm: 1e3 * sag_m,
+        radius_mm: 1e3 * radius_m,
+        least_n_m: load_n / radius_m,
+    })
 }
 
 /// Refuses what rapier's own solver does not know.
