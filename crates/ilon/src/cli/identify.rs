@@ -11,6 +11,7 @@ use ilon_trace::file::write_text;
 use indicatif::ProgressBar;
 
 use super::escape::one_line;
+use super::sweep::out_folder;
 use super::{Outcome, Sandbox, claim, say};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -52,10 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return plan(arguments);
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
-    let out = match arguments.out.to_str() {
-        Some("out/<study>") => PathBuf::from("out").join(study.name()),
-        _ => arguments.out.clone(),
-    };
+    let out = out_folder(&arguments.out, &study.name());
     refuse_inputs(&out, &study, "--out")?;
     let _claim = claim::folder(&out, "--out")?;
     let bar = std::io::stderr()

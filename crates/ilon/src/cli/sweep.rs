@@ -173,7 +173,8 @@ fn outcome(findings: &Findings) -> Outcome {
     Outcome::Done
 }
 
-fn out_folder(out: &Path, study: &str) -> PathBuf {
+/// The folder of a study's results: the default is one of its name.
+pub(super) fn out_folder(out: &Path, study: &str) -> PathBuf {
     match out.to_str() {
         Some("out/<study>") => PathBuf::from("out").join(study),
         _ => out.to_owned(),
