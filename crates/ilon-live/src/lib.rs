@@ -34,6 +34,13 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
+#[cfg_attr(
+    not(feature = "ros2"),
+    allow(
+        dead_code,
+        reason = "viewers send neither joint states nor stamps of the simulated time"
+    )
+)]
 mod commands;
 pub mod control;
 pub mod desk;

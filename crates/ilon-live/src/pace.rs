@@ -60,6 +60,8 @@ pub fn run(
     while go_on() {
         let controls = desk.controls();
         steps = steps.or_else(|| desk.next_steps());
+        session.go_back(&controls)?;
+        notice_restart(session, &mut restarts, watchers);
         let is_stepped = controls.paused && steps.as_ref().is_some_and(|steps| steps.left > 0);
         if is_stepped || !controls.paused {
             match session.advance(&controls) {
@@ -67,12 +69,7 @@ pub fn run(
                 Err(LiveError::Simulation(error)) => desk.say(format!("{error}; it starts again")),
                 Err(other) => return Err(other),
             }
-            if session.restarts() != restarts {
-                restarts = session.restarts();
-                watchers
-                    .iter_mut()
-                    .for_each(|watcher| watcher.restarted(session));
-            }
+            notice_restart(session, &mut restarts, watchers);
             if let Some(row) = session.row() {
                 watchers.iter_mut().for_each(|watcher| watcher.row(row));
             }
@@ -115,4 +112,14 @@ pub fn run(
         }
     }
     Ok(())
+}
+
+/// Tells the watchers when the robot is back at its start.
+fn notice_restart(session: &Session, restarts: &mut u64, watchers: &mut [&mut dyn Watcher]) {
+    if session.restarts() != *restarts {
+        *restarts = session.restarts();
+        watchers
+            .iter_mut()
+            .for_each(|watcher| watcher.restarted(session));
+    }
 }

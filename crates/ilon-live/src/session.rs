@@ -32,6 +32,7 @@ pub struct Session {
     friction: f64,
     payload_kg: f64,
     control_dt_s: f64,
+    duration_s: f64,
     start: Pose,
     seed: u64,
     resets: u64,
@@ -100,6 +101,7 @@ impl Session {
             friction: scenario.world.floor.friction,
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
+            duration_s: scenario.run.duration_s,
             start: resolved.start(),
             seed: scenario.sensors.seed,
             resets: 0,
@@ -151,6 +153,16 @@ impl Session {
         self.t_s
     }
 
+    /// Simulated time since the robot was last at its start, in seconds.
+    pub fn drive_time_s(&self) -> f64 {
+        self.plant.time_s()
+    }
+
+    /// How long the scenario has the robot drive, in seconds. A live run goes on beyond that.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
     /// What is recorded of the robot.
     pub fn header(&self) -> &Header {
         &self.recorder.trace().header
@@ -189,15 +201,24 @@ impl Session {
         self.control_dt_s
     }
 
+    /// Puts the robot back to its start, where these controls ask for it and it has not been done.
+    ///
+    /// # Errors
+    /// Where it cannot be put there.
+    pub fn go_back(&mut self, controls: &Controls) -> Result<(), LiveError> {
+        if controls.resets != self.resets {
+            self.resets = controls.resets;
+            self.reset()?;
+        }
+        Ok(())
+    }
+
     /// Goes on by one control period under these controls.
     ///
     /// # Errors
     /// Where the robot's motion is no number any more; it stands at its start then.
     pub fn advance(&mut self, controls: &Controls) -> Result<(), LiveError> {
-        if controls.resets != self.resets {
-            self.resets = controls.resets;
-            self.reset()?;
-        }
+        self.go_back(controls)?;
         self.adopt(controls)?;
         self.recorder.trace_mut().clear();
         let seen = self.plant.observe();

@@ -25,6 +25,7 @@ class Viewer:
         assert self.socket.subprotocol == PROTOCOL
         self.channels, self.info, self.status, self.values, self.updates = {}, None, [], {}, {}
         self.messages, self.times, self.subscribed = {}, [], {}
+        self.states = []
         self.task = asyncio.create_task(self.read())
         await self.until(lambda: self.info and "/odom" in self.channels, "the channels")
         return self
@@ -52,6 +53,9 @@ class Viewer:
                 self.messages.setdefault(self.subscribed[subscription], []).append((log_time, data[13:]))
             elif data[0] == 2:
                 self.times.append(struct.unpack_from("<Q", data, 1)[0])
+            elif data[0] == 5:
+                status, now_ns, speed, did_seek, length = struct.unpack_from("<BQfBI", data, 1)
+                self.states.append((("playing", "paused", "buffering", "ended")[status], now_ns, speed, bool(did_seek), data[19 : 19 + length].decode()))
 
     async def say(self, **message):
         await self.socket.send(json.dumps(message))
@@ -86,6 +90,12 @@ class Viewer:
 
     async def publish(self, number, payload):
         await self.socket.send(struct.pack("<BI", 1, number) + payload)
+
+    async def control_time(self, name, pause=False, speed=1.0, seek_ns=None):
+        request = struct.pack("<BBfBQI", 3, pause, speed, seek_ns is not None, seek_ns or 0, len(name)) + name.encode()
+        await self.socket.send(request)
+        await self.until(lambda: any(state[4] == name for state in self.states), f"the answer to {name}")
+        return next(state for state in self.states if state[4] == name)[:4]
 
     async def has_said(self, *parts):
         await self.until(lambda: any(all(part in line for part in parts) for line in self.status), parts)
@@ -259,6 +269,72 @@ async def changes():
         await viewer.set(mode="hand")
 
 
+async def controls_time():
+    async with Viewer() as viewer:
+        # The timeline is the scenario's, and who comes is told how it stands.
+        assert "playbackControl" in viewer.info["capabilities"], viewer.info
+        ends = viewer.info["dataEndTime"]
+        assert viewer.info["dataStartTime"] == {"sec": 0, "nsec": 0} and 1 < ends["sec"] < 1000, viewer.info
+        await viewer.until(lambda: viewer.states, "the state")
+        assert viewer.states[0][0] == "playing" and viewer.states[0][2] == 1.0, viewer.states
+        await viewer.subscribe("/ground_truth/odom")
+        await viewer.advertise(1, "/cmd_vel", "geometry_msgs/Twist", "json")
+        await viewer.set(resets=2e6)
+        for _ in range(8):
+            await viewer.publish(1, b'{"linear": {"x": 0.4}}')
+            await asyncio.sleep(0.1)
+        away = place(await viewer.last("/ground_truth/odom"))
+
+        # Paused, time stands; who looks on beside hears of it without having asked.
+        async with Viewer() as other:
+            state, stands_ns, speed, did_seek = await viewer.control_time("pause", pause=True)
+            assert (state, speed, did_seek) == ("paused", 1.0, False), state
+            await other.until(lambda: other.states and other.states[-1][0] == "paused", "the pause")
+        await asyncio.sleep(0.3)
+        assert abs(viewer.times[-1] - stands_ns) < 60e6, (viewer.times[-1], stands_ns)
+
+        # Half as fast: a second takes two. The bounds leave room for a machine that is late, which only makes it slower.
+        assert (await viewer.control_time("slow", speed=0.5))[0::2] == ("playing", 0.5)
+        await asyncio.sleep(0.2)
+        first, began = viewer.times[-1], asyncio.get_running_loop().time()
+        await asyncio.sleep(1.0)
+        went_s, took_s = (viewer.times[-1] - first) * 1e-9, asyncio.get_running_loop().time() - began
+        assert 0.05 < went_s < 0.5 * took_s + 0.1, (went_s, took_s)
+
+        # Back to the start, while time stands: the robot is there, and so is time.
+        await viewer.control_time("stand", pause=True)
+        before = len(viewer.times)
+        assert await viewer.control_time("back", pause=True, seek_ns=0) == ("paused", 0, 1.0, True)
+        await viewer.until(lambda: len(viewer.times) > before + 3, "the time")
+        assert viewer.times[-1] <= 1, viewer.times[-3:]
+        viewer.messages.clear()
+        await viewer.control_time("on")
+        await viewer.until(lambda: viewer.messages.get("/ground_truth/odom"), "the first row")
+        first_ns = viewer.messages["/ground_truth/odom"][0][0]
+        # A stamp of zero would mean that there is none.
+        assert first_ns == 1, first_ns
+        at_start = place(viewer.decoded("/ground_truth/odom"))
+        assert away[0] - at_start[0] > 0.15, (away, at_start)
+
+        # What a simulation cannot do is said, and does not stop it.
+        await asyncio.sleep(1.0)
+        state = await viewer.control_time("middle", seek_ns=600_000_000)
+        assert state[1] == 0 and state[3], state
+        await viewer.has_said("no moment but its start")
+        state = await viewer.control_time("ahead", seek_ns=10**12)
+        assert state[0] == "playing" and not state[3], state
+        await viewer.has_said("cannot leap ahead")
+        state = await viewer.control_time("fast", speed=1e9)
+        assert 1.0 < state[2] < 1e3, state
+        await viewer.has_said("speed 1000000000 is out of range")
+        assert (await viewer.control_time("none", speed=float("nan")))[2] == state[2]
+        await viewer.control_time("as before")
+        # Half a request, and one of a command that there is not.
+        await viewer.socket.send(struct.pack("<BB", 3, 0))
+        await viewer.socket.send(struct.pack("<BBfBQI", 3, 9, 1.0, 0, 0, 1) + b"x")
+        await viewer.last("/ground_truth/odom")
+
+
 async def does_no_harm():
     assert await refused() and await refused("foxglove.websocket.v1") and await refused("other")
     async with Viewer() as viewer:
@@ -309,7 +385,7 @@ async def does_no_harm():
 
 
 async def main():
-    for part in (looks_on, drives, changes, does_no_harm):
+    for part in (looks_on, drives, changes, controls_time, does_no_harm):
         await asyncio.wait_for(part(), 120)
         print(f"{part.__name__}: held", flush=True)
 

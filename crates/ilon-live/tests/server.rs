@@ -235,6 +235,44 @@ fn time_that_stands_goes_on_step_by_step() {
     }
 }
 
+/// Sees the robot go back, and where and when it stands then.
+#[derive(Default)]
+struct SeesReturns(Vec<(f64, f64, f64)>);
+
+impl Watcher for SeesReturns {
+    fn restarted(&mut self, session: &Session) {
+        let x_m = session.frame().pose.x_m;
+        self.0.push((session.time_s(), session.drive_time_s(), x_m));
+    }
+}
+
+#[test]
+fn the_robot_goes_back_to_its_start_while_time_stands() {
+    let mut session = session(&[]);
+    let start_x_m = session.frame().pose.x_m;
+    let mut controls = Controls::default();
+    controls.take(r#"{"twist": [0.4, 0, 0]}"#);
+    for _ in 0..20 {
+        session.advance(&controls).expect("a period");
+    }
+    let went_s = session.time_s();
+    assert!(went_s > 0.0 && session.frame().pose.x_m > start_x_m);
+    let (desk, mut sees) = (Desk::default(), SeesReturns::default());
+    desk.take(r#"{"reset": true}"#);
+    let pace = Pace {
+        paused: true,
+        ..Pace::default()
+    };
+    let mut rounds = 0..3;
+    let go_on = || rounds.next().is_some();
+    ilon_live::run(&mut session, &desk, &mut [&mut sees], pace, go_on).expect("a run");
+    assert_eq!(
+        sees.0,
+        [(went_s, 0.0, start_x_m)],
+        "once, where it began, and no time passes"
+    );
+}
+
 #[test]
 fn the_guidance_follows_the_reference_whatever_comes_first() {
     for first in ["position", "heading"] {

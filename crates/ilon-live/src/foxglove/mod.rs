@@ -4,16 +4,21 @@
 //! Their Teleop panel drives: `geometry_msgs/Twist` or `TwistStamped` on `/cmd_vel`, as JSON or CDR; `std_msgs/Float64MultiArray` on
 //! `/wheel_commands` drives the wheels. Parameters, such as the floor's friction, change while the robot drives.
 //!
+//! Times begin anew with every return to the start, unlike those of a node of ROS 2, for these viewers can be told that time went back; their
+//! controls of time play, pause, set the speed, and put the robot back to its start.
+//!
 //! The server is bound to the loopback interface. It asks for no origin, for the page of these viewers is not of this machine.
 
 mod parameters;
+mod playback;
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use foxglove::websocket::{
-    Capability, ChannelView, Client, ClientChannel, ServerListener, Status as Said,
+    Capability, ChannelView, Client, ClientChannel, PlaybackControlRequest, PlaybackState,
+    ServerListener, Status as Said,
 };
 use foxglove::{
     ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServerHandle,
@@ -32,6 +37,7 @@ use crate::session::Session;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
 use parameters::Panel;
+use playback::Playback;
 
 /// Messages that wait for a client; of what comes beyond, the oldest are left out. A message is a few hundred bytes, but for markers.
 const BACKLOG: usize = 512;
@@ -67,7 +73,10 @@ pub struct Foxglove {
     channels: Channels,
     topics: LiveTopics,
     panel: Arc<Panel>,
+    playback: Arc<Playback>,
     desk: Desk,
+    /// When this drive began, in the session's time; none before its first row.
+    began_s: Option<f64>,
     look_due: Instant,
 }
 
@@ -86,12 +95,14 @@ impl Foxglove {
             bytes: Vec::new(),
         };
         topics.declare(&mut channels)?;
-        topics.latched(&mut channels, session.time_s())?;
+        topics.latched(&mut channels, 0.0)?;
+        let playback = Arc::new(Playback::new(desk.clone()));
         let panel = Arc::new(Panel::new(desk.clone(), Parameters::of(session, desk)));
         let listener = Listener {
             desk: desk.clone(),
             robot: Commanded::of(session.robot()),
             latched,
+            playback: Arc::clone(&playback),
         };
         let handle = channels
             .context
@@ -103,6 +114,7 @@ impl Foxglove {
                 Capability::Parameters,
                 Capability::Time,
             ])
+            .playback_time_range(0, (session.duration_s() * 1e9) as u64)
             .supported_encodings(["json", "cdr"])
             .message_backlog_size(BACKLOG)
             .listener(Arc::new(listener))
@@ -117,7 +129,9 @@ impl Foxglove {
             channels,
             topics,
             panel,
+            playback,
             desk: desk.clone(),
+            began_s: None,
             look_due: Instant::now(),
         })
     }
@@ -138,9 +152,16 @@ impl Foxglove {
 
 impl Watcher for Foxglove {
     fn row(&mut self, row: Row<'_>) {
+        let began_s = *self.began_s.get_or_insert(row.record.t_s);
         if self.client_count() == 0 {
             return;
         }
+        let mut record = *row.record;
+        record.t_s -= began_s;
+        let row = Row {
+            record: &record,
+            ..row
+        };
         if let Err(fault) = self.topics.row(row, &mut self.channels) {
             self.desk.say(fault.to_string());
         }
@@ -155,7 +176,11 @@ impl Watcher for Foxglove {
             return;
         };
         self.look_due = Instant::now() + LOOK;
-        handle.broadcast_time((session.time_s() * 1e9).max(1.0) as u64);
+        let now_ns = self.playback.set_time(session.drive_time_s());
+        if let Some(state) = self.playback.changed(status.controls) {
+            handle.broadcast_playback_state(state);
+        }
+        handle.broadcast_time(now_ns.max(1));
         let changed = self.panel.changed(status.controls);
         if !changed.is_empty() {
             handle.publish_parameter_values(changed);
@@ -164,6 +189,9 @@ impl Watcher for Foxglove {
 
     fn restarted(&mut self, session: &Session) {
         self.topics = LiveTopics::of(session, true);
+        self.began_s = None;
+        self.playback.restarted();
+        self.look_due = Instant::now();
     }
 
     fn say(&mut self, note: &str) {
@@ -270,9 +298,25 @@ struct Listener {
     desk: Desk,
     robot: Commanded,
     latched: Arc<Latched>,
+    playback: Arc<Playback>,
 }
 
 impl ServerListener for Listener {
+    fn on_client_connect(&self) {
+        self.playback.forget_told();
+    }
+
+    fn on_playback_control_request(
+        &self,
+        request: PlaybackControlRequest,
+    ) -> Option<PlaybackState> {
+        let (state, note) = self.playback.take(&request);
+        if let Some(note) = note {
+            self.desk.say(note);
+        }
+        Some(state)
+    }
+
     fn on_subscribe(&self, client: Client, channel: ChannelView) {
         let latched = self
             .latched
