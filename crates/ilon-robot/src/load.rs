@@ -83,6 +83,11 @@ impl Robot {
         loop {
             rounds += 1;
             let may_repair = options.repair && rounds <= MOST_ROUNDS;
+            let repair = if options.repair {
+                urdf::repaired
+            } else {
+                urdf::with_light_parts_repaired
+            };
             let repaired = match urdf::read(&prepared, options) {
                 Ok(read) => {
                     let level = may_repair.then(|| urdf::levelled(&prepared, &read.robot));
@@ -92,7 +97,8 @@ impl Robot {
                     }
                 }
                 Err(error) => {
-                    let repaired = may_repair.then(|| urdf::repaired(&prepared, &error, options));
+                    let repaired =
+                        (rounds <= MOST_ROUNDS).then(|| repair(&prepared, &error, options));
                     repaired.flatten().ok_or(error)?
                 }
             };

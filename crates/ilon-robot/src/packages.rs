@@ -45,7 +45,8 @@ impl Packages {
     /// The folder of a package: the one that is given for it, or one of its name around the file, that holds what is sought.
     ///
     /// A description usually lies inside its package, packages lie side by side, and repositories of packages do too. A
-    /// folder of another name is the package where its `package.xml` says so.
+    /// folder of another name is the package where its `package.xml` says so. The package that the file itself lies in comes first:
+    /// it may hold a Python module of its own name.
     pub(crate) fn find(&self, package: &str, holds: impl Fn(&Path) -> bool) -> Option<PathBuf> {
         if let Some(given) = self.given.iter().find(|p| p.name == package) {
             return Some(given.folder.clone());
@@ -57,6 +58,12 @@ impl Packages {
         }
         let absolute = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
         let above: Vec<&Path> = absolute.ancestors().take(MOST_ABOVE).collect();
+        let own = above
+            .iter()
+            .find(|above| self.declares(above, package) && holds(above));
+        if let Some(own) = own {
+            return Some(own.to_path_buf());
+        }
         let by_name = above
             .iter()
             .flat_map(|above| [above.join(package), above.join("meshes").join(package)])
@@ -163,6 +170,19 @@ mod tests {
         for no_name in ["", ".", "..", "../sensors", "a/b"] {
             assert_eq!(found(no_name), None, "{no_name}");
         }
+    }
+
+    #[test]
+    fn the_package_of_the_file_comes_before_its_module_of_the_same_name() {
+        let (root, packages) = workspace();
+        let package = root.path().join("ws/src/robots/robot_description");
+        std::fs::create_dir(package.join("robot_description")).unwrap();
+        let manifest = "<package><name>robot_description</name></package>";
+        std::fs::write(package.join("package.xml"), manifest).unwrap();
+        assert_eq!(
+            packages.find("robot_description", Path::is_dir),
+            Some(package)
+        );
     }
 
     #[test]

@@ -121,6 +121,57 @@ fn a_root_without_inertia_takes_that_of_what_is_fixed_to_it() {
     assert!((robot.ride_height_m() + 0.01).abs() < 1e-15);
 }
 
+/// A robot that carries a camera of a mass, with an inertia as it is written, on a joint.
+fn with_camera(mass_kg: f64, inertia: &str, joint: &str) -> String {
+    let camera = format!(
+        r#"<link name="camera"><inertial><origin xyz="0 0 0"/><mass value="{mass_kg}"/>{inertia}</inertial></link>
+        <joint name="mount" type="{joint}"><parent link="base_link"/><child link="camera"/><axis xyz="0 0 1"/>
+        <origin xyz="0 0 0.1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#
+    );
+    small().replace("</robot>", &camera)
+}
+
+/// Reads a robot whose file has a fault.
+fn try_load(text: &str) -> Result<Robot, ilon_robot::RobotError> {
+    Robot::from_urdf_str(text, "camera.urdf")
+}
+
+#[test]
+fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_is_spread() {
+    // Products that are larger than the moments: the least principal moment is below 0.
+    let wrong = r#"<inertia ixx="2e-9" ixy="7e-9" ixz="0" iyy="2e-9" iyz="0" izz="2e-9"/>"#;
+    let plain = load(&small()).chassis.mass;
+    for (inertia, joint, at) in [
+        (wrong, "fixed", "inertia"),
+        (wrong, "revolute", "inertia"),
+        ("", "fixed", "inertial"),
+    ] {
+        let robot = try_load(&with_camera(0.01, inertia, joint)).expect("it is taken");
+        let subject = format!("link `camera`, `<{at}>`");
+        assert!(remarked(&robot, &subject, "repaired: its inertia"));
+        let mass = &robot.chassis.mass;
+        assert!((mass.mass_kg - plain.mass_kg - 0.01).abs() < 1e-15);
+        // About the common centre of mass the camera counts by its place alone, but for what it could have of its own: as a ball of
+        // 1500 kg/m^3.
+        let reduced_kg = 0.01 * plain.mass_kg / (0.01 + plain.mass_kg);
+        let apart_m = 0.1 - plain.center_of_mass_m.z;
+        let by_place = plain.inertia_kg_m2[(0, 0)] + reduced_kg * apart_m * apart_m;
+        let own = mass.inertia_kg_m2[(0, 0)] - by_place;
+        let radius_m = (3.0 * 0.01 / (4.0 * PI * 1500.0_f64)).cbrt();
+        let ball_kg_m2 = 0.4 * 0.01 * radius_m * radius_m;
+        assert!((own - ball_kg_m2).abs() < 1e-15, "{own}");
+    }
+    // A heavy part, a part of something that turns, and a mass that is missing are refused as before.
+    for text in [
+        with_camera(1.0, wrong, "fixed"),
+        with_camera(0.01, wrong, "continuous"),
+        with_camera(0.01, wrong, "fixed").replacen(r#"<mass value="0.01"/>"#, "", 1),
+    ] {
+        let error = try_load(&text).expect_err("refused").to_string();
+        assert!(error.contains("camera"), "{error}");
+    }
+}
+
 #[test]
 fn an_arm_is_held_at_zero_and_weighs_on_the_chassis() {
     let arm = r#"<link name="arm"><inertial><origin xyz="0 0 1"/><mass value="5"/>

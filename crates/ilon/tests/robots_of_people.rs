@@ -304,6 +304,21 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro name=\"w\" params=\"n\"><link name=\"${n}\"/></xacro:macro></robot>".to_owned(),
     Refused("it defines macros and makes no link: `w`")
 )]
+#[case::wheels_by_a_macro_that_names_their_kind(
+    xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
+        "<xacro:macro name=\"mecanum_wheel\" params=\"name\">{}</xacro:macro><xacro:mecanum_wheel name=\"fl\"/>",
+        wheel("${name}", 0.15, 0.13)
+    ), 1),
+    Robot("`mecanum_wheel`")
+)]
+#[case::wheels_by_a_macro_of_no_kind(
+    xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
+        "<xacro:macro name=\"mecanum_sensor\" params=\"name\"><link name=\"${{name}}\"/></xacro:macro>\
+         <xacro:macro name=\"wheel\" params=\"name\">{}</xacro:macro><xacro:wheel name=\"fl\"/>",
+        wheel("${name}", 0.15, 0.13)
+    ), 1),
+    Proposal(BARE, "given 12 rollers")
+)]
 #[case::xacro_without_prefixes(
     format!("<robot name=\"old\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><include filename=\"wheels.xacro\"/>{CHASSIS}</robot>"),
     Refused("a xacro file of before 2014: `<include>` stands without the prefix `xacro:`")

@@ -211,7 +211,8 @@ fn is_mecanum(name: &str) -> bool {
         .any(|word| lower.contains(word))
 }
 
-/// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the robot's name or the file's own.
+/// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that
+/// they come from, by the robot's name or the file's own.
 fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     let of_wheel = |wheel: &WheelLike| {
         let joint = &tree.joints[wheel.joint];
@@ -224,9 +225,11 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
                     urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
                     _ => None,
                 });
-        [joint.name.clone(), link.name.clone()]
+        let names = [joint.name.clone(), link.name.clone()];
+        names
             .into_iter()
             .chain(meshes)
+            .chain(makers(source, &joint.name))
             .find(|name| is_mecanum(name))
     };
     let robot = source.robot().attribute("name").map(str::to_owned);
@@ -238,6 +241,28 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
         .find_map(of_wheel)
         .or_else(|| robot.filter(|name| is_mecanum(name)))
         .or_else(|| file.filter(|name| is_mecanum(name)))
+}
+
+/// The macro in which a joint is written, and the file, where an expansion knows them.
+fn makers(source: &Source, joint: &str) -> Vec<String> {
+    let origin = source
+        .named("joint", joint)
+        .and_then(|node| source.prepared.origin(node.range().start));
+    let Some(origin) = origin else {
+        return Vec::new();
+    };
+    let file = std::path::Path::new(&*origin.file).file_name();
+    let file = file.map(|name| name.to_string_lossy().into_owned());
+    let written = roxmltree::Document::parse(&origin.text).ok();
+    let macros = written.iter().flat_map(|document| {
+        let at = |node: &roxmltree::Node| node.range().contains(&origin.bytes.start);
+        let around = document.descendants().filter(at);
+        around
+            .filter(|node| node.tag_name().name() == "macro")
+            .filter_map(|node| node.attribute("name").map(str::to_owned))
+            .collect::<Vec<_>>()
+    });
+    macros.chain(file).collect()
 }
 
 /// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.

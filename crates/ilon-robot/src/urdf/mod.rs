@@ -48,7 +48,7 @@ use mesh::Meshes;
 pub use outline::WheelOutline;
 pub(crate) use prepared::{Origin, Prepared};
 use recognise::Candidate;
-pub(crate) use repair::{levelled, repaired};
+pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
 use survey::Survey;
 use tree::{Motion, Tree};

@@ -21,6 +21,60 @@ use crate::options::LoadOptions;
 const LEVELLED_M: f64 = 0.005;
 /// Wheels that end this little apart are level.
 const LEVEL_M: f64 = 1e-6;
+/// A part that weighs no more than this share of the robot is light.
+const LIGHT_SHARE: f64 = 0.05;
+
+/// The text with the inertias of light parts repaired, where an error shows nothing else; `None` where it shows more. How the mass of
+/// a light part of the chassis is spread hardly counts: the robot need not be refused for it.
+pub(crate) fn with_light_parts_repaired(
+    prepared: &Prepared,
+    error: &RobotError,
+    options: &LoadOptions,
+) -> Option<Prepared> {
+    let source = Source::parse(prepared).ok()?;
+    let mass_kg = |link: Node| {
+        let mass = child(child(link, "inertial")?, "mass")?;
+        mass.attribute("value")?.trim().parse::<f64>().ok()
+    };
+    let robot_kg: f64 = source.all("link").filter_map(mass_kg).sum();
+    // Where nothing that turns on and on lies between: no part of a wheel or roller.
+    let is_of_chassis = |link: Node| {
+        let mut name = link.attribute("name");
+        for _ in source.all("joint") {
+            let hangs_it = |joint: &Node| {
+                let hung = child(*joint, "child");
+                hung.and_then(|end| end.attribute("link")) == name
+            };
+            let Some(joint) = source.all("joint").find(hangs_it) else {
+                return true;
+            };
+            if joint.attribute("type") == Some("continuous") {
+                return false;
+            }
+            name = child(joint, "parent").and_then(|parent| parent.attribute("link"));
+        }
+        false
+    };
+    let mut all = std::iter::once(error).chain(error.others());
+    let are_light = all.all(|error| {
+        let is_spread = match error.fault() {
+            Fault::MissingElement { child } => *child == "inertia",
+            Fault::InertiaNotPositive { .. } | Fault::InertiaImpossible { .. } => true,
+            _ => false,
+        };
+        let link = source
+            .node_of(error)
+            .and_then(|node| node.ancestors().find(|n| n.has_tag_name("link")));
+        let is_light = |link: Node| {
+            mass_kg(link).is_some_and(|kg| kg > 0.0 && kg <= LIGHT_SHARE * robot_kg)
+                && is_of_chassis(link)
+        };
+        is_spread && link.is_some_and(is_light)
+    });
+    are_light
+        .then(|| repaired(prepared, error, options))
+        .flatten()
+}
 
 /// The text with everything repaired that an error shows and that can be; `None` where nothing can.
 pub(crate) fn repaired(
