@@ -2,13 +2,19 @@
 
 use nalgebra::Matrix3xX;
 
+use super::Seen;
+use super::drive::Made;
 use crate::directions::of_body;
-use crate::motion::{Tracker, Window};
+use crate::motion::Window;
+use crate::ripple::{Ripple, Stretches, ripple};
+use crate::study::{Simulate, Study};
 
 /// Wheel rates that differ by less than this share of the fastest are one drive.
 const ALIKE: f64 = 0.06;
 /// Ways are believed to no better than this, over the way asked for: what changes from run to run.
 const LEAST_ERROR: f64 = 3e-3;
+/// Ripple is believed to no better than this share of it: it is not the same of all wheels, nor of all runs.
+const LEAST_RIPPLE_ERROR: f64 = 0.1;
 
 /// A drive at constant wheel rates, as several stretches of one run made it.
 #[derive(Clone, Debug)]
@@ -19,15 +25,48 @@ pub(super) struct Leg {
     pub along: f64,
     pub across: f64,
     pub error: f64,
+    /// The ripple of the log, where it is compared.
+    pub ripple: Option<Ripple>,
+}
+
+impl Leg {
+    /// How many numbers of it are compared.
+    pub fn equations(&self) -> usize {
+        2 + if self.ripple.is_some() { 2 } else { 0 }
+    }
+
+    /// What is left of it beside what a simulated drive made, over how well it is known; `scale` is the common factor on its ways.
+    pub fn compare(&self, made: &Made, scale: f64, left: &mut Vec<f64>) {
+        left.push((self.along - scale * made.along) / self.error);
+        left.push((self.across - scale * made.across) / self.error);
+        if let Some(ripple) = &self.ripple {
+            let [wheels, body] = sure(ripple);
+            left.push((ripple.wheels_rad_s[0] - made.wheels_rad_s) / wheels);
+            left.push((ripple.body_m[0] - made.body_m) / body);
+        }
+    }
+}
+
+/// How well the ripple of wheels and body is believed to be known.
+fn sure(ripple: &Ripple) -> [f64; 2] {
+    let of = |[amplitude, error]: [f64; 2], least: f64| {
+        libm::hypot(error, LEAST_RIPPLE_ERROR * amplitude).max(least)
+    };
+    [
+        of(ripple.wheels_rad_s, f64::MIN_POSITIVE),
+        of(ripple.body_m, f64::MIN_POSITIVE),
+    ]
 }
 /// The steady drives of all runs, and the mean wheel rates of each kind of drive.
 pub(super) fn legs(
-    windows: &[&Window],
-    runs: usize,
+    study: &Study,
+    section: &Simulate,
+    all: &Seen<'_>,
     nominal: &Matrix3xX<f64>,
-    trackers: &[Tracker],
-    window_s: f64,
 ) -> (Vec<Leg>, Vec<Vec<f64>>) {
+    let (windows, trackers, window_s) = (all.windows, all.trackers, study.file.window_s);
+    let rollers = study.robot.wheels.iter().map(|wheel| wheel.rollers.len());
+    let rollers = rollers.max().unwrap_or(0);
     let mut drives: Vec<(Vec<f64>, usize)> = Vec::new();
     let mut legs: Vec<Leg> = Vec::new();
     let rates = |window: &Window| -> Vec<f64> {
@@ -41,7 +80,7 @@ pub(super) fn legs(
         let size = b.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
         a.iter().zip(b).any(|(a, b)| (a - b).abs() > ALIKE * size)
     };
-    for run in 0..runs {
+    for run in 0..all.held_out.len() {
         // Kinds of motion in this run, each with its members.
         let mut kinds: Vec<Vec<&Window>> = Vec::new();
         for window in windows.iter().copied().filter(|window| window.run == run) {
@@ -91,12 +130,21 @@ pub(super) fn legs(
                 }
             };
             drives[drive].1 += 1;
+            let seen_ripple = section.ripple.as_ref().and_then(|compared| {
+                let stretches = Stretches {
+                    length_s: compared.stretch_s,
+                    rates_rad_s: &mean,
+                    alike: ALIKE,
+                };
+                ripple(&all.logs[run], rollers, nominal, &stretches, false)
+            });
             legs.push(Leg {
                 run,
                 drive,
                 along,
                 across,
                 error: libm::hypot(error, LEAST_ERROR),
+                ripple: seen_ripple,
             });
         }
     }

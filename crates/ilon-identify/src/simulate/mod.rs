@@ -1,22 +1,26 @@
 //! Keys of the scenario that are fitted by simulating: each direction in which a log drives steadily is driven by the simulated robot
 //! at the same wheel rates, and the ways made are compared.
 
+mod compared;
 mod drive;
 mod free;
 mod legs;
 
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use ilon_sim::Error;
 use nalgebra::{Matrix3xX, RowDVector};
 use rayon::prelude::*;
 
-use self::drive::ways;
+use self::compared::{Compared, Scales};
+use self::drive::{Made, made};
 use self::free::{Free, free_of, start_of};
-use self::legs::{Leg, asked, legs};
+use self::legs::{Leg, legs};
 use crate::least_squares::{Search, least_squares};
+use crate::log::Log;
 use crate::motion::{Tracker, Window};
-use crate::outcome::{Drive, Simulation, Value};
+use crate::outcome::{Simulation, Value};
 use crate::resample::{Cluster, Draws};
 use crate::study::{Simulate, Study};
 
@@ -26,26 +30,33 @@ pub(crate) struct Found {
     pub simulation: Simulation,
 }
 
-/// Fits the keys that a study leaves free to the ways that its runs made.
+/// What the drives made at some values of the keys.
+type Simulated = (Vec<f64>, Vec<Option<Made>>);
+
+/// What was seen of all runs.
+pub(crate) struct Seen<'a> {
+    pub windows: &'a [&'a Window],
+    /// Of each run, whether it is kept back.
+    pub held_out: &'a [bool],
+    pub trackers: &'a [Tracker],
+    pub logs: &'a [Log],
+}
+
+/// Fits the keys that a study leaves free to the ways that its runs made, and to their ripple where the study says so.
 pub(crate) fn simulate(
     study: &Study,
     section: &Simulate,
-    windows: &[&Window],
-    held_out: &[bool],
+    seen: &Seen<'_>,
     nominal: &Matrix3xX<f64>,
-    trackers: &[Tracker],
     count: &(dyn Fn(u32) + Sync),
 ) -> Result<Found, Error> {
     let free = free_of(section)?;
-    let (legs, drives) = legs(
-        windows,
-        held_out.len(),
-        nominal,
-        trackers,
-        study.file.window_s,
-    );
+    let held_out = seen.held_out;
+    let (legs, drives) = legs(study, section, seen, nominal);
     let fitted: Vec<&Leg> = legs.iter().filter(|leg| !held_out[leg.run]).collect();
-    if fitted.len() * 2 < free.len() + usize::from(section.free_scale) {
+    let scales = Scales::new(section, study, &fitted);
+    let equations: usize = fitted.iter().map(|leg| leg.equations()).sum();
+    if equations < free.len() + scales.series.len() {
         return Err(Error::invalid(
             format!(
                 "{} directions of motion cannot determine {} keys",
@@ -60,18 +71,33 @@ pub(crate) fn simulate(
     wanted.dedup();
 
     let simulated = AtomicU32::new(0);
-    let run_drives = |values: &[f64], which: &[usize]| -> Result<Vec<Option<[f64; 2]>>, Error> {
-        let all: Result<Vec<Option<[f64; 2]>>, Error> = which
+    let run_drives = |values: &[f64], which: &[usize]| -> Result<Vec<Option<Made>>, Error> {
+        let each: Vec<(usize, u32)> = which
+            .iter()
+            .flat_map(|drive| (0..section.phases).map(|phase| (*drive, phase)))
+            .collect();
+        let all: Result<Vec<Option<Made>>, Error> = each
             .par_iter()
-            .map(|drive| {
-                let made = ways(study, section, &free, values, &drives[*drive], nominal);
+            .map(|(drive, phase)| {
+                let made = made(
+                    study,
+                    section,
+                    &free,
+                    values,
+                    &drives[*drive],
+                    *phase,
+                    nominal,
+                );
                 count(simulated.fetch_add(1, Ordering::Relaxed) + 1);
                 made
             })
             .collect();
-        all
+        let all = all?;
+        Ok(all
+            .chunks(section.phases as usize)
+            .map(Made::together)
+            .collect())
     };
-    // Values as the search sees them, with the common scale last.
     let keys = free.len();
     let shown = |seen: &[f64]| -> Vec<f64> {
         free.iter()
@@ -85,20 +111,32 @@ pub(crate) fn simulate(
             })
             .collect()
     };
+    // What was simulated is kept: where only a scale changes, nothing moves otherwise.
+    let kept: Mutex<Vec<Simulated>> = Mutex::new(Vec::new());
+    // Values as the search sees them, with the scale of each series last.
     let residuals = |seen: &[f64]| -> Result<Option<Vec<f64>>, Error> {
-        let made = run_drives(&shown(seen), &wanted)?;
-        let scale = if section.free_scale { seen[keys] } else { 1.0 };
-        let mut left = Vec::with_capacity(2 * fitted.len());
+        let known = |kept: &Mutex<Vec<Simulated>>| {
+            let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut kept = kept.iter();
+            kept.find(|(values, _)| *values == seen[..keys])
+                .map(|(_, made)| made.clone())
+        };
+        let made = match known(&kept) {
+            Some(made) => made,
+            None => {
+                let made = run_drives(&shown(seen), &wanted)?;
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.push((seen[..keys].to_vec(), made.clone()));
+                made
+            }
+        };
+        let mut left = Vec::with_capacity(equations);
         for leg in &fitted {
-            let Some([along, across]) = wanted
-                .binary_search(&leg.drive)
-                .ok()
-                .and_then(|place| made[place])
-            else {
+            let place = wanted.binary_search(&leg.drive).ok();
+            let Some(made) = place.and_then(|place| made[place].as_ref()) else {
                 return Ok(None);
             };
-            left.push((leg.along - scale * along) / leg.error);
-            left.push((leg.across - scale * across) / leg.error);
+            leg.compare(made, scales.of(leg, &seen[keys..]), &mut left);
         }
         Ok(Some(left))
     };
@@ -107,16 +145,15 @@ pub(crate) fn simulate(
         .iter()
         .map(|free| (end(free.low, free.is_log), end(free.high, free.is_log)))
         .collect();
-    let mut start: Vec<f64> = bounds
+    let mut start: Vec<f64> = free
         .iter()
-        .map(|(low, high)| low + 0.4 * (high - low))
+        .map(|free| end(start_of(free), free.is_log))
         .collect();
     let mut differences: Vec<f64> = bounds
         .iter()
         .map(|(low, high)| 0.04 * (high - low))
         .collect();
-    if section.free_scale {
-        let mean = fitted.iter().map(|leg| leg.along).sum::<f64>() / fitted.len() as f64;
+    for mean in scales.means(&fitted) {
         start.push(mean);
         bounds.push((0.2 * mean, 5.0 * mean));
         differences.push(0.01);
@@ -130,11 +167,13 @@ pub(crate) fn simulate(
     let found = least_squares(&residuals, &start, &search)?;
 
     let mut clusters = vec![Cluster::empty(found.values.len()); held_out.len()];
-    for (index, leg) in fitted.iter().enumerate() {
+    let mut row = 0;
+    for leg in &fitted {
         clusters[leg.run].add(
-            found.jacobian.rows(2 * index, 2).clone_owned(),
-            found.residuals.rows(2 * index, 2).clone_owned(),
+            found.jacobian.rows(row, leg.equations()).clone_owned(),
+            found.residuals.rows(row, leg.equations()).clone_owned(),
         );
+        row += leg.equations();
     }
     clusters.retain(|cluster| cluster.rows > 0);
     let draws = Draws::new(&clusters, study.file.resamples, study.file.seed);
@@ -152,40 +191,7 @@ pub(crate) fn simulate(
 
     let every: Vec<usize> = (0..drives.len()).collect();
     let made = run_drives(&values, &every)?;
-    let scale = if section.free_scale {
-        found.values[keys]
-    } else {
-        1.0
-    };
-    let mut shown_drives = Vec::new();
-    let (mut fit, mut not_fit) = ((0.0, 0_usize), (0.0, 0_usize));
-    for leg in &legs {
-        let Some([along, across]) = made[leg.drive] else {
-            continue;
-        };
-        let missed = (leg.along - scale * along).powi(2);
-        let sum = if held_out[leg.run] {
-            &mut not_fit
-        } else {
-            &mut fit
-        };
-        sum.0 += missed;
-        sum.1 += 1;
-        let asked = asked(nominal, &drives[leg.drive]);
-        shown_drives.push(Drive {
-            file: study.file.runs[leg.run].file.display().to_string(),
-            held_out: held_out[leg.run],
-            direction_deg: libm::atan2(asked[1], asked[0])
-                .to_degrees()
-                .rem_euclid(360.0),
-            measured: leg.along / scale,
-            measured_error: leg.error / scale,
-            simulated: along,
-            measured_across: leg.across / scale,
-            simulated_across: across,
-        });
-    }
-    let rms = |(sum, count): (f64, usize)| (count > 0).then(|| (sum / count as f64).sqrt() / scale);
+    let compared = Compared::new(study, &legs, &made, &scales, &found.values[keys..]);
     let insensitive: Vec<String> = free
         .iter()
         .enumerate()
@@ -209,9 +215,9 @@ pub(crate) fn simulate(
     Ok(Found {
         parameters,
         simulation: Simulation {
-            ratio_rms_fit: rms(fit),
-            ratio_rms_held_out: rms(not_fit),
-            scale,
+            ratio_rms_fit: compared.ratio_rms(false),
+            ratio_rms_held_out: compared.ratio_rms(true),
+            scale: compared.scale(),
             has_converged: found.has_converged,
             drives_simulated: simulated.load(Ordering::Relaxed),
             alike: alike(
@@ -224,7 +230,8 @@ pub(crate) fn simulate(
             ),
             insensitive,
             at_bounds,
-            drives: shown_drives,
+            series: compared.series(study, &drives, nominal),
+            drives: compared.drives(study, &drives, nominal),
         },
     })
 }
