@@ -162,7 +162,9 @@ pub(crate) fn simulate(
         differences,
         bounds,
         steps: section.steps,
-        tolerance: 0.05,
+        tolerance: 0.1,
+        damping: 1e-2,
+        tries: 5,
     };
     let found = least_squares(&residuals, &start, &search)?;
 
