@@ -5,6 +5,7 @@ mod cases;
 mod course;
 mod engines;
 mod figures;
+mod identify;
 mod limit;
 mod table;
 mod transients;

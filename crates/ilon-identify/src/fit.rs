@@ -295,6 +295,8 @@ fn search_of(model: &Model) -> Search {
         bounds: vec![(f64::NEG_INFINITY, f64::INFINITY); model.parameters.len()],
         steps: 60,
         tolerance: 1e-4,
+        damping: 1e-4,
+        tries: 12,
     }
 }
 

@@ -16,7 +16,7 @@ use crate::motion::{Tracker, Window, reckoned, windows};
 use crate::outcome::{
     Drive, Errors, Held, Identified, Judged, NoiseFigures, Run, RunDoubt, Series, Value,
 };
-use crate::simulate::simulate;
+use crate::simulate::{Seen, simulate};
 use crate::study::{ModelFile, Study};
 
 /// How far an identification is.
@@ -175,8 +175,13 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     if let Some(section) = &study.file.simulate {
         let count = |count: u32| progress(Progress::Simulating(count));
         let all = all_windows(&evidence);
-        let held_out = &evidence.held_out;
-        let found = simulate(study, section, &all, held_out, &own, &trackers, &count)?;
+        let seen = Seen {
+            windows: &all,
+            held_out: &evidence.held_out,
+            trackers: &trackers,
+            logs: &logs,
+        };
+        let found = simulate(study, section, &seen, &own, &count)?;
         for (key, value) in found.parameters {
             outcome.simulated_keys.push(key.clone());
             outcome.parameters.insert(key, value);

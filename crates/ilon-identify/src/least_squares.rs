@@ -19,6 +19,11 @@ pub struct Search {
     pub steps: u32,
     /// A step that moves each value by less than this share of its difference ends the search.
     pub tolerance: f64,
+    /// The damping with which it begins, over the diagonal of the normal equations.
+    pub damping: f64,
+    /// How often a step is tried with ten times the damping before the search ends where it is: residuals that are not smooth, as those
+    /// of a simulation, are no better for more.
+    pub tries: u32,
 }
 
 /// What is to become small, at some values; `None` where it cannot be computed.
@@ -72,7 +77,7 @@ pub fn least_squares(
     let mut left = DVector::from_vec(at_start);
     let mut jacobian = derivatives(residuals, &values, &left, search)?;
     evaluations += 2 * values.len() as u32;
-    let mut damping = 1e-4;
+    let mut damping = search.damping;
     let mut has_converged = values.is_empty();
     for _ in 0..search.steps {
         if has_converged {
@@ -84,7 +89,7 @@ pub fn least_squares(
         let slope = scaled.transpose() * &left;
         let largest = normal.diagonal().max().max(f64::MIN_POSITIVE);
         let mut is_better = false;
-        for _ in 0..12 {
+        for _ in 0..search.tries {
             let mut damped = normal.clone();
             for axis in 0..values.len() {
                 damped[(axis, axis)] += damping * normal[(axis, axis)].max(1e-9 * largest);
@@ -188,6 +193,8 @@ mod tests {
             bounds: vec![(f64::NEG_INFINITY, f64::INFINITY); count],
             steps: 200,
             tolerance: 1e-6,
+            damping: 1e-4,
+            tries: 12,
         }
     }
 

@@ -44,6 +44,7 @@ pub mod motion;
 pub mod outcome;
 pub mod plan;
 pub mod resample;
+mod ripple;
 mod simulate;
 mod study;
 
@@ -52,4 +53,4 @@ pub use identify::{Progress, identify};
 pub use least_squares::{Found, Search, least_squares};
 pub use log::Log;
 pub use outcome::Identified;
-pub use study::{ModelFile, RunFile, Simulate, Study, StudyFile};
+pub use study::{ModelFile, RippleFile, RunFile, Simulate, Study, StudyFile};

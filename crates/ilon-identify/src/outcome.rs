@@ -167,7 +167,7 @@ pub struct Simulation {
     pub ratio_rms_fit: Option<f64>,
     /// The same of drives that were not.
     pub ratio_rms_held_out: Option<f64>,
-    /// The common factor on measured ways; 1 where none was free.
+    /// The common factor on measured ways, of the first series that was fitted; 1 where none was free.
     pub scale: f64,
     /// Whether the search ended by itself.
     pub has_converged: bool,
@@ -179,8 +179,45 @@ pub struct Simulation {
     pub insensitive: Vec<String>,
     /// Keys that ended at an end of their range.
     pub at_bounds: Vec<String>,
+    /// Each series that drove ahead and sideways.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub series: Vec<SimulatedSeries>,
     /// Each drive.
     pub drives: Vec<Drive>,
+}
+
+/// What a series comes to sideways over what it comes to ahead, measured and simulated.
+#[derive(Clone, Debug, Serialize)]
+pub struct SimulatedSeries {
+    /// Its name.
+    pub name: String,
+    /// Whether its first run was kept back.
+    pub held_out: bool,
+    /// As the logs show it, with what stretches of a run scatter by.
+    pub sideways_over_ahead: Value,
+    /// As simulated with the values that were found.
+    pub simulated: f64,
+}
+
+/// What wheels and body do once a roller, measured and simulated: amplitudes, root mean square over stretches.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DriveRipple {
+    /// Over how many stretches of the log.
+    pub stretches: usize,
+    /// How many rollers passed in a turn of the wheel as the log counts it, over how many it has: more than 1 where rows were lost.
+    pub rollers_counted: f64,
+    /// The ripple of the wheels' rates, root mean square over wheels, in rad/s.
+    pub wheels_rad_s: f64,
+    /// Its standard error.
+    pub wheels_error_rad_s: f64,
+    /// The same as simulated.
+    pub wheels_simulated_rad_s: f64,
+    /// The ripple of the body's way along its direction, in metres.
+    pub body_m: f64,
+    /// Its standard error.
+    pub body_error_m: f64,
+    /// The same as simulated.
+    pub body_simulated_m: f64,
 }
 
 /// A steady drive in one direction, measured and simulated.
@@ -202,6 +239,9 @@ pub struct Drive {
     pub measured_across: f64,
     /// The same as simulated.
     pub simulated_across: f64,
+    /// What wheels and body do once a roller, where it was compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple: Option<DriveRipple>,
 }
 
 /// What a series of runs gives by itself.

@@ -97,10 +97,37 @@ pub struct Simulate {
     /// Whether one common factor on all measured ways is free too: where rows were lost, or the tracker's scale is not known.
     #[serde(default)]
     pub free_scale: bool,
+    /// From how many wheel angles each drive is simulated, spread evenly over a roller: what depends on the angles from which the
+    /// wheels began is then averaged as it is in a log. With 1, wheels begin as the robot's file has them.
+    #[serde(default = "once")]
+    #[schemars(range(min = 1, max = 1000))]
+    pub phases: u32,
+    /// What wheels and body do once a roller is compared too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ripple: Option<RippleFile>,
     /// Most steps of the search.
     #[serde(default = "twelve")]
     #[schemars(range(min = 1, max = 1000))]
     pub steps: u32,
+}
+
+/// How the ripple of a log is compared with that of a simulation: the amplitudes of the wheels' rates and of the body's way at the rate
+/// at which rollers pass.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RippleFile {
+    /// Over how long a stretch an amplitude is taken, in seconds: some five rollers of the slowest wheel.
+    #[serde(default = "three")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stretch_s: f64,
+    /// Wheels whose rollers touch in phase, as far as that is known, in groups of their names: where left and right wheels of an axle are in
+    /// phase, the body ripples along its way and not across it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub together: Vec<Vec<String>>,
+}
+
+fn once() -> u32 {
+    1
 }
 
 fn one() -> f64 {
@@ -125,6 +152,9 @@ fn tracker() -> Vec<String> {
 
 /// The longest drive that is simulated, in seconds.
 const MOST_DRIVE_S: f64 = 600.0;
+
+/// The most wheel angles from which a drive is simulated.
+const MOST_PHASES: u32 = 1000;
 
 /// A study that was read, with the robot that it names.
 #[derive(Debug)]
@@ -219,6 +249,9 @@ impl Study {
                 "give it seconds above 0 and up to 600",
             );
         }
+        if let Some(section) = &file.simulate {
+            self.check_ripple(section)?;
+        }
         if !(50..=100_000).contains(&file.resamples) {
             return invalid(
                 format!("{} resamples give no intervals", file.resamples),
@@ -244,6 +277,39 @@ impl Study {
             crate::model::Model::new(&self.robot, &model.free)?;
         }
         crate::log::check(&file.log, &self.robot)
+    }
+
+    fn check_ripple(&self, section: &Simulate) -> Result<(), Error> {
+        let invalid = |message: String, help: String| Err(Error::invalid(message, help));
+        if !(1..=MOST_PHASES).contains(&section.phases) {
+            return invalid(
+                format!("`simulate.phases` = {} cannot be simulated", section.phases),
+                format!("let it be from 1 to {MOST_PHASES}"),
+            );
+        }
+        let Some(ripple) = &section.ripple else {
+            return Ok(());
+        };
+        if !(ripple.stretch_s > 0.0 && ripple.stretch_s <= section.drive_s) {
+            return invalid(
+                format!(
+                    "`simulate.ripple.stretch_s` = {} does not fit into a drive of {} s",
+                    ripple.stretch_s, section.drive_s
+                ),
+                "let it be above 0 and no more than `simulate.drive_s`".to_owned(),
+            );
+        }
+        let wheels = &self.robot.wheels;
+        for name in ripple.together.iter().flatten() {
+            if !wheels.iter().any(|wheel| wheel.name == *name) {
+                let names: Vec<&str> = wheels.iter().map(|wheel| wheel.name.as_str()).collect();
+                return invalid(
+                    format!("`simulate.ripple.together`: the robot has no wheel `{name}`"),
+                    format!("its wheels are {}", names.join(", ")),
+                );
+            }
+        }
+        Ok(())
     }
 }
 

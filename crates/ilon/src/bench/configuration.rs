@@ -273,6 +273,16 @@ impl Timing {
     }
 }
 
+impl Timing {
+    /// CPU seconds that a simulated second of each drive costs in its best stretch; `None` where the system tells no CPU time.
+    pub fn cpu_s_per_sim_s(self) -> Option<Vec<f64>> {
+        let speeds = self.drives.into_iter().map(Held::speed);
+        speeds
+            .map(|speed| speed.map(|speed| speed.cpu_s_per_sim_s))
+            .collect()
+    }
+}
+
 /// A drive as it is timed: without rest, and with a row of the trace a second.
 pub(super) fn held(mut scenario: Scenario) -> Scenario {
     scenario.run.duration_s = WARM_UP_S + LONGEST_STRETCH_S;

@@ -7,11 +7,13 @@
 //!   count.
 //! - **Speed**: simulated time over the CPU time of the one thread that simulates, while the twist is held, after a second
 //!   of warm-up; the best of several stretches of at least a simulated second each, with a row of the trace a second.
+//! - **Treads**: the time of a step on rollers that give over that on rigid ones, timed like speed and in turn.
 //! - **Many robots**: simulated time of all together over wall clock, all of them alive in one process.
 
 mod configuration;
 mod fleet;
 mod machine;
+mod tread;
 
 use std::collections::BTreeMap;
 
@@ -22,10 +24,12 @@ use crate::Error;
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
 
 use configuration::{Accuracy, Timing};
+use tread::TreadTiming;
 
 pub use configuration::{Configuration, Drive, Heading};
 pub use fleet::{RATE_HZ as FLEET_RATE_HZ, Throughput};
 pub use machine::Machine;
+pub use tread::TreadCost;
 
 /// The drives: forward, lateral, yaw, diagonal, arc; m/s, m/s and rad/s.
 pub const DRIVES: [(&str, [f64; 3]); 5] = [
@@ -166,6 +170,8 @@ pub struct RobotBench {
     pub drives: BTreeMap<String, Drive>,
     /// All configurations.
     pub configurations: Vec<Configuration>,
+    /// What treads cost; `None` where none was timed.
+    pub tread: Option<TreadCost>,
 }
 
 impl Bench {
@@ -188,12 +194,27 @@ impl Bench {
                 measured.push((name, accuracy, timing));
             }
         }
+        let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
+        // Contacts that rapier solves know no tread.
+        if options
+            .configurations
+            .iter()
+            .any(|(kind, _)| *kind != Kind::Rapier)
+        {
+            for (name, robot) in &options.robots {
+                // Rollers with the shapes of their file have none either.
+                if let Ok(timing) = TreadTiming::warmed_up(robot, bandwidth_rad_s, heading_deg) {
+                    treads.insert(name.clone(), timing);
+                }
+            }
+        }
         // All configurations in turn, so that what else the machine does for a while does not meet all stretches of one.
         for round in 1..=options.rounds {
             tell(&format!("timing, round {round} of {}", options.rounds));
             for (_, _, timing) in &mut measured {
                 timing.round();
             }
+            treads.values_mut().for_each(TreadTiming::round);
         }
         let mut configurations: BTreeMap<String, Vec<Configuration>> = BTreeMap::new();
         for (name, accuracy, timing) in measured {
@@ -201,7 +222,16 @@ impl Bench {
             of.push(Configuration::of(accuracy, timing));
         }
         let robots = configurations.into_iter();
-        let robots = robots.map(|(name, all)| (name, RobotBench::of(all)));
+        let robots = robots.map(|(name, all)| {
+            let tread = treads.remove(&name).and_then(TreadTiming::cost);
+            (
+                name,
+                RobotBench {
+                    tread,
+                    ..RobotBench::of(all)
+                },
+            )
+        });
         let robots = robots.collect();
         let throughput = match options.robots.first() {
             Some((name, robot)) => fleet::measure(name, robot, options, &mut tell)?,
@@ -237,6 +267,7 @@ impl RobotBench {
             headline: headline.map(Configuration::describe).unwrap_or_default(),
             drives: headline.map(|c| c.drives.clone()).unwrap_or_default(),
             configurations,
+            tread: None,
         }
     }
 }

@@ -33,6 +33,9 @@ or more, 20 ms of CPU time at least; of each drive the best counts. All configur
 each for 0.3 s of CPU time a round or a stretch of each drive. \"spread\" is how much longer the middle one of the stretches
 took, in the worst drive. Set-up and writing files are not timed.
 
+Treads: the time of a step on rollers that give (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
+ones, in the contact window at 1000 steps a second; both timed in turn, as speed is.
+
 Many robots: all alive in one process, advanced in turn, in the contact window at 240 steps a second; simulated time of all
 together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
 
@@ -249,7 +252,11 @@ fn text(bench: &Bench) -> String {
     let mut text = String::new();
     for (name, robot) in &bench.robots {
         text.push_str(&robot_table(name, robot, &headings.join(", ")).to_string());
-        text.push_str(&format!("  headline: {}\n\n", one_line(&robot.headline)));
+        text.push_str(&format!("  headline: {}\n", one_line(&robot.headline)));
+        if let Some(tread) = &robot.tread {
+            text.push_str(&format!("  {}\n", tread.said()));
+        }
+        text.push('\n');
     }
     if !bench.throughput.is_empty() {
         text.push_str(&fleet_table(bench).to_string());

@@ -6,7 +6,7 @@ use std::path::Path;
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
 
-use crate::bench::{Bench, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench};
+use crate::bench::{Bench, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench, TreadCost};
 use ilon_report::figure::{
     Curve, DashKind, Figure, Layout, Pen, Span, axis, exact_curve, plot, solid,
 };
@@ -251,10 +251,25 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
          mm/s</caption><thead><tr><th scope=\"col\">rollers</th><th scope=\"col\">steps/s</th>\
          <th scope=\"col\">worst</th>{drives}<th scope=\"col\">ripple</th><th scope=\"col\">slip</th>\
          <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n{}",
+         <tbody>{rows}</tbody></table>{}</div>\n{}",
         escape(name),
+        tread_sentence(robot),
         headings_table(name, robot)
     )
+}
+
+/// What treads cost, where that was timed.
+fn tread_sentence(robot: &RobotBench) -> String {
+    let said = robot.tread.as_ref().map(TreadCost::said);
+    said.map_or_else(String::new, |said| {
+        let mut letters = said.chars();
+        let first: String = letters
+            .next()
+            .into_iter()
+            .flat_map(char::to_uppercase)
+            .collect();
+        format!("<p>{}{}.</p>", first, escape(letters.as_str()))
+    })
 }
 
 /// Each drive's error heading by heading, where there are several.

@@ -1,6 +1,8 @@
 //! The page of an identification: what was found, and the robot as measured beside the robot as ideal, as its rollers' geometry has it,
 //! and as fitted.
 
+mod simulation;
+
 use std::path::Path;
 
 use ilon_identify::Identified;
@@ -49,6 +51,7 @@ pub fn html(found: &Identified) -> String {
             ),
         });
     }
+    sections.extend(found.simulation.as_ref().map(simulation::section));
     sections.push(Section {
         id: "models",
         title: "Models",

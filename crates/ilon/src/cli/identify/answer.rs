@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use ilon_identify::Identified;
-use ilon_identify::outcome::{JudgedBy, Value};
+use ilon_identify::outcome::{JudgedBy, Simulation, Value};
 use ilon_identify::plan::Plan;
 use ilon_report::sweep::figure as number;
 
@@ -120,6 +120,9 @@ fn tables(found: &Identified) -> Table {
             &[known(simulation.ratio_rms_held_out)],
         );
     }
+    if let Some(simulation) = &found.simulation {
+        simulated(&mut table, simulation);
+    }
     if found.series.len() > 1 {
         table.heading("series by itself: value, from, to (95 %)");
         for series in &found.series {
@@ -129,6 +132,38 @@ fn tables(found: &Identified) -> Table {
         }
     }
     table
+}
+
+/// What the simulation with the fitted keys comes to beside the logs.
+fn simulated(table: &mut Table, simulation: &Simulation) {
+    if !simulation.series.is_empty() {
+        table.heading("series: sideways over ahead, from, to (95 %), simulated");
+        for series in &simulation.series {
+            let [value, from, to, _] = value_words(&series.sideways_over_ahead);
+            let words = [value, from, to, format!("{:.4}", series.simulated)];
+            table.words(&series.name, &words);
+        }
+    }
+    if simulation.drives.iter().any(|drive| drive.ripple.is_some()) {
+        table.heading("once a roller: wheels in mrad/s, +-, simulated; body in mm, +-, simulated");
+        for drive in &simulation.drives {
+            let Some(ripple) = &drive.ripple else {
+                continue;
+            };
+            let words = [
+                ripple.wheels_rad_s,
+                ripple.wheels_error_rad_s,
+                ripple.wheels_simulated_rad_s,
+                ripple.body_m,
+                ripple.body_error_m,
+                ripple.body_simulated_m,
+            ]
+            .map(|value| number(1e3 * value));
+            let name = std::path::Path::new(&drive.file);
+            let name = name.file_stem().unwrap_or_default().to_string_lossy();
+            table.words(&format!("{name}, {:.0}", drive.direction_deg), &words);
+        }
+    }
 }
 
 fn value_words(value: &Value) -> [String; 4] {

@@ -1,0 +1,229 @@
+//! Measured drives beside simulated ones.
+
+use nalgebra::Matrix3xX;
+
+use super::drive::Made;
+use super::legs::{Leg, asked};
+use crate::outcome::{Drive, DriveRipple, SimulatedSeries, Value};
+use crate::resample::Interval;
+use crate::study::{Simulate, Study};
+
+/// Directions this close to ahead or sideways count as that, in degrees.
+const CLOSE_DEG: f64 = 20.0;
+
+/// The common factors on measured ways, one a series that is fitted; none where they are not free.
+pub(super) struct Scales {
+    pub series: Vec<String>,
+    /// The series of each run.
+    of_run: Vec<String>,
+    is_free: bool,
+}
+
+impl Scales {
+    pub fn new(section: &Simulate, study: &Study, fitted: &[&Leg]) -> Self {
+        let of_run: Vec<String> = study
+            .file
+            .runs
+            .iter()
+            .map(|run| run.series.clone())
+            .collect();
+        let mut series: Vec<String> = Vec::new();
+        for leg in fitted {
+            if section.free_scale && !series.contains(&of_run[leg.run]) {
+                series.push(of_run[leg.run].clone());
+            }
+        }
+        Self {
+            series,
+            of_run,
+            is_free: section.free_scale,
+        }
+    }
+
+    /// The factor of a leg that was fitted.
+    pub fn of(&self, leg: &Leg, scales: &[f64]) -> f64 {
+        let name = &self.of_run[leg.run];
+        let place = self.series.iter().position(|series| series == name);
+        place.map_or(1.0, |place| scales[place])
+    }
+
+    /// What each series made on average, from where the search begins.
+    pub fn means(&self, fitted: &[&Leg]) -> Vec<f64> {
+        let mean = |name: &String| {
+            let own = fitted.iter().filter(|leg| self.of_run[leg.run] == *name);
+            let ways: Vec<f64> = own.map(|leg| leg.along).collect();
+            ways.iter().sum::<f64>() / ways.len() as f64
+        };
+        self.series.iter().map(mean).collect()
+    }
+}
+
+/// All legs with what was simulated of them.
+pub(super) struct Compared<'a> {
+    rows: Vec<Row<'a>>,
+    first_scale: f64,
+}
+
+struct Row<'a> {
+    leg: &'a Leg,
+    made: Made,
+    scale: f64,
+    is_held_out: bool,
+}
+
+impl<'a> Compared<'a> {
+    pub fn new(
+        study: &Study,
+        legs: &'a [Leg],
+        made: &[Option<Made>],
+        scales: &Scales,
+        values: &[f64],
+    ) -> Self {
+        let mut rows: Vec<Row<'a>> = legs
+            .iter()
+            .filter_map(|leg| {
+                Some(Row {
+                    made: made[leg.drive]?,
+                    scale: scales.of(leg, values),
+                    is_held_out: study.file.runs[leg.run].held_out,
+                    leg,
+                })
+            })
+            .collect();
+        // The factor of a series of which nothing was fitted is its own too: least squares on its ways.
+        if scales.is_free {
+            for run in 0..scales.of_run.len() {
+                let name = &scales.of_run[run];
+                if scales.series.contains(name) {
+                    continue;
+                }
+                let is_of = |row: &Row<'_>| scales.of_run[row.leg.run] == *name;
+                let (above, below) =
+                    rows.iter()
+                        .filter(|row| is_of(row))
+                        .fold((0.0, 0.0), |(above, below), row| {
+                            let weight = row.leg.error.powi(-2);
+                            (
+                                above + weight * row.leg.along * row.made.along,
+                                below + weight * row.made.along.powi(2),
+                            )
+                        });
+                for row in rows.iter_mut().filter(|row| is_of(row)) {
+                    row.scale = above / below;
+                }
+            }
+        }
+        Self {
+            rows,
+            first_scale: values.first().copied().unwrap_or(1.0),
+        }
+    }
+
+    /// The factor of the first series that was fitted; 1 where none was free.
+    pub fn scale(&self) -> f64 {
+        self.first_scale
+    }
+
+    /// Root mean square of measured less simulated way over the way asked for.
+    pub fn ratio_rms(&self, held_out: bool) -> Option<f64> {
+        let rows = self.rows.iter().filter(|row| row.is_held_out == held_out);
+        let squares: Vec<f64> = rows
+            .map(|row| (row.leg.along / row.scale - row.made.along).powi(2))
+            .collect();
+        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+        (!squares.is_empty()).then(|| mean.sqrt())
+    }
+
+    /// Each drive.
+    pub fn drives(
+        &self,
+        study: &Study,
+        drives: &[Vec<f64>],
+        nominal: &Matrix3xX<f64>,
+    ) -> Vec<Drive> {
+        self.rows
+            .iter()
+            .map(|row| Drive {
+                file: study.file.runs[row.leg.run].file.display().to_string(),
+                held_out: row.is_held_out,
+                direction_deg: direction_deg(nominal, &drives[row.leg.drive]),
+                measured: row.leg.along / row.scale,
+                measured_error: row.leg.error / row.scale,
+                simulated: row.made.along,
+                measured_across: row.leg.across / row.scale,
+                simulated_across: row.made.across,
+                ripple: row.leg.ripple.map(|ripple| DriveRipple {
+                    stretches: ripple.stretches,
+                    rollers_counted: ripple.line,
+                    wheels_rad_s: ripple.wheels_rad_s[0],
+                    wheels_error_rad_s: ripple.wheels_rad_s[1],
+                    wheels_simulated_rad_s: row.made.wheels_rad_s,
+                    body_m: ripple.body_m[0],
+                    body_error_m: ripple.body_m[1],
+                    body_simulated_m: row.made.body_m,
+                }),
+            })
+            .collect()
+    }
+
+    /// What each series comes to sideways over ahead, where it drove both ways.
+    pub fn series(
+        &self,
+        study: &Study,
+        drives: &[Vec<f64>],
+        nominal: &Matrix3xX<f64>,
+    ) -> Vec<SimulatedSeries> {
+        let mut found: Vec<SimulatedSeries> = Vec::new();
+        for run in &study.file.runs {
+            if found.iter().any(|series| series.name == run.series) {
+                continue;
+            }
+            let mean = |deg: f64| -> Option<[f64; 3]> {
+                let rows: Vec<&Row<'_>> = self
+                    .rows
+                    .iter()
+                    .filter(|row| {
+                        let way = direction_deg(nominal, &drives[row.leg.drive]);
+                        let apart = (way - deg).rem_euclid(180.0);
+                        study.file.runs[row.leg.run].series == run.series
+                            && apart.min(180.0 - apart) < CLOSE_DEG
+                    })
+                    .collect();
+                let count = rows.len() as f64;
+                let sum =
+                    |of: &dyn Fn(&Row<'_>) -> f64| rows.iter().map(|row| of(row)).sum::<f64>();
+                (count > 0.0).then(|| {
+                    [
+                        sum(&|row| row.leg.along) / count,
+                        sum(&|row| row.leg.error.powi(2)).sqrt() / count,
+                        sum(&|row| row.made.along) / count,
+                    ]
+                })
+            };
+            if let (Some(ahead), Some(sideways)) = (mean(0.0), mean(90.0)) {
+                let measured = sideways[0] / ahead[0];
+                let half =
+                    1.96 * measured * libm::hypot(sideways[1] / sideways[0], ahead[1] / ahead[0]);
+                let interval = Interval {
+                    low: measured - half,
+                    high: measured + half,
+                };
+                found.push(SimulatedSeries {
+                    name: run.series.clone(),
+                    held_out: run.held_out,
+                    sideways_over_ahead: Value::new(measured, interval, "", 1.0),
+                    simulated: sideways[2] / ahead[2],
+                });
+            }
+        }
+        found
+    }
+}
+
+/// The direction in the body frame in which wheel rates drive the robot, in degrees.
+fn direction_deg(nominal: &Matrix3xX<f64>, rates: &[f64]) -> f64 {
+    let asked = asked(nominal, rates);
+    libm::atan2(asked[1], asked[0])
+        .to_degrees()
+        .rem_euclid(360.0)
+}

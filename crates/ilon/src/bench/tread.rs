@@ -1,0 +1,107 @@
+//! What treads cost: the time of a step on rollers that give over that on rigid ones, both timed in turn in one run.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::{Robot, Tread};
+use serde::Serialize;
+
+use super::configuration::Timing;
+use super::{DRIVES, Kind};
+use crate::Error;
+
+/// A tread of rubber, in N/m, for a robot that has none.
+const STIFFNESS_N_M: f64 = 1e5;
+/// Steps a second: those of treads see the spring, and both robots take them.
+const RATE_HZ: f64 = 1000.0;
+const KIND: Kind = Kind::Near;
+
+/// What treads cost a robot.
+#[derive(Clone, Debug, Serialize)]
+pub struct TreadCost {
+    /// Physics steps a second.
+    pub rate_hz: f64,
+    /// Which rollers are looked at.
+    pub roller_bodies: String,
+    /// Stiffness of the treads of the first wheel, in N/m.
+    pub stiffness_n_m: f64,
+    /// CPU time of a step with treads over that without, all drives together.
+    pub ratio: f64,
+    /// The same of each drive, by name.
+    pub drives: BTreeMap<String, f64>,
+}
+
+/// A robot with treads and without, warmed up.
+pub(super) struct TreadTiming {
+    stiffness_n_m: f64,
+    rigid: Timing,
+    gives: Timing,
+}
+
+impl TreadTiming {
+    /// A robot without its treads, and with them; one that has none gets treads of rubber.
+    pub fn warmed_up(
+        robot: &Robot,
+        bandwidth_rad_s: Option<f64>,
+        heading_deg: f64,
+    ) -> Result<Self, Error> {
+        let with = |tread: &dyn Fn(Option<Tread>) -> Option<Tread>| {
+            let mut robot = robot.clone();
+            for wheel in &mut robot.wheels {
+                wheel.surface.tread = tread(wheel.surface.tread);
+            }
+            robot
+        };
+        let rigid = with(&|_| None);
+        let gives = with(&|own| own.or(Some(Tread::new(STIFFNESS_N_M))));
+        let own = gives.wheels.first().and_then(|wheel| wheel.surface.tread);
+        let timing =
+            |robot: &Robot| Timing::warmed_up(robot, (KIND, RATE_HZ), bandwidth_rad_s, heading_deg);
+        Ok(Self {
+            stiffness_n_m: own.map_or(STIFFNESS_N_M, |tread| tread.stiffness_n_m),
+            rigid: timing(&rigid)?,
+            gives: timing(&gives)?,
+        })
+    }
+
+    /// Times both, one after the other.
+    pub fn round(&mut self) {
+        self.rigid.round();
+        self.gives.round();
+    }
+
+    /// What was measured; `None` where the system tells no CPU time.
+    pub fn cost(self) -> Option<TreadCost> {
+        let (rigid, gives) = (self.rigid.cpu_s_per_sim_s()?, self.gives.cpu_s_per_sim_s()?);
+        let drives = DRIVES.iter().zip(gives.iter().zip(&rigid));
+        Some(TreadCost {
+            rate_hz: RATE_HZ,
+            roller_bodies: KIND.word().to_owned(),
+            stiffness_n_m: self.stiffness_n_m,
+            ratio: gives.iter().sum::<f64>() / rigid.iter().sum::<f64>(),
+            drives: drives
+                .map(|((name, _), (gives, rigid))| ((*name).to_owned(), gives / rigid))
+                .collect(),
+        })
+    }
+}
+
+impl TreadCost {
+    /// The drive that treads cost most.
+    pub fn worst(&self) -> Option<(&str, f64)> {
+        let drives = self.drives.iter();
+        let worst = drives.max_by(|a, b| a.1.total_cmp(b.1));
+        worst.map(|(name, ratio)| (name.as_str(), *ratio))
+    }
+
+    /// What they cost, in a sentence.
+    pub fn said(&self) -> String {
+        let worst = self.worst();
+        let worst = worst.map_or_else(String::new, |(name, ratio)| {
+            format!("; {ratio:.2} times in {name}, the most")
+        });
+        format!(
+            "treads of {:.0e} N/m: {:.2} times the time of a step on rigid rollers, {} rollers, {} steps a second{worst}",
+            self.stiffness_n_m, self.ratio, self.roller_bodies, self.rate_hz
+        )
+    }
+}
