@@ -116,7 +116,11 @@ fn table() {
     );
     println!("|---|---|---|---|---|---|---|---|");
     for case in cases() {
-        println!("| {}, rigid | {} | | | | | | |", case.name, place(&in_ilon(&case, STEP_S, None)));
+        println!(
+            "| {}, rigid | {} | | | | | | |",
+            case.name,
+            place(&in_ilon(&case, STEP_S, None))
+        );
         for stiffness_n_m in [2e5, 2e6, 2e7] {
             agree(&case, stiffness_n_m);
         }

@@ -7,10 +7,11 @@ use ilon_sim::Error;
 use nalgebra::Matrix3xX;
 use rayon::prelude::*;
 
+use crate::delay::{self, Delay};
 use crate::directions::directions;
 use crate::fit::{Evidence, Fitted, Noise, fit, take_noise};
 use crate::judge::{choose, end, judge, judged_by, matrix_of, trackers_of};
-use crate::log::{Doubt, Log, doubts, wiring};
+use crate::log::{Delayed, Doubt, Kind, Log, doubts, wiring};
 use crate::model::{Model, Parameter};
 use crate::motion::{Tracker, Window, reckoned, windows};
 use crate::outcome::{
@@ -36,7 +37,7 @@ pub enum Progress {
 /// Where a log cannot be read, is not what it is stated to be, or does not say enough.
 pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<Identified, Error> {
     progress(Progress::Reading);
-    let logs = read(study)?;
+    let mut logs = read(study)?;
     let mut evidence = Evidence {
         windows: Vec::new(),
         series: study
@@ -85,6 +86,40 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             refuse(study, first.run, &doubt)?;
         }
     }
+    let delays = delays(study, &logs)?;
+    for (series, delay) in &delays {
+        let of_series = |run: &usize| evidence.series[*run] == *series;
+        let runs: Vec<usize> = (0..logs.len()).filter(of_series).collect();
+        match (study.file.log.delay_s, runs.first()) {
+            (Some(Delayed::Fitted(_)), _) => {
+                for run in runs {
+                    logs[run] = delay::shifted(&logs[run], delay.value_s);
+                }
+            }
+            (None, Some(first)) if delay.is_shown => odd.push(RunDoubt {
+                file: study.file.runs[*first].file.display().to_string(),
+                doubt: doubts::doubt(
+                    Kind::Delay,
+                    false,
+                    format!(
+                        "the poses come {} s after the wheels ({} to {} s)",
+                        doubts::shown(delay.value_s),
+                        doubts::shown(delay.interval.low),
+                        doubts::shown(delay.interval.high)
+                    ),
+                    "two clocks, or a tracker that takes its time: `delay_s = \"fit\"` in `[log]` takes it out",
+                ),
+            }),
+            _ => {}
+        }
+    }
+    if matches!(study.file.log.delay_s, Some(Delayed::Fitted(_))) {
+        evidence.windows = logs
+            .iter()
+            .enumerate()
+            .flat_map(|(run, log)| windows(log, run, study.file.window_s))
+            .collect();
+    }
     let (noise, left_out) = take_noise(&mut evidence);
     let fitted_windows = evidence.fitted();
     if fitted_windows.is_empty() {
@@ -123,6 +158,15 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             name,
             Value::new(*value, interval, parameter.unit(), nominal),
         );
+    }
+    if matches!(study.file.log.delay_s, Some(Delayed::Fitted(_))) {
+        for (series, delay) in &delays {
+            let name = match series.as_str() {
+                "" => "tracker.delay_s".to_owned(),
+                series => format!("tracker.delay_s.{series}"),
+            };
+            parameters.insert(name, Value::new(delay.value_s, delay.interval, "s", 0.0));
+        }
     }
     let mut outcome = Identified {
         study: study.name(),
@@ -219,11 +263,56 @@ fn read(study: &Study) -> Result<Vec<Log>, Error> {
         .collect()
 }
 
+/// The delay of the poses of each series, where the logs show one and it is not stated; of a study that fits it, of every series.
+fn delays(study: &Study, logs: &[Log]) -> Result<Vec<(String, Delay)>, Error> {
+    if matches!(study.file.log.delay_s, Some(Delayed::Known(_))) {
+        return Ok(Vec::new());
+    }
+    let model = Model::new(&study.robot, &[])?;
+    let Some(matrix) = model.twist_matrix(&[]) else {
+        return Ok(Vec::new());
+    };
+    let lever_m = Parameter::Lever.nominal(&study.robot);
+    let mut names: Vec<&String> = Vec::new();
+    for run in &study.file.runs {
+        if !names.contains(&&run.series) {
+            names.push(&run.series);
+        }
+    }
+    let of_series = |name: &&String| -> Option<Result<(String, Delay), Error>> {
+        let runs = study.file.runs.iter().zip(logs);
+        let of_it: Vec<&Log> = runs
+            .filter(|(run, _)| run.series == **name)
+            .map(|(_, log)| log)
+            .collect();
+        let found = delay::of(&of_it, &matrix, lever_m);
+        match (found, study.file.log.delay_s) {
+            (Some(delay), _) => Some(Ok(((*name).clone(), delay))),
+            (None, Some(_)) => Some(Err(Error::invalid(
+                format!(
+                    "the logs do not show by how much poses come after wheels{}",
+                    match name.as_str() {
+                        "" => String::new(),
+                        series => format!(" in the series `{series}`"),
+                    }
+                ),
+                "drive with changes of speed and direction, or state it: `log.delay_s` in seconds, within half a second",
+            ))),
+            (None, None) => None,
+        }
+    };
+    names.par_iter().filter_map(of_series).collect()
+}
+
 /// Reads the part of a log that a run of a study uses.
 pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
     let run = &study.file.runs[run];
     let path = study.resolve(&run.file);
     let log = Log::read(&path, &study.file.log, &study.robot, &study.files)?;
+    let log = match study.file.log.delay_s {
+        Some(Delayed::Known(delay_s)) => delay::shifted(&log, delay_s),
+        _ => log,
+    };
     let to_s = run.to_s.unwrap_or(f64::INFINITY);
     let part = log.part(run.from_s, to_s);
     if part.len() < 10 {

@@ -292,3 +292,125 @@ fn tables_that_are_not_as_stated_are_named_with_their_line() {
     let nan = text.replacen("\n0.0200,", "\nnan,", 1);
     holds(&of(&nan), &["has nothing in the column `t`"]);
 }
+
+/// A drive that changes its twist thirty times, of which the tracker tells some rows later.
+fn late(robot: &Robot, rows: usize) -> Log {
+    let directions = (0..30).map(|leg| {
+        let turn = 0.7 * f64::from(leg);
+        [
+            0.25 * libm::cos(turn),
+            0.25 * libm::sin(2.3 * turn),
+            0.6 * libm::sin(1.7 * turn),
+        ]
+    });
+    let mut log = drive(
+        &plain(robot),
+        &[],
+        &Drive {
+            directions: directions.collect(),
+            ..Drive::default()
+        },
+    );
+    let poses = log.poses.clone();
+    for row in (0..log.len()).rev() {
+        log.poses[row] = poses[row.saturating_sub(rows)];
+    }
+    log
+}
+
+#[test]
+fn poses_of_other_times_than_the_wheels_are_named_and_fitted() {
+    let robot = robot("mecanum4.toml");
+    let kept = csv(&late(&robot, 0), &robot);
+    assert_eq!(outcome(&robot, "mecanum4.toml", &kept, ""), "fine");
+    // Four rows of 0.02 s, and 0.017 s beside, which is no whole number of rows.
+    for (rows, clock_s) in [(4, 0.0), (4, 0.017), (0, -0.06)] {
+        let mut log = late(&robot, rows);
+        // The wheels' clock is behind: what is logged beside a pose is of an earlier time.
+        log = ilon_identify::delay::shifted(&log, -clock_s);
+        let text = csv(&log, &robot);
+        let truth_s = 0.02 * rows as f64 + clock_s;
+        let said = outcome(&robot, "mecanum4.toml", &text, "");
+        holds(
+            &said,
+            &[
+                "the poses come",
+                "s after the wheels",
+                "`delay_s = \"fit\"`",
+            ],
+        );
+        let found = identified(&robot, &text, "delay_s = \"fit\"");
+        assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+        let delay = &found.parameters["tracker.delay_s"];
+        let [Some(low), Some(high)] = delay.ci95 else {
+            panic!("{delay:?}")
+        };
+        // 1.5 times the interval: it holds 95 of 100 logs, and 99.7 then.
+        let half = 0.75 * (high - low);
+        assert!((delay.value - truth_s).abs() < half, "{truth_s}: {delay:?}");
+        assert!(half < 2e-3, "{delay:?}");
+        // With the delay taken out the robot is what it is.
+        let without = identified(&robot, &text, "");
+        assert!(found.noise.position_m < 0.5 * without.noise.position_m);
+        let known = identified(&robot, &text, &format!("delay_s = {truth_s}"));
+        assert!(!known.parameters.contains_key("tracker.delay_s"));
+        assert!((known.noise.position_m / found.noise.position_m - 1.0).abs() < 0.1);
+    }
+}
+
+/// What is found in a log, with more in `[log]`.
+fn identified(robot: &Robot, text: &str, more: &str) -> ilon_identify::Identified {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), text).unwrap();
+    let path = folder.path().join("study.toml");
+    let study = study(robot, "mecanum4.toml", "log.csv", "resamples = 60\n").replacen(
+        "[log]\n",
+        &format!("[log]\n{more}\n"),
+        1,
+    );
+    std::fs::write(&path, study).unwrap();
+    Study::load(&path)
+        .and_then(|study| identify(&study, &|_| ()))
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_drive_that_never_changes_shows_no_delay() {
+    let robot = robot("mecanum4.toml");
+    let log = drive(
+        &plain(&robot),
+        &[],
+        &Drive {
+            directions: vec![[0.2, 0.1, 0.3]],
+            ..Drive::default()
+        },
+    );
+    let text = csv(&log, &robot);
+    assert_eq!(outcome(&robot, "mecanum4.toml", &text, ""), "fine");
+}
+
+#[test]
+fn decimals_with_commas_are_read_where_that_is_said() {
+    let robot = robot("mecanum4.toml");
+    let log = drive(&plain(&robot), &[], &Drive::default());
+    let points = csv(&log, &robot);
+    let commas = points.replace(',', ";").replace('.', ",");
+    let as_stated = identified(&robot, &commas, "delimiter = \";\"\ndecimal_comma = true");
+    let plain = identified(&robot, &points, "");
+    assert_eq!(as_stated.parameters, plain.parameters);
+    let parted = "delimiter = \";\"\n";
+    let study = study(&robot, "mecanum4.toml", "log.csv", "").replacen(
+        "[log]\n",
+        &format!("[log]\n{parted}"),
+        1,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), &commas).unwrap();
+    std::fs::write(folder.path().join("study.toml"), study).unwrap();
+    let found =
+        Study::load(folder.path().join("study.toml")).and_then(|study| identify(&study, &|_| ()));
+    let Err(Error::Log { help, .. }) = found else {
+        panic!("it is refused")
+    };
+    holds(&help, &["`log.decimal_comma = true`"]);
+}

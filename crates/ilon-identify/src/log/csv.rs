@@ -1,5 +1,6 @@
 //! Logs as tables of text.
 
+use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -17,6 +18,8 @@ struct Found {
     measure: Measure,
     factor: f64,
     increments: bool,
+    /// Whether a comma stands before its decimals.
+    decimal_comma: bool,
 }
 
 pub(super) fn read(
@@ -254,6 +257,7 @@ fn found(
         measure,
         factor,
         increments: column.increments,
+        decimal_comma: format.decimal_comma,
     })
 }
 
@@ -284,13 +288,18 @@ fn number(
     {
         return Ok(None);
     }
+    let text = if column.decimal_comma && !text.contains('.') {
+        Cow::Owned(text.replacen(',', ".", 1))
+    } else {
+        Cow::Borrowed(text)
+    };
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && (value * column.factor).abs() <= 1e12 => {
             Ok(Some(value * column.factor))
         }
         _ => {
             let hint = match text.replace(',', ".").parse::<f64>() {
-                Ok(_) => "write decimals with a point",
+                Ok(_) => "decimals are written with a comma here: `log.decimal_comma = true`",
                 Err(_) if line <= 10 => "rows begin after `log.header_line`: is the header longer?",
                 Err(_) => "repair the cell, or leave the row out",
             };
@@ -299,7 +308,7 @@ fn number(
                 format!(
                     "line {line}, column `{}`: `{}` is no number",
                     column.name,
-                    quoted(text)
+                    quoted(&text)
                 ),
                 hint,
             ))

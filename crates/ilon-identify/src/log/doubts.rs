@@ -27,6 +27,8 @@ pub enum Kind {
     Unit,
     /// Wheels are swapped or count the other way, or the tracker's axes do.
     Wiring,
+    /// The poses are of other times than the wheels.
+    Delay,
     /// What was seen is no motion that any wiring of the wheels explains.
     Unexplained,
 }
@@ -44,7 +46,7 @@ pub struct Doubt {
     pub help: String,
 }
 
-pub(super) fn doubt(kind: Kind, is_fatal: bool, message: String, help: impl Into<String>) -> Doubt {
+pub(crate) fn doubt(kind: Kind, is_fatal: bool, message: String, help: impl Into<String>) -> Doubt {
     Doubt {
         kind,
         is_fatal,
@@ -276,6 +278,6 @@ fn tracker(log: &Log, robot: &Robot, doubts: &mut Vec<Doubt>) {
 }
 
 /// A number of four digits.
-pub(super) fn shown(x: f64) -> String {
+pub(crate) fn shown(x: f64) -> String {
     ilon_trace::number(format!("{x:.3e}").parse().unwrap_or(x))
 }

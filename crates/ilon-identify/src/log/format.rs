@@ -26,6 +26,12 @@ pub struct Format {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
+    /// By how much the poses come after the wheels, in seconds; `"fit"` of each series by itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_s: Option<Delayed>,
+    /// Whether decimals are written with a comma, as in `0,25`; columns are then parted by something else.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub decimal_comma: bool,
     /// x of the point that the tracker follows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<Column>,
@@ -44,6 +50,24 @@ pub struct Format {
     /// The topics, of bags and MCAP files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bag: Option<Bag>,
+}
+
+/// By how much the poses come after the wheels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Delayed {
+    /// By so many seconds.
+    Known(f64),
+    /// By what the logs show.
+    Fitted(Fitted),
+}
+
+/// The word for what is to be fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fitted {
+    /// It is fitted.
+    Fit,
 }
 
 /// Which topics of a bag are read.
@@ -149,6 +173,21 @@ impl Column {
 /// Refuses a format that no log of the robot could be read by.
 pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
     let invalid = |message: String, help: String| Err(Error::invalid(message, help));
+    if let Some(Delayed::Known(delay_s)) = format.delay_s
+        && !(delay_s.abs() <= 10.0)
+    {
+        return invalid(
+            format!("`log.delay_s` cannot be {delay_s}"),
+            "it is within 10 seconds, or \"fit\"".to_owned(),
+        );
+    }
+    if format.decimal_comma && format.delimiter == "," {
+        return invalid(
+            "`log.decimal_comma` and columns that are parted by commas do not go together"
+                .to_owned(),
+            "say what parts the columns: `log.delimiter = \";\"`".to_owned(),
+        );
+    }
     let wheels: Vec<&str> = robot
         .wheels
         .iter()

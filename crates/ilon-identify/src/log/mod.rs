@@ -13,7 +13,7 @@ use ilon_sim::Error;
 
 pub use doubts::{Doubt, Kind};
 pub(crate) use format::check;
-pub use format::{Bag, Column, Format, Place};
+pub use format::{Bag, Column, Delayed, Fitted, Format, Place};
 
 /// The longest log that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 30;

@@ -1,0 +1,184 @@
+//! By how much the tracker's poses come after the wheels' angles: two clocks, or a tracker that takes its time.
+//!
+//! With the wheels shifted by tau, displacements of the body over short stretches are explained by a map with a gain of its own along
+//! each axis, the tracked point and the tracker's heading. What that leaves is least at the delay. Near its least it is a parabola in tau,
+//! of each stretch too, whose sums over resampled stretches say how sure the least is.
+
+use nalgebra::{DMatrix, DVector, Matrix3xX};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::log::Log;
+use crate::motion::{GAP, Window, windows};
+use crate::resample::Interval;
+
+/// The longest delay that is looked for, in seconds.
+const LONGEST_S: f64 = 0.5;
+/// Delays are first tried so far apart, in seconds: robots do not change their rates faster.
+const APART_S: f64 = 0.02;
+/// Stretches are this long, in seconds: shorter ones say more about a delay, and less beside the noise.
+const WINDOW_S: f64 = 0.5;
+/// What a delay must leave at most, beside none, to be believed.
+const LEFT: f64 = 0.8;
+/// Resamples for its interval.
+const RESAMPLES: usize = 400;
+
+/// A delay of a series of runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delay {
+    /// By how much poses come after wheels, in seconds.
+    pub value_s: f64,
+    /// Where it lies with 95 %.
+    pub interval: Interval,
+    /// Whether the logs show it: its interval does not hold 0, and without it a quarter more is left.
+    pub is_shown: bool,
+}
+
+/// The delay of logs that share it, for a robot whose map from wheel rates to twists is known up to gains; `None` of logs too short or
+/// too steady to say.
+pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<Delay> {
+    let left = |tau_s: f64| -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for log in logs {
+            // The same stretches at every delay: rows that the longest would push over an end are never in one.
+            let inner = shifted(log, tau_s).part(LONGEST_S, log.duration_s() - LONGEST_S);
+            all.extend(windows(&inner, 0, WINDOW_S));
+        }
+        left_of(&all, twist_matrix, lever_m)
+    };
+    let sum = |left: &[f64]| left.iter().sum::<f64>();
+    let steps = (LONGEST_S / APART_S) as i32;
+    let at_none = sum(&left(0.0)?);
+    let tried = (-steps..=steps).filter_map(|step| {
+        let tau_s = f64::from(step) * APART_S;
+        Some((tau_s, sum(&left(tau_s)?)))
+    });
+    let (mut value_s, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    if value_s.abs() > LONGEST_S - 1.5 * APART_S {
+        return None;
+    }
+    // Parabolas through three points, each narrower than the one before.
+    let mut parts: Option<[Vec<f64>; 3]> = None;
+    let mut half_s = APART_S;
+    for _ in 0..3 {
+        let around = [
+            left(value_s - half_s)?,
+            left(value_s)?,
+            left(value_s + half_s)?,
+        ];
+        let sums = [0, 1, 2].map(|at| sum(&around[at]));
+        value_s += least_of(sums)?.clamp(-1.0, 1.0) * half_s;
+        parts = Some(around);
+        half_s *= 0.5;
+    }
+    let around = parts?;
+    half_s *= 2.0;
+    let count = around.iter().map(Vec::len).min()?;
+    if around.iter().any(|part| part.len() != count) || count < 8 {
+        return None;
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut drawn = Vec::with_capacity(RESAMPLES);
+    for _ in 0..RESAMPLES {
+        let mut sums = [0.0; 3];
+        for _ in 0..count {
+            let stretch = (rng.next_u64() % count as u64) as usize;
+            (0..3).for_each(|at| sums[at] += around[at][stretch]);
+        }
+        drawn.extend(least_of(sums).map(|least| least * half_s));
+    }
+    if drawn.len() < RESAMPLES * 9 / 10 {
+        return None;
+    }
+    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
+    let squares: f64 = drawn.iter().map(|drawn| (drawn - mean).powi(2)).sum();
+    let half_width_s = 1.96 * (squares / (drawn.len() - 1) as f64).sqrt();
+    let at_least = sum(&left(value_s)?);
+    Some(Delay {
+        value_s,
+        interval: Interval {
+            low: value_s - half_width_s,
+            high: value_s + half_width_s,
+        },
+        is_shown: value_s.abs() > half_width_s && at_least < LEFT * at_none,
+    })
+}
+
+/// Where the parabola through values at -1, 0 and 1 is least; `None` where it has no least.
+fn least_of([before, at, after]: [f64; 3]) -> Option<f64> {
+    let bend = before - 2.0 * at + after;
+    (bend > 0.0).then(|| 0.5 * (before - after) / bend)
+}
+
+/// The squares that a map with gains leaves of each stretch, in m^2.
+fn left_of(windows: &[Window], matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<Vec<f64>> {
+    // Gains ahead, sideways and of turns, the tracker's heading, and its point.
+    const VALUES: usize = 6;
+    if windows.len() < VALUES {
+        return None;
+    }
+    let mut equations = DMatrix::zeros(3 * windows.len(), VALUES);
+    let mut seen = DVector::zeros(3 * windows.len());
+    for (index, window) in windows.iter().enumerate() {
+        let [x, y, turn] = window.of_wheels(matrix);
+        let lever = 2.0 * libm::sin(0.5 * window.seen[2]);
+        for (axis, row) in [
+            [x, 0.0, 0.0, -y, 0.0, -lever],
+            [0.0, y, 0.0, x, lever, 0.0],
+            [0.0, 0.0, lever_m * turn, 0.0, 0.0, 0.0],
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let place = 3 * index + axis;
+            (0..VALUES).for_each(|value| equations[(place, value)] = row[value]);
+            seen[place] = window.seen[axis] * if axis == 2 { lever_m } else { 1.0 };
+        }
+    }
+    let solved = equations.clone().svd(true, true).solve(&seen, 1e-9).ok()?;
+    let rest = seen - equations * solved;
+    Some(
+        (0..windows.len())
+            .map(|index| rest.rows(3 * index, 3).norm_squared())
+            .collect(),
+    )
+}
+
+/// A log whose wheels are those of a time earlier by a delay, in seconds: each pose beside the angles at which it was taken. Rows of
+/// whose wheels the log knows nothing then, for they lie before its beginning, after its end or in a gap, count as unseen.
+pub fn shifted(log: &Log, tau_s: f64) -> Log {
+    if tau_s == 0.0 {
+        return log.clone();
+    }
+    let mut shifted = log.clone();
+    let gap_s = GAP * log.period_s();
+    for row in 0..log.len() {
+        let at_s = log.times_s[row] - tau_s;
+        let after = log.times_s.partition_point(|t_s| *t_s < at_s);
+        let (before, after) = (
+            after.saturating_sub(1),
+            after.min(log.len().saturating_sub(1)),
+        );
+        let apart_s = log.times_s[after] - log.times_s[before];
+        let share = if apart_s > 0.0 {
+            ((at_s - log.times_s[before]) / apart_s).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let at_time = |column: &[Vec<f64>], into: &mut Vec<f64>| {
+            for (wheel, value) in into.iter_mut().enumerate() {
+                let (a, b) = (column[before][wheel], column[after][wheel]);
+                *value = a + share * (b - a);
+            }
+        };
+        at_time(&log.angles_rad, &mut shifted.angles_rad[row]);
+        if !log.currents_a.is_empty() {
+            at_time(&log.currents_a, &mut shifted.currents_a[row]);
+        }
+        let is_inside = at_s >= 0.0 && at_s <= log.duration_s();
+        if !is_inside || apart_s > gap_s {
+            shifted.unseen[row] = true;
+        }
+    }
+    shifted
+}
