@@ -83,6 +83,20 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             of_series.first(),
             wiring::of_motion(&of_series, &study.robot),
         ) {
+            let doubt = match doubt.kind {
+                // Neither wheels nor the tracker's hand: one of its axes alone may be otherwise, which displacements do not show.
+                Kind::Unexplained | Kind::Wiring => {
+                    let runs: Vec<&Log> = logs
+                        .iter()
+                        .zip(&evidence.series)
+                        .filter(|(_, of)| **of == series)
+                        .map(|(log, _)| log)
+                        .collect();
+                    let axis = wiring::of_axes(&runs, &study.robot, study.file.window_s);
+                    axis.unwrap_or(doubt)
+                }
+                _ => doubt,
+            };
             refuse(study, first.run, &doubt)?;
         }
     }

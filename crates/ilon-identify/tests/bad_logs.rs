@@ -117,6 +117,22 @@ fn axes_of_the_tracker_that_are_turned_or_left_handed_are_named() {
         &["left-handed"],
     );
     holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, -y, heading])),
+        &["the tracker's y points to the other side"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [-x, y, heading])),
+        &["the tracker's x points the other way"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, y, -heading])),
+        &["the heading is counted clockwise"],
+    );
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [y, x, heading])),
+        &["the columns of x and y are swapped"],
+    );
+    holds(
         &said(|log| pose(log, |[x, y, heading]| [x, y, heading + 1.0])),
         &["moves -57 degrees off", "tracker's heading is turned"],
     );

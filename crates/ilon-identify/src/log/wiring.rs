@@ -5,9 +5,10 @@ use std::f64::consts::{PI, TAU};
 use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
+use super::Log;
 use super::doubts::{Doubt, Kind, doubt, shown};
 use crate::model::{Model, Parameter};
-use crate::motion::Window;
+use crate::motion::{Window, windows};
 
 /// What is explained of a motion below which it is not the robot's as it is stated.
 const EXPLAINED: f64 = 0.9;
@@ -108,6 +109,64 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Doubt> {
         ),
         "wheels and poses may be of two clocks or two drives, one wheel may not be logged, or the robot is another",
     ))
+}
+
+/// One axis of the tracker that points otherwise than it is stated, where the wheels as stated explain the motion with that alone
+/// changed. Whoever looks at displacements in the body frame cannot see it, for these were turned by the heading.
+pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Doubt> {
+    type Change = fn([f64; 3]) -> [f64; 3];
+    let changes: [(&str, Change); 4] = [
+        (
+            "the heading is counted clockwise: give it `scale = -1`",
+            |[x, y, heading]| [x, y, -heading],
+        ),
+        (
+            "the tracker's y points to the other side: give it `scale = -1`",
+            |[x, y, heading]| [x, -y, heading],
+        ),
+        (
+            "the tracker's x points the other way: give it `scale = -1`",
+            |[x, y, heading]| [-x, y, heading],
+        ),
+        ("the columns of x and y are swapped", |[x, y, heading]| {
+            [y, x, heading]
+        }),
+    ];
+    let lever_m = Parameter::Lever.nominal(robot);
+    let matrix = Model::new(robot, &[]).ok()?.twist_matrix(&[])?;
+    let explained = |change: Change| {
+        let mut all = Vec::new();
+        for log in logs {
+            let mut changed = (*log).clone();
+            changed
+                .poses
+                .iter_mut()
+                .for_each(|pose| *pose = change(*pose));
+            all.extend(windows(&changed, 0, window_s));
+        }
+        let all: Vec<&Window> = all.iter().collect();
+        let guess = Guess::of(&usual(&all, &matrix), &matrix, lever_m, false);
+        // The tracker's frame may be turned, for which a heading is as good as any other.
+        (guess.explained, guess.turned_rad)
+    };
+    let (as_stated, _) = explained(|pose| pose);
+    let (words, (most, _)) = changes
+        .into_iter()
+        .map(|(words, change)| (words, explained(change)))
+        .filter(|(_, (_, turned_rad))| turned_rad.abs() <= OFF_RAD)
+        .max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+    (most >= EXPLAINED && as_stated < EXPLAINED).then(|| {
+        doubt(
+            Kind::Wiring,
+            true,
+            format!(
+                "the wheels as stated explain {:.0} % of the motion; with one of the tracker's axes changed they explain {:.0} %",
+                100.0 * as_stated.max(0.0),
+                100.0 * most
+            ),
+            format!("likely {words}"),
+        )
+    })
 }
 
 /// All but the tenth whose ways fit those of the wheels least: there the tracker may have jumped or frozen.
