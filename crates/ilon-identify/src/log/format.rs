@@ -174,7 +174,7 @@ impl Column {
 pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
     let invalid = |message: String, help: String| Err(Error::invalid(message, help));
     if let Some(Delayed::Known(delay_s)) = format.delay_s
-        && !(delay_s.abs() <= 10.0)
+        && (delay_s.is_nan() || delay_s.abs() > 10.0)
     {
         return invalid(
             format!("`log.delay_s` cannot be {delay_s}"),
