@@ -59,7 +59,7 @@ pub(crate) fn scene_json<R: Rows>(
         return Ok(None);
     }
     let urdf = (!header.urdf.is_empty()).then_some(header.urdf.as_str());
-    let mut description = Description::of_robot(robot, urdf);
+    let mut description = Description::of_robot(robot, urdf, &header.looks);
     description.floor = floor(header, relief_m);
     description.pushes = pushes(header);
     let frames = frames_of_run(rows, robot, THINNING)?;

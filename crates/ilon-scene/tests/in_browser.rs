@@ -8,7 +8,7 @@ mod page;
 use std::path::Path;
 use std::process::Command;
 
-use ilon_robot::Robot;
+use ilon_robot::{Looks, Robot};
 use ilon_scene::{Contact, Description, Frame, Frames, Push, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
 
@@ -235,7 +235,10 @@ fn assert_it_works(found: &Value, robot: &Robot) {
 fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum4");
-    let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), drive(&robot));
+    let scene = Scene::new(
+        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        drive(&robot),
+    );
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
     assert_it_works(&found, &robot);
 }
@@ -244,7 +247,7 @@ fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
 fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     let Some(browser) = browser() else { return };
     let (robot, _) = robot("volksbot");
-    let mut description = Description::of_robot(&robot, None);
+    let mut description = Description::of_robot(&robot, None, &Looks::default());
     let heights = (0..41).map(|j| {
         (0..41)
             .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
@@ -276,7 +279,10 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
 fn the_page_of_the_example_shows_a_time_that_its_address_names_and_its_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum6");
-    let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), drive(&robot));
+    let scene = Scene::new(
+        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        drive(&robot),
+    );
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("page.html");
     let html = page::html("a <run> & more", &scene).expect("the page is made");
