@@ -342,7 +342,7 @@ fn stage(of: &Stage) -> String {
         [] => String::new(),
         remarks => format!(
             "<p class=\"stage-note\">{}.</p>",
-            escape(&remarks.join("; "))
+            escape(&remarks.join(". "))
         ),
     };
     figure(of, &shown, &scene_controls, &format!("{legend}{remarks}"))

@@ -40,7 +40,7 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
             return true;
         };
         let name = looks.meshes.get(placed.index).map(|mesh| &mesh.name);
-        let remark = format!("the mesh `{}` is not drawn: {why}", name.map_or("", |n| n));
+        let remark = format!("The mesh `{}` is not drawn: {why}", name.map_or("", |n| n));
         if !remarks.contains(&remark) {
             remarks.push(remark);
         }

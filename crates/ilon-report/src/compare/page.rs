@@ -57,7 +57,7 @@ pub fn html(comparison: &Comparison) -> String {
         motion_section(comparison),
         Section {
             id: "ledger",
-            title: "Where it went",
+            title: "Error budget",
             lead: "The difference between the motion asked for and the real one, split by cause; and the motors' work."
                 .to_owned(),
             body: grid(&[

@@ -16,7 +16,7 @@ use crate::figure::{
 use crate::page::{self, Head, Section, escape, grid};
 use crate::stage;
 use crate::words::{angle, length, percent, time};
-use ranked::{Ranked, ranked, value};
+use ranked::{Ranked, allowed, of_its_span, ranked, value};
 
 /// Rows before and after the first difference that are drawn one by one.
 const ROWS_AROUND: usize = 25;
@@ -169,10 +169,10 @@ fn story(found: &[Difference], ranked: &[Ranked], apart: &Apart, durations_s: [f
         .take(3)
         .map(|Ranked { one, share }| {
             format!(
-                "<code>{}</code> by {} ({} of its span)",
+                "<code>{}</code> by {} ({})",
                 escape(&one.signal),
                 value(&one.signal, one.worst),
-                percent(*share)
+                of_its_span(*share)
             )
         })
         .collect();
@@ -372,10 +372,10 @@ fn over_the_run<R: Rows>(
         id: format!("came-to-{index}"),
         title: one.signal.clone(),
         caption: format!(
-            "At worst {} off, {} of its span in the baseline; {} is allowed.",
+            "At worst {} off, {} in the baseline; {}.",
             escape(&value(&one.signal, one.worst)),
-            percent(*share),
-            escape(&value(&one.signal, one.tolerance)),
+            of_its_span(*share),
+            escape(&allowed(&one.signal, one.tolerance)),
         ),
         height_px: 300,
         span: Span::Half,

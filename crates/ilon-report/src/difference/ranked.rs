@@ -3,7 +3,7 @@
 use ilon_trace::{Difference, Rows, number};
 
 use crate::short;
-use crate::words::{angle, energy, length, speed};
+use crate::words::{angle, energy, length, percent, speed};
 
 /// A signal that differs, and how much that matters.
 pub(super) struct Ranked<'a> {
@@ -93,6 +93,22 @@ pub(super) fn value(signal: &str, x: f64) -> String {
         () if ends("_w") => with("W"),
         () if ends("_s") => with("s"),
         () => plain(x),
+    }
+}
+
+/// A share of the span of a signal, in words.
+pub(super) fn of_its_span(share: f64) -> String {
+    match share < 2.0 {
+        true => format!("{} of its span", percent(share)),
+        false => format!("{share:.0} times its span"),
+    }
+}
+
+/// What is allowed of a signal, in words.
+pub(super) fn allowed(signal: &str, tolerance: f64) -> String {
+    match tolerance > 0.0 {
+        true => format!("{} is allowed", value(signal, tolerance)),
+        false => "it should be equal to the bit".to_owned(),
     }
 }
 

@@ -120,7 +120,7 @@ impl Looks {
         }
         if before > 0 {
             looks.remarks.push(format!(
-                "its meshes are drawn simplified: {after} triangles for {before}, so that a page stays light"
+                "The robot's meshes are drawn simplified, {after} triangles for {before}, so that a page stays light"
             ));
         }
         looks
@@ -128,7 +128,7 @@ impl Looks {
 
     fn not_shown(&mut self, name: &str, reason: &str) {
         self.remarks
-            .push(format!("the mesh `{name}` is not drawn: {reason}"));
+            .push(format!("The mesh `{name}` is not drawn: {reason}"));
     }
 }
 

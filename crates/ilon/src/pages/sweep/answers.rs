@@ -4,6 +4,48 @@ use ilon_report::sweep::{self, Answer};
 use ilon_sim::sweep::findings::{Expectation, FoundAt, MinimumAt};
 use ilon_sim::sweep::{Find, Findings, Question, Row, Study, text_of};
 use ilon_trace::number;
+use ilon_trace::quantities::{self, GROUPS};
+
+/// A quantity of the summary in words; its own name where it has no others.
+pub(super) fn words(quantity: &str) -> String {
+    let known = quantities::by_key(quantity);
+    let groups = GROUPS.iter().filter(|group| {
+        let mut keys = group.quantities.iter().map(|one| one.key);
+        keys.any(|key| key == quantity)
+    });
+    let Some((known, group)) = known.zip(groups.last()) else {
+        return quantity.to_owned();
+    };
+    // The same words stand under several headings.
+    let alike = quantities::all().filter(|other| other.label == known.label);
+    match alike.count() {
+        1 => known.label.to_owned(),
+        _ => format!("{}: {}", group.heading, known.label),
+    }
+}
+
+/// A value of a quantity as a person reads it, with its unit.
+fn value_of(quantity: &str, value: f64) -> String {
+    match quantities::by_key(quantity) {
+        Some(known) if !known.unit.symbol.is_empty() => format!(
+            "{} {}",
+            sweep::figure(value * known.unit.per_si),
+            known.unit.symbol
+        ),
+        _ => sweep::figure(value),
+    }
+}
+
+/// A key that is varied by its last part, where no other of the study ends so.
+fn short_key<'k>(key: &'k str, study: &Study) -> &'k str {
+    let last = |key: &'k str| key.rsplit('.').next().unwrap_or(key);
+    let ends = study.columns().iter();
+    let alike = ends.filter(|column| column.key.rsplit('.').next() == Some(last(key)));
+    match alike.count() {
+        0 | 1 => last(key),
+        _ => key,
+    }
+}
 
 /// From where to where the first quantities go, of a study that asks nothing more.
 fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
@@ -11,7 +53,7 @@ fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
         let values = study.columns().iter().zip(&row.values);
         let values = values.filter(|(column, _)| column.key != "sensors.seed");
         let values: Vec<String> = values
-            .map(|(column, value)| format!("{} = {}", column.key, text_of(value)))
+            .map(|(column, value)| format!("{} {}", short_key(&column.key, study), text_of(value)))
             .collect();
         values.join(", ")
     };
@@ -22,10 +64,11 @@ fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
         let by = |a: &&Row, b: &&Row| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0));
         let (least, largest) = (known().min_by(by)?, known().max_by(by)?);
         Some(format!(
-            "{quantity} goes from {} ({}) to {} ({}).",
-            sweep::figure(value(&least)?),
+            "{}: from {} ({}) to {} ({}).",
+            capital(&words(quantity)),
+            value_of(quantity, value(&least)?),
             at(least),
-            sweep::figure(value(&largest)?),
+            value_of(quantity, value(&largest)?),
             at(largest)
         ))
     };
@@ -109,6 +152,13 @@ pub(super) fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<A
     answers
 }
 
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
 fn expectation(one: &Expectation) -> Answer {
     let interval = one.interval.map_or(String::new(), |(low, high)| {
         format!(
@@ -158,8 +208,8 @@ fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
         lines.push(if crossings.is_empty() {
             format!(
                 "{place}: {} never crosses {}.",
-                find.quantity,
-                number(find.crosses)
+                words(&find.quantity),
+                value_of(&find.quantity, find.crosses)
             )
         } else {
             let bent = if one.found.is_monotonic {
@@ -169,8 +219,8 @@ fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
             };
             format!(
                 "{place}: {} exceeds {} where {} is {}{bent}.",
-                find.quantity,
-                number(find.crosses),
+                words(&find.quantity),
+                value_of(&find.quantity, find.crosses),
                 find.key,
                 crossings.join(" and ")
             )
@@ -198,8 +248,8 @@ fn least(at: &MinimumAt) -> String {
         .map(|(key, value)| format!("{key} = {}", text_of(value)));
     format!(
         "{} is least, {}, at {}.",
-        at.quantity,
-        sweep::figure(value),
+        capital(&words(&at.quantity)),
+        value_of(&at.quantity, value),
         values.collect::<Vec<_>>().join(", ")
     )
 }

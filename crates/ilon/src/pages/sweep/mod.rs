@@ -4,7 +4,7 @@ mod answers;
 
 use std::path::Path;
 
-use answers::answers;
+use answers::{answers, words};
 use ilon_report::sweep::{self, Quantity, Run, Sensitivity, Shown, Table, Varied};
 use ilon_sim::sweep::{
     Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
@@ -103,13 +103,17 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
         .quantities()
         .iter()
         .map(|name| Quantity {
-            name: name.clone(),
+            name: match ilon_trace::quantities::si_unit(name) {
+                "" => words(name),
+                unit => format!("{}, in {unit}", words(name)),
+            },
             bound: bound(study, name),
         })
         .collect();
-    let indices: Vec<Option<usize>> = quantities
+    let indices: Vec<Option<usize>> = study
+        .quantities()
         .iter()
-        .map(|quantity| ilon_sim::sweep::figure_index(&quantity.name))
+        .map(|name| ilon_sim::sweep::figure_index(name))
         .collect();
     let runs = rows.iter().map(|row| Run {
         run: row.run,
