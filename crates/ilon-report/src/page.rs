@@ -223,7 +223,7 @@ fn plot(figure: &Figure) -> String {
         ""
     };
     format!(
-        "<div class=\"plot\" id=\"{id}\" data-height=\"{height}\"{over_time}{panel} role=\"img\" \
+        "<div class=\"plot\" id=\"{id}\" data-height=\"{height}\"{over_time}{panel} role=\"group\" \
          aria-label=\"{title}\" style=\"min-height:{height}px\"></div>\
          <script type=\"application/json\" data-figure=\"{id}\">{json}</script>",
         id = figure.id,

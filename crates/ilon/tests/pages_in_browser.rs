@@ -113,8 +113,15 @@ fn assert_good(page: &PathBuf, least_tiles: u64, moves: bool) {
             found["tiles"].as_u64() >= Some(least_tiles),
             "{at}: {found:#}"
         );
-        if let Some(faults) = browser.axe() {
-            assert!(faults.is_empty(), "{at}: {faults:#?}");
+        for theme in ["light", "dark"] {
+            assert_eq!(
+                browser.eval("document.documentElement.dataset.theme"),
+                theme
+            );
+            if let Some(faults) = browser.axe() {
+                assert!(faults.is_empty(), "{at}, {theme}: {faults:#?}");
+            }
+            browser.eval("document.querySelector('.theme').click()");
         }
         if moves {
             let moved = browser.eval(MOVES);
@@ -211,6 +218,25 @@ fn a_robot_alone() {
         &folder.ilon(&["inspect", &robot, "--html", "robot.html"]),
     );
     assert_good(&folder.path("robot.html"), 0, true);
+}
+
+#[test]
+fn a_bench() {
+    let folder = Folder::new();
+    let quick = [
+        "bench",
+        "--robot",
+        "robot.urdf",
+        "--rates",
+        "60,30",
+        "--rollers",
+        "near",
+        "--rounds",
+        "1",
+    ];
+    let rest = ["--fleets", "1", "--headings", "0,20", "--out", "bench"];
+    support::ended_with(0, &folder.ilon(&[&quick[..], &rest[..]].concat()));
+    assert_good(&folder.path("bench/bench.html"), 2, false);
 }
 
 #[test]

@@ -220,7 +220,7 @@ fn table(table: &Table) -> String {
         .map(|row| format!("<tr>{}</tr>", cell("td", row)))
         .collect();
     format!(
-        "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
+        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
          <tbody>{rows}</tbody></table></div>\n",
         escape(&table.title),
         cell("th", &table.head)
@@ -272,7 +272,7 @@ fn listed(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
         let name = quantity.map_or("", |quantity| shown.quantities[quantity].name.as_str());
         let _ = writeln!(
             html,
-            "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
+            "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
              <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>",
             escape(&title),
             escape(name)

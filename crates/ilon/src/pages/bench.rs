@@ -274,7 +274,7 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
         );
     }
     format!(
-        "<div class=\"card whole scroll\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
+        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
          mm/s</caption><thead><tr><th scope=\"col\">rollers</th><th scope=\"col\">steps/s</th>\
          <th scope=\"col\">worst</th>{drives}<th scope=\"col\">ripple</th><th scope=\"col\">slip</th>\
          <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
@@ -319,7 +319,7 @@ fn headings_table(name: &str, robot: &RobotBench) -> String {
         );
     }
     format!(
-        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\"><table><caption>Errors in \
+        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\" tabindex=\"0\"><table><caption>Errors in \
          %</caption><thead><tr><th scope=\"col\">rollers, steps/s</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>\
          </details>\n",
         escape(name)
@@ -349,7 +349,7 @@ fn fleet_section(bench: &Bench) -> Section {
     }
     let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
     let table = format!(
-        "<div class=\"card scroll\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
+        "<div class=\"card scroll\" tabindex=\"0\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
          <th scope=\"col\">robots</th><th scope=\"col\">threads</th><th scope=\"col\">sim s a wall s</th>\
          <th scope=\"col\">sim s a CPU s</th><th scope=\"col\">cores</th><th scope=\"col\">efficiency</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
         escape(robot)

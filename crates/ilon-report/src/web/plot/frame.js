@@ -23,7 +23,8 @@ class Frame {
     this.stack();
     if (!this.panel) this.makeLegend();
     this.canvas = document.createElement('canvas');
-    this.canvas.setAttribute('aria-hidden', 'true');
+    this.canvas.setAttribute('role', 'img');
+    this.canvas.setAttribute('aria-label', this.said());
     this.stage = document.createElement('div');
     this.stage.className = 'stage';
     this.stage.append(this.canvas);
@@ -39,6 +40,13 @@ class Frame {
     this.chosen.hidden = true;
     this.stage.append(this.mark, this.chosen, this.tip);
     this.listen();
+  }
+
+  // The figure in words, for those who do not see it.
+  said() {
+    const names = this.curves.filter((c) => !c.unlisted && c.name).map((c) => c.name);
+    const over = [this.spec.y.title, this.spec.x.title].filter(Boolean).join(' over ');
+    return [this.div.getAttribute('aria-label'), over, names.join(', ')].filter(Boolean).join(': ');
   }
 
   // Areas lie on top of each other: of those that are shown.
