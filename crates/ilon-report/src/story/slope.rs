@@ -46,7 +46,7 @@ pub(super) fn sentence(
             )
         } else {
             format!(
-                ", which uses {:.0} % of the grip of friction {}",
+                ", {:.0} % of what friction {} could hold at best",
                 100.0 * part,
                 crate::short(ground.friction, 3)
             )
@@ -125,7 +125,10 @@ mod tests {
         );
         assert!(steep.contains("<b>12.000 m downhill</b>"), "{steep}");
         let (gripping, first) = said(20.0, 0.01, 0.0).unwrap_or_default();
-        assert!(first && gripping.contains("61 % of the grip"), "{gripping}");
+        assert!(
+            first && gripping.contains("61 % of what friction 0.6"),
+            "{gripping}"
+        );
         let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();
         assert!(
             !first && creeping.contains("crept <b>0.200 mm</b> downhill, 0.020 mm/s"),

@@ -53,7 +53,7 @@ fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
         let values = study.columns().iter().zip(&row.values);
         let values = values.filter(|(column, _)| column.key != "sensors.seed");
         let values: Vec<String> = values
-            .map(|(column, value)| format!("{} {}", short_key(&column.key, study), text_of(value)))
+            .map(|(column, value)| setting(&column.key, &text_of(value), study))
             .collect();
         values.join(", ")
     };
@@ -150,6 +150,17 @@ pub(super) fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<A
         });
     }
     answers
+}
+
+/// A key with its value, such as `period 12 s` for `reference.figure_eight.period_s = 12`.
+fn setting(key: &str, value: &str, study: &Study) -> String {
+    let name = short_key(key, study);
+    let unit = quantities::si_unit(name);
+    let end = unit.replace('/', "_").replace(' ', "_").to_lowercase();
+    match name.strip_suffix(&format!("_{end}")) {
+        Some(bare) if !unit.is_empty() => format!("{} {value} {unit}", bare.replace('_', " ")),
+        _ => format!("{} {value}", name.replace('_', " ")),
+    }
 }
 
 fn capital(text: &str) -> String {
