@@ -5,7 +5,7 @@
 mod browser;
 mod support;
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use browser::Browser;
 use serde_json::Value;
@@ -86,7 +86,7 @@ fn none_of(found: &Value, what: &str, page: &str) {
 }
 
 /// Holds a page against everything that a page must be.
-fn assert_good(page: &PathBuf, least_tiles: u64, moves: bool) {
+fn assert_good(page: &Path, least_tiles: u64, moves: bool) {
     let Some(mut browser) = Browser::start() else {
         return;
     };

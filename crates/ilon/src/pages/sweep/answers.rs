@@ -9,11 +9,11 @@ use ilon_trace::quantities::{self, GROUPS};
 /// A quantity of the summary in words; its own name where it has no others.
 pub(super) fn words(quantity: &str) -> String {
     let known = quantities::by_key(quantity);
-    let groups = GROUPS.iter().filter(|group| {
+    let mut groups = GROUPS.iter().filter(|group| {
         let mut keys = group.quantities.iter().map(|one| one.key);
         keys.any(|key| key == quantity)
     });
-    let Some((known, group)) = known.zip(groups.last()) else {
+    let Some((known, group)) = known.zip(groups.next()) else {
         return quantity.to_owned();
     };
     // The same words stand under several headings.
@@ -156,7 +156,7 @@ pub(super) fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<A
 fn setting(key: &str, value: &str, study: &Study) -> String {
     let name = short_key(key, study);
     let unit = quantities::si_unit(name);
-    let end = unit.replace('/', "_").replace(' ', "_").to_lowercase();
+    let end = unit.replace(['/', ' '], "_").to_lowercase();
     match name.strip_suffix(&format!("_{end}")) {
         Some(bare) if !unit.is_empty() => format!("{} {value} {unit}", bare.replace('_', " ")),
         _ => format!("{} {value}", name.replace('_', " ")),
