@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
-use ilon_robot::{Loaded, Pose, Robot, Twist};
+use ilon_robot::{Loaded, Looks, Pose, Robot, Twist};
 use ilon_scene::{Contact, Description, Frame, WheelFrame};
 use ilon_sim::Scenario;
 use ilon_sim::simulate::{Decided, Driver, Plant, Recorder, WheelCommand, load, resolve_for};
@@ -18,6 +18,7 @@ use crate::watcher::Row;
 pub struct Session {
     name: String,
     urdf: Arc<str>,
+    looks: Looks,
     plant: Plant,
     recorder: Recorder,
     /// Follows the reference, by the point that the scenario names.
@@ -73,7 +74,9 @@ impl Session {
     /// # Errors
     /// Where the scenario asks for something that cannot be.
     pub fn new(scenario: &Scenario) -> Result<Self, LiveError> {
-        let Loaded { robot, urdf, .. } = load(scenario)?;
+        let loaded = load(scenario)?;
+        let looks = loaded.looks();
+        let Loaded { robot, urdf, .. } = loaded;
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
         let scenario = resolved.scenario();
         let section = &scenario.guidance;
@@ -90,6 +93,7 @@ impl Session {
             name: scenario.name.clone(),
             recorder: Recorder::of_plant(&plant, &urdf)?,
             urdf,
+            looks,
             plant,
             guidance: Guidance::new(kinematics.about(resolved.reference_point_m())?, &settings)?,
             by_hand: Guidance::new(kinematics, &settings)?,
@@ -191,7 +195,7 @@ impl Session {
 
     /// What a scene shows of robot and floor.
     pub fn description(&self) -> Description {
-        let mut description = Description::of_robot(self.robot(), None);
+        let mut description = Description::of_robot(self.robot(), Some(&self.urdf), &self.looks);
         description.floor.friction = self.friction as f32;
         description
     }

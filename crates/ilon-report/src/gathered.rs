@@ -7,7 +7,7 @@ use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
-use super::story::{Event, Integrator, Standing, Watch};
+use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
 use super::thin::{Evenly, MAX_POINTS, Outline};
 
 /// What is drawn of the robot over time.
@@ -27,6 +27,10 @@ pub(super) enum OfRobot {
     IdealDrift,
     /// Distance of dead reckoning by the contacts from the truth, in metres.
     ContactDrift,
+    /// Distance of the real pose from the one that a log measured, in metres.
+    MeasuredDistance,
+    /// Real minus measured heading, in degrees.
+    MeasuredTurn,
     /// How much of the acceleration asked of the reference point the torques give.
     PositionTorqueWeight,
     /// How much of the angular acceleration asked for the torques give.
@@ -92,6 +96,8 @@ impl OfRobot {
             Self::SeenHeadingError,
             Self::IdealDrift,
             Self::ContactDrift,
+            Self::MeasuredDistance,
+            Self::MeasuredTurn,
             Self::PositionTorqueWeight,
             Self::HeadingTorqueWeight,
             Self::PutIn,
@@ -134,6 +140,8 @@ impl OfRobot {
             Self::ContactDrift => {
                 (record.odometry_contact.position_m() - truth.position_m()).norm()
             }
+            Self::MeasuredDistance => apart(truth, record.measured?).0,
+            Self::MeasuredTurn => apart(truth, record.measured?).1.to_degrees(),
             Self::PositionTorqueWeight => record.torque_weight_position,
             Self::HeadingTorqueWeight => record.torque_weight_heading,
             Self::TaskWeight(index) => task(index)?.weight,
@@ -200,6 +208,8 @@ pub(super) struct Gathered {
     row_count: usize,
     /// Whether what the robot takes for its pose is ever another than the real one.
     pub sees_otherwise: bool,
+    /// How far the robot is from where a log measured the real one.
+    pub measured: Measured,
     robot: Vec<(OfRobot, Outline)>,
     wheels: Vec<OneWheel>,
     ways: [Way; 5],
@@ -260,6 +270,7 @@ impl Gathered {
         let mut gathered = Self {
             row_count,
             sees_otherwise: false,
+            measured: Measured::default(),
             robot: robot.map(|what| (what, outline())).collect(),
             wheels: header.wheels.iter().map(|_| wheel()).collect(),
             ways: Default::default(),
@@ -298,6 +309,7 @@ impl Gathered {
         let first = *self.first.get_or_insert(*record);
         self.last_s = record.t_s;
         self.sees_otherwise |= record.seen_pose != record.truth.pose;
+        self.measured.add(record);
         for (what, outline) in &mut self.robot {
             if let Some(value) = what.of(header, &first, record) {
                 outline.add((record.t_s, value));

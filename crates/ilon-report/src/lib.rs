@@ -58,8 +58,8 @@ pub fn html(trace: &Trace, summary: &Summary) -> String {
 /// The report of a run, with what its trace does not carry.
 pub fn html_with(trace: &Trace, summary: &Summary, context: &Context) -> String {
     let Ok(shown) = Shown::of(trace);
-    let Ok(scene) = stage::scene_json(trace, context.robot, context.relief_m.as_deref());
-    page_of(&shown, summary, context, scene.as_deref()).0
+    let Ok(scene) = stage::picture_of(trace, context.robot, context.relief_m.as_deref());
+    page_of(&shown, summary, context, scene.as_ref()).0
 }
 
 /// Writes the report of a run to a file, whole or not at all.
@@ -85,13 +85,13 @@ pub fn write_recorded(
     let (page, answer) = match recorded {
         Recorded::Memory(trace) => {
             let Ok(shown) = Shown::of(trace);
-            let Ok(scene) = stage::scene_json(trace, context.robot, relief_m);
-            page_of(&shown, summary, context, scene.as_deref())
+            let Ok(scene) = stage::picture_of(trace, context.robot, relief_m);
+            page_of(&shown, summary, context, scene.as_ref())
         }
         Recorded::File(file) => {
             let shown = Shown::of_many(file, ROWS_A_GROUP)?;
-            let scene = stage::scene_json(file, context.robot, relief_m)?;
-            page_of(&shown, summary, context, scene.as_deref())
+            let scene = stage::picture_of(file, context.robot, relief_m)?;
+            page_of(&shown, summary, context, scene.as_ref())
         }
     };
     write_text(path, &page)?;
@@ -118,7 +118,7 @@ fn page_of(
     shown: &Shown,
     summary: &Summary,
     context: &Context,
-    scene: Option<&str>,
+    scene: Option<&stage::Picture>,
 ) -> (String, Vec<String>) {
     let settings = Settings::default();
     let trace = &*shown.trace;
@@ -218,6 +218,7 @@ fn motion_section(shown: &Shown, settings: &Settings) -> Section {
     let twist = panels("Velocity", caption, &legend, &motion::twist(shown));
     let mut figures = vec![motion::path(shown)];
     figures.extend(motion::errors(shown, settings));
+    figures.extend(motion::against_the_log(shown));
     // An odd last figure takes the whole row.
     if figures.len() % 2 == 1
         && let Some(last) = figures.last_mut()

@@ -6,7 +6,17 @@ use super::figure::{DashKind, Figure, Pen, Span};
 
 const STYLE: &str = include_str!("web/style.css");
 const THEME: &str = include_str!("web/theme.js");
-const PLOT: &str = include_str!("web/plot.js");
+/// Draws the figures of a page on canvases: curves over time, maps, areas, bars. Figures over time share their zoom and, where the
+/// page has a clock (`window.ilonClock`), its cursor: a click seeks.
+const PLOT: &str = concat!(
+    "(function () {\n'use strict';\n",
+    include_str!("web/plot/values.js"),
+    include_str!("web/plot/frame.js"),
+    include_str!("web/plot/drawing.js"),
+    include_str!("web/plot/figure.js"),
+    include_str!("web/plot/page.js"),
+    "})();\n"
+);
 
 /// The project's mark: a wheel with slanted rollers.
 const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
@@ -213,7 +223,7 @@ fn plot(figure: &Figure) -> String {
         ""
     };
     format!(
-        "<div class=\"plot\" id=\"{id}\" data-height=\"{height}\"{over_time}{panel} role=\"img\" \
+        "<div class=\"plot\" id=\"{id}\" data-height=\"{height}\"{over_time}{panel} role=\"group\" \
          aria-label=\"{title}\" style=\"min-height:{height}px\"></div>\
          <script type=\"application/json\" data-figure=\"{id}\">{json}</script>",
         id = figure.id,

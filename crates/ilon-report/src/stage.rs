@@ -28,15 +28,23 @@ const THINNING: Thinning = Thinning {
 /// The most events that a lane of the track shows: those that matter most.
 const MOST_A_LANE: usize = 60;
 
-/// The scene of a run as JSON; `None` where its robot is not known.
+/// A scene as a page carries it.
+pub(crate) struct Picture {
+    /// The scene as JSON.
+    pub json: String,
+    /// What of the robot's looks is left out or simplified.
+    pub remarks: Vec<String>,
+}
+
+/// The scene of a run; `None` where its robot is not known.
 ///
 /// # Errors
 /// Where the rows cannot be read.
-pub(crate) fn scene_json<R: Rows>(
+pub(crate) fn picture_of<R: Rows>(
     rows: &R,
     robot: Option<&Robot>,
     relief_m: Option<&[Vec<f64>]>,
-) -> Result<Option<String>, R::Error> {
+) -> Result<Option<Picture>, R::Error> {
     let header = rows.header();
     let read;
     let robot = match robot {
@@ -59,11 +67,13 @@ pub(crate) fn scene_json<R: Rows>(
         return Ok(None);
     }
     let urdf = (!header.urdf.is_empty()).then_some(header.urdf.as_str());
-    let mut description = Description::of_robot(robot, urdf);
+    let mut description = Description::of_robot(robot, urdf, &header.looks);
     description.floor = floor(header, relief_m);
     description.pushes = pushes(header);
     let frames = frames_of_run(rows, robot, THINNING)?;
-    Ok(embed::data(&Scene::new(description, frames)).ok())
+    let remarks = description.robot.remarks.clone();
+    let json = embed::data(&Scene::new(description, frames)).ok();
+    Ok(json.map(|json| Picture { json, remarks }))
 }
 
 fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
@@ -167,13 +177,14 @@ pub(crate) fn html(
     header: &Header,
     ends_s: [f64; 2],
     events: &[Event],
-    scene: Option<&str>,
+    picture: Option<&Picture>,
 ) -> String {
     let wheels: Vec<&str> = header.wheels.iter().map(|w| w.name.as_str()).collect();
     stage(&Stage {
         title: "The run",
         label: "The robot, its rollers and its contacts in three dimensions",
-        scene,
+        scene: picture.map(|picture| picture.json.as_str()),
+        remarks: picture.map_or(&[], |picture| &picture.remarks),
         wheels: &wheels,
         views: &[
             ("follow", "Follow"),
@@ -200,6 +211,7 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
         title: "The robot",
         label: "The robot with all of its rollers in three dimensions",
         scene: Some(&data),
+        remarks: &scene.description.robot.remarks,
         wheels: &wheels,
         views: &[("follow", "From aside"), ("top", "From above")],
         is_run: false,
@@ -229,6 +241,7 @@ pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
             title: "The runs together",
             label: "",
             scene: None,
+            remarks: &[],
             wheels: &[],
             views: RUN_VIEWS,
             is_run: false,
@@ -285,6 +298,8 @@ struct Stage<'a> {
     label: &'a str,
     /// The scene as JSON.
     scene: Option<&'a str>,
+    /// What of the robot's looks is left out or simplified.
+    remarks: &'a [String],
     wheels: &'a [&'a str],
     /// The views that buttons choose, with their words.
     views: &'a [(&'a str, &'a str)],
@@ -323,7 +338,14 @@ fn stage(of: &Stage) -> String {
         Some(_) if of.is_run => RUN_LEGEND,
         _ => "",
     };
-    figure(of, &shown, &scene_controls, legend)
+    let remarks = match of.remarks {
+        [] => String::new(),
+        remarks => format!(
+            "<p class=\"stage-note\">{}.</p>",
+            escape(&remarks.join(". "))
+        ),
+    };
+    figure(of, &shown, &scene_controls, &format!("{legend}{remarks}"))
 }
 
 /// The figure around pictures, with the slider that moves them.

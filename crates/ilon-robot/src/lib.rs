@@ -85,5 +85,5 @@ pub use spec::{
     Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, TreadSpec,
     WheelOverride, WheelSpec,
 };
-pub use urdf::WheelOutline;
+pub use urdf::{Looks, Mesh, WheelOutline};
 pub use xacro::{FindPackage, RosXacro, use_ros_xacro};

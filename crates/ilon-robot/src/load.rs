@@ -7,7 +7,7 @@ use crate::error::{Remedy, RobotError};
 use crate::model::Robot;
 use crate::options::{LoadOptions, WheelOptions};
 use crate::prepare::{prepare, read_text};
-use crate::urdf::{self, Prepared, Read, WheelOutline};
+use crate::urdf::{self, Looks, Meshes, Prepared, Read, WheelOutline};
 
 /// Most rounds of repair: what one round leaves, the next may show.
 const MOST_ROUNDS: usize = 8;
@@ -26,6 +26,18 @@ pub struct Loaded {
     pub inferred: Option<WheelOptions>,
     /// The URDF that was read: the file's own text, or what it was expanded or converted to, with everything repaired.
     pub urdf: Arc<str>,
+    /// Where it was read from, and with which options: meshes are found from there.
+    read_from: (String, LoadOptions),
+}
+
+impl Loaded {
+    /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
+    pub fn looks(&self) -> Looks {
+        let (file, options) = &self.read_from;
+        let rollers = self.robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+        let rollers = rollers.map(|roller| roller.name.as_str()).collect();
+        Looks::of_urdf(&self.urdf, &Meshes::beside(file, options), &rollers)
+    }
 }
 
 /// Why a file cannot be read as it is, and what would do.
@@ -93,7 +105,7 @@ impl Robot {
                     let level = may_repair.then(|| urdf::levelled(&prepared, &read.robot));
                     match level.flatten() {
                         Some(level) => level,
-                        None => return Ok(loaded(read, &prepared)),
+                        None => return Ok(loaded(read, &prepared, options)),
                     }
                 }
                 Err(error) => {
@@ -212,7 +224,7 @@ fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
     })
 }
 
-fn loaded(read: Read, prepared: &Prepared) -> Loaded {
+fn loaded(read: Read, prepared: &Prepared, options: &LoadOptions) -> Loaded {
     let Read {
         robot,
         outlines,
@@ -223,5 +235,6 @@ fn loaded(read: Read, prepared: &Prepared) -> Loaded {
         outlines,
         inferred,
         urdf: Arc::clone(&prepared.text),
+        read_from: (prepared.file.clone(), options.clone()),
     }
 }

@@ -37,11 +37,37 @@ pub(crate) fn read_text(
                 most: format!("{} MB", most >> 20),
             },
             other => Fault::Unreadable {
-                reason: other.to_string(),
+                reason: format!("{other}{}", near(path, options)),
             },
         };
         RobotError::new(file, fault)
     })
+}
+
+/// Which file beside one that is not there may be meant, in words; nothing of a file that is there, and where none is alike.
+fn near(path: &Path, options: &LoadOptions) -> String {
+    /// Most names of the folder that are looked at.
+    const MOST_NAMES: usize = 1000;
+    /// How alike two names are, by the measure of Jaro and Winkler, of which one was meant for the other.
+    const ALIKE: f64 = 0.8;
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return String::new();
+    };
+    if options.files.is_file(path) || options.files.is_folder(path) {
+        return String::new();
+    }
+    let name = name.to_string_lossy();
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let names = options.files.names_in(folder, MOST_NAMES).into_iter();
+    let alike = names.map(|other| (strsim::jaro_winkler(&name, &other), other));
+    let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness > ALIKE)
+        .map_or_else(String::new, |(_, other)| {
+            format!("; beside it lies `{other}`")
+        })
 }
 
 /// Makes the text of a URDF of a file's text.

@@ -6,6 +6,7 @@
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use ilon_robot::Mesh;
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
@@ -68,8 +69,14 @@ pub struct RobotShape {
     pub wheels: Vec<WheelShape>,
     /// Outlines of rollers: points `[z, r]` along and across the axis, from one end to the other. Rollers share them.
     pub lathes: Vec<Vec<[f32; 2]>>,
+    /// The meshes that shapes refer to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<Mesh>,
     /// How many meshes of the file's `<visual>` elements are not drawn.
     pub meshes_left_out: usize,
+    /// What of its looks is left out or simplified.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
 }
 
 /// A shape and where it sits.
@@ -85,7 +92,7 @@ pub struct Shape {
     pub color: Option<[f32; 4]>,
 }
 
-/// What a shape is. All are centred on their own frame.
+/// What a shape is. All but meshes are centred on their own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "size", rename_all = "snake_case")]
 pub enum Form {
@@ -95,6 +102,17 @@ pub enum Form {
     Cylinder([f32; 2]),
     /// Its radius.
     Sphere([f32; 1]),
+    /// Triangles.
+    Mesh(PlacedMesh),
+}
+
+/// A mesh of the robot, in some size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlacedMesh {
+    /// Which of [`RobotShape::meshes`].
+    pub index: usize,
+    /// How much its own coordinates are stretched.
+    pub scale: [f32; 3],
 }
 
 /// A wheel: hub and rollers.

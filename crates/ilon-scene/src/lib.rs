@@ -30,12 +30,12 @@
 //! | [`embed`] | how it comes into a page |
 //!
 //! ```
-//! use ilon_robot::Robot;
+//! use ilon_robot::{Looks, Robot};
 //! use ilon_scene::{Description, Frames, Scene, embed};
 //!
 //! let urdf = std::fs::read_to_string("../../assets/robots/volksbot.urdf")?;
 //! let robot = Robot::from_urdf_str(&urdf, "volksbot.urdf")?;
-//! let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), Frames::at_rest(&robot));
+//! let scene = Scene::new(Description::of_robot(&robot, Some(&urdf), &Looks::default()), Frames::at_rest(&robot));
 //! let page = format!(
 //!     "<style>{}</style><canvas style='height: 20rem'></canvas><script>{}</script>
 //!      <script>ilonScene(document.querySelector('canvas'), {});</script>",
@@ -57,8 +57,8 @@ pub mod run;
 mod visuals;
 
 pub use description::{
-    Description, Floor, FrictionChange, GroundBox, Patch, Push, Relief, RobotShape, RollerShape,
-    Scene, Shape, WheelShape,
+    Description, Floor, FrictionChange, GroundBox, Patch, PlacedMesh, Push, Relief, RobotShape,
+    RollerShape, Scene, Shape, WheelShape,
 };
 pub use frames::{Column, Contact, Frame, Frames, Kind, WheelFrame};
 pub use run::{Thinning, frames_of_run};

@@ -1,22 +1,22 @@
 //! The robot's shapes, from its model and from what its file shows.
 
-use ilon_robot::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
+use ilon_robot::{Collision, CollisionShape, Looks, Mesh, Robot, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::description::{
-    Description, Floor, Form, RobotShape, RollerShape, Shape, WheelShape, pose,
+    Description, Floor, Form, PlacedMesh, RobotShape, RollerShape, Shape, WheelShape, pose,
 };
 use crate::outline;
 use crate::visuals::{self, Visuals};
 
 impl Description {
     /// A robot on a level floor. The chassis is drawn by the `<visual>` elements of the URDF that it was read from
-    /// ([`ilon_robot::Loaded::urdf`]), where that is given and shows boxes, cylinders or spheres; else by its collision shapes, and
-    /// without any by a plate between its wheels.
-    pub fn of_robot(robot: &Robot, urdf: Option<&str>) -> Self {
-        let visuals = urdf.map(|text| visuals::of_urdf(text, robot));
+    /// ([`ilon_robot::Loaded::urdf`]), where that is given and shows boxes, cylinders, spheres or meshes that `looks` has
+    /// ([`ilon_robot::Loaded::looks`]); else by its collision shapes, and without any by a plate between its wheels.
+    pub fn of_robot(robot: &Robot, urdf: Option<&str>, looks: &Looks) -> Self {
+        let visuals = urdf.map(|text| visuals::of_urdf(text, robot, looks));
         Self {
-            robot: robot_shape(robot, &visuals.unwrap_or_default()),
+            robot: robot_shape(robot, &visuals.unwrap_or_default(), looks),
             floor: Floor {
                 friction: 0.6,
                 ..Floor::default()
@@ -27,8 +27,35 @@ impl Description {
     }
 }
 
-fn robot_shape(robot: &Robot, visuals: &Visuals) -> RobotShape {
+fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
+    let mut remarks = looks.remarks.clone();
+    let mut left_out = visuals.meshes;
+    let span_m = robot
+        .wheels
+        .iter()
+        .map(|w| w.position_m().xy().norm() + w.radius_m)
+        .fold(0.0, f64::max);
+    let mut kept = |shape: &Shape, why: Option<String>| {
+        let Some((Form::Mesh(placed), why)) = Some(shape.form).zip(why) else {
+            return true;
+        };
+        let name = looks.meshes.get(placed.index).map(|mesh| &mesh.name);
+        let remark = format!("The mesh `{}` is not drawn: {why}", name.map_or("", |n| n));
+        if !remarks.contains(&remark) {
+            remarks.push(remark);
+        }
+        left_out += 1;
+        false
+    };
     let mut chassis = visuals.chassis.clone();
+    chassis.retain(|shape| {
+        let size_m = corners(shape, looks)
+            .iter()
+            .map(|c| c.norm())
+            .fold(0.0, f64::max);
+        let why = format!("it reaches {size_m:.0} m from a robot of {span_m:.2} m");
+        kept(shape, (size_m > MOST_SPANS * span_m).then_some(why))
+    });
     if chassis.is_empty() {
         let collisions = robot.chassis.collisions.iter();
         chassis = collisions.flat_map(shapes_of_collision).collect();
@@ -58,11 +85,25 @@ fn robot_shape(robot: &Robot, visuals: &Visuals) -> RobotShape {
             radius_m: wheel.radius_m as f32,
             gamma_rad: wheel.gamma_rad as f32,
             rollers: rollers.collect(),
-            hub: hub(wheel, visuals.hubs.get(index)),
+            hub: {
+                let mut shown = visuals.hubs.get(index).cloned().unwrap_or_default();
+                shown.retain(|shape| {
+                    let why = shows_rollers(wheel, shape, looks).then(|| {
+                        "it shows the rollers too, which are drawn by their exact outlines"
+                            .to_owned()
+                    });
+                    kept(shape, why)
+                });
+                hub(wheel, &shown, looks)
+            },
         }
     });
-    let wheels: Vec<WheelShape> = wheels.collect();
-    let corners: Vec<Vector3<f64>> = chassis.iter().flat_map(corners).collect();
+    let mut wheels: Vec<WheelShape> = wheels.collect();
+    let hubs = wheels.iter_mut().flat_map(|wheel| &mut wheel.hub);
+    let meshes = meshes(chassis.iter_mut().chain(hubs), looks);
+    // From here on shapes refer to the meshes of the scene.
+    let looks = &looks.with_meshes(meshes);
+    let corners: Vec<Vector3<f64>> = chassis.iter().flat_map(|s| corners(s, looks)).collect();
     let at_wheels = robot
         .wheels
         .iter()
@@ -86,12 +127,48 @@ fn robot_shape(robot: &Robot, visuals: &Visuals) -> RobotShape {
         chassis,
         wheels,
         lathes,
-        meshes_left_out: visuals.meshes,
+        meshes: looks.meshes.clone(),
+        meshes_left_out: left_out,
+        remarks,
     }
 }
 
+/// A mesh that reaches further than so many times the robot's wheels is in other units than metres.
+const MOST_SPANS: f64 = 20.0;
+
+/// The meshes that some shapes use, to which these refer from now on.
+fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &Looks) -> Vec<Mesh> {
+    let mut used: Vec<usize> = Vec::new();
+    for shape in shapes {
+        if let Form::Mesh(placed) = &mut shape.form {
+            let known = used.iter().position(|index| *index == placed.index);
+            let place = known.unwrap_or_else(|| {
+                used.push(placed.index);
+                used.len() - 1
+            });
+            placed.index = place;
+        }
+    }
+    let of_looks = used.iter().filter_map(|index| looks.meshes.get(*index));
+    of_looks.cloned().collect()
+}
+
+/// Whether a mesh on a hub reaches out to where the rollers touch: then it is the picture of a whole wheel.
+fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &Looks) -> bool {
+    let Form::Mesh(PlacedMesh { index, scale }) = shape.form else {
+        return false;
+    };
+    let placed = isometry(&shape.pose);
+    let vertices = looks.meshes.get(index).map(Mesh::vertices);
+    vertices.unwrap_or_default().into_iter().any(|vertex| {
+        let scaled = [0, 1, 2].map(|k| f64::from(vertex[k] * scale[k]));
+        let in_hub = placed * Point3::from(scaled);
+        in_hub.coords.xy().norm() > 0.95 * wheel.radius_m
+    })
+}
+
 /// The hub as its file shows it; a drum inside its rollers where it shows nothing, or something as large as the wheel.
-fn hub(wheel: &Wheel, shown: Option<&Vec<Shape>>) -> Vec<Shape> {
+fn hub(wheel: &Wheel, shown: &[Shape], looks: &Looks) -> Vec<Shape> {
     let inside_m = |roller: &Roller| roller.ring_radius_m() - 0.8 * roller.radius_m;
     let room_m = wheel
         .rollers
@@ -100,13 +177,14 @@ fn hub(wheel: &Wheel, shown: Option<&Vec<Shape>>) -> Vec<Shape> {
         .fold(f64::INFINITY, f64::min);
     let room_m = room_m.clamp(0.1 * wheel.radius_m, wheel.radius_m);
     let fits = |shape: &Shape| {
-        let corners = corners(shape);
-        corners
-            .iter()
-            .all(|c| c.xy().norm() < 1.5 * room_m.max(0.8 * wheel.radius_m))
+        // A mesh was looked at by its own vertices.
+        matches!(shape.form, Form::Mesh(_))
+            || corners(shape, looks)
+                .iter()
+                .all(|c| c.xy().norm() < 1.5 * room_m.max(0.8 * wheel.radius_m))
     };
-    if let Some(shown) = shown.filter(|s| !s.is_empty() && s.iter().all(fits)) {
-        return shown.clone();
+    if !shown.is_empty() && shown.iter().all(fits) {
+        return shown.to_vec();
     }
     let half_width_m = wheel
         .rollers
@@ -180,21 +258,37 @@ fn plate(robot: &Robot) -> Shape {
 }
 
 /// The corners of the box around a shape along its own axes, in the frame of the body that carries it.
-fn corners(shape: &Shape) -> Vec<Vector3<f64>> {
-    let half = match shape.form {
-        Form::Box(half) => half,
-        Form::Cylinder([r, l]) => [r, r, 0.5 * l],
-        Form::Sphere([r]) => [r, r, r],
+fn corners(shape: &Shape, looks: &Looks) -> Vec<Vector3<f64>> {
+    let [low, high] = match shape.form {
+        Form::Box(half) => around(half),
+        Form::Cylinder([r, l]) => around([r, r, 0.5 * l]),
+        Form::Sphere([r]) => around([r, r, r]),
+        Form::Mesh(PlacedMesh { index, scale }) => {
+            let bounds = looks
+                .meshes
+                .get(index)
+                .map(Mesh::bounds)
+                .unwrap_or_default();
+            bounds.map(|corner| [0, 1, 2].map(|k| corner[k] * scale[k]))
+        }
     };
-    let [x, y, z, i, j, k, w] = shape.pose.map(f64::from);
-    let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
-    let placed = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-    let half = half.map(f64::from);
+    let placed = isometry(&shape.pose);
     (0..8)
         .map(|corner| {
-            let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            let point = Point3::new(sign(0) * half[0], sign(1) * half[1], sign(2) * half[2]);
-            (placed * point).coords
+            let end = |bit: usize| f64::from(if corner >> bit & 1 == 1 { high } else { low }[bit]);
+            (placed * Point3::new(end(0), end(1), end(2))).coords
         })
         .collect()
+}
+
+/// A pose as the page reads it, as a transform.
+fn isometry(pose: &[f32; 7]) -> Isometry3<f64> {
+    let [x, y, z, i, j, k, w] = pose.map(f64::from);
+    let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+    Isometry3::from_parts(Translation3::new(x, y, z), rotation)
+}
+
+/// The lowest and the highest corner of a box around the origin.
+fn around(half: [f32; 3]) -> [[f32; 3]; 2] {
+    [half.map(|x| -x), half]
 }

@@ -1,13 +1,13 @@
-//! What a URDF shows of a robot: the boxes, cylinders and spheres of its `<visual>` elements. The model of the robot has none of
-//! them, for nothing touches the world there.
+//! What a URDF shows of a robot: the boxes, cylinders, spheres and meshes of its `<visual>` elements. The model of the robot has none
+//! of them, for nothing touches the world there.
 
 use std::collections::{HashMap, HashSet};
 
-use ilon_robot::Robot;
+use ilon_robot::{Looks, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use crate::description::{Form, Shape, pose};
+use crate::description::{Form, PlacedMesh, Shape, pose};
 
 /// What is shown of the bodies of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,11 +21,11 @@ pub(crate) struct Visuals {
 }
 
 /// Reads them from a text that the robot was read from. What is not well formed shows nothing.
-pub(crate) fn of_urdf(text: &str, robot: &Robot) -> Visuals {
+pub(crate) fn of_urdf(text: &str, robot: &Robot, looks: &Looks) -> Visuals {
     let Ok(document) = Document::parse(text) else {
         return Visuals::default();
     };
-    File::of(&document).visuals(robot)
+    File::of(&document, looks).visuals(robot)
 }
 
 /// The links of a file and the joints between them.
@@ -35,6 +35,7 @@ struct File<'a, 'input> {
     below: HashMap<&'a str, Vec<Node<'a, 'input>>>,
     children: HashSet<&'a str>,
     colors: HashMap<&'a str, [f32; 4]>,
+    looks: &'a Looks,
 }
 
 fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
@@ -42,7 +43,7 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 }
 
 impl<'a, 'input> File<'a, 'input> {
-    fn of(document: &'a Document<'input>) -> Self {
+    fn of(document: &'a Document<'input>, looks: &'a Looks) -> Self {
         let root = document.root_element();
         let named = |tag| {
             let elements = root.children().filter(move |n| n.has_tag_name(tag));
@@ -64,6 +65,7 @@ impl<'a, 'input> File<'a, 'input> {
             colors: named("material")
                 .filter_map(|(name, n)| Some((name, color(n)?)))
                 .collect(),
+            looks,
         }
     }
 
@@ -119,7 +121,6 @@ impl<'a, 'input> File<'a, 'input> {
             let Some(geometry) = child(visual, "geometry") else {
                 continue;
             };
-            *meshes += usize::from(child(geometry, "mesh").is_some());
             let material = child(visual, "material");
             let of_name = || self.colors.get(material?.attribute("name")?).copied();
             let color = material.and_then(color).or_else(of_name);
@@ -141,6 +142,12 @@ impl<'a, 'input> File<'a, 'input> {
             if let Some(radius_m) = one("sphere", "radius") {
                 put(Isometry3::identity(), Form::Sphere([radius_m]));
             }
+            if let Some(mesh) = child(geometry, "mesh") {
+                match self.mesh(mesh) {
+                    Some(placed) => put(Isometry3::identity(), Form::Mesh(placed)),
+                    None => *meshes += 1,
+                }
+            }
             for tag in ["cylinder", "capsule"] {
                 let Some((radius_m, length_m)) = one(tag, "radius").zip(one(tag, "length")) else {
                     continue;
@@ -155,6 +162,19 @@ impl<'a, 'input> File<'a, 'input> {
             }
         }
         shapes
+    }
+}
+
+impl File<'_, '_> {
+    /// A mesh, where its file could be read.
+    fn mesh(&self, mesh: Node) -> Option<PlacedMesh> {
+        let (index, _) = self.looks.mesh(mesh.attribute("filename")?)?;
+        let scale = mesh.attribute("scale").and_then(numbers);
+        let scale = match scale.as_deref() {
+            Some([x, y, z]) => [*x, *y, *z].map(|s| s as f32),
+            _ => [1.0; 3],
+        };
+        Some(PlacedMesh { index, scale })
     }
 }
 

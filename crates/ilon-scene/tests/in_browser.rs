@@ -8,7 +8,7 @@ mod page;
 use std::path::Path;
 use std::process::Command;
 
-use ilon_robot::Robot;
+use ilon_robot::{Looks, Robot};
 use ilon_scene::{Contact, Description, Frame, Frames, Push, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
 
@@ -235,16 +235,46 @@ fn assert_it_works(found: &Value, robot: &Robot) {
 fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum4");
-    let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), drive(&robot));
+    let scene = Scene::new(
+        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        drive(&robot),
+    );
     let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
     assert_it_works(&found, &robot);
+}
+
+#[test]
+fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    // The box of the shipped robot, its faces wound the wrong way round: meshes of people are.
+    let corners = (0..8).map(|k| {
+        let side = |bit: usize, half: f64| if k >> bit & 1 == 1 { half } else { -half };
+        format!("v {} {} {}\n", side(0, 0.2), side(1, 0.12), side(2, 0.05))
+    });
+    let faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+    let obj = corners.collect::<String>() + faces;
+    std::fs::write(folder.path().join("box.obj"), obj).expect("a file");
+    let (_, urdf) = robot("mecanum4");
+    let shown = "<box size=\"0.4 0.24 0.1\"/></geometry><material";
+    let mesh = "<mesh filename=\"box.obj\"/></geometry><material";
+    assert!(urdf.contains(shown));
+    let file = folder.path().join("robot.urdf").display().to_string();
+    let options = ilon_robot::LoadOptions::default();
+    let loaded = Robot::from_urdf_str_with(&urdf.replace(shown, mesh), &file, &options);
+    let loaded = loaded.expect("it is read");
+    let description = Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.looks());
+    assert_eq!(description.robot.meshes.len(), 1);
+    let scene = Scene::new(description, drive(&loaded.robot));
+    let found = found(&browser, &scene, &["--force-prefers-reduced-motion"]);
+    assert_it_works(&found, &loaded.robot);
 }
 
 #[test]
 fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
     let Some(browser) = browser() else { return };
     let (robot, _) = robot("volksbot");
-    let mut description = Description::of_robot(&robot, None);
+    let mut description = Description::of_robot(&robot, None, &Looks::default());
     let heights = (0..41).map(|j| {
         (0..41)
             .map(|i| 0.0005 * f64::from((i * 7 + j * 3) % 5))
@@ -276,7 +306,10 @@ fn a_robot_on_a_slope_with_bumps_patches_boxes_and_pushes_is_drawn() {
 fn the_page_of_the_example_shows_a_time_that_its_address_names_and_its_console_stays_silent() {
     let Some(browser) = browser() else { return };
     let (robot, urdf) = robot("mecanum6");
-    let scene = Scene::new(Description::of_robot(&robot, Some(&urdf)), drive(&robot));
+    let scene = Scene::new(
+        Description::of_robot(&robot, Some(&urdf), &Looks::default()),
+        drive(&robot),
+    );
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("page.html");
     let html = page::html("a <run> & more", &scene).expect("the page is made");

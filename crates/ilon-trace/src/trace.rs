@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{CollisionShape, Pose, Robot, Wheel};
+use ilon_robot::{CollisionShape, Looks, Pose, Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +76,9 @@ pub struct Header {
     /// wheels were given beside it stands in the scenario's `[robot]`.
     #[serde(default)]
     pub urdf: String,
+    /// The meshes by which the robot is seen, made small: what they show is no part of the run.
+    #[serde(default, skip_serializing_if = "Looks::is_empty")]
+    pub looks: Looks,
     /// The ground that the robot drove on; `None` where it is not known.
     #[serde(default)]
     pub ground: Option<Ground>,

@@ -20,7 +20,7 @@
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`inspect`] | a robot as it is understood |
 //! | [`drawing`] | a robot as a picture from above |
-//! | [`mod@bench`] | how right and how fast the simulation is |
+//! | [`mod@bench`] | how accurate and how fast the simulation is |
 //! | [`report`] | the run as one page to look at |
 //! | [`compare`] | several runs beside each other |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |

@@ -17,7 +17,7 @@ pub(super) fn run_pen(index: usize) -> Pen {
     wheel_pen(index).width(2.0)
 }
 
-/// The ways over the floor, and the references that they should have followed.
+/// The paths over the floor, and the references that they should have followed.
 pub(super) fn path(comparison: &Comparison) -> Figure {
     let mut curves: Vec<Curve> = Vec::new();
     for reference in references(comparison) {
@@ -29,8 +29,8 @@ pub(super) fn path(comparison: &Comparison) -> Figure {
     }
     Figure {
         id: "path".to_owned(),
-        title: "The ways over the floor".to_owned(),
-        caption: "Seen from above: the way that each robot really took.".to_owned(),
+        title: "The paths over the floor".to_owned(),
+        caption: "Seen from above: the path that each robot really took.".to_owned(),
         height_px: 440,
         span: Span::Half,
         over_time: false,
@@ -122,9 +122,8 @@ pub(super) fn ledger_position(comparison: &Comparison) -> Figure {
     ledger(
         comparison,
         "ledger-position",
-        "What was asked for and did not come: millimetres",
-        "The length of each term's own way. Going to and fro counts twice, so that nothing hides behind a sum that \
-         happens to cancel.",
+        "Error budget: position",
+        "The path length of each term: motion forth and back both count, so that no term hides because it happens to cancel.",
         "mm",
         |term| 1e3 * term.path_m,
     )
@@ -135,7 +134,7 @@ pub(super) fn ledger_heading(comparison: &Comparison) -> Figure {
     ledger(
         comparison,
         "ledger-heading",
-        "… and degrees",
+        "Error budget: heading",
         "The same for the heading.",
         "deg",
         |term| term.turned_rad.to_degrees(),

@@ -183,12 +183,16 @@ fn names(runs: &[Compared], paths: &[PathBuf]) -> Vec<String> {
     }
 }
 
-/// The keys in which the resolved scenarios differ. What is expected of a run does not change it.
 fn differences(runs: &[Compared]) -> Vec<SettingRow> {
-    let keys: Vec<BTreeMap<String, String>> = runs
+    let texts = runs
         .iter()
-        .map(|run| leaves(&run.trace.header.scenario_toml))
-        .collect();
+        .map(|run| run.trace.header.scenario_toml.as_str());
+    settings_that_differ(&texts.collect::<Vec<_>>())
+}
+
+/// The keys in which resolved scenarios differ. What is expected of a run does not change it.
+pub(crate) fn settings_that_differ(scenarios: &[&str]) -> Vec<SettingRow> {
+    let keys: Vec<BTreeMap<String, String>> = scenarios.iter().map(|text| leaves(text)).collect();
     let all: BTreeSet<&String> = keys.iter().flat_map(BTreeMap::keys).collect();
     all.into_iter()
         .filter(|key| *key != "expect" && !key.starts_with("expect."))

@@ -57,7 +57,7 @@ pub fn html(comparison: &Comparison) -> String {
         motion_section(comparison),
         Section {
             id: "ledger",
-            title: "Where it went",
+            title: "Error budget",
             lead: "The difference between the motion asked for and the real one, split by cause; and the motors' work."
                 .to_owned(),
             body: grid(&[
@@ -93,8 +93,8 @@ fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
     /// More than these nobody watches at once.
     const MOST: usize = 4;
     let shown = comparison.runs.iter().take(MOST).filter_map(|run| {
-        let Ok(scene) = stage::scene_json(&run.trace, None, None);
-        Some((run.name.as_str(), scene?))
+        let Ok(scene) = stage::picture_of(&run.trace, None, None);
+        Some((run.name.as_str(), scene?.json))
     });
     shown.collect()
 }

@@ -25,6 +25,18 @@ pub(crate) fn path(shown: &Shown) -> Figure {
     let point = |pose: Pose| trace.header.reference_point_at(pose);
     let truth: Vec<_> = records.iter().map(|r| point(r.truth.pose)).collect();
     curves.push(way("driven", &truth, solid("@real").width(2.4)));
+    let measured: Vec<_> = records
+        .iter()
+        .filter_map(|r| r.measured)
+        .map(point)
+        .collect();
+    if !measured.is_empty() {
+        curves.push(way(
+            "measured, by the log",
+            &measured,
+            dashed("@ideal").width(2.2),
+        ));
+    }
     if shown.all.sees_otherwise {
         let seen: Vec<_> = records.iter().map(|r| point(r.seen_pose)).collect();
         curves.push(way("as the robot saw it", &seen, dotted("@contact")));
@@ -122,6 +134,44 @@ pub(crate) fn errors(shown: &Shown, settings: &Settings) -> Vec<Figure> {
             over_time: true,
             plot: heading_plot,
         },
+    ]
+}
+
+/// How far the simulated robot is from the one that a log measured; none without such a log.
+pub(crate) fn against_the_log(shown: &Shown) -> Vec<Figure> {
+    if shown.all.robot(OfRobot::MeasuredDistance).next().is_none() {
+        return Vec::new();
+    }
+    let figure = |id: &str, title: &str, caption: &str, curve: Curve, layout: Layout| Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(vec![curve], layout),
+    };
+    let distance = shown.all.robot(OfRobot::MeasuredDistance);
+    let distance = distance.map(|(t_s, m)| (t_s, 1e3 * m));
+    let turn = shown.all.robot(OfRobot::MeasuredTurn);
+    vec![
+        figure(
+            "measured-distance",
+            "Distance from the measured place",
+            "How far the simulated robot is from where the log says that the real one was at the same time.",
+            curve("simulated from measured", distance, solid("@ideal")),
+            Layout::of(
+                axis("t in s"),
+                axis("distance in mm").from_zero().least_span(1.0),
+            ),
+        ),
+        figure(
+            "measured-turn",
+            "Angle from the measured heading",
+            "Simulated minus measured heading.",
+            curve("simulated from measured", turn, solid("@ideal")),
+            Layout::of(axis("t in s"), axis("angle in deg").least_span(0.1)),
+        ),
     ]
 }
 

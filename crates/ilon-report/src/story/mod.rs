@@ -2,12 +2,15 @@
 
 mod budget;
 mod events;
+mod measured;
 mod shortfall;
+mod slope;
 
 use ilon_trace::{Header, Settings, Summary};
 
 pub(crate) use budget::{Budget, Integrator, PARTS, Standing};
 pub(crate) use events::{Event, EventKind, Watch};
+pub(crate) use measured::{Measured, apart};
 
 use crate::gathered::OfRobot;
 use crate::page::escape;
@@ -40,7 +43,14 @@ impl Story {
         let start = Start::of(&errors, settings);
         let budget = budget::at_the_worst(shown.all.standings(), start.settled_s);
         let budget = budget.filter(|b| b.error_m > UNREMARKABLE_M);
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = shown.all.measured.sentence().into_iter().collect();
+        let slope = slope::sentence(header, summary, &events);
+        let (slope_first, slope) = match slope {
+            Some((line, true)) => (Some(line), None),
+            Some((line, false)) => (None, Some(line)),
+            None => (None, None),
+        };
+        lines.extend(slope_first);
         let excursion = budget.as_ref().map(|b| excursion(b, &start, &events));
         let ended = tracking(summary, &start);
         // What came from outside explains more than the way in from the start.
@@ -53,6 +63,7 @@ impl Story {
             lines.extend(obstacles(&events));
         }
         lines.extend(shortfall::sentences(header, summary));
+        lines.extend(slope);
         lines.extend(slipping(summary, &events));
         lines.extend(saturation(summary, header, &events));
         lines.extend(reckoning(summary));

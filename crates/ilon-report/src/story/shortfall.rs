@@ -4,6 +4,9 @@ use ilon_trace::{Header, Summary};
 
 use crate::words::{percent, time};
 
+/// Wheels that turn the robot by less, in m/s or rad/s, stand: a robot that moves all the same was carried.
+const STANDING: f64 = 1e-3;
+
 /// What of the ideal motion is missing, and why, for each driven component of an open-loop run.
 pub(super) fn sentences(header: &Header, summary: &Summary) -> Vec<String> {
     if !header.open_loop {
@@ -52,7 +55,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary) -> Vec<String> {
     components
         .into_iter()
         .filter_map(|(ratio, real, ideal, contact, unit, direction)| {
-            let ratio = ratio?;
+            let ratio = ratio.filter(|_| ideal.abs() > STANDING)?;
             let geometry = (ideal - contact) / ideal;
             let slip = (contact - real) / ideal;
             let way = if real * ideal < 0.0 { " the other way" } else { "" };

@@ -2,13 +2,10 @@
 
 use std::fmt::Write;
 
-use super::shape::{Content, Figure, Scale, distinct};
-use super::{Sensitivity, Shown, figure};
-use crate::page::{escape, json_in_script};
+use super::shape::{Content, Figure, Scale};
+use super::{Sensitivity, figure};
+use crate::page::escape;
 use crate::short;
-
-/// What draws the parallel coordinates.
-pub(super) const SCRIPT: &str = include_str!("parallel.js");
 
 /// Width and height of a figure.
 const SIZE: (f64, f64) = (560.0, 300.0);
@@ -16,9 +13,9 @@ const SIZE: (f64, f64) = (560.0, 300.0);
 const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
 
 /// From a value to its place along a figure.
-struct Place {
-    low: f64,
-    high: f64,
+pub(super) struct Place {
+    pub(super) low: f64,
+    pub(super) high: f64,
     is_log: bool,
     from: f64,
     to: f64,
@@ -26,7 +23,7 @@ struct Place {
 
 impl Place {
     /// Over values, with a margin where they have a spread.
-    fn of(
+    pub(super) fn of(
         values: impl Iterator<Item = f64>,
         is_log: bool,
         from: f64,
@@ -61,7 +58,7 @@ impl Place {
         }
     }
 
-    fn at(&self, value: f64) -> f64 {
+    pub(super) fn at(&self, value: f64) -> f64 {
         let value = if self.is_log {
             value.max(f64::MIN_POSITIVE).log10()
         } else {
@@ -453,77 +450,5 @@ pub(super) fn bars(sensitivity: &Sensitivity) -> String {
         &sensitivity.title,
         &sensitivity.caption,
         &format!("<ul class=\"legend\">{legend}</ul>{drawn}"),
-    )
-}
-
-/// Steps in which values of the parallel coordinates are handed to the browser.
-const STEPS: f64 = 4095.0;
-/// Most numbers that are handed to the browser, which keeps the page below two megabytes.
-const MOST_NUMBERS: usize = 200_000;
-
-/// All runs as parallel coordinates: the place of the drawing, and its data.
-pub(super) fn parallel(shown: &Shown) -> String {
-    let keys: Vec<usize> = (0..shown.varied.len())
-        .filter(|key| shown.varied[*key].key != "sensors.seed" && distinct(shown, *key).len() > 1)
-        .collect();
-    let quantities: Vec<usize> = (0..shown.quantities.len())
-        .filter(|quantity| {
-            shown
-                .runs
-                .iter()
-                .any(|run| run.figures[*quantity].is_some())
-        })
-        .collect();
-    let columns = keys.len() + quantities.len();
-    let done: Vec<&super::Run> = shown.runs.iter().filter(|run| !run.has_failed).collect();
-    let every = (done.len() * columns).div_ceil(MOST_NUMBERS).max(1);
-    let runs: Vec<&super::Run> = done.into_iter().step_by(every).collect();
-    let column = |name: &str,
-                  is_log: bool,
-                  words: &[String],
-                  of: &dyn Fn(&super::Run) -> Option<f64>| {
-        let values: Vec<Option<f64>> = runs.iter().map(|run| of(run)).collect();
-        let place = Place::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
-        // -1 where there is none.
-        let steps: Vec<i64> = values
-            .iter()
-            .map(|x| x.map_or(-1, |x| place.at(x).round() as i64))
-            .collect();
-        let (low, high) = if is_log {
-            (10_f64.powf(place.low), 10_f64.powf(place.high))
-        } else {
-            (place.low, place.high)
-        };
-        serde_json::json!({
-            "name": name, "low": short(low, 4), "high": short(high, 4), "log": is_log, "words": words, "at": steps,
-        })
-    };
-    let mut all: Vec<serde_json::Value> = Vec::new();
-    for key in &keys {
-        let varied = &shown.varied[*key];
-        all.push(column(&varied.key, varied.is_log, &varied.words, &|run| {
-            run.values.get(*key).copied()
-        }));
-    }
-    for quantity in &quantities {
-        all.push(column(
-            &shown.quantities[*quantity].name,
-            false,
-            &[],
-            &|run| run.figures[*quantity],
-        ));
-    }
-    let thinned = match every {
-        1 => String::new(),
-        every => format!("<p>One of {every} runs is shown.</p>"),
-    };
-    let numbers: Vec<u64> = runs.iter().map(|run| run.run).collect();
-    let data = serde_json::json!({ "runs": numbers, "columns": all, "colour": keys.len() });
-    format!(
-        "<figure class=\"whole\">{thinned}<canvas id=\"parallel\" style=\"width:100%;height:380px;touch-action:none\" \
-         role=\"img\" aria-label=\"All runs as parallel coordinates\"></canvas>\
-         <p id=\"parallel-words\" aria-live=\"polite\"></p>\
-         <script type=\"application/json\" id=\"parallel-data\">{}</script></figure>\n",
-        json_in_script(&data.to_string())
     )
 }

@@ -4,6 +4,7 @@
 //! what is chosen from in the browser is thinned.
 
 mod chart;
+mod parallel;
 mod shape;
 
 use std::fmt::Write;
@@ -150,7 +151,7 @@ pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
             id: "all-runs",
             title: "All runs",
             lead: "A line is a run. Drag along an axis to keep the runs that pass there; click the axis to let go.".to_owned(),
-            body: chart::parallel(shown),
+            body: parallel::parallel(shown),
         });
     }
     if !shown.tables.is_empty() {
@@ -173,7 +174,7 @@ pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
     let footer = "<p>All runs are in <code>runs.parquet</code>, one row each, which pandas, polars and DuckDB read; what was found \
                   is in <code>findings.json</code>.</p>";
     let parts = page::Parts {
-        after: &[chart::SCRIPT],
+        after: &[parallel::SCRIPT],
         ..page::Parts::default()
     };
     page::page(&head, &sections, footer, &parts)
@@ -219,7 +220,7 @@ fn table(table: &Table) -> String {
         .map(|row| format!("<tr>{}</tr>", cell("td", row)))
         .collect();
     format!(
-        "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
+        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
          <tbody>{rows}</tbody></table></div>\n",
         escape(&table.title),
         cell("th", &table.head)
@@ -271,7 +272,7 @@ fn listed(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
         let name = quantity.map_or("", |quantity| shown.quantities[quantity].name.as_str());
         let _ = writeln!(
             html,
-            "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
+            "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
              <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>",
             escape(&title),
             escape(name)

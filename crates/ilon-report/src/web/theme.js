@@ -24,7 +24,7 @@
   let folded = [];
   window.addEventListener('beforeprint', () => {
     root.dataset.printing = '';
-    folded = Array.from(document.querySelectorAll('details.topic:not([open])'));
+    folded = Array.from(document.querySelectorAll('details:not([open])'));
     folded.forEach((details) => { details.open = true; });
     apply('light');
   });

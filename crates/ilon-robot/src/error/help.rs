@@ -33,7 +33,7 @@ impl Fault {
             }
             Self::Unreadable { .. } => "give the path of a file that exists and may be read",
             Self::Toml { .. } => {
-                "compare with the robots in assets/robots, or see the documentation of `Spec`"
+                "every key is described in docs/format-robot.md; whole descriptions are in assets/robots"
             }
             Self::NotADescription { .. } => {
                 "name the description from which the robot is generated, or leave these keys out"

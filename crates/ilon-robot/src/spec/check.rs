@@ -36,6 +36,20 @@ fn positive(key: &str, value: f64) -> Result<(), Fault> {
     Err(out_of_range(key, value, POSITIVE))
 }
 
+/// A length of a wheel's part: millimetres that are written for metres are a thousand times too large.
+fn length_of_wheel(key: &str, value_m: f64) -> Result<(), Fault> {
+    const MOST_M: f64 = 5.0;
+    positive(key, value_m)?;
+    if value_m < MOST_M {
+        return Ok(());
+    }
+    Err(out_of_range(
+        key,
+        value_m,
+        "a length in metres, below 5: 50 mm are 0.05",
+    ))
+}
+
 fn not_negative(key: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value >= 0.0 {
         return Ok(());
@@ -76,6 +90,14 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.mass_kg", r.mass_kg),
     ] {
         positive(key, value)?;
+    }
+    for (key, value_m) in [
+        ("wheel.radius_m", w.radius_m),
+        ("wheel.hub_radius_m", w.hub_radius_m),
+        ("wheel.hub_width_m", w.hub_width_m),
+        ("rollers.radius_m", r.radius_m),
+    ] {
+        length_of_wheel(key, value_m)?;
     }
     for (key, value) in [
         ("wheel.damping_n_m_s", w.damping_n_m_s),

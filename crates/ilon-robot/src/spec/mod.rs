@@ -346,7 +346,10 @@ impl Spec {
 }
 
 fn of_toml(e: &toml::de::Error, text: &str, file: &str) -> RobotError {
-    let reason = e.message().to_owned();
+    // What a whole number is called in Rust says nothing to who writes the file.
+    let reason = e
+        .message()
+        .replace("expected usize", "expected a whole number");
     let error = RobotError::new(file, Fault::Toml { reason });
     match e.span() {
         Some(bytes) => error.at(&text.into(), bytes),

@@ -1,4 +1,4 @@
-//! The vertices of a COLLADA mesh: positions of its geometries, placed by the nodes of its scene, in metres.
+//! The vertices and triangles of a COLLADA mesh: its geometries, placed by the nodes of its scene, in metres.
 //!
 //! The up axis that a file declares is left aside, as the tools of ROS do: the link's frame says which way is up.
 
@@ -15,6 +15,54 @@ const MOST_POINTS: usize = 20_000_000;
 
 /// Reads the vertices of a COLLADA text.
 pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
+    let mut points = Vec::new();
+    each_placed(text, &mut |geometry, by_id, metres_from_geometry| {
+        for point in positions(geometry, by_id)? {
+            points.push(metres_from_geometry.transform_point(&point));
+        }
+        within_bounds(points.len())
+    })?;
+    Ok(points)
+}
+
+/// Reads the triangles of a COLLADA text; polygons are cut into fans.
+pub(super) fn triangles(text: &str) -> Result<Vec<[Point3<f64>; 3]>, String> {
+    let mut triangles = Vec::new();
+    each_placed(text, &mut |geometry, by_id, metres_from_geometry| {
+        let points: Vec<Point3<f64>> = positions(geometry, by_id)?
+            .iter()
+            .map(|point| metres_from_geometry.transform_point(point))
+            .collect();
+        let mesh = named(geometry, "mesh");
+        for polygon in polygons(mesh.into_iter().flat_map(|mesh| mesh.children()))? {
+            let corner = |at: usize| {
+                let point = polygon.get(at).and_then(|index| points.get(*index));
+                point
+                    .copied()
+                    .ok_or("a polygon names a point that is not there")
+            };
+            for second in 1..polygon.len().saturating_sub(1) {
+                triangles.push([corner(0)?, corner(second)?, corner(second + 1)?]);
+            }
+            within_bounds(3 * triangles.len())?;
+        }
+        Ok(())
+    })?;
+    Ok(triangles)
+}
+
+fn within_bounds(points: usize) -> Result<(), String> {
+    if points > MOST_POINTS {
+        return Err(format!("it places more than {MOST_POINTS} points"));
+    }
+    Ok(())
+}
+
+/// What is done with a geometry, the elements of its file by their ids, and the transform that places it, in metres.
+type Visit<'v> = dyn FnMut(Node, &HashMap<&str, Node>, &Matrix4<f64>) -> Result<(), String> + 'v;
+
+/// Goes through all geometries of a COLLADA text as its scene places them.
+fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
     let document = xml::parse(text).map_err(|fault| match fault {
         xml::Fault::Malformed(reason, _) => reason,
         xml::Fault::TooMuch(what, most, _) => format!("{what}, where at most {most} are read"),
@@ -28,34 +76,20 @@ pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
         .and_then(|asset| named(asset, "unit"))
         .and_then(|unit| unit.attribute("meter")?.trim().parse().ok())
         .unwrap_or(1.0);
-
-    let mut points = Vec::new();
-    let mut add = |geometry: Node, world: &Matrix4<f64>| -> Result<(), String> {
-        for point in positions(geometry, &by_id)? {
-            points.push(world.transform_point(&point) * meter);
-        }
-        if points.len() > MOST_POINTS {
-            return Err(format!("it places more than {MOST_POINTS} points"));
-        }
-        Ok(())
-    };
+    let in_metres = Matrix4::new_scaling(meter);
     let scenes: Vec<Node> = root
         .descendants()
         .filter(|n| n.tag_name().name() == "visual_scene")
         .collect();
     if scenes.is_empty() {
         // A file without a scene holds its geometries where they are.
-        let all = || {
-            root.descendants()
-                .filter(|n| n.tag_name().name() == "geometry")
-        };
-        all().try_for_each(|geometry| add(geometry, &Matrix4::identity()))?;
-        return Ok(points);
+        let mut all = root
+            .descendants()
+            .filter(|n| n.tag_name().name() == "geometry");
+        return all.try_for_each(|geometry| visit(geometry, &by_id, &in_metres));
     }
-    let mut waiting: Vec<(Node, Matrix4<f64>)> = scenes
-        .into_iter()
-        .map(|scene| (scene, Matrix4::identity()))
-        .collect();
+    let mut waiting: Vec<(Node, Matrix4<f64>)> =
+        scenes.into_iter().map(|scene| (scene, in_metres)).collect();
     while let Some((node, above)) = waiting.pop() {
         let world = above * transform(node)?;
         for inner in node.children().filter(Node::is_element) {
@@ -63,14 +97,69 @@ pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
                 "node" => waiting.push((inner, world)),
                 "instance_geometry" => {
                     if let Some(&geometry) = referred(inner, "url").and_then(|id| by_id.get(id)) {
-                        add(geometry, &world)?;
+                        visit(geometry, &by_id, &world)?;
                     }
                 }
                 _ => {}
             }
         }
     }
-    Ok(points)
+    Ok(())
+}
+
+/// The polygons of the primitives of a mesh, each as the indices of its points.
+fn polygons<'a, 'i: 'a>(
+    primitives: impl Iterator<Item = Node<'a, 'i>>,
+) -> Result<Vec<Vec<usize>>, String> {
+    let mut polygons = Vec::new();
+    for primitive in primitives.filter(Node::is_element) {
+        let kind = primitive.tag_name().name();
+        if !["triangles", "polylist", "polygons"].contains(&kind) {
+            continue;
+        }
+        let children = |tag: &'static str| {
+            let elements = primitive.children().filter(Node::is_element);
+            elements.filter(move |n| n.tag_name().name() == tag)
+        };
+        let offset = |input: Node| -> usize {
+            let text = input.attribute("offset").unwrap_or_default();
+            text.trim().parse().unwrap_or(0)
+        };
+        // A corner of a polygon is one index for each input: point, normal, place in a picture.
+        let stride = children("input").map(offset).max().unwrap_or(0);
+        let stride = stride.saturating_add(1);
+        let of_points = children("input")
+            .find(|n| n.attribute("semantic") == Some("VERTEX"))
+            .map_or(0, offset);
+        for list in children("p") {
+            let indices: Vec<usize> = whole_numbers(list)?;
+            let corners: Vec<usize> = indices
+                .chunks_exact(stride)
+                .filter_map(|corner| corner.get(of_points).copied())
+                .collect();
+            match kind {
+                "triangles" => polygons.extend(corners.chunks_exact(3).map(<[usize]>::to_vec)),
+                "polygons" => polygons.push(corners),
+                _ => {
+                    let mut rest = &corners[..];
+                    for count in children("vcount")
+                        .map(whole_numbers)
+                        .collect::<Result<Vec<_>, _>>()?
+                        .concat()
+                    {
+                        let Some((polygon, others)) = rest.split_at_checked(count) else {
+                            return Err(
+                                "a `<polylist>` holds fewer corners than it counts".to_owned()
+                            );
+                        };
+                        polygons.push(polygon.to_vec());
+                        rest = others;
+                    }
+                }
+            }
+        }
+    }
+    Ok(polygons)
 }
 
 /// The transform of a node: its matrices, shifts, turns and scales, in the order in which they stand.
@@ -119,6 +208,15 @@ fn positions(geometry: Node, by_id: &HashMap<&str, Node>) -> Result<Vec<Point3<f
 }
 
 fn numbers(node: Node) -> Result<Vec<f64>, String> {
+    words(node)
+}
+
+fn whole_numbers(node: Node) -> Result<Vec<usize>, String> {
+    words(node)
+}
+
+/// The words of an element, each as a number.
+fn words<T: std::str::FromStr>(node: Node) -> Result<Vec<T>, String> {
     let text = node.text().unwrap_or_default();
     text.split_whitespace()
         .map(|word| {

@@ -18,7 +18,7 @@ use crate::packages::Packages;
 const MAX_BYTES: u64 = 256 << 20;
 
 /// Reads mesh files, each once.
-pub(super) struct Meshes {
+pub(crate) struct Meshes {
     folder: PathBuf,
     packages: Packages,
     files: FileAccess,
@@ -27,7 +27,7 @@ pub(super) struct Meshes {
 
 impl Meshes {
     /// For meshes named by a URDF file.
-    pub(super) fn beside(file: &str, options: &LoadOptions) -> Self {
+    pub(crate) fn beside(file: &str, options: &LoadOptions) -> Self {
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         Self {
             folder: folder.to_owned(),
@@ -53,7 +53,13 @@ impl Meshes {
         Ok(vertices)
     }
 
-    fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+    /// Which files may be read.
+    pub(super) fn files(&self) -> &FileAccess {
+        &self.files
+    }
+
+    /// The file that a mesh's name stands for.
+    pub(super) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
         let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
         // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
         let in_package = ["package://", "model://", "$(find "]
@@ -85,20 +91,11 @@ impl Meshes {
 
 fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
     let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
-    let extension = path
-        .extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase();
-    let vertices = match extension.as_str() {
-        "stl" => stl(&bytes)?,
+    let vertices = match kind(path).as_str() {
+        "stl" => stl(bytes)?,
         "obj" => obj(&bytes)?,
         "dae" => dae::vertices(&String::from_utf8_lossy(&bytes))?,
-        other => {
-            return Err(format!(
-                "meshes of the kind `.{other}` are not read, but `.stl`, `.obj` and `.dae` are"
-            ));
-        }
+        other => return Err(other_kind(other)),
     };
     if vertices.is_empty() {
         return Err("it holds no vertices".to_owned());
@@ -112,20 +109,42 @@ fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
     Ok(vertices)
 }
 
-fn stl(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
-    // A binary STL says at byte 80 how many triangles of 50 bytes follow. Some begin with `solid` as the text form does:
-    // the size tells them apart, and refuses a count that the file does not hold.
+/// The kind of a mesh file: how its name ends, in small letters.
+pub(super) fn kind(path: &Path) -> String {
+    path.extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase()
+}
+
+/// What is said of a mesh of another kind.
+pub(super) fn other_kind(kind: &str) -> String {
+    format!("meshes of the kind `.{kind}` are not read, but `.stl`, `.obj` and `.dae` are")
+}
+
+fn stl(mut bytes: Vec<u8>) -> Result<Vec<Point3<f64>>, String> {
+    open_stl(&mut bytes)?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let point = |v: &stl_io::Vertex| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok(mesh.vertices.iter().map(point).collect())
+}
+
+/// Refuses an STL file that holds less than it says, and lets a binary one begin as such: some begin with `solid` as the text form
+/// does, and the reader goes by that.
+pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
+    // A binary STL says at byte 80 how many triangles of 50 bytes follow: the size tells the forms apart, and refuses a count that
+    // the file does not hold.
     let count = bytes
         .get(80..84)
         .and_then(|b| b.try_into().ok())
         .map_or(0, u32::from_le_bytes);
     let binary = bytes.len() as u64 >= 84 + 50 * u64::from(count) && count > 0;
-    if !binary && !bytes.starts_with(b"solid") {
+    if binary {
+        bytes[..80].fill(0);
+    } else if !bytes.starts_with(b"solid") {
         return Err("it is cut short: fewer triangles than it says".to_owned());
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
-    let point = |v: &stl_io::Vertex| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    Ok(mesh.vertices.iter().map(point).collect())
+    Ok(())
 }
 
 fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {

@@ -5,7 +5,7 @@
 //! recognised ([`recognise`]) and measured ([`measure`], [`seen`] with [`geometry`], [`fit`], [`mesh`] and [`dae`], [`handover`],
 //! [`outline`]), wheels without rollers are looked for ([`survey`], [`disc`]) and given some ([`given`]) where a person or the file
 //! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
-//! ignored, assumed or doubted is remarked. [`repair`] changes the text where an error can be repaired.
+//! ignored, assumed or doubted is remarked. [`looks`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
 
 mod body;
 mod check;
@@ -20,6 +20,7 @@ mod given;
 mod handover;
 mod hub;
 mod infer;
+mod looks;
 mod measure;
 mod mesh;
 mod normalise;
@@ -44,7 +45,8 @@ use body::RigidBody;
 use check::LEAST_WHEELS;
 use faults::Faults;
 use given::Given;
-use mesh::Meshes;
+pub use looks::{Looks, Mesh};
+pub(crate) use mesh::Meshes;
 pub use outline::WheelOutline;
 pub(crate) use prepared::{Origin, Prepared};
 use recognise::Candidate;

@@ -244,7 +244,7 @@ impl<'a> Source<'a> {
             .into_iter()
             .map(|((inside, tag), count)| Remark::new(format!("`<{tag}>`"), match (inside, tag) {
                     ("link", "visual") => {
-                        format!("{count} in the file, not read: they show the robot, and neither weigh nor touch")
+                        format!("{count} in the file: they show the robot, and neither weigh nor touch")
                     }
                     ("robot", "transmission") => {
                         format!("{count} in the file: the ratios of gears are read, and nothing else")

@@ -59,6 +59,42 @@ function cube() {
   return { vertices, indices };
 }
 
+// A mesh of a file: vertices and triangles as u16 in base64. Edges sharper than 40 degrees stay sharp.
+function surface({ low, step, vertices: places, triangles }) {
+  const u16 = (base64) => {
+    const bytes = new DataView(bytesOf(base64).buffer);
+    return Array.from({ length: bytes.byteLength / 2 }, (_, k) => bytes.getUint16(2 * k, true));
+  };
+  const steps = u16(places);
+  const at = (k) => [0, 1, 2].map((i) => low[i] + step[i] * steps[3 * k + i]);
+  const corners = u16(triangles);
+  const around = new Map();
+  const normals = [];
+  for (let f = 0; 3 * f < corners.length; f++) {
+    const [a, b, c] = [0, 1, 2].map((i) => at(corners[3 * f + i]));
+    // As long as the triangle is large: large faces rule where they meet small ones.
+    const n = cross(sub(b, a), sub(c, a));
+    normals.push(n);
+    for (let i = 0; i < 3; i++) {
+      const k = corners[3 * f + i];
+      if (!around.has(k)) around.set(k, []);
+      around.get(k).push(f);
+    }
+  }
+  const vertices = [];
+  corners.forEach((k, corner) => {
+    const own = unit(normals[Math.floor(corner / 3)]);
+    let n = [0, 0, 0];
+    // A face that is wound the other way counts all the same.
+    for (const f of around.get(k)) {
+      const along = dot(own, unit(normals[f]));
+      if (Math.abs(along) > 0.77) n = add(n, times(normals[f], Math.sign(along)));
+    }
+    vertices.push(...at(k), ...(norm(n) > 0 ? unit(n) : [0, 0, 1]), 0);
+  });
+  return { vertices, indices: corners.map((_, k) => k) };
+}
+
 // Heights on a square grid around the origin, row by row from -y to +y, each row from -x to +x.
 function heightField({ cell_m: cell, points, heights }) {
   const vertices = [];

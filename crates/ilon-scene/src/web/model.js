@@ -43,6 +43,7 @@ class Model {
       return [Math.sin(angle), k % 16 ? Math.cos(angle) : 0];
     }), 24));
     this.robot.lathes.forEach((outline, k) => body(`lathe${k}`, lathe(outline, 14)));
+    (this.robot.meshes || []).forEach((mesh, k) => renderer.mesh(`mesh${k}`, surface(mesh), [3, 3, 1], true, true));
     const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].flatMap(([x, y]) => [x, y, 0, 0, 0, 1, 0]);
     renderer.mesh('plane', { vertices: corners, indices: [0, 1, 2, 0, 2, 3] }, [3, 3, 1]);
     if (this.floor.relief) renderer.mesh('relief', heightField(this.floor.relief), [3, 3, 1]);
@@ -118,8 +119,8 @@ class Model {
     };
     const shape = (layer, { kind, pose, size, color }, body, paint) => {
       const at = mul(body, fromPose(pose));
-      const scale = { cylinder: [size[0], size[0], size[1]], sphere: [size[0], size[0], size[0]] }[kind] || size;
-      put(layer, kind, scaled(at, ...scale), paint || color || colors.chassis);
+      const scale = { cylinder: [size[0], size[0], size[1]], sphere: [size[0], size[0], size[0]], mesh: size.scale }[kind] || size;
+      put(layer, kind === 'mesh' ? `mesh${size.index}` : kind, scaled(at, ...scale), paint || color || colors.chassis);
     };
     const { robot, unit: u } = this;
 

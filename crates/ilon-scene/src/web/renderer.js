@@ -106,12 +106,13 @@ class Renderer {
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  // Puts triangles where the graphics can read them. `sizes` are how many numbers each attribute has.
-  mesh(name, { vertices, indices }, sizes, instanced) {
+  // Puts triangles where the graphics can read them. `sizes` are how many numbers each attribute has. Of what is open, both sides are
+  // drawn: meshes of other programs have no outside that could be relied upon.
+  mesh(name, { vertices, indices }, sizes, instanced, open) {
     const { gl } = this;
     const old = this.meshes.get(name);
     if (old) this.forget(old);
-    const mesh = { vao: gl.createVertexArray(), count: indices.length, buffers: [gl.createBuffer(), gl.createBuffer()] };
+    const mesh = { vao: gl.createVertexArray(), open, count: indices.length, buffers: [gl.createBuffer(), gl.createBuffer()] };
     gl.bindVertexArray(mesh.vao);
     gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffers[0]);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(vertices), gl.STATIC_DRAW);
@@ -170,7 +171,10 @@ class Renderer {
       gl.bindVertexArray(mesh.vao);
       gl.bindBuffer(gl.ARRAY_BUFFER, mesh.instances);
       gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.STREAM_DRAW);
+      const culled = mesh.open && gl.isEnabled(gl.CULL_FACE);
+      if (culled) gl.disable(gl.CULL_FACE);
       gl.drawElementsInstanced(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0, numbers.length / INSTANCE);
+      if (culled) gl.enable(gl.CULL_FACE);
     }
   }
 

@@ -39,7 +39,7 @@ impl std::fmt::Display for Verdict {
         let Some(measured) = measured else {
             return write!(f, "it does not apply to this run");
         };
-        write!(f, "measured {}", number(*measured))?;
+        write!(f, "measured {}", readable(*measured, bound))?;
         match quantities::si_unit(quantity) {
             "" => {}
             unit => write!(f, " {unit}")?,
@@ -48,6 +48,16 @@ impl std::fmt::Display for Verdict {
             Some(at_s) => write!(f, " at {at_s} s"),
             None => Ok(()),
         }
+    }
+}
+
+/// A value with six digits; with all of them, where so few would be those of its bound.
+fn readable(value: f64, bound: &str) -> String {
+    let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
+    let rounded = number(rounded);
+    match bound.contains(&rounded) {
+        true => number(value),
+        false => rounded,
     }
 }
 

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Loaded, Robot};
+use ilon_robot::{Loaded, Looks, Robot};
 use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
 pub use ilon_world::WheelContact;
 use ilon_world::World;
@@ -74,6 +74,30 @@ pub fn run(scenario: &Scenario) -> Result<Run, Error> {
     Ok(Simulation::new(scenario)?.run())
 }
 
+/// By what a robot is seen, for the header of its trace.
+#[derive(Default)]
+pub(crate) struct Appearance<'a> {
+    urdf: &'a str,
+    looks: Looks,
+}
+
+impl<'a> Appearance<'a> {
+    /// By the shapes in its file alone.
+    fn by(urdf: &'a str) -> Self {
+        Self {
+            urdf,
+            looks: Looks::default(),
+        }
+    }
+
+    fn of(loaded: &'a Loaded) -> Self {
+        Self {
+            urdf: &loaded.urdf,
+            looks: loaded.looks(),
+        }
+    }
+}
+
 /// A run under way: what is simulated, step by step.
 pub struct Simulation {
     plant: Plant,
@@ -88,8 +112,14 @@ impl Simulation {
     /// # Errors
     /// Like [`run`].
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
-        let Loaded { robot, urdf, .. } = load(scenario)?;
-        Self::of(&resolve(scenario, &robot)?, &robot, &urdf, None)
+        let loaded = load(scenario)?;
+        let seen = Appearance::of(&loaded);
+        Self::of(
+            &resolve(scenario, &loaded.robot)?,
+            &loaded.robot,
+            seen,
+            None,
+        )
     }
 
     /// Puts a robot into the scenario's world, whatever file the scenario names.
@@ -97,7 +127,12 @@ impl Simulation {
     /// # Errors
     /// Where the scenario asks for something that cannot be.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        Self::of(&resolve(scenario, robot)?, robot, "", None)
+        Self::of(
+            &resolve(scenario, robot)?,
+            robot,
+            Appearance::default(),
+            None,
+        )
     }
 
     /// Puts a robot that was read before, for this scenario or one like it, into the scenario's world.
@@ -105,7 +140,13 @@ impl Simulation {
         let mut robot = loaded.robot.clone();
         scenario.motors.apply(&mut robot);
         scenario.rollers.apply(&mut robot)?;
-        Self::of(&resolve(scenario, &robot)?, &robot, &loaded.urdf, None)
+        // One of many runs is not looked at: meshes that nobody sees are not read.
+        Self::of(
+            &resolve(scenario, &robot)?,
+            &robot,
+            Appearance::by(&loaded.urdf),
+            None,
+        )
     }
 
     /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
@@ -117,16 +158,17 @@ impl Simulation {
         scenario: &Scenario,
         controller: impl Controller + 'static,
     ) -> Result<Self, Error> {
-        let Loaded { robot, urdf, .. } = load(scenario)?;
-        let resolved = resolve_for(scenario, &robot, Driver::Own)?;
-        Self::of(&resolved, &robot, &urdf, Some(Box::new(controller)))
+        let loaded = load(scenario)?;
+        let resolved = resolve_for(scenario, &loaded.robot, Driver::Own)?;
+        let seen = Appearance::of(&loaded);
+        Self::of(&resolved, &loaded.robot, seen, Some(Box::new(controller)))
     }
 
     /// A plant, what drives it, and what records it.
     fn of(
         resolved: &Resolved,
         robot: &Robot,
-        urdf: &str,
+        seen: Appearance,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let scenario = resolved.scenario();
@@ -140,7 +182,7 @@ impl Simulation {
             controller,
         )?;
         let plant = Plant::new(resolved, robot)?;
-        let header = header(resolved, robot, urdf, &pilot)?;
+        let header = header(resolved, robot, seen, &pilot)?;
         let expect = &scenario.expect;
         let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
         let tolerated = expect.tolerances.keys().map(String::as_str);
@@ -347,7 +389,12 @@ pub(crate) fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     }
 }
 
-fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Result<Header, Error> {
+fn header(
+    resolved: &Resolved,
+    robot: &Robot,
+    seen: Appearance,
+    pilot: &Pilot,
+) -> Result<Header, Error> {
     let scenario = resolved.scenario();
     let limit_rad_s = resolved.wheel_rate_limit_rad_s();
     Ok(Header {
@@ -365,7 +412,8 @@ fn header(resolved: &Resolved, robot: &Robot, urdf: &str, pilot: &Pilot) -> Resu
         open_loop: resolved.is_open_loop(),
         roller_angles: scenario.run.roller_angles_hz.is_some(),
         measured: pilot.is_measured(),
-        urdf: urdf.to_owned(),
+        urdf: seen.urdf.to_owned(),
+        looks: seen.looks,
         ground: Some(floor::ground(&scenario.world.floor)),
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         ..Header::of_robot(robot)

@@ -108,7 +108,7 @@ impl Recorder {
             // A row each control period, for as long as the loop goes on.
             record_every: 1,
             control_periods: 0,
-            ..super::header(resolved, robot, urdf, &pilot)?
+            ..super::header(resolved, robot, super::Appearance::by(urdf), &pilot)?
         };
         let start = plant.truth().pose;
         let every_hz = scenario.run.roller_angles_hz;

@@ -253,7 +253,7 @@ pub static GROUPS: &[Group] = &[
     drift!("odometry by equation (7)", odometry_ideal),
     drift!("odometry by the contact kinematics", odometry_contact),
     budget!(
-        "error budget: length of each term's way",
+        "error budget: path length of each term",
         main,
         path_m,
         MILLIMETRE,

@@ -81,7 +81,7 @@ pub struct Heading {
     pub rate_shortfall_pct: f64,
 }
 
-/// What of a configuration is measured first: how right it is.
+/// What of a configuration is measured first: how accurate it is.
 pub(super) struct Accuracy {
     kind: Kind,
     rate_hz: f64,

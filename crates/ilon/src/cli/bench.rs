@@ -1,4 +1,4 @@
-//! `ilon bench`: how right and how fast the simulation is on this machine.
+//! `ilon bench`: how accurate and how fast the simulation is on this machine.
 
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,9 @@
 //! `ilon inspect`: a robot as it is understood.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ilon_control::Kinematics;
-use ilon_robot::Robot;
+use ilon_robot::{FileAccess, Robot};
 
 use super::escape::one_line;
 use super::flags::{Flags, shell};
@@ -47,6 +47,23 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+/// The robot that a file names, where it is a scenario.
+fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
+    /// No scenario is longer.
+    const MOST_BYTES: u64 = 16 << 20;
+    path.extension().filter(|ending| *ending == "toml")?;
+    let text = files.read_text(path, MOST_BYTES).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let robot = table.get("robot")?.get("file")?.as_str()?;
+    let beside = path.parent()?.join(robot);
+    // Without the way down into the scenario's folder and up again.
+    let here = std::env::current_dir().ok();
+    let whole = beside.canonicalize().ok();
+    let short = whole.as_ref().zip(here.as_ref());
+    let short = short.and_then(|(whole, here)| whole.strip_prefix(here).ok());
+    Some(short.unwrap_or(&beside).display().to_string())
+}
+
 /// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = &arguments.robot;
@@ -61,6 +78,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _controllers = claimed(&arguments.ros2_controllers, "--ros2-controllers")?;
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
+    if let Some(robot) = robot_of_scenario(path, &options.files) {
+        return Err(Failure::usage(
+            format!("`{}` is a scenario, not a robot", path.display()),
+            format!(
+                "inspect its robot, `ilon inspect {}`, or run it",
+                shell(&robot)
+            ),
+        ));
+    }
     if path.is_dir() {
         let one_only = arguments.json
             || [

@@ -76,7 +76,7 @@ enum Command {
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
-    /// Measure how right and how fast the simulation is on this machine.
+    /// Measure how accurate and how fast the simulation is on this machine.
     Bench(bench::Arguments),
     /// Drive a robot while it is simulated, from a page in the browser.
     #[cfg(feature = "live")]

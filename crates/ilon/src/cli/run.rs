@@ -104,6 +104,8 @@ fn one(
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
+    // A robot that cannot be read is said before anything is said to run.
+    let simulation = simulate::Simulation::new(scenario)?;
     let bar = if arguments.quiet {
         Bar::hidden(&scenario.name)
     } else {
@@ -114,7 +116,6 @@ fn one(
             bar.note(text);
         }
     };
-    let simulation = simulate::Simulation::new(scenario)?;
     let foreseen = simulation.warnings().len();
     for warning in simulation.warnings() {
         note(&format!("note: {warning}"));

@@ -21,7 +21,7 @@ pub fn html(bench: &Bench) -> String {
     let names: Vec<&str> = bench.robots.keys().map(String::as_str).collect();
     let head = Head {
         kind: "bench",
-        title: format!("How right, how fast: {}", names.join(" · ")),
+        title: format!("Accuracy and speed: {}", names.join(" · ")),
         facts: facts(&bench.machine),
         lead: story(bench) + &tiles(bench),
     };
@@ -29,7 +29,7 @@ pub fn html(bench: &Bench) -> String {
         Section {
             id: "work-precision",
             title: "Error against cost",
-            lead: "Down is more right, left is faster. The figures at the points are physics steps a second.".to_owned(),
+            lead: "Lower is more accurate, left is faster. The figures at the points are physics steps a second.".to_owned(),
             body: format!("<div class=\"grid\">\n{}</div>\n", card(&work_precision(bench))),
         },
         Section {
@@ -72,27 +72,54 @@ fn facts(machine: &Machine) -> Vec<String> {
     );
     facts.push(escape(&machine.date));
     if !machine.optimised {
-        facts.push("<b>a build for debugging: its speeds tell nothing</b>".to_owned());
+        facts.push("<b>a build for debugging: its speeds mean nothing</b>".to_owned());
     }
     facts
 }
 
-/// The answer in a sentence a robot, as HTML.
+/// The answer over all robots, and in a sentence a robot, the fastest first, as HTML.
 fn story(bench: &Bench) -> String {
-    let mut lines = String::new();
-    for (name, robot) in &bench.robots {
+    let mut lines = verdict(bench);
+    let mut robots: Vec<(&String, &RobotBench)> = bench.robots.iter().collect();
+    let speed = |robot: &RobotBench| robot.sim_s_per_cpu_s.unwrap_or(0.0);
+    robots.sort_by(|a, b| speed(b.1).total_cmp(&speed(a.1)));
+    for (name, robot) in robots {
         let speed = robot.sim_s_per_cpu_s.map_or_else(String::new, |speed| {
             format!(" at <b>{} times real time</b> on one core", figure(speed))
         });
         let _ = write!(
             lines,
-            "<p><b>{}</b> is right to <b>{} %</b>{speed}, with {}.</p>",
+            "<p><b>{}</b> is accurate to <b>{} %</b>{speed}, with {}.</p>",
             escape(name),
             figure(robot.worst_error_pct),
             escape(&robot.headline)
         );
     }
     format!("<div class=\"story\">{lines}</div>\n")
+}
+
+/// What holds of all robots.
+fn verdict(bench: &Bench) -> String {
+    let worst_pct = bench.robots.values().map(|r| r.worst_error_pct);
+    let worst_pct = worst_pct.fold(0.0, f64::max);
+    let speeds: Vec<f64> = (bench.robots.values())
+        .filter_map(|robot| robot.sim_s_per_cpu_s)
+        .collect();
+    if speeds.is_empty() || bench.robots.len() < 2 {
+        return String::new();
+    }
+    let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let range = if figure(slowest) == figure(fastest) {
+        figure(fastest)
+    } else {
+        format!("{} to {}", figure(slowest), figure(fastest))
+    };
+    format!(
+        "<p>All {} robots are accurate to <b>{} %</b> or better at <b>{range} times real time</b> on one core.</p>",
+        bench.robots.len(),
+        figure(worst_pct)
+    )
 }
 
 fn tiles(bench: &Bench) -> String {
@@ -190,8 +217,8 @@ fn work_precision(bench: &Bench) -> Figure {
     Figure {
         id: "work-precision-plot".to_owned(),
         title: "Worst error against cost".to_owned(),
-        caption: "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps are \
-                  paid for with error; where it is flat, they are free."
+        caption: "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps \
+                  cost accuracy; where it is flat, they are free."
             .to_owned(),
         height_px: 340,
         span: Span::Whole,
@@ -247,7 +274,7 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
         );
     }
     format!(
-        "<div class=\"card whole scroll\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
+        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
          mm/s</caption><thead><tr><th scope=\"col\">rollers</th><th scope=\"col\">steps/s</th>\
          <th scope=\"col\">worst</th>{drives}<th scope=\"col\">ripple</th><th scope=\"col\">slip</th>\
          <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
@@ -307,7 +334,7 @@ fn headings_table(name: &str, robot: &RobotBench) -> String {
         );
     }
     format!(
-        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\"><table><caption>Errors in \
+        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\" tabindex=\"0\"><table><caption>Errors in \
          %</caption><thead><tr><th scope=\"col\">rollers, steps/s</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>\
          </details>\n",
         escape(name)
@@ -337,7 +364,7 @@ fn fleet_section(bench: &Bench) -> Section {
     }
     let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
     let table = format!(
-        "<div class=\"card scroll\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
+        "<div class=\"card scroll\" tabindex=\"0\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
          <th scope=\"col\">robots</th><th scope=\"col\">threads</th><th scope=\"col\">sim s a wall s</th>\
          <th scope=\"col\">sim s a CPU s</th><th scope=\"col\">cores</th><th scope=\"col\">efficiency</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
         escape(robot)

@@ -149,7 +149,7 @@ fn table(caption: &str, head: &[&str], rows: &[Vec<String>]) -> String {
         .map(|row| format!("<tr>{}</tr>", cells("td", &mut row.iter().cloned())))
         .collect();
     format!(
-        "<div class=\"card scroll\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
+        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
          <tbody>{body}</tbody></table></div>\n",
         escape(caption),
         cells("th", &mut head.iter().map(|word| (*word).to_owned()))

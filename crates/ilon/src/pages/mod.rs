@@ -1,4 +1,4 @@
-//! Pages that show more than a trace: how right and fast the simulation is, a robot alone, robots side by side, designs,
+//! Pages that show more than a trace: how accurate and fast the simulation is, a robot alone, robots side by side, designs,
 //! identifications.
 //!
 //! They are built of the sections and figures of [`ilon_report`].

@@ -36,7 +36,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     let kinematics = Kinematics::new(robot).ok();
     let contact = ContactKinematics::new(robot).ok();
     let scene = Scene::new(
-        Description::of_robot(robot, Some(&loaded.urdf)),
+        Description::of_robot(robot, Some(&loaded.urdf), &loaded.looks()),
         turning(robot, contact.clone()),
     );
     let picture = stage::of_robot(&scene, TURN_S).ok();

@@ -1,11 +1,13 @@
 //! The page of a study: its rows and findings as [`ilon_report::sweep`] shows them.
 
+mod answers;
+
 use std::path::Path;
 
-use ilon_report::sweep::{self, Answer, Quantity, Run, Sensitivity, Shown, Table, Varied};
-use ilon_sim::sweep::findings::{Expectation, FoundAt, MinimumAt};
+use answers::{answers, words};
+use ilon_report::sweep::{self, Quantity, Run, Sensitivity, Shown, Table, Varied};
 use ilon_sim::sweep::{
-    Find, Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
+    Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
 };
 use ilon_trace::{TraceError, number};
 
@@ -101,13 +103,17 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
         .quantities()
         .iter()
         .map(|name| Quantity {
-            name: name.clone(),
+            name: match ilon_trace::quantities::si_unit(name) {
+                "" => words(name),
+                unit => format!("{}, in {unit}", words(name)),
+            },
             bound: bound(study, name),
         })
         .collect();
-    let indices: Vec<Option<usize>> = quantities
+    let indices: Vec<Option<usize>> = study
+        .quantities()
         .iter()
-        .map(|quantity| ilon_sim::sweep::figure_index(&quantity.name))
+        .map(|name| ilon_sim::sweep::figure_index(name))
         .collect();
     let runs = rows.iter().map(|row| Run {
         run: row.run,
@@ -190,204 +196,6 @@ fn facts(study: &Study, findings: &Findings) -> Vec<String> {
         format!("seed {}", study.file().seed),
         format!("ilon {}", findings.ilon),
     ]
-}
-
-/// From where to where the first quantities go, of a study that asks nothing more.
-fn ranges(study: &Study, rows: &[Row]) -> Vec<String> {
-    let at = |row: &Row| {
-        let values = study.columns().iter().zip(&row.values);
-        let values = values.filter(|(column, _)| column.key != "sensors.seed");
-        let values: Vec<String> = values
-            .map(|(column, value)| format!("{} = {}", column.key, text_of(value)))
-            .collect();
-        values.join(", ")
-    };
-    let range = |quantity: &String| {
-        let index = ilon_sim::sweep::figure_index(quantity)?;
-        let value = |row: &&Row| row.figure(index);
-        let known = || rows.iter().filter(|row| value(row).is_some());
-        let by = |a: &&Row, b: &&Row| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0));
-        let (least, largest) = (known().min_by(by)?, known().max_by(by)?);
-        Some(format!(
-            "{quantity} goes from {} ({}) to {} ({}).",
-            sweep::figure(value(&least)?),
-            at(least),
-            sweep::figure(value(&largest)?),
-            at(largest)
-        ))
-    };
-    study
-        .quantities()
-        .iter()
-        .take(4)
-        .filter_map(range)
-        .collect()
-}
-
-fn answers(study: &Study, rows: &[Row], findings: &Findings) -> Vec<Answer> {
-    let mut answers: Vec<Answer> = findings.expectations.iter().map(expectation).collect();
-    let plain = |text: String| Answer {
-        is_good: None,
-        text,
-    };
-    match study.question() {
-        Question::Find(find) => answers.extend(found(find, &findings.found).into_iter().map(plain)),
-        Question::Minimise(_) => {
-            answers.extend(findings.minimum.iter().map(|minimum| plain(least(minimum))))
-        }
-        Question::Table { .. } if study.file().method == ilon_sim::sweep::Method::Grid => {
-            answers.extend(ranges(study, rows).into_iter().map(plain));
-        }
-        Question::Table { .. } => {}
-    }
-    for one in &findings.distributions {
-        if let Some(median) = one.quantiles.get(2) {
-            let most = one.quantiles.last().unwrap_or(median);
-            answers.push(plain(format!(
-                "{} of {}: {} in the middle, below {} in {} % of the runs, {} at most.",
-                one.quantity,
-                one.scenario,
-                sweep::figure(median.value),
-                sweep::figure(most.value),
-                number(100.0 * most.share),
-                sweep::figure(one.largest)
-            )));
-        }
-    }
-    for one in &findings.indices {
-        let mut ranked = one.axes.clone();
-        ranked.sort_by(|a, b| b.total.value.total_cmp(&a.total.value));
-        if let Some(first) = ranked.first() {
-            answers.push(plain(format!(
-                "{} is {} with a standard deviation of {}: {} causes {:.0} % of that variance, by itself {:.0} %.",
-                one.quantity,
-                sweep::figure(one.mean),
-                sweep::figure(one.deviation),
-                first.key,
-                100.0 * first.total.value,
-                100.0 * first.first.value
-            )));
-        }
-    }
-    for one in &findings.effects {
-        let known = one
-            .axes
-            .iter()
-            .filter_map(|axis| Some((axis, axis.mean_magnitude?)));
-        if let Some((most, magnitude)) = known.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            answers.push(plain(format!(
-                "{}: {} matters most, and changes it by {} over its range.",
-                one.quantity,
-                most.key,
-                sweep::figure(magnitude)
-            )));
-        }
-    }
-    for failures in findings.failures.iter().take(3) {
-        answers.push(Answer {
-            is_good: Some(false),
-            text: format!(
-                "{} of {} runs failed, the first of them run {}: {}",
-                failures.count, findings.runs, failures.first_run, failures.error
-            ),
-        });
-    }
-    answers
-}
-
-fn expectation(one: &Expectation) -> Answer {
-    let interval = one.interval.map_or(String::new(), |(low, high)| {
-        format!(
-            "; of all such runs {:.2} to {:.2} %, with a confidence of 95 %",
-            100.0 * low,
-            100.0 * high
-        )
-    });
-    Answer {
-        is_good: Some(one.held),
-        text: format!(
-            "{} is {} in {} of {} runs, {:.2} %, where {} % are expected{interval}.",
-            one.quantity,
-            one.bound,
-            one.kept,
-            one.runs,
-            100.0 * one.share,
-            number(100.0 * one.share_expected)
-        ),
-    }
-}
-
-fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
-    const MOST: usize = 12;
-    let mut lines: Vec<String> = Vec::new();
-    for one in found.iter().take(MOST) {
-        let values = one
-            .values
-            .iter()
-            .map(|(key, value)| format!("{key} = {}", text_of(value)));
-        let place = std::iter::once(one.scenario.clone())
-            .chain(values)
-            .collect::<Vec<_>>()
-            .join(", ");
-        let crossings: Vec<String> = one
-            .found
-            .crossings
-            .iter()
-            .map(|crossing| {
-                format!(
-                    "{} {}",
-                    if crossing.is_rising { "above" } else { "below" },
-                    sweep::figure(crossing.at)
-                )
-            })
-            .collect();
-        lines.push(if crossings.is_empty() {
-            format!(
-                "{place}: {} never crosses {}.",
-                find.quantity,
-                number(find.crosses)
-            )
-        } else {
-            let bent = if one.found.is_monotonic {
-                ""
-            } else {
-                ", and is not monotonic between"
-            };
-            format!(
-                "{place}: {} exceeds {} where {} is {}{bent}.",
-                find.quantity,
-                number(find.crosses),
-                find.key,
-                crossings.join(" and ")
-            )
-        });
-    }
-    if found.len() > MOST {
-        lines.push(format!(
-            "{} more are in the table below.",
-            found.len() - MOST
-        ));
-    }
-    lines
-}
-
-fn least(at: &MinimumAt) -> String {
-    let Some(value) = at.minimum.value else {
-        return format!(
-            "No run kept the bounds: there is no minimum of {}.",
-            at.quantity
-        );
-    };
-    let values = at
-        .values
-        .iter()
-        .map(|(key, value)| format!("{key} = {}", text_of(value)));
-    format!(
-        "{} is least, {}, at {}.",
-        at.quantity,
-        sweep::figure(value),
-        values.collect::<Vec<_>>().join(", ")
-    )
 }
 
 fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {

@@ -1,0 +1,488 @@
+//! A run that left its baseline, drawn: what it came to, where it began, and every signal that took part.
+
+mod ranked;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use ilon_trace::file::write_text;
+use ilon_trace::{Difference, Rows, TraceError};
+
+use crate::compare::{self, SettingRow};
+use crate::figure::{
+    Curve, Figure, Pen, Span, curve, dashed, dots, dotted, exact_curve, layout, map_layout, plot,
+    solid,
+};
+use crate::page::{self, Head, Section, escape, grid};
+use crate::stage;
+use crate::words::{angle, length, percent, time};
+use ranked::{Ranked, allowed, of_its_span, ranked, value};
+
+/// Rows before and after the first difference that are drawn one by one.
+const ROWS_AROUND: usize = 25;
+
+/// How many signals are drawn over the run, and how many where they began; the table has them all.
+const DRAWN: usize = 6;
+const DRAWN_AT_FIRST: usize = 2;
+
+/// Paths that are nearer to each other than this are the same to who looks at them, in metres ...
+const SAME_M: f64 = 1e-6;
+/// ... and headings, in radians.
+const SAME_RAD: f64 = 1e-6;
+
+const RUN: Pen = solid("@real").width(2.2);
+const BASELINE: Pen = dashed("@asked");
+
+/// Writes what `differences` found, the earliest first, to a file, whole or not at all. A few signals at a time are held
+/// in memory.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written, and where the rows cannot be read.
+pub fn write<R: Rows>(
+    path: &Path,
+    run: &R,
+    baseline: &R,
+    found: &[Difference],
+) -> Result<(), TraceError>
+where
+    TraceError: From<R::Error>,
+{
+    write_text(path, &html(run, baseline, found)?)
+}
+
+/// The differences between a run and its baseline as one HTML file that needs nothing else.
+///
+/// # Errors
+/// Where the rows cannot be read.
+pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<String, R::Error> {
+    let duration_s = |rows: &R| -> Result<f64, R::Error> {
+        let last_s = rows.values("t_s")?.last().copied().flatten();
+        Ok(last_s.map_or(0.0, |last_s| rows.header().row_end_s(last_s)))
+    };
+    let durations_s = [duration_s(run)?, duration_s(baseline)?];
+    let ranked = ranked(found, baseline)?;
+    let apart = Apart::of(run, baseline)?;
+    let settings = compare::settings_that_differ(&[
+        &baseline.header().scenario_toml,
+        &run.header().scenario_toml,
+    ]);
+    let scenes: Vec<(&str, String)> = [
+        ("run", stage::picture_of(run, None, None)?),
+        ("baseline", stage::picture_of(baseline, None, None)?),
+    ]
+    .into_iter()
+    .filter_map(|(name, scene)| Some((name, scene?.json)))
+    .collect();
+    let stage = match scenes.is_empty() {
+        true => String::new(),
+        false => stage::of_runs(&scenes, [0.0, durations_s[0].max(durations_s[1])]),
+    };
+    let head = Head {
+        kind: "against a baseline",
+        title: format!("{} against its baseline", run.header().scenario_name),
+        facts: vec![
+            format!("robot <b>{}</b>", escape(&run.header().robot_name)),
+            format!(
+                "<b>{}</b> of {} signals differ",
+                found.len(),
+                run.header().signal_names().len()
+            ),
+            format!(
+                "<b>{:.2} s</b>, the baseline {:.2} s",
+                durations_s[0], durations_s[1]
+            ),
+        ],
+        lead: format!(
+            "<div class=\"story\">{}</div>\n{}{stage}",
+            story(found, &ranked, &apart, durations_s),
+            settings_table(&settings)
+        ),
+    };
+    let mut came_to = vec![paths(run, baseline)?, apart.figure()];
+    for (index, one) in ranked.iter().take(DRAWN).enumerate() {
+        came_to.push(over_the_run(index, one, run, baseline)?);
+    }
+    let mut began = Vec::new();
+    for (index, one) in found.iter().take(DRAWN_AT_FIRST).enumerate() {
+        began.push(around_the_first(index, one, run, baseline)?);
+    }
+    let sections = [
+        Section {
+            id: "came-to",
+            title: "What it came to",
+            lead: "Over the whole run, what matters most first: differences by their share of what the signal does in the baseline."
+                .to_owned(),
+            body: grid(&came_to),
+        },
+        Section {
+            id: "began",
+            title: "Where it began",
+            lead: format!(
+                "The signals that left first, {ROWS_AROUND} rows before and after: a dot is a row of the trace."
+            ),
+            body: grid(&began),
+        },
+        Section {
+            id: "signals",
+            title: "Every signal that differs",
+            lead: String::new(),
+            body: page::topic(
+                "All signals",
+                &format!("{} of them, what matters most first", found.len()),
+                &table(&ranked),
+            ),
+        },
+    ];
+    let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
+                  the bit. Curves over the whole run are thinned for the screen.</p>";
+    Ok(stage::page(&head, &sections, footer, !scenes.is_empty()))
+}
+
+/// What came of it, and where it began, in sentences, as HTML.
+fn story(found: &[Difference], ranked: &[Ranked], apart: &Apart, durations_s: [f64; 2]) -> String {
+    let Some(first) = found.first() else {
+        return "<p>The run <b>is its baseline</b>, to the tolerance of every signal.</p>"
+            .to_owned();
+    };
+    let mut lines = vec![apart.sentence()];
+    if (durations_s[0] - durations_s[1]).abs() > 1e-9 {
+        lines.push(format!(
+            "The run ends at {}, the baseline at {}.",
+            time(durations_s[0]),
+            time(durations_s[1])
+        ));
+    }
+    lines.push(format!(
+        "The first to leave was <code>{}</code> at <b>{} s</b>: {} instead of {}.",
+        escape(&first.signal),
+        first.first_s,
+        first
+            .run
+            .map_or_else(|| "no value".to_owned(), |x| value(&first.signal, x)),
+        first
+            .baseline
+            .map_or_else(|| "none".to_owned(), |x| value(&first.signal, x)),
+    ));
+    let most: Vec<String> = ranked
+        .iter()
+        .filter(|ranked| ranked.share >= 0.001)
+        .take(3)
+        .map(|Ranked { one, share }| {
+            format!(
+                "<code>{}</code> by {} ({})",
+                escape(&one.signal),
+                value(&one.signal, one.worst),
+                of_its_span(*share)
+            )
+        })
+        .collect();
+    lines.push(match most.is_empty() {
+        true => "No signal differs by as much as a thousandth of what it does.".to_owned(),
+        false => format!("What differs most: {}.", most.join(", ")),
+    });
+    lines.iter().map(|line| format!("<p>{line}</p>")).collect()
+}
+
+/// What was set differently, where anything was.
+fn settings_table(settings: &[SettingRow]) -> String {
+    if settings.is_empty() {
+        return "<p class=\"lead\">Both were run from the same scenario.</p>\n".to_owned();
+    }
+    let cell = |value: &Option<String>| match value {
+        Some(value) => format!("<td>{}</td>", escape(value)),
+        None => "<td class=\"none\">—</td>".to_owned(),
+    };
+    let rows: String = settings
+        .iter()
+        .map(|row| {
+            let cells: String = row.values.iter().map(cell).collect();
+            format!(
+                "<tr><th scope=\"row\"><code>{}</code></th>{cells}</tr>",
+                escape(&row.key)
+            )
+        })
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>What was set differently</caption><thead><tr><th scope=\"col\">key</th>\
+         <th scope=\"col\">baseline</th><th scope=\"col\">run</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+/// How far the robot is from where it was in the baseline, row by row.
+struct Apart {
+    /// Time in seconds, distance in metres, angle between the headings in radians.
+    rows: Vec<(f64, f64, f64)>,
+}
+
+impl Apart {
+    fn of<R: Rows>(run: &R, baseline: &R) -> Result<Self, R::Error> {
+        let columns = |rows: &R| -> Result<[Vec<Option<f64>>; 3], R::Error> {
+            Ok([
+                rows.values("truth_x_m")?,
+                rows.values("truth_y_m")?,
+                rows.values("truth_heading_rad")?,
+            ])
+        };
+        let (times_s, ours, theirs) = (run.values("t_s")?, columns(run)?, columns(baseline)?);
+        let off = |row: usize| {
+            let by = |k: usize| {
+                let [ours, theirs] = [&ours, &theirs].map(|of| of[k].get(row).copied().flatten());
+                Some(ours? - theirs?)
+            };
+            Some((
+                times_s[row]?,
+                by(0)?.hypot(by(1)?),
+                ilon_robot::wrap_angle(by(2)?).abs(),
+            ))
+        };
+        Ok(Self {
+            rows: (0..times_s.len()).filter_map(off).collect(),
+        })
+    }
+
+    fn largest(&self, of: impl Fn(&(f64, f64, f64)) -> f64) -> (f64, f64) {
+        let rows = self.rows.iter().map(|row| (row.0, of(row)));
+        rows.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+    }
+
+    fn sentence(&self) -> String {
+        let (at_s, apart_m) = self.largest(|row| row.1);
+        let (turned_at_s, turned_rad) = self.largest(|row| row.2);
+        if apart_m < SAME_M && turned_rad < SAME_RAD {
+            return "The run is not its baseline to the bit, but the robot <b>drives as it did</b>: its paths lie within a micrometre."
+                .to_owned();
+        }
+        let end = self.rows.last().map_or(String::new(), |last| {
+            format!("; at the end {} and {}", length(last.1), angle(last.2))
+        });
+        format!(
+            "The robot is up to <b>{}</b> from where it was in the baseline, at <b>{}</b>, and up to <b>{}</b> turned, at {}{end}.",
+            length(apart_m),
+            time(at_s),
+            angle(turned_rad),
+            time(turned_at_s)
+        )
+    }
+
+    fn figure(&self) -> Figure {
+        let place = self.rows.iter().map(|row| (row.0, 1e3 * row.1));
+        let heading = self.rows.iter().map(|row| (row.0, row.2.to_degrees()));
+        Figure {
+            id: "apart".to_owned(),
+            title: "Run and baseline apart".to_owned(),
+            caption: "The distance between their places, and the angle between their headings."
+                .to_owned(),
+            height_px: 300,
+            span: Span::Half,
+            over_time: true,
+            plot: plot(
+                vec![
+                    curve("distance in mm", place, RUN),
+                    curve("angle in degrees", heading, dotted("@w2").width(2.2)),
+                ],
+                layout("t in s", "mm, degrees"),
+            ),
+        }
+    }
+}
+
+/// A signal over time: time in seconds and value, where there is one.
+fn points<R: Rows>(rows: &R, signal: &str) -> Result<Vec<(f64, f64)>, R::Error> {
+    let pairs = rows.values("t_s")?.into_iter().zip(rows.values(signal)?);
+    Ok(pairs
+        .filter_map(|(t_s, value)| Some((t_s?, value?)))
+        .collect())
+}
+
+/// Both traces row by row around the first difference.
+fn around_the_first<R: Rows>(
+    index: usize,
+    one: &Difference,
+    run: &R,
+    baseline: &R,
+) -> Result<Figure, R::Error> {
+    let half_s = ROWS_AROUND as f64 * run.header().row_dt_s();
+    let near = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
+        let mut points = points(rows, &one.signal)?;
+        points.retain(|(t_s, _)| (t_s - one.first_s).abs() <= half_s);
+        Ok(points)
+    };
+    let (ours, theirs) = (near(run)?, near(baseline)?);
+    let values = || ours.iter().chain(&theirs).map(|(_, value)| *value);
+    let (low, high) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let mut curves: Vec<Curve> = vec![
+        exact_curve("baseline", theirs.iter().copied(), BASELINE),
+        exact_curve("run", ours.iter().copied(), RUN),
+        dots("rows of the run", ours.iter().copied(), "@real", 6).unlisted(),
+    ];
+    if one.tolerance > 0.0 {
+        for (name, sign) in [("tolerance", 1.0), ("", -1.0)] {
+            let edge = theirs
+                .iter()
+                .map(|(t_s, value)| (*t_s, value + sign * one.tolerance));
+            curves.push(exact_curve(name, edge, dotted("@limit")));
+        }
+    }
+    if low.is_finite() && high.is_finite() {
+        let mark = [(one.first_s, low), (one.first_s, high)];
+        curves.push(exact_curve(
+            "first difference",
+            mark.into_iter(),
+            dotted("@fg"),
+        ));
+    }
+    Ok(Figure {
+        id: format!("began-{index}"),
+        title: one.signal.clone(),
+        caption: format!("{}.", escape(&one.to_string())),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, layout("t in s", &one.signal)),
+    })
+}
+
+/// A signal of both over the whole run.
+fn over_the_run<R: Rows>(
+    index: usize,
+    Ranked { one, share }: &Ranked,
+    run: &R,
+    baseline: &R,
+) -> Result<Figure, R::Error> {
+    let mut curves: Vec<Curve> = vec![
+        curve(
+            "baseline",
+            points(baseline, &one.signal)?.into_iter(),
+            BASELINE,
+        ),
+        curve("run", points(run, &one.signal)?.into_iter(), RUN),
+    ];
+    if one.tolerance > 0.0 {
+        for (name, sign) in [("tolerance", 1.0), ("", -1.0)] {
+            let edge = points(baseline, &one.signal)?
+                .into_iter()
+                .map(|(t_s, value)| (t_s, value + sign * one.tolerance));
+            curves.push(curve(name, edge, dotted("@limit")));
+        }
+    }
+    Ok(Figure {
+        id: format!("came-to-{index}"),
+        title: one.signal.clone(),
+        caption: format!(
+            "At worst {} off, {} in the baseline; {}.",
+            escape(&value(&one.signal, one.worst)),
+            of_its_span(*share),
+            escape(&allowed(&one.signal, one.tolerance)),
+        ),
+        height_px: 300,
+        span: Span::Half,
+        over_time: true,
+        plot: plot(curves, layout("t in s", &one.signal)),
+    })
+}
+
+/// Both paths from above.
+fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
+    let way = |rows: &R| -> Result<Vec<(f64, f64)>, R::Error> {
+        let (x_m, y_m) = (rows.values("truth_x_m")?, rows.values("truth_y_m")?);
+        let places = x_m.into_iter().zip(y_m);
+        Ok(places.filter_map(|(x, y)| Some((x?, y?))).collect())
+    };
+    let thin = |way: Vec<(f64, f64)>| {
+        super::thin::evenly(way.len(), super::thin::MAX_POINTS)
+            .into_iter()
+            .map(move |row| way[row])
+    };
+    let curves: Vec<Curve> = vec![
+        exact_curve("baseline", thin(way(baseline)?), BASELINE),
+        exact_curve("run", thin(way(run)?), RUN),
+    ];
+    Ok(Figure {
+        id: "paths".to_owned(),
+        title: "The paths, from above".to_owned(),
+        caption: "Where the body frame's origin really went.".to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, map_layout()),
+    })
+}
+
+fn table(ranked: &[Ranked]) -> String {
+    let shown = |signal: &str, x: Option<f64>| match x {
+        Some(x) => format!("<td>{}</td>", escape(&value(signal, x))),
+        None => "<td class=\"none\">—</td>".to_owned(),
+    };
+    let mut rows = String::new();
+    for Ranked { one, share } in ranked {
+        let name = &one.signal;
+        // Writing to a string cannot fail.
+        let _ = write!(
+            rows,
+            "<tr><th scope=\"row\"><code>{}</code></th><td>{}</td>{}{}{}{}<td>{} s</td></tr>",
+            escape(name),
+            percent(*share),
+            shown(name, Some(one.worst)),
+            shown(name, Some(one.tolerance)),
+            shown(name, one.baseline),
+            shown(name, one.run),
+            one.first_s,
+        );
+    }
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">signal</th>\
+         <th scope=\"col\">of its span</th><th scope=\"col\">largest difference</th><th scope=\"col\">allowed</th>\
+         <th scope=\"col\">baseline at first</th><th scope=\"col\">run at first</th><th scope=\"col\">first at</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use ilon_trace::Trace;
+
+    use super::*;
+    use crate::sample::made_up_run;
+    use ilon_trace::differences;
+
+    #[test]
+    fn the_page_says_what_it_came_to_first_and_lists_all_signals() {
+        let baseline = made_up_run(2.0, true);
+        let mut run = Trace::with_capacity(baseline.header.clone(), baseline.records().len());
+        for (record, wheels) in baseline.steps() {
+            let (mut record, mut wheels) = (*record, wheels.to_vec());
+            if record.t_s >= 0.5 {
+                wheels[1].torque_n_m += 0.01;
+            }
+            if record.t_s >= 1.0 {
+                record.truth.pose.x_m += 0.001;
+            }
+            run.push(record, &wheels);
+        }
+        let Ok(found) = differences(&run, &baseline, &BTreeMap::new());
+        let Ok(html) = html(&run, &baseline, &found);
+        // 1 mm in x from 1 s on, of a run without a turn.
+        assert!(html.contains("up to <b>1.00 mm</b> from where it was in the baseline"));
+        assert!(
+            html.contains("The first to leave was <code>wheel1_torque_n_m</code> at <b>0.5 s</b>")
+        );
+        assert!(html.contains("Both were run from the same scenario."));
+        // What matters most is drawn first: 1 mm of an x that hardly changes is a tenth of the 10 mm below which a span only trembles.
+        let at = |words: &str| html.find(words).unwrap_or_else(|| panic!("no {words}"));
+        assert!(at("At worst 1.00 mm off, 10.0 %") < at("At worst 0.01 N m off"));
+        assert_eq!(html.matches("<tr><th scope=\"row\">").count(), 2);
+    }
+
+    #[test]
+    fn a_run_of_other_signals_is_drawn_too() {
+        let (open, closed) = (made_up_run(1.0, true), made_up_run(1.0, false));
+        let Ok(found) = differences(&open, &closed, &BTreeMap::new());
+        let Ok(html) = html(&open, &closed, &found);
+        assert!(html.contains("desired_x_m"));
+    }
+}

@@ -1,0 +1,244 @@
+//! A robot drawn from above: chassis, wheels, the axes of the rollers on the ground, and the vectors b_h.
+//!
+//! The body's x axis points right and its y axis up, as on a map. Colours are of the palette of Okabe and Ito, which the
+//! colour-blind can tell apart; what differs in colour differs in form too. The picture refers to nothing outside itself
+//! and names nothing inside itself, so that it can stand in a page among others.
+
+use ilon_robot::Robot;
+use ilon_trace::Header;
+use nalgebra::Vector2;
+use svg::node::element::{Polygon, Rectangle, Text, Title};
+use svg::{Document, Node};
+
+mod marks;
+mod wheel;
+
+use marks::{axes, diamond, legend, scale_bar};
+use wheel::{b_h, b_h_name, common_figures, corners_m, label, roller_axis, wheel_from_above};
+
+/// The picture's width and height, in pixels.
+const SIZE_PX: Vector2<f64> = Vector2::new(900.0, 720.0);
+/// The middle of the room for the robot, and half of that room, in pixels.
+const MIDDLE_PX: Vector2<f64> = Vector2::new(450.0, 318.0);
+const HALF_ROOM_PX: Vector2<f64> = Vector2::new(300.0, 190.0);
+
+const INK: &str = "#222222";
+const GREY: &str = "#666666";
+const CHASSIS: &str = "#e6e6e6";
+/// Blue: the vectors b_h.
+const B_H: &str = "#0072B2";
+/// Vermilion: the rollers' axes.
+const ROLLER: &str = "#D55E00";
+/// Bluish green: the decoupling point.
+const DECOUPLED: &str = "#009E73";
+
+/// A robot as an SVG, with the point of the body frame about which position and heading are decoupled, in metres, where
+/// there is one; an infinitely far one is as good as none.
+pub fn svg(robot: &Robot, decoupling_point_m: Option<Vector2<f64>>) -> String {
+    let near = |point: &Vector2<f64>| point.iter().all(|x| x.is_finite());
+    draw(&Header::of_robot(robot), decoupling_point_m.filter(near))
+}
+
+/// The robot of a trace as an SVG.
+pub(crate) fn svg_of_trace(header: &Header) -> String {
+    draw(header, None)
+}
+
+fn draw(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> String {
+    let map = Map::of(header, decoupling_point_m);
+    let mut picture = Document::new()
+        .set("viewBox", (0, 0, SIZE_PX.x, SIZE_PX.y))
+        .set("width", SIZE_PX.x)
+        .set("height", SIZE_PX.y)
+        .set("role", "img")
+        // In a page it shrinks with what holds it.
+        .set("style", "max-width:100%;height:auto")
+        .set("font-family", "system-ui, sans-serif")
+        .set("font-size", 13)
+        .set("fill", INK)
+        .add(Title::new(format!(
+            "{} from above",
+            printable(&header.robot_name)
+        )))
+        .add(
+            Rectangle::new()
+                .set("width", SIZE_PX.x)
+                .set("height", SIZE_PX.y)
+                .set("fill", "#ffffff"),
+        )
+        .add(
+            Text::new(format!(
+                "{}, seen from above",
+                printable(&header.robot_name)
+            ))
+            .set("x", 40)
+            .set("y", 36)
+            .set("font-size", 18)
+            .set("font-weight", 600),
+        );
+    if let Some(figures) = common_figures(&header.wheels) {
+        picture.append(
+            Text::new(figures)
+                .set("x", 40)
+                .set("y", 56)
+                .set("fill", GREY),
+        );
+    }
+    for outline in &header.chassis_outlines_m {
+        picture.append(
+            Polygon::new()
+                .set(
+                    "points",
+                    map.points(outline.iter().map(|&p| Vector2::from(p))),
+                )
+                .set("fill", CHASSIS)
+                .set("fill-opacity", 0.7)
+                .set("stroke", GREY),
+        );
+    }
+    for wheel in &header.wheels {
+        picture.append(wheel_from_above(&map, wheel));
+    }
+    for wheel in &header.wheels {
+        picture.append(b_h(&map, wheel));
+    }
+    picture.append(axes(&map));
+    for (index, wheel) in header.wheels.iter().enumerate() {
+        picture.append(roller_axis(&map, wheel));
+        picture.append(b_h_name(&map, index, wheel));
+        picture.append(label(&map, header, wheel));
+    }
+    if let Some(point_m) = decoupling_point_m {
+        picture.append(diamond(map.px(point_m)));
+    }
+    picture.append(scale_bar(&map));
+    picture.append(legend(header, decoupling_point_m));
+    picture.to_string() + "\n"
+}
+
+/// From the body frame to the picture.
+struct Map {
+    px_per_m: f64,
+    middle_m: Vector2<f64>,
+}
+
+impl Map {
+    /// The largest scale at which the whole robot has room.
+    fn of(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> Self {
+        let outlines = header.chassis_outlines_m.iter().flatten();
+        let points_m = outlines
+            .map(|&p| Vector2::from(p))
+            .chain(header.wheels.iter().flat_map(corners_m))
+            .chain([Vector2::zeros()])
+            .chain(decoupling_point_m);
+        let (mut low_m, mut high_m) = (Vector2::zeros(), Vector2::zeros());
+        for p in points_m {
+            low_m = low_m.inf(&p);
+            high_m = high_m.sup(&p);
+        }
+        // A robot without any extent is drawn at some scale all the same.
+        let half_m = (0.5 * (high_m - low_m)).map(|x: f64| x.max(1e-6));
+        Self {
+            px_per_m: HALF_ROOM_PX.component_div(&half_m).min(),
+            middle_m: 0.5 * (low_m + high_m),
+        }
+    }
+
+    fn px(&self, point_m: Vector2<f64>) -> Vector2<f64> {
+        MIDDLE_PX + self.px_per_m * on_page(point_m - self.middle_m)
+    }
+
+    /// Points as a polygon lists them.
+    fn points(&self, points_m: impl IntoIterator<Item = Vector2<f64>>) -> String {
+        let pairs = points_m.into_iter().map(|point_m| {
+            let [x, y] = self.px(point_m).into();
+            format!("{x:.1},{y:.1}")
+        });
+        pairs.collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// A direction of the body frame on the page, whose y points down.
+fn on_page(vector: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(vector.x, -vector.y)
+}
+
+/// Rounded to a tenth: a picture needs no more.
+fn tenth(x: f64) -> f64 {
+    (10.0 * x).round() / 10.0
+}
+
+fn at(point: Vector2<f64>) -> (f64, f64) {
+    (tenth(point.x), tenth(point.y))
+}
+
+/// A name without the control characters that XML cannot hold.
+fn printable(name: &str) -> String {
+    name.chars().filter(|c| !c.is_control()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::WheelHeader;
+
+    use super::*;
+
+    fn header() -> Header {
+        let wheel = |name: &str, x: f64, y: f64| WheelHeader {
+            name: name.to_owned(),
+            position_m: [x, y],
+            radius_m: 0.05,
+            axis: [0.0, 1.0],
+            width_m: 0.04,
+            gamma_rad: 45f64.to_radians(),
+            roller_count: 9,
+            ..WheelHeader::default()
+        };
+        Header {
+            robot_name: "a <robot> & \"more\"".to_owned(),
+            wheels: vec![wheel("front", 0.2, 0.1), wheel("rear", -0.2, -0.1)],
+            ..Header::default()
+        }
+    }
+
+    #[test]
+    fn the_picture_is_well_formed_whatever_names_hold() {
+        let mut header = header();
+        header.wheels[0].name = "\u{1}</svg>".to_owned();
+        let picture = draw(&header, Some(Vector2::zeros()));
+        let document = roxmltree::Document::parse(&picture).unwrap();
+        let texts: Vec<&str> = document.descendants().filter_map(|n| n.text()).collect();
+        assert!(texts.iter().any(|t| t.trim() == "</svg>"), "{texts:?}");
+        assert!(texts.iter().any(|t| t.contains("a <robot> & \"more\"")));
+    }
+
+    #[test]
+    fn a_roller_axis_lies_where_gamma_says() {
+        // n = y, gamma = 45 deg: u_gamma is y turned by 45 deg counter-clockwise, (-1, 1)/sqrt 2, and
+        // n_gamma = k x u_gamma = (-1, -1)/sqrt 2: from the lower left to the upper right of a map.
+        let header = header();
+        let map = Map::of(&header, None);
+        let path = roller_axis(&map, &header.wheels[0]).to_string();
+        let data = path.split("d=\"").nth(1).unwrap();
+        let numbers: Vec<f64> = data[..data.find('"').unwrap()]
+            .split(['M', 'L', ',', ' '])
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let (dx, dy) = (numbers[2] - numbers[0], numbers[3] - numbers[1]);
+        // The page's y points down; places are rounded to a tenth.
+        assert!((dx + dy).abs() < 0.3 && dx.abs() > 20.0, "{dx} {dy}");
+    }
+
+    #[test]
+    fn everything_drawn_lies_in_the_picture() {
+        let header = header();
+        let map = Map::of(&header, None);
+        for corner in header.wheels.iter().flat_map(corners_m) {
+            let [x, y] = map.px(corner).into();
+            assert!(
+                (0.0..SIZE_PX.x).contains(&x) && (60.0..580.0).contains(&y),
+                "{x} {y}"
+            );
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Whether the slope of the ground carried the robot downhill: by sliding, by creeping contacts, or by wheels that gave way.
+
+use ilon_trace::{Header, Summary};
+
+use super::events::{Event, EventKind};
+use crate::words::length;
+
+/// Slopes below this are level to every wheel, in radians.
+const LEAST_SLOPE_RAD: f64 = 1e-3;
+/// A slope that uses this part of the friction is what makes a robot slide that it carries downhill.
+const LARGE_PART: f64 = 0.5;
+/// Sliding downhill below this is none that anyone asks about, in metres.
+const LEAST_SLID_M: f64 = 5e-3;
+/// The same of creep, and of wheels that give way.
+const LEAST_CREPT_M: f64 = 5e-5;
+/// A cause that carried the robot downhill for this part of the way that it made in all.
+const MOSTLY: f64 = 0.8;
+
+/// What the slope did, as HTML, and whether it explains the run before all else.
+pub(super) fn sentence(
+    header: &Header,
+    summary: &Summary,
+    events: &[Event],
+) -> Option<(String, bool)> {
+    let ground = header.ground.as_ref()?;
+    let slope_rad = ground.slope_rad;
+    if slope_rad.abs() < LEAST_SLOPE_RAD {
+        return None;
+    }
+    // The floor falls towards +x. The terms of the ledger are asked minus real.
+    let downhill = slope_rad.signum();
+    let ledger = &summary.ledger;
+    let (slid_m, gave_m) = (-downhill * ledger.slip.x_m, -downhill * ledger.servo.x_m);
+    let falls = format!(
+        "The floor falls by <b>{:.1}°</b> towards {}x",
+        slope_rad.abs().to_degrees(),
+        if downhill > 0.0 { "+" } else { "−" }
+    );
+    let part = slope_rad.abs().tan() / ground.friction;
+    if slid_m > LEAST_SLID_M && part > LARGE_PART {
+        let too_much = if part > 1.0 {
+            format!(
+                ", steeper than friction {} can hold ({:.1}°)",
+                crate::short(ground.friction, 3),
+                ground.friction.atan().to_degrees()
+            )
+        } else {
+            format!(
+                ", {:.0} % of what friction {} could hold at best",
+                100.0 * part,
+                crate::short(ground.friction, 3)
+            )
+        };
+        return Some((
+            format!(
+                "{falls}{too_much}: the robot slid <b>{} downhill</b>.",
+                length(slid_m)
+            ),
+            true,
+        ));
+    }
+    // What a controller takes back at once, and what slides for other reasons, is not the slope's.
+    let slides = events.iter().any(|e| matches!(e.kind, EventKind::Slide(_)));
+    if !header.open_loop || slides {
+        return None;
+    }
+    let mut causes = Vec::new();
+    if slid_m > LEAST_CREPT_M && slid_m > MOSTLY * ledger.slip.path_m {
+        let rate_mm_s = 1e3 * slid_m / summary.duration_s.max(1e-9);
+        causes.push(format!(
+            "its contacts crept <b>{}</b> downhill, {rate_mm_s:.3} mm/s",
+            length(slid_m)
+        ));
+    }
+    // Wheels that turn lag for other reasons.
+    if gave_m > LEAST_CREPT_M && summary.travelled_m < 2.0 * (gave_m + slid_m.max(0.0)) {
+        causes.push(format!(
+            "the wheels gave way by <b>{}</b> until their loops held the weight",
+            length(gave_m)
+        ));
+    }
+    (!causes.is_empty()).then(|| (format!("{falls}: {}.", causes.join("; ")), false))
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::Ground;
+    use ilon_trace::ledger::Integral;
+
+    use super::*;
+
+    /// An open-loop run on a slope of friction 0.6 that went so far by slip and by servo, along x.
+    fn said(slope_deg: f64, slip_m: f64, servo_m: f64) -> Option<(String, bool)> {
+        let header = Header {
+            open_loop: true,
+            ground: Some(Ground {
+                friction: 0.6,
+                slope_rad: slope_deg.to_radians(),
+                ..Ground::default()
+            }),
+            ..Header::default()
+        };
+        let term = |x_m: f64| Integral {
+            x_m: -x_m,
+            path_m: x_m.abs(),
+            ..Integral::default()
+        };
+        let mut summary = Summary {
+            duration_s: 10.0,
+            travelled_m: (slip_m + servo_m).abs(),
+            ..Summary::default()
+        };
+        summary.ledger.slip = term(slip_m);
+        summary.ledger.servo = term(servo_m);
+        sentence(&header, &summary, &[])
+    }
+
+    #[test]
+    fn a_slope_is_named_where_it_carried_the_robot_and_only_there() {
+        // atan 0.6 = 31.0 degrees; tan 20 / 0.6 = 61 %.
+        let (steep, first) = said(35.0, 12.0, 0.0).unwrap_or_default();
+        assert!(
+            first && steep.contains("35.0°") && steep.contains("(31.0°)"),
+            "{steep}"
+        );
+        assert!(steep.contains("<b>12.000 m downhill</b>"), "{steep}");
+        let (gripping, first) = said(20.0, 0.01, 0.0).unwrap_or_default();
+        assert!(
+            first && gripping.contains("61 % of what friction 0.6"),
+            "{gripping}"
+        );
+        let (creeping, first) = said(6.0, 2e-4, 1e-3).unwrap_or_default();
+        assert!(
+            !first && creeping.contains("crept <b>0.200 mm</b> downhill, 0.020 mm/s"),
+            "{creeping}"
+        );
+        assert!(
+            creeping.contains("gave way by <b>1.00 mm</b>"),
+            "{creeping}"
+        );
+        // Towards -x it falls where the slope is negative.
+        let (other, _) = said(-6.0, -2e-4, 0.0).unwrap_or_default();
+        assert!(other.contains("towards −x"), "{other}");
+        for level in [
+            said(0.0, 12.0, 1.0),
+            said(6.0, -2e-4, 0.0),
+            said(6.0, 0.0, 0.0),
+        ] {
+            assert_eq!(level, None);
+        }
+    }
+}
