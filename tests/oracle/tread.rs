@@ -76,8 +76,11 @@ fn place(course: &Course) -> String {
     )
 }
 
-/// Lays both beside each other and holds that they are as near as is known of either, or as one part in a hundred of the way: on soft
-/// springs which roller slips first at a hand-over is decided by less than the engines share.
+/// Of the way, what the engines may differ by beside what halving their steps leaves unknown: a sixtieth of what treads of 2e5 N/m
+/// change of the way, and as much as those of 2e7 N/m do.
+const OF_THE_WAY: f64 = 1e-3;
+
+/// Lays both beside each other and holds that they are as near as is known of either.
 fn agree(case: &Case, stiffness_n_m: f64) {
     let beside = Beside::of(case, stiffness_n_m);
     let (apart_m, within_m, way_m) = (beside.apart_m(), beside.within_m(), beside.way_m());
@@ -92,11 +95,10 @@ fn agree(case: &Case, stiffness_n_m: f64) {
         1e3 * within_m,
     );
     assert!(
-        apart_m < within_m.max(0.01 * way_m),
+        apart_m < within_m + OF_THE_WAY * way_m,
         "{}: {apart_m} m apart, {within_m} m known",
         case.name
     );
-    // Energy that a few hand-overs take differs by what the ways do.
     assert!((work_j / work_of_oracle_j - 1.0).abs() < 0.01);
 }
 
@@ -127,8 +129,7 @@ fn table() {
     }
 }
 
-/// What a step that does not see the springs books as sliding is no more than the whole that contacts take: the split into sliding and
-/// what squeezing takes stays one of heat.
+/// What a step that does not see the springs books as sliding is no more than the whole that contacts take: both parts are heat.
 #[test]
 fn long_steps_book_no_more_sliding_than_contacts_take() {
     let case = coasting("coasting sideways from 0.5 m/s", twist(0.0, 0.5, 0.0));
@@ -137,7 +138,7 @@ fn long_steps_book_no_more_sliding_than_contacts_take() {
         println!("{stiffness_n_m:.0e} N/m, {step_s} s: {sums:?}");
         let all_j = sums.slip_j + sums.other_j;
         assert!(
-            sums.slip_j > 0.0 && sums.slip_j < 2.0 * all_j,
+            sums.slip_j > 0.0 && sums.slip_j < all_j,
             "{stiffness_n_m:.0e} N/m in {step_s} s: {} J of sliding, {all_j} J in all",
             sums.slip_j
         );

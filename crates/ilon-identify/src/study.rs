@@ -97,6 +97,12 @@ pub struct Simulate {
     /// Whether one common factor on all measured ways is free too: where rows were lost, or the tracker's scale is not known.
     #[serde(default)]
     pub free_scale: bool,
+    /// Ways are believed to no better than this, over the way asked for: what changes from run to run, and what no value of the free keys
+    /// explains. Where a model misses by more than the logs scatter, an honest figure keeps the few drives that scatter least from
+    /// deciding all.
+    #[serde(default = "least_error")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error: f64,
     /// From how many wheel angles each drive is simulated, spread evenly over a roller: what depends on the angles from which the
     /// wheels began is then averaged as it is in a log. With 1, wheels begin as the robot's file has them.
     #[serde(default = "once")]
@@ -124,6 +130,10 @@ pub struct RippleFile {
     /// phase, the body ripples along its way and not across it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub together: Vec<Vec<String>>,
+}
+
+fn least_error() -> f64 {
+    3e-3
 }
 
 fn once() -> u32 {
@@ -250,7 +260,7 @@ impl Study {
             );
         }
         if let Some(section) = &file.simulate {
-            self.check_ripple(section)?;
+            self.check_simulate(section)?;
         }
         if !(50..=100_000).contains(&file.resamples) {
             return invalid(
@@ -279,12 +289,21 @@ impl Study {
         crate::log::check(&file.log, &self.robot)
     }
 
-    fn check_ripple(&self, section: &Simulate) -> Result<(), Error> {
+    fn check_simulate(&self, section: &Simulate) -> Result<(), Error> {
         let invalid = |message: String, help: String| Err(Error::invalid(message, help));
         if !(1..=MOST_PHASES).contains(&section.phases) {
             return invalid(
                 format!("`simulate.phases` = {} cannot be simulated", section.phases),
                 format!("let it be from 1 to {MOST_PHASES}"),
+            );
+        }
+        if !(section.least_error.is_finite() && section.least_error > 0.0) {
+            return invalid(
+                format!(
+                    "`simulate.least_error` = {} is no error",
+                    section.least_error
+                ),
+                "give it a share of the way above 0, such as 0.003".to_owned(),
             );
         }
         let Some(ripple) = &section.ripple else {

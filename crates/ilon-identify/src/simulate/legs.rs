@@ -11,8 +11,6 @@ use crate::study::{Simulate, Study};
 
 /// Wheel rates that differ by less than this share of the fastest are one drive.
 const ALIKE: f64 = 0.06;
-/// Ways are believed to no better than this, over the way asked for: what changes from run to run.
-const LEAST_ERROR: f64 = 3e-3;
 /// Ripple is believed to no better than this share of it: it is not the same of all wheels, nor of all runs.
 const LEAST_RIPPLE_ERROR: f64 = 0.1;
 
@@ -143,7 +141,7 @@ pub(super) fn legs(
                 drive,
                 along,
                 across,
-                error: libm::hypot(error, LEAST_ERROR),
+                error: libm::hypot(error, section.least_error),
                 ripple: seen_ripple,
             });
         }
