@@ -54,14 +54,6 @@ impl Course {
         self.rows.last().expect("a course has rows")
     }
 
-    /// Speed over the last row, in m/s.
-    pub fn last_speed_m_s(&self) -> f64 {
-        let [.., before, end] = &self.rows[..] else {
-            return 0.0;
-        };
-        (end.position_m - before.position_m).norm() / (end.t_s - before.t_s)
-    }
-
     /// The last row that ends at `t_s` or before.
     pub fn at(&self, t_s: f64) -> &Row {
         let before = |row: &&Row| row.t_s < t_s + 1e-9;

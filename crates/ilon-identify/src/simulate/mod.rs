@@ -181,11 +181,15 @@ pub(crate) fn simulate(
     let draws = Draws::new(&clusters, study.file.resamples, study.file.seed);
     let values = shown(&found.values);
     let mut parameters = Vec::new();
+    let mut open = Vec::new();
     for (axis, free) in free.iter().enumerate() {
         let mut interval = draws.interval(found.values[axis], |step| step[axis]);
         if free.is_log {
             interval.low = libm::exp(interval.low);
             interval.high = libm::exp(interval.high);
+        }
+        if !(interval.low > free.low || interval.high < free.high) {
+            open.push(free.key.clone());
         }
         let value = Value::new(values[axis], interval, "", start_of(free));
         parameters.push((free.key.clone(), value));
@@ -231,6 +235,7 @@ pub(crate) fn simulate(
                 &free,
             ),
             insensitive,
+            open,
             at_bounds,
             series: compared.series(study, &drives, nominal),
             drives: compared.drives(study, &drives, nominal),

@@ -50,6 +50,12 @@ pub(super) fn words(found: &Identified) -> String {
                 "\n{key} changes less than the noise over all of its range"
             );
         }
+        for key in &simulation.open {
+            let _ = writeln!(
+                text,
+                "\nthis log leaves {key} open: its interval holds all of its range, as the other keys make up for it"
+            );
+        }
         for key in &simulation.at_bounds {
             let _ = writeln!(
                 text,

@@ -49,6 +49,13 @@ fn story(simulation: &Simulation) -> String {
             escape(key)
         ));
     }
+    for key in &simulation.open {
+        lines.push(format!(
+            "<b class=\"failed\">✗</b> These logs leave {} open: its interval holds all of its range, as the other keys make up for it. What all of \
+             them come to together may hold all the same.",
+            escape(key)
+        ));
+    }
     for key in &simulation.at_bounds {
         lines.push(format!(
             "<b class=\"failed\">✗</b> {} lies at an end of its range: beyond it the fit may be better.",
