@@ -114,8 +114,9 @@ fn a_mesh_in_other_units_does_not_dwarf_the_robot() {
         "{:?}",
         shape.chassis
     );
+    // The far corner of the box around it: 100 m along each axis.
     assert!(
-        shape.remarks[0].contains("reaches 100 m"),
+        shape.remarks[0].contains("reaches 173 m"),
         "{:?}",
         shape.remarks
     );

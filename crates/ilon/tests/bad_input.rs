@@ -123,7 +123,7 @@ fn a_missing_robot() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "robbot.urdf: cannot be read: there is no such file",
+            "robbot.urdf: cannot be read: there is no such file; beside it lies `robot.urdf`",
             None,
             "give the path of a file that exists and may be read",
         )
