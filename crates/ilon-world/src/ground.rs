@@ -1,21 +1,19 @@
 //! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
 
+mod anchor;
 mod floor;
 
-use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::bounding_volume::Aabb;
-use rapier3d::pipeline::{ContactModificationContext, PhysicsHooks};
 use rapier3d::prelude::*;
 
 use crate::contact::nearest::{Piece, SolidBox, Triangle};
 use crate::engine::convert;
 
+pub(crate) use anchor::{Anchor, Grip};
 pub use floor::{Floor, FloorSurface, GroundBox, Patch, Relief, Stribeck};
 
-/// What a running world needs to know of its ground.
-///
-/// rapier's frame is the floor's, but it counts in f32 from an anchor near the robot: contact points a few metres away
-/// would be rounded by as much as a roller moves in a step.
+/// What a running world needs to know of its ground: a body that never moves.
 #[derive(Clone)]
 pub(crate) struct Ground {
     has_plane: bool,
@@ -27,14 +25,11 @@ pub(crate) struct Ground {
     boxes: Vec<SolidBox>,
     /// The direction of gravity.
     down: Vector3<f64>,
-    /// rapier's origin in the floor's frame, in the plane.
-    rapier_origin_m: Vector3<f64>,
 }
 
 /// A part of the ground that is not the plane.
 #[derive(Clone)]
 struct Solid {
-    collider: ColliderHandle,
     floor_from_solid: Isometry3<f64>,
     shape: SharedShape,
 }
@@ -86,14 +81,20 @@ impl Ground {
         !self.solids.is_empty()
     }
 
-    /// How far a shape of the robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
-    /// parry cannot tell.
-    pub fn distance_m(&self, floor_from_shape: &Isometry3<f64>, shape: &SharedShape) -> f64 {
-        let in_rapier = convert::pose(&(self.rapier_from_floor() * floor_from_shape));
+    /// How far a shape of a robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
+    /// parry cannot tell. f32 counts from the robot's anchor.
+    pub fn distance_m(
+        &self,
+        anchor: &Anchor,
+        floor_from_shape: &Isometry3<f64>,
+        shape: &SharedShape,
+    ) -> f64 {
+        let rapier_from_floor = anchor.rapier_from_floor();
+        let in_rapier = convert::pose(&(rapier_from_floor * floor_from_shape));
         let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
         let plane = plane.iter().map(|plane| (Pose::IDENTITY, plane));
         let solids = self.solids.iter().map(|solid| {
-            let pose = convert::pose(&(self.rapier_from_floor() * solid.floor_from_solid));
+            let pose = convert::pose(&(rapier_from_floor * solid.floor_from_solid));
             (pose, &solid.shape)
         });
         let distances = plane.chain(solids).map(|(pose, ground)| {
@@ -101,33 +102,6 @@ impl Ground {
                 .map_or(f64::INFINITY, |found| f64::from(found.distance))
         });
         distances.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Moves rapier's origin beneath a robot once that has gone too far away from it, and the solids along with it.
-    pub fn follow(&mut self, place_m: &Vector3<f64>, colliders: &mut ColliderSet) {
-        /// Within this distance f32 resolves 1e-8 m, a hundredth of what a slow robot moves in a step.
-        const LEASH_M: f64 = 0.1;
-        let beneath_m = Vector3::new(place_m.x, place_m.y, 0.0);
-        if (beneath_m - self.rapier_origin_m).norm() < LEASH_M {
-            return;
-        }
-        self.rapier_origin_m = beneath_m;
-        for solid in &self.solids {
-            let in_rapier = Translation3::from(-beneath_m) * solid.floor_from_solid;
-            if let Some(collider) = colliders.get_mut(solid.collider) {
-                collider.set_position(convert::pose(&in_rapier));
-            }
-        }
-    }
-
-    /// rapier's origin in the floor's frame, in metres; the axes are the same.
-    pub fn rapier_origin_m(&self) -> Vector3<f64> {
-        self.rapier_origin_m
-    }
-
-    /// What takes places in the floor's frame to rapier's.
-    pub fn rapier_from_floor(&self) -> Translation3<f64> {
-        Translation3::from(-self.rapier_origin_m)
     }
 
     /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude: on a slope it leans.
@@ -160,33 +134,5 @@ impl Ground {
             off.x.abs() <= p.half_sides_m.x && off.y.abs() <= p.half_sides_m.y
         };
         self.patches.iter().rev().find(inside)
-    }
-}
-
-/// What rapier asks where it solves contacts itself: how slippery the ground is where something touches it.
-impl PhysicsHooks for Ground {
-    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
-        let ground_first = context.rigid_body1.is_none();
-        let ground = if ground_first {
-            context.collider1
-        } else {
-            context.collider2
-        };
-        let Some(ground) = context.colliders.get(ground) else {
-            return;
-        };
-        let rapier_from_ground = *ground.position();
-        let Some(contact) = context.rigid_mut() else {
-            return;
-        };
-        if let Some(point) = contact.manifold.points.first() {
-            let on_ground = if ground_first {
-                point.local_p1
-            } else {
-                point.local_p2
-            };
-            let in_rapier_m = convert::to_f64(rapier_from_ground * on_ground);
-            *contact.friction = self.friction_at(&(self.rapier_origin_m + in_rapier_m)) as Real;
-        }
     }
 }

@@ -6,9 +6,8 @@ use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
 use super::{Ground, Solid};
+use crate::WorldError;
 use crate::contact::nearest::SolidBox;
-use crate::engine::{convert, groups};
-use crate::{ContactSolver, WorldError};
 
 /// The ground a robot drives on.
 ///
@@ -214,43 +213,26 @@ impl Floor {
         Ok(())
     }
 
-    /// Puts the ground into rapier, whose frame is the floor's.
-    pub(crate) fn insert(&self, colliders: &mut ColliderSet, solver: ContactSolver) -> Ground {
-        let solids = self.solids();
-        let plane = self
-            .relief
-            .is_none()
-            .then(|| SharedShape::halfspace(Vector::Z));
-        let mut insert = |shape: &SharedShape, floor_from_shape: &Isometry3<f64>| {
-            colliders.insert(
-                ColliderBuilder::new(shape.clone())
-                    .position(convert::pose(floor_from_shape))
-                    .collision_groups(groups::GROUND)
-                    .solver_groups(groups::solved(solver)),
-            )
-        };
-        if let Some(plane) = &plane {
-            insert(plane, &Isometry3::identity());
-        }
-        let solids = solids.into_iter().map(|(floor_from_solid, shape)| Solid {
-            collider: insert(&shape, &floor_from_solid),
-            floor_from_solid,
-            shape,
-        });
-        let solids: Vec<Solid> = solids.collect();
+    /// The ground that a world has of it.
+    pub(crate) fn ground(&self) -> Ground {
+        let solids = self.solids().into_iter();
         let boxes = self.boxes.iter().map(|solid| SolidBox {
             floor_from_box: solid.floor_from_box(),
             half_sides_m: solid.half_sides_m,
         });
         Ground {
             boxes: boxes.collect(),
-            solids,
-            has_plane: plane.is_some(),
+            solids: solids
+                .map(|(floor_from_solid, shape)| Solid {
+                    floor_from_solid,
+                    shape,
+                })
+                .collect(),
+            has_plane: self.relief.is_none(),
             friction: self.friction,
             surface: self.surface,
             patches: self.patches.clone(),
             down: self.down(),
-            rapier_origin_m: Vector3::zeros(),
         }
     }
 

@@ -3,7 +3,7 @@
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::ground::Ground;
+use crate::ground::Anchor;
 
 /// The state of a robot but for its rollers.
 #[derive(Clone, Debug)]
@@ -185,9 +185,9 @@ impl State {
     }
 
     /// The same state as rapier counts it, from its own origin.
-    pub fn seen_from(&self, ground: &Ground) -> Self {
+    pub fn seen_from(&self, anchor: &Anchor) -> Self {
         let mut seen = self.clone();
-        seen.place(ground.rapier_from_floor() * self.floor_from_chassis);
+        seen.place(anchor.rapier_from_floor() * self.floor_from_chassis);
         seen
     }
 
