@@ -206,6 +206,8 @@ impl Scene<'_> {
         if let Some((index, nearest)) = lowest
             && let Some(placed) = body.rollers[index].placed_barrel(hub)
         {
+            // Most wheels of most robots touch so, and room for more would lie idle in each of a fleet.
+            found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
         if !upright && !gives && found.len() > 1 {

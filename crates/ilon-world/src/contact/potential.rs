@@ -32,7 +32,6 @@ pub(crate) struct Axle {
 /// A place where two bodies are near each other, as the contact that it would be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PotentialContact {
-    pub candidate: Candidate,
     /// Distance from B when the step began, in metres, as its velocity in the middle has it.
     pub gap_before_m: f64,
     /// Normal and two tangents.
@@ -102,7 +101,6 @@ impl Scenes<'_> {
         let now = velocities(|scene| scene.rates_before, |axle| axle.before_rad_s);
         let free = velocities(|scene| scene.rates_free, |axle| axle.rate_rad_s);
         PotentialContact {
-            candidate: *place,
             gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
             frame,
             rows,

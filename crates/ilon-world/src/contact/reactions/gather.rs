@@ -88,21 +88,17 @@ impl Reactions {
         let relaxed_s = dt_s + settings.contact_relaxation_s;
         let compliance = 1.0 / (settings.contact_stiffness_n_m * dt_s * relaxed_s);
         let mut potential = std::mem::take(&mut self.potential);
+        let nearby = std::mem::take(&mut self.nearby);
         potential.clear();
-        potential.extend(
-            self.nearby
-                .iter()
-                .map(|place| scenes.potential_contact(place)),
-        );
+        potential.extend(nearby.iter().map(|place| scenes.potential_contact(place)));
 
         // What stops the one that comes in fastest may move the others by as much.
         let open_m_s =
             |contact: &PotentialContact| contact.free.x + contact.gap_before_m.max(0.0) / dt_s;
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
-        for contact in &potential {
-            let place = &contact.candidate;
+        for (place, contact) in nearby.iter().zip(&potential) {
             let scene = &scenes.of(place.a.body);
-            let press = self.press(scene, contact);
+            let press = self.press(scene, place.a.part, contact);
             match &press {
                 Some(press) if stays_open(contact, press, dt_s) => continue,
                 None if open_m_s(contact) > OPEN_M_S + comes_m_s => continue,
@@ -132,7 +128,7 @@ impl Reactions {
                 approach_m_s,
                 compliance,
             };
-            let load_n = self.load_n(scene, contact, press.as_ref());
+            let load_n = self.load_n(scene, place, press.as_ref());
             let [of_a, of_b] = contact.axles;
             let rows = contact.rows.map(|row| Row {
                 a: self.with_axle(row.a, of_a),
@@ -150,7 +146,7 @@ impl Reactions {
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
                 rolling_radius_m: rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
-                gives: self.gives(scene, (contact, press, load_n), &ground),
+                gives: self.gives(scene, (place, contact), (press, load_n), &ground),
             };
             let mut free = contact.free;
             if let Some(gives) = &reaction.gives {
@@ -168,10 +164,11 @@ impl Reactions {
             let resistance = ground.rolling_resistance + own_resistance(scene, place.a.part);
             if resistance > 0.0 {
                 let axle = rows[2].a.axle.map(|(index, _)| index);
-                self.resist_rolling(scene, (contact, axle), resistance * load_n);
+                self.resist_rolling(scene, (place, axle), resistance * load_n);
             }
         }
         self.potential = potential;
+        self.nearby = nearby;
     }
 
     /// A side of a row with the place of its roller among those that may touch.
@@ -188,6 +185,7 @@ impl Reactions {
         let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
         let of_this = |other: &Axle| key(other) == key(&axle);
         self.axles.iter().position(of_this).unwrap_or_else(|| {
+            self.axles.reserve_exact(1);
             self.axles.push(axle);
             self.axles.len() - 1
         })
@@ -284,7 +282,10 @@ impl Reactions {
     /// Adds a law and where it acts.
     fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
+        // Both are large, and there is one list of them for every robot of a fleet: they grow by what is needed.
+        self.rows.reserve_exact(rows.len());
         self.rows.extend_from_slice(rows);
+        self.all.reserve_exact(1);
         self.all.push(reaction);
     }
 }

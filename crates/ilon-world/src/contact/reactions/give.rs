@@ -37,8 +37,13 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
 
 impl Reactions {
     /// How the tread of a contact is pressed; `None` where it has none.
-    pub(super) fn press(&self, scene: &Scene<'_>, contact: &PotentialContact) -> Option<Press> {
-        let tread = tread_of(scene, contact.candidate.a.part)?;
+    pub(super) fn press(
+        &self,
+        scene: &Scene<'_>,
+        part: Part,
+        contact: &PotentialContact,
+    ) -> Option<Press> {
+        let tread = tread_of(scene, part)?;
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
@@ -47,13 +52,13 @@ impl Reactions {
     pub(super) fn load_n(
         &self,
         scene: &Scene<'_>,
-        contact: &PotentialContact,
+        place: &Candidate,
         press: Option<&Press>,
     ) -> f64 {
         if let Some(press) = press {
             return press.load_n;
         }
-        let Candidate { a, b, .. } = contact.candidate;
+        let Candidate { a, b, .. } = *place;
         let before = self.impulse_before(a, b).filter(|_| self.before_dt_s > 0.0);
         before.map_or_else(
             || mean_load_n(scene, a.part),
@@ -65,11 +70,12 @@ impl Reactions {
     pub(super) fn gives(
         &self,
         scene: &Scene<'_>,
-        (contact, press, load_n): (&PotentialContact, Option<Press>, f64),
+        (place, contact): (&Candidate, &PotentialContact),
+        (press, load_n): (Option<Press>, f64),
         ground: &FloorSurface,
     ) -> Option<Gives> {
-        let part = contact.candidate.a.part;
-        let travel_m_s = contact.candidate.travel_m_s.norm();
+        let part = place.a.part;
+        let travel_m_s = place.travel_m_s.norm();
         let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
         // Slip per way, for each newton of pull.
         let creep_1_n = ground.creep / load_n;
@@ -86,7 +92,7 @@ impl Reactions {
         };
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
-        let Candidate { a, b, .. } = contact.candidate;
+        let Candidate { a, b, .. } = *place;
         let mut before = self
             .before
             .iter()
@@ -129,10 +135,9 @@ impl Reactions {
     pub(super) fn resist_rolling(
         &mut self,
         scene: &Scene<'_>,
-        (contact, axle): (&PotentialContact, Option<usize>),
+        (place, axle): (&Candidate, Option<usize>),
         drag_n: f64,
     ) {
-        let place = &contact.candidate;
         let Part::Roller(wheel, roller) = place.a.part else {
             return;
         };
