@@ -45,6 +45,9 @@ pub(crate) struct Jump {
     solution: Vec<f64>,
     /// What frees the wheels from their motors, a square as wide as there are wheels.
     freeing: Vec<f64>,
+    /// What the unit impulse of each row does to each wheel, row by row; and what of that comes from freeing the wheels.
+    at_wheels: Vec<f64>,
+    freed: Vec<f64>,
 }
 
 /// How the bodies answer to impulses, as they are held in the step, and what holds them.
@@ -96,6 +99,7 @@ impl Jump {
     /// Finds the jump of a step that has been solved.
     pub fn find(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
         self.free_wheels(held);
+        self.find_at_wheels(held);
         self.find_impulses(reactions, problem, held);
         self.find_effect(problem, held);
         self.share = share(reactions, &self.impulses);
@@ -154,6 +158,21 @@ impl Jump {
         }
     }
 
+    /// What each row does to the wheels, as they are held and what freeing them adds.
+    fn find_at_wheels(&mut self, held: &Held<'_>) {
+        let wheels = held.responses.wheels().len();
+        self.at_wheels.clear();
+        self.freed.clear();
+        for row in 0..self.impulses.len() {
+            let of_row = (0..wheels).map(|wheel| held.responses.at_wheel(row, wheel));
+            self.at_wheels.extend(of_row);
+            let at = &self.at_wheels[row * wheels..];
+            let freeing = self.freeing.chunks_exact(wheels);
+            let freed = freeing.map(|of| of.iter().zip(at).map(|(f, at)| f * at).sum::<f64>());
+            self.freed.extend(freed);
+        }
+    }
+
     /// W of two rows with the wheels free.
     fn response(
         &self,
@@ -163,11 +182,9 @@ impl Jump {
     ) -> f64 {
         let wheels = held.responses.wheels().len();
         let mut sum = problem.w(row, column) + held.of_freed_axle(row, column);
-        for a in 0..wheels {
-            let at = held.responses.at_wheel(row, a);
-            let freed = (0..wheels)
-                .map(|b| self.freeing[a * wheels + b] * held.responses.at_wheel(column, b));
-            sum += at * freed.sum::<f64>();
+        let at = &self.at_wheels[row * wheels..][..wheels];
+        for (at, freed) in at.iter().zip(&self.freed[column * wheels..]) {
+            sum += at * freed;
         }
         sum
     }
@@ -215,17 +232,17 @@ impl Jump {
     /// What the impulses do to the rows and to the bodies.
     fn find_effect(&mut self, problem: &ImpulseProblem, held: &Held<'_>) {
         let wheels = held.responses.wheels().len();
+        // What the impulses do to the wheels, as they are held, and then what freeing them adds.
+        self.matrix.clear();
+        for wheel in 0..wheels {
+            let of_rows = self.held.iter();
+            let at = of_rows.map(|&row| self.impulses[row] * self.at_wheels[row * wheels + wheel]);
+            self.matrix.push(at.sum());
+        }
         self.solution.clear();
-        for a in 0..wheels {
-            let freed = |b: usize| {
-                let at = self
-                    .held
-                    .iter()
-                    .map(|&row| self.impulses[row] * held.responses.at_wheel(row, b));
-                self.freeing[a * wheels + b] * at.sum::<f64>()
-            };
-            let sum = (0..wheels).map(freed).sum();
-            self.solution.push(sum);
+        for of in self.freeing.chunks_exact(wheels) {
+            let freed = of.iter().zip(&self.matrix).map(|(f, at)| f * at);
+            self.solution.push(freed.sum());
         }
         for row in 0..self.velocities.len() {
             let of_rows = self
@@ -235,7 +252,7 @@ impl Jump {
             let of_wheels = self.solution.iter().enumerate();
             self.velocities[row] = of_rows.sum::<f64>()
                 + of_wheels
-                    .map(|(a, y)| y * held.responses.at_wheel(row, a))
+                    .map(|(a, y)| y * self.at_wheels[row * wheels + a])
                     .sum::<f64>();
         }
         for body in 0..held.responses.bodies() {
