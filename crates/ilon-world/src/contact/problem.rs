@@ -251,6 +251,12 @@ impl ImpulseProblem {
         least
     }
 
+    /// Exchanges the room in which Newton's method writes its matrix: whoever solves something else afterwards may use it, so that
+    /// the robots of a fleet do not each keep another.
+    pub fn swap_room(&mut self, room: &mut Vec<f64>) {
+        self.newton.swap_matrix(room);
+    }
+
     /// W of two rows.
     pub fn w(&self, row: usize, column: usize) -> f64 {
         self.delassus[row * self.rows() + column]

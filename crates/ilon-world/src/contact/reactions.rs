@@ -127,7 +127,9 @@ impl Reactions {
             held_n_m_s2: &self.held_n_m_s2,
             freed_axles: &self.freed_axles,
         };
+        self.problem.swap_room(self.jump.room());
         self.jump.find(&self.all, &self.problem, &held);
+        self.problem.swap_room(self.jump.room());
         let over = 1.0 - self.jump.share();
         for (row, of) in self.rows.iter().enumerate() {
             for (axle, c) in of.sides().filter_map(|side| side.axle) {

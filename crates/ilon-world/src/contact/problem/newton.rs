@@ -202,6 +202,11 @@ impl ImpulseProblem {
 }
 
 impl Newton {
+    /// Exchanges the room of the matrix.
+    pub(super) fn swap_matrix(&mut self, room: &mut Vec<f64>) {
+        std::mem::swap(&mut self.matrix, room);
+    }
+
     fn clear(&mut self, rows: usize) {
         self.matrix.clear();
         self.matrix.resize(rows * rows, 0.0);
