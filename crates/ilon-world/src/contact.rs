@@ -1,5 +1,6 @@
 //! Contact: where rollers and chassis are near the ground, and the impulses that follow.
 
+pub(crate) mod between;
 pub(crate) mod candidates;
 pub(crate) mod jump;
 pub(crate) mod linear;
@@ -8,6 +9,8 @@ pub(crate) mod potential;
 pub(crate) mod problem;
 pub(crate) mod reaction;
 pub(crate) mod reactions;
+pub(crate) mod response;
+pub(crate) mod row;
 pub(crate) mod scene;
 pub(crate) mod tread;
 pub(crate) mod wheel_contact;

@@ -1,6 +1,7 @@
 //! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
 //!
-//! [`World`] holds one robot on one floor: torques in, truth out.
+//! [`World`] holds a robot on a floor: torques in, truth out. Inside it is a list of articulated bodies, each with a rapier world and an f32
+//! anchor of its own, and of contacts between pairs of them and the ground.
 //!
 //! Only this crate of the project names rapier or parry.
 

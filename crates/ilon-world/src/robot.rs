@@ -1,5 +1,6 @@
 //! The robot in the world: its bodies in rapier, its state in f64, its wheels and their rollers, its energy.
 
+pub(crate) mod articulated;
 pub(crate) mod assembly;
 pub(crate) mod energy;
 pub(crate) mod shared;

@@ -1,32 +1,26 @@
-//! The world: a robot on a floor, stepped by rapier.
+//! The world: bodies on the ground, stepped by rapier.
 
 mod advance;
 mod check;
-mod disturbance;
+pub(crate) mod disturbance;
 mod reference;
 mod standing;
 #[cfg(test)]
 mod tests;
 mod truth;
 
-use ilon_robot::{MassProperties as RobotMass, Pose as PlanarPose, Robot, Wheel};
+use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use crate::contact::reactions::Reactions;
-use crate::contact::wheel_contact::{Taken, WheelContact};
-use crate::engine::convert;
-use crate::engine::copy::Engine;
-use crate::engine::dispatcher::RollerDispatcher;
 use crate::ground::Ground;
-use crate::robot::assembly::Assembly;
+use crate::robot::articulated::{Articulated, WheelCounts};
 use crate::robot::shared::SharedRobot;
-use crate::robot::state::State;
-use crate::robot::wheel::RollerState;
 use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
-use disturbance::ActingPush;
 pub use disturbance::{Payload, Push};
 pub use truth::BodyState;
+
 /// A robot in a rapier world.
 ///
 /// One step is: [`World::apply`] the wheel torques, then [`World::step`]. What can be read afterwards is the truth, in
@@ -36,59 +30,20 @@ pub use truth::BodyState;
 /// the world sums them in f64 and hands rapier the rounded sum before every step. A copy goes on to the bit as the original does.
 #[derive(Clone)]
 pub struct World {
-    rapier: Engine,
     ground: Ground,
-    robot: SharedRobot,
     settings: Settings,
-    assembly: Assembly,
-    state: State,
-    /// The state when the last step began.
-    before: State,
-    /// The poses in the middle of the last step; before its reactions with the rates of its beginning, after them with the
-    /// mean of the rates, with which it moved on and all work goes.
-    middle: State,
-    /// Where the rates of the last step's beginning would have taken it by its end.
-    ahead: State,
-    /// Whether the last step was short enough to see rollers pass.
-    sees_rollers_pass: bool,
-    contacts: Vec<WheelContact>,
-    /// What the motors do in the coming step.
-    motors: Vec<MotorTorque>,
-    /// What the motors put on the wheels in the last step.
-    acted_n_m: Vec<f64>,
-    /// Rates by degree of freedom when the step began, and at its end without reactions.
-    rates_before: Vec<f64>,
-    rates_free: Vec<f64>,
-    /// The torque of each wheel's motor that its gear takes a share of, in N m.
-    geared_n_m: Vec<f64>,
-    /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
-    held_n_m_s2: Vec<f64>,
-    energies: Energies,
-    /// The chassis with what it carries.
-    chassis_mass: RobotMass,
-    payloads: Vec<Payload>,
-    /// What pushes during the coming step.
-    pushes: Vec<ActingPush>,
+    /// What moves on the ground: here the one robot that all questions are about.
+    bodies: Vec<Articulated>,
+    /// What the bodies and the ground do to one another.
     reactions: Reactions,
-    /// What the motors were asked for when the step began, and the wheels' rates then, in rad/s.
-    asked: Vec<MotorTorque>,
-    rates_asked_rad_s: Vec<f64>,
-    /// What each wheel did over the step.
-    counts: Vec<WheelCounts>,
+    energies: Energies,
     /// By how much the laws of contact were broken in the step.
     residual_m_s: f64,
-    /// The inertia that a wheel feels on the ground: its own and its share of the robot's mass, in kg m^2.
-    wheel_inertia_kg_m2: f64,
     steps: u64,
 }
 
-/// What a wheel did over a step.
-#[derive(Clone, Copy, Debug, Default)]
-struct WheelCounts {
-    /// Angular impulse of the motor, in N m s.
-    torque_n_m_s: f64,
-    taken: Taken,
-}
+/// The place of the robot among the bodies of its world.
+const ROBOT: usize = 0;
 
 /// What has gone where since the start, in J.
 #[derive(Clone, Copy, Debug, Default)]
@@ -131,59 +86,30 @@ impl World {
         settings: &Settings,
     ) -> Result<Self, WorldError> {
         check::check(&robot, floor, settings)?;
-        let mut rapier = PhysicsWorld {
-            integration_parameters: integration_parameters(settings),
-            narrow_phase: match settings.contacts {
-                ContactSolver::Ilon => NarrowPhase::new(),
-                ContactSolver::Rapier => NarrowPhase::with_query_dispatcher(RollerDispatcher),
-            },
-            ..PhysicsWorld::default()
-        };
-        let mut ground = floor.insert(&mut rapier.colliders, settings.contacts);
-
+        let ground = floor.ground();
+        let (mut rapier, mut anchor) = Articulated::empty_engine(&ground, settings);
         let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
-        ground.follow(&start_m, &mut rapier.colliders);
-        let state = State::at_rest(&robot, &standing::standing(&robot, floor, &ground, start)?);
-        rapier.gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
-        let chassis_mass = robot.chassis.mass.clone();
-        let assembly = Assembly::build(
-            &mut rapier,
-            (&robot, &chassis_mass),
-            &state.seen_from(&ground),
-            &robot.rollers_at_rest(),
-            settings.contacts,
-        );
-        let dofs = assembly.dofs(&rapier);
+        anchor.follow(&start_m, &ground, &mut rapier.colliders);
+        let stands = standing::standing(&robot, floor, (&ground, &anchor), start)?;
+        let robot = Articulated::build(robot, (rapier, anchor), &stands, settings);
         Ok(Self {
             ground,
-            before: state.clone(),
-            middle: state.clone(),
-            ahead: state.clone(),
-            sees_rollers_pass: true,
-            state,
-            contacts: vec![WheelContact::default(); robot.wheels.len()],
-            motors: vec![MotorTorque::constant(0.0); robot.wheels.len()],
-            acted_n_m: vec![0.0; robot.wheels.len()],
-            rates_before: vec![0.0; dofs],
-            rates_free: vec![0.0; dofs],
-            geared_n_m: vec![0.0; robot.wheels.len()],
-            held_n_m_s2: vec![0.0; robot.wheels.len()],
-            energies: Energies::default(),
-            chassis_mass,
-            payloads: Vec::new(),
-            pushes: Vec::new(),
-            reactions: Reactions::default(),
-            asked: vec![MotorTorque::constant(0.0); robot.wheels.len()],
-            rates_asked_rad_s: vec![0.0; robot.wheels.len()],
-            counts: vec![WheelCounts::default(); robot.wheels.len()],
-            residual_m_s: 0.0,
-            wheel_inertia_kg_m2: wheel_inertia_kg_m2(&robot),
-            steps: 0,
-            robot,
             settings: settings.clone(),
-            assembly,
-            rapier: Engine(rapier),
+            bodies: vec![robot],
+            reactions: Reactions::default(),
+            energies: Energies::default(),
+            residual_m_s: 0.0,
+            steps: 0,
         })
+    }
+
+    /// The robot that the world was built for.
+    fn robot(&self) -> &Articulated {
+        &self.bodies[ROBOT]
+    }
+
+    fn robot_mut(&mut self) -> &mut Articulated {
+        &mut self.bodies[ROBOT]
     }
 
     /// Sets the torques that the motors put on the wheels during the next step, in N m, one a wheel; the chassis takes
@@ -192,8 +118,9 @@ impl World {
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn apply(&mut self, torques_n_m: &[f64]) {
-        assert_eq!(torques_n_m.len(), self.motors.len(), "one torque a wheel");
-        for (motor, torque_n_m) in self.motors.iter_mut().zip(torques_n_m) {
+        let motors = &mut self.robot_mut().motors;
+        assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
+        for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
             *motor = MotorTorque::constant(*torque_n_m);
         }
     }
@@ -203,15 +130,17 @@ impl World {
     /// # Panics
     /// Where there are more or fewer torques than wheels.
     pub fn drive(&mut self, motors: &[MotorTorque]) {
-        self.motors.copy_from_slice(motors);
+        self.robot_mut().motors.copy_from_slice(motors);
     }
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
-        self.asked.copy_from_slice(&self.motors);
-        self.rates_asked_rad_s
-            .copy_from_slice(&self.state.wheel_rates_rad_s);
-        self.counts.fill(WheelCounts::default());
+        for body in &mut self.bodies {
+            body.asked.copy_from_slice(&body.motors);
+            body.rates_asked_rad_s
+                .copy_from_slice(&body.state.wheel_rates_rad_s);
+            body.counts.fill(WheelCounts::default());
+        }
         self.residual_m_s = 0.0;
         let parts = self.parts();
         let part_s = self.settings.dt_s / f64::from(parts);
@@ -220,15 +149,17 @@ impl World {
         }
         self.steps += 1;
         let dt_s = self.settings.dt_s;
-        for (index, counts) in self.counts.iter().enumerate() {
-            self.acted_n_m[index] = counts.torque_n_m_s / dt_s;
-            let contact = &mut self.contacts[index];
-            contact.slip_power_w = counts.taken.slip_j / dt_s;
-            contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
-            contact.impact_power_w = counts.taken.impact_j / dt_s;
+        for body in &mut self.bodies {
+            for (index, counts) in body.counts.iter().enumerate() {
+                body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
+                let contact = &mut body.contacts[index];
+                contact.slip_power_w = counts.taken.slip_j / dt_s;
+                contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
+                contact.impact_power_w = counts.taken.impact_j / dt_s;
+            }
+            body.pushes.clear();
+            body.motors.fill(MotorTorque::constant(0.0));
         }
-        self.pushes.clear();
-        self.motors.fill(MotorTorque::constant(0.0));
     }
 
     /// In how many parts the coming step is taken.
@@ -240,46 +171,10 @@ impl World {
             _ => 1,
         }
     }
-
-    /// Builds the robot again, in the state in which it is.
-    fn rebuild(&mut self) {
-        let rollers: Vec<Vec<RollerState>> = self
-            .assembly
-            .wheels
-            .iter()
-            .map(|wheel| wheel.rollers.clone())
-            .collect();
-        self.assembly.remove(&mut self.rapier);
-        self.assembly = Assembly::build(
-            &mut self.rapier,
-            (&self.robot, &self.chassis_mass),
-            &self.state.seen_from(&self.ground),
-            &rollers,
-            self.settings.contacts,
-        );
-    }
-}
-
-/// The inertia that a wheel of a robot feels on the ground, in kg m^2: its hub's and its rollers' about its axis, and its share
-/// of the robot's mass at its rim. The mean of the wheels.
-fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
-    let count = robot.wheels.len() as f64;
-    let of = |wheel: &Wheel| {
-        let rollers = wheel.rollers.iter();
-        let at_ring = rollers.map(|roller| {
-            roller.mass_kg * roller.center_in_hub_m.xy().norm_squared()
-                + roller.transverse_inertia_kg_m2
-        });
-        wheel.hub.inertia_kg_m2[(2, 2)]
-            + wheel.drive.reflected_inertia_kg_m2()
-            + at_ring.sum::<f64>()
-            + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
-    };
-    robot.wheels.iter().map(of).sum::<f64>() / count
 }
 
 /// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.
-fn integration_parameters(settings: &Settings) -> IntegrationParameters {
+pub(crate) fn integration_parameters(settings: &Settings) -> IntegrationParameters {
     if settings.contacts == ContactSolver::Rapier {
         return reference::integration_parameters(settings);
     }

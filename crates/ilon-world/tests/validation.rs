@@ -593,34 +593,34 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
     }
 }
 
-/// Signorini's, Coulomb's and the bearings' laws hold in every step, to what f32 resolves of the rates: rolling, and sliding
-/// on a floor that cannot hold the robot. On bumps several triangles say nearly the same of one roller, and the last digits
-/// cannot always be had: there 99 of 100 steps do to 2e-3 m/s, and half to 1e-6.
+/// Signorini's, Coulomb's and the bearings' laws hold in every step to what the solver calls solved, 1e-8 m/s: rolling, and sliding
+/// on a floor that cannot hold the robot. On bumps several triangles say nearly the same of one roller, and the last digits cannot
+/// always be had: there 97 of 100 steps are solved, and none is further off than 2 mm/s.
 #[test]
 fn the_laws_of_contact_hold_in_every_step() {
     let slippery = Floor {
         friction: 0.05,
         ..Floor::default()
     };
-    for (place, floor, all_but, half) in [
-        ("plane", Floor::default(), 1e-7, 1e-8),
-        ("slippery", slippery, 1e-7, 1e-8),
-        ("bumps", bumps(7), 2e-3, 1e-6),
+    for (place, floor, unsolved, worst_m_s) in [
+        ("plane", Floor::default(), 0, 1e-8),
+        ("slippery", slippery, 0, 1e-8),
+        ("bumps", bumps(7), 30, 2e-3),
     ] {
         let mut rig = Rig::new(&mecanum4(), &floor, 20.0, &near(500.0));
         rig.targets = ideal_rates(&mecanum4(), Twist::new(0.0, 0.3, 0.0));
-        let mut errors: Vec<f64> = (0..1000)
+        let errors: Vec<f64> = (0..1000)
             .map(|_| {
                 rig.run_s(0.002);
                 rig.world.contact_residual_m_s()
             })
             .collect();
-        errors.sort_by(f64::total_cmp);
-        let (middle, most) = (errors[500], errors[990]);
-        println!("{place}: half {middle:.1e}, 99 of 100 {most:.1e}");
+        let beyond = errors.iter().filter(|error| **error > 1e-8).count();
+        let most = errors.iter().copied().fold(0.0, f64::max);
+        println!("{place}: {beyond} of 1000 unsolved, at most {most:.1e}");
         assert!(
-            middle < half && most < all_but,
-            "{place}: {middle:.1e}, {most:.1e}"
+            beyond <= unsolved && most <= worst_m_s,
+            "{place}: {beyond}, {most:.1e}"
         );
     }
 }

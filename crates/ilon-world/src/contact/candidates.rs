@@ -1,11 +1,11 @@
-//! Where the robot is near the ground: the places that may touch in the step.
+//! Where a robot is near the ground: the places that may touch in the step.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use crate::RollerBodies;
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
-use crate::contact::reaction::Part;
+use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
 use crate::engine::convert;
 use crate::robot::state::State;
@@ -17,25 +17,26 @@ use crate::robot::wheel::RollerState;
 /// down with a slope that grows with the lean: within this angle by less than 3 um in a step of 0.02 rad of the wheel.
 const UPRIGHT: f64 = 0.01;
 
-/// A place where a part of the robot is near the ground.
+/// A place where a part of body A is near its partner B.
 ///
 /// Everything is in the floor's frame; the poses are those in the middle of the step where nothing else is said.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    pub part: Part,
-    /// On the ground, in metres.
+    pub a: Member,
+    pub b: Partner,
+    /// On B, in metres.
     pub place_m: Vector3<f64>,
-    /// Unit vector out of the ground.
+    /// Unit vector out of B.
     pub normal: Vector3<f64>,
-    /// Along the roller's axis, or any direction.
+    /// Along the axis of A's roller, or any direction.
     pub along: Vector3<f64>,
     /// Distance in metres, negative in penetration.
     pub gap_m: f64,
-    /// How the velocity of the robot's surface where it touches turns with the robot.
+    /// How the velocity of A's surface where it touches turns with A.
     pub turning: Turning,
-    /// Whether it is on a roller that the ground did not press on in the last step.
+    /// Whether it is on a roller that nothing pressed on in the last step.
     pub came_down: bool,
-    /// Velocity with which the place moves over the ground, in m/s.
+    /// Velocity with which the place moves over B, in m/s.
     pub travel_m_s: Vector3<f64>,
     /// Whether it is on an exact barrel.
     pub on_barrel: bool,
@@ -55,7 +56,7 @@ pub(crate) struct Turning {
 
 impl Turning {
     /// None that is counted.
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         came_down_at_m: None,
         until_m_s: Vector3::new(0.0, 0.0, 0.0),
         from_m_s: Vector3::new(0.0, 0.0, 0.0),
@@ -88,6 +89,14 @@ pub(crate) struct Workspace {
 }
 
 impl Scene<'_> {
+    /// A part of the body.
+    pub fn member(&self, part: Part) -> Member {
+        Member {
+            body: self.index,
+            part,
+        }
+    }
+
     /// Fills `found` with the places of the chassis that are near the ground.
     pub fn find_chassis(&self, found: &mut Vec<Candidate>) {
         found.clear();
@@ -102,7 +111,8 @@ impl Scene<'_> {
                     along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
                 };
                 found.push(Candidate {
-                    part: Part::Chassis,
+                    a: self.member(Part::Chassis),
+                    b: Partner::Ground,
                     place_m,
                     normal,
                     along: Vector3::x(),
@@ -196,6 +206,8 @@ impl Scene<'_> {
         if let Some((index, nearest)) = lowest
             && let Some(placed) = body.rollers[index].placed_barrel(hub)
         {
+            // Most wheels of most robots touch so, and room for more would lie idle in each of a fleet.
+            found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
         if !upright && !gives && found.len() > 1 {
@@ -268,7 +280,8 @@ impl Scene<'_> {
             nearest.place_m
         };
         Candidate {
-            part: Part::Roller(wheel, index),
+            a: self.member(Part::Roller(wheel, index)),
+            b: Partner::Ground,
             place_m,
             normal: nearest.normal,
             along: placed.axis,
@@ -314,7 +327,8 @@ impl Scene<'_> {
                     along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
                 found.push(Candidate {
-                    part: Part::Roller(wheel, part.roller),
+                    a: self.member(Part::Roller(wheel, part.roller)),
+                    b: Partner::Ground,
                     place_m,
                     normal,
                     along,
@@ -359,7 +373,7 @@ impl Scene<'_> {
                         point.local_p1
                     };
                     let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
-                    let place_m = self.ground.rapier_origin_m() + in_rapier_m;
+                    let place_m = self.origin_m + in_rapier_m;
                     show(place_m, normal, f64::from(point.dist));
                 }
             }
@@ -376,15 +390,15 @@ impl Scene<'_> {
 fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
     /// Far above the rounding of a plane's places, and far below any step in a ground.
     const ONE_PLANE_M: f64 = 1e-5;
-    let handed_over = |a: &Candidate, b: &Candidate| {
-        let nearer = b.gap_m < a.gap_m || b.gap_m == a.gap_m && b.part < a.part;
-        a.part != b.part
-            && a.on_barrel
-            && b.on_barrel
+    let handed_over = |one: &Candidate, other: &Candidate| {
+        let nearer = other.gap_m < one.gap_m || other.gap_m == one.gap_m && other.a < one.a;
+        one.a != other.a
+            && one.on_barrel
+            && other.on_barrel
             && nearer
-            && a.normal.dot(hub_axis).abs() < UPRIGHT
-            && a.normal.dot(&b.normal) > 1.0 - 1e-6
-            && a.normal.dot(&(b.place_m - a.place_m)).abs() < ONE_PLANE_M
+            && one.normal.dot(hub_axis).abs() < UPRIGHT
+            && one.normal.dot(&other.normal) > 1.0 - 1e-6
+            && one.normal.dot(&(other.place_m - one.place_m)).abs() < ONE_PLANE_M
     };
     // The nearest of a plane always stays, and leaving one out makes nobody else nearer.
     let mut index = 0;

@@ -16,11 +16,15 @@
 //!
 //! and with u_s goes whatever else acts over the step, and the robot's motion.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use crate::contact::linear::solve_in_place;
 use crate::contact::problem::ImpulseProblem;
 use crate::contact::reaction::Reaction;
+use crate::contact::response::{Responses, of_axles};
+use crate::contact::row::Row;
 
 /// A contact that comes in faster, in m/s, hits: what happens then takes the whole step.
 const HITS_M_S: f64 = 1e-2;
@@ -41,52 +45,33 @@ pub(crate) struct Jump {
     solution: Vec<f64>,
     /// What frees the wheels from their motors, a square as wide as there are wheels.
     freeing: Vec<f64>,
+    /// What the unit impulse of each row does to each wheel, row by row; and what of that comes from freeing the wheels.
+    at_wheels: Vec<f64>,
+    freed: Vec<f64>,
 }
 
-/// How the bodies answer to impulses, as they are held in the step: rates by degree of freedom, one impulse after the
-/// other.
-pub(crate) struct Responses<'a> {
-    /// To the impulse of each row.
-    pub of_rows: &'a [f32],
-    /// To a unit impulse on each wheel.
-    pub of_wheels: &'a [f32],
-    /// Each wheel's degree of freedom.
-    pub wheel_dofs: &'a [usize],
-    /// What a wheel's motor and bearing lose of their impulse per rate that it gains, in N m s per rad/s.
+/// How the bodies answer to impulses, as they are held in the step, and what holds them.
+pub(crate) struct Held<'a> {
+    pub rows: &'a [Row],
+    pub responses: &'a Responses,
+    /// What the motor and bearing of each wheel lose of their impulse per rate that it gains, in N m s per rad/s.
     pub held_n_m_s2: &'a [f64],
-    /// For each row that turns a roller about its axis, which roller and by how much a unit impulse does.
-    pub axles: &'a [Option<(usize, f64)>],
     /// By how much each roller would answer more to an impulse about its axis if its bearing did not hold it, in rad/s per
     /// N m s.
     pub freed_axles: &'a [f64],
 }
 
-impl Responses<'_> {
-    fn dofs(&self) -> usize {
-        self.of_wheels.len() / self.wheel_dofs.len()
-    }
-
-    fn row(&self, row: usize) -> &[f32] {
-        let dofs = self.dofs();
-        &self.of_rows[row * dofs..][..dofs]
-    }
-
-    /// What a unit impulse of a row does to a wheel's rate.
-    fn at_wheel(&self, row: usize, wheel: usize) -> f64 {
-        f64::from(self.row(row)[self.wheel_dofs[wheel]])
-    }
-
-    /// What the freed bearing of a roller adds to W of two rows.
+impl Held<'_> {
+    /// What freed bearings of rollers add to W of two rows.
     fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
-        match (self.axles[row], self.axles[column]) {
-            (Some((i, a)), Some((j, b))) if i == j => a * b * self.freed_axles[i],
-            _ => 0.0,
-        }
+        let rows = (&self.rows[row], &self.rows[column]);
+        of_axles(rows, |axle| self.freed_axles[axle])
     }
 
-    /// What a unit impulse on a wheel does to a degree of freedom.
-    fn of_wheel(&self, wheel: usize, dof: usize) -> f64 {
-        f64::from(self.of_wheels[wheel * self.dofs() + dof])
+    /// What the unit impulse on a wheel does to the rate of another.
+    fn of_wheel_at(&self, wheel: usize, at: usize) -> f64 {
+        let at = self.responses.wheels()[at];
+        self.responses.of_wheel(wheel, (at.body, at.dof))
     }
 }
 
@@ -111,24 +96,27 @@ impl Jump {
         self.share = 0.0;
     }
 
+    /// Where matrices are written; what stands there counts for nothing between two calls.
+    pub fn room(&mut self) -> &mut Vec<f64> {
+        &mut self.matrix
+    }
+
     /// Finds the jump of a step that has been solved.
-    pub fn find(
-        &mut self,
-        reactions: &[Reaction],
-        problem: &ImpulseProblem,
-        responses: &Responses<'_>,
-    ) {
-        self.free_wheels(responses);
-        self.find_impulses(reactions, problem, responses);
-        self.find_effect(problem, responses);
+    pub fn find(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
+        self.free_wheels(held);
+        self.find_at_wheels(held);
+        self.find_impulses(reactions, problem, held);
+        self.find_effect(problem, held);
         self.share = share(reactions, &self.impulses);
     }
 
     /// By how much the rates of the bodies are further, where the mean over the step starts from, than they were when it
-    /// began.
-    pub fn start_change(&self) -> impl Iterator<Item = f64> {
+    /// began, for a range of the degrees of freedom of all bodies.
+    pub fn start_change(&self, dofs: Range<usize>) -> impl Iterator<Item = f64> {
         let over = 1.0 - self.share;
-        self.change.iter().map(move |change| over * change)
+        // Of a step without contacts that were solved for here there is none.
+        let change = self.change.get(dofs).unwrap_or(&[]);
+        change.iter().map(move |change| over * change)
     }
 
     /// p_j of a row.
@@ -151,21 +139,21 @@ impl Jump {
 
     /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
     /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
-    fn free_wheels(&mut self, responses: &Responses<'_>) {
-        let wheels = responses.wheel_dofs.len();
+    fn free_wheels(&mut self, held: &Held<'_>) {
+        let wheels = held.responses.wheels().len();
         self.freeing.clear();
         self.freeing.resize(wheels * wheels, 0.0);
         for column in 0..wheels {
             self.matrix.clear();
-            for (row, lost) in responses.held_n_m_s2.iter().enumerate() {
+            for (row, lost) in held.held_n_m_s2.iter().enumerate() {
                 self.matrix.extend((0..wheels).map(|k| {
                     let one = if row == k { 1.0 } else { 0.0 };
-                    one - lost * responses.of_wheel(row, responses.wheel_dofs[k])
+                    one - lost * held.of_wheel_at(row, k)
                 }));
             }
             self.solution.clear();
             self.solution.resize(wheels, 0.0);
-            self.solution[column] = responses.held_n_m_s2[column];
+            self.solution[column] = held.held_n_m_s2[column];
             if !solve_in_place(&mut self.matrix, &mut self.solution) {
                 continue;
             }
@@ -175,31 +163,39 @@ impl Jump {
         }
     }
 
+    /// What each row does to the wheels, as they are held and what freeing them adds.
+    fn find_at_wheels(&mut self, held: &Held<'_>) {
+        let wheels = held.responses.wheels().len();
+        self.at_wheels.clear();
+        self.freed.clear();
+        for row in 0..self.impulses.len() {
+            let of_row = (0..wheels).map(|wheel| held.responses.at_wheel(row, wheel));
+            self.at_wheels.extend(of_row);
+            let at = &self.at_wheels[row * wheels..];
+            let freeing = self.freeing.chunks_exact(wheels);
+            let freed = freeing.map(|of| of.iter().zip(at).map(|(f, at)| f * at).sum::<f64>());
+            self.freed.extend(freed);
+        }
+    }
+
     /// W of two rows with the wheels free.
     fn response(
         &self,
         problem: &ImpulseProblem,
-        responses: &Responses<'_>,
+        held: &Held<'_>,
         (row, column): (usize, usize),
     ) -> f64 {
-        let wheels = responses.wheel_dofs.len();
-        let mut sum = problem.w(row, column) + responses.of_freed_axle(row, column);
-        for a in 0..wheels {
-            let at = responses.at_wheel(row, a);
-            let freed =
-                (0..wheels).map(|b| self.freeing[a * wheels + b] * responses.at_wheel(column, b));
-            sum += at * freed.sum::<f64>();
+        let wheels = held.responses.wheels().len();
+        let mut sum = problem.w(row, column) + held.of_freed_axle(row, column);
+        let at = &self.at_wheels[row * wheels..][..wheels];
+        for (at, freed) in at.iter().zip(&self.freed[column * wheels..]) {
+            sum += at * freed;
         }
         sum
     }
 
     /// Solves W p_j = -u_0 where rollers come down and 0 where else a contact or a bearing is held.
-    fn find_impulses(
-        &mut self,
-        reactions: &[Reaction],
-        problem: &ImpulseProblem,
-        responses: &Responses<'_>,
-    ) {
+    fn find_impulses(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
         /// Redundant contacts can share a jump in many ways: the least softness picks one.
         const RIDGE: f64 = 1e-6;
         self.held.clear();
@@ -221,58 +217,62 @@ impl Jump {
                 row += 1;
             }
         }
-        let held = std::mem::take(&mut self.held);
+        let still = std::mem::take(&mut self.held);
         self.matrix.clear();
-        for &row in &held {
-            for &column in &held {
-                let w = self.response(problem, responses, (row, column));
+        for &row in &still {
+            for &column in &still {
+                let w = self.response(problem, held, (row, column));
                 let ridge = if row == column { RIDGE * w } else { 0.0 };
                 self.matrix.push(w + ridge);
             }
         }
         if solve_in_place(&mut self.matrix, &mut self.solution) {
-            for (&row, impulse) in held.iter().zip(&self.solution) {
+            for (&row, impulse) in still.iter().zip(&self.solution) {
                 self.impulses[row] = *impulse;
             }
         }
-        self.held = held;
+        self.held = still;
     }
 
     /// What the impulses do to the rows and to the bodies.
-    fn find_effect(&mut self, problem: &ImpulseProblem, responses: &Responses<'_>) {
-        let wheels = responses.wheel_dofs.len();
+    fn find_effect(&mut self, problem: &ImpulseProblem, held: &Held<'_>) {
+        let wheels = held.responses.wheels().len();
+        // What the impulses do to the wheels, as they are held, and then what freeing them adds.
+        self.matrix.clear();
+        for wheel in 0..wheels {
+            let of_rows = self.held.iter();
+            let at = of_rows.map(|&row| self.impulses[row] * self.at_wheels[row * wheels + wheel]);
+            self.matrix.push(at.sum());
+        }
         self.solution.clear();
-        for a in 0..wheels {
-            let freed = |b: usize| {
-                let at = self
-                    .held
-                    .iter()
-                    .map(|&row| self.impulses[row] * responses.at_wheel(row, b));
-                self.freeing[a * wheels + b] * at.sum::<f64>()
-            };
-            let sum = (0..wheels).map(freed).sum();
-            self.solution.push(sum);
+        for of in self.freeing.chunks_exact(wheels) {
+            let freed = of.iter().zip(&self.matrix).map(|(f, at)| f * at);
+            self.solution.push(freed.sum());
         }
         for row in 0..self.velocities.len() {
-            let of_rows = self.held.iter().map(|&by| {
-                (problem.w(row, by) + responses.of_freed_axle(row, by)) * self.impulses[by]
-            });
-            let of_wheels = self.solution.iter().enumerate();
-            self.velocities[row] = of_rows.sum::<f64>()
-                + of_wheels
-                    .map(|(a, y)| y * responses.at_wheel(row, a))
-                    .sum::<f64>();
-        }
-        for (dof, change) in self.change.iter_mut().enumerate() {
             let of_rows = self
                 .held
                 .iter()
-                .map(|&row| self.impulses[row] * f64::from(responses.row(row)[dof]));
+                .map(|&by| (problem.w(row, by) + held.of_freed_axle(row, by)) * self.impulses[by]);
             let of_wheels = self.solution.iter().enumerate();
-            *change = of_rows.sum::<f64>()
+            self.velocities[row] = of_rows.sum::<f64>()
                 + of_wheels
-                    .map(|(a, y)| y * responses.of_wheel(a, dof))
+                    .map(|(a, y)| y * self.at_wheels[row * wheels + a])
                     .sum::<f64>();
+        }
+        for body in 0..held.responses.bodies() {
+            let dofs = held.responses.dofs_of(body);
+            for (dof, change) in self.change[dofs].iter_mut().enumerate() {
+                let of_rows = self.held.iter().filter_map(|&row| {
+                    let rates = held.responses.of_row(row, body)?;
+                    Some(self.impulses[row] * f64::from(rates[dof]))
+                });
+                let of_wheels = self.solution.iter().enumerate();
+                *change = of_rows.sum::<f64>()
+                    + of_wheels
+                        .map(|(a, y)| y * held.responses.of_wheel(a, (body, dof)))
+                        .sum::<f64>();
+            }
         }
     }
 }

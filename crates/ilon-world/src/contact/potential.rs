@@ -1,44 +1,18 @@
-//! What a place near the ground would be as a contact: how its velocities follow from the robot's rates.
+//! What a place where bodies are near each other would be as a contact: how its velocities follow from their rates.
 
 use nalgebra::Vector3;
-use rapier3d::math::Real;
 
 use crate::contact::candidates::{Candidate, frame};
-use crate::contact::reaction::Part;
-use crate::contact::scene::Scene;
+use crate::contact::reaction::{Member, Part, Partner};
+use crate::contact::row::{Row, Side};
+use crate::contact::scene::{Scene, Scenes};
 use crate::robot::state::State;
 
-/// How a velocity follows from the robot's rates, and what a unit impulse there does to them: those of the chassis, of a
-/// wheel, and of a roller about its axis.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
-    pub chassis: [f64; 6],
-    /// Degree of freedom and share.
-    pub hub: Option<(usize, f64)>,
-    /// Place among the axles and share.
-    pub axle: Option<(usize, f64)>,
-}
-
-impl Row {
-    /// The part of the velocity that chassis and wheel make, with these rates by degree of freedom.
-    pub fn of_bodies(&self, rates: &[f64]) -> f64 {
-        self.sum(|dof| rates[dof])
-    }
-
-    /// The same of rates as rapier has them.
-    pub fn of_bodies_f32(&self, rates: &[Real]) -> f64 {
-        self.sum(|dof| f64::from(rates[dof]))
-    }
-
-    fn sum(&self, rate: impl Fn(usize) -> f64) -> f64 {
-        let chassis = self.chassis.iter().enumerate().map(|(i, c)| c * rate(i));
-        chassis.sum::<f64>() + self.hub.map_or(0.0, |(dof, c)| c * rate(dof))
-    }
-}
-
-/// A roller that may touch the ground.
+/// A roller that may touch something.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axle {
+    /// Its body's place among the articulated bodies.
+    pub body: usize,
     pub wheel: usize,
     pub roller: usize,
     /// Its axis in the middle of the step, in the floor's frame.
@@ -55,60 +29,89 @@ pub(crate) struct Axle {
     pub free_response: f64,
 }
 
-/// A place near the ground, as the contact that it would be.
+/// A place where two bodies are near each other, as the contact that it would be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PotentialContact {
-    pub candidate: Candidate,
-    /// Distance from the ground when the step began, in metres, as its velocity in the middle has it.
+    /// Distance from B when the step began, in metres, as its velocity in the middle has it.
     pub gap_before_m: f64,
     /// Normal and two tangents.
     pub frame: [Vector3<f64>; 3],
     /// The share of an axle stands in them, its place among the axles not yet.
     pub rows: [Row; 3],
-    pub axle: Option<Axle>,
-    /// Velocity along the frame when the step began, in m/s.
+    /// The rollers that turn about their axes, of A and of B.
+    pub axles: [Option<Axle>; 2],
+    /// Velocity of A against B along the frame when the step began, in m/s.
     pub before: Vector3<f64>,
     /// And at its end without any reaction.
     pub free: Vector3<f64>,
 }
 
-impl Scene<'_> {
-    /// What a place near the ground would be as a contact.
+impl Scenes<'_> {
+    /// What a place where two bodies are near each other would be as a contact.
     pub fn potential_contact(&self, place: &Candidate) -> PotentialContact {
-        let axle = self.axle(place.part);
+        let a = self.of(place.a.body);
+        let b = match place.b {
+            Partner::Of(Member { body, part }) => Some((self.of(body), part)),
+            Partner::Ground | Partner::Itself => None,
+        };
+        let part = place.a.part;
+        let axles = [
+            a.axle(part),
+            b.as_ref().and_then(|(scene, part)| scene.axle(*part)),
+        ];
         let in_the_middle = frame(place.normal, place.along);
-        let row = |direction: Vector3<f64>| self.row(place, self.middle, place.place_m, direction);
+        let of_b = |direction: Vector3<f64>| {
+            b.as_ref().map(|(scene, part)| {
+                let side = scene.side(*part, scene.middle, place.place_m, direction);
+                side.reversed()
+            })
+        };
+        let row = |direction: Vector3<f64>| Row {
+            a: a.side(part, a.middle, place.place_m, direction),
+            b: of_b(direction),
+        };
         let (frame, rows) = match place.turning.came_down_at_m {
             Some(at_m) => {
                 // A roller that came down: its tangents as they were then. Across the ground it is where it is now.
-                let axes = frame(place.normal, self.axis_of(place.part, self.before));
-                let tangent = |direction| self.row(place, self.before, at_m, direction);
+                let axes = frame(place.normal, a.axis_of(part, a.before));
+                let tangent = |direction| Row {
+                    a: a.side(part, a.before, at_m, direction),
+                    b: of_b(direction),
+                };
                 (axes, [row(axes[0]), tangent(axes[1]), tangent(axes[2])])
             }
             None => (in_the_middle, in_the_middle.map(row)),
         };
-        let velocities = |rates: &[f64], axle_rad_s: Option<f64>| {
+        let velocities = |rates: for<'s> fn(&'s Scene<'_>) -> &'s [f64],
+                          axle_rad_s: fn(&Axle) -> f64| {
+            let of_side = |side: &Side, scene: &Scene<'_>, axle: &Option<Axle>| {
+                let of_axle = side.axle.zip(axle.as_ref());
+                side.of_bodies(rates(scene))
+                    + of_axle.map_or(0.0, |((_, c), axle)| c * axle_rad_s(axle))
+            };
             let of = |row: &Row| {
-                let of_axle = (row.axle.zip(axle_rad_s)).map_or(0.0, |((_, c), rate)| c * rate);
-                row.of_bodies(rates) + of_axle
+                let of_a = of_side(&row.a, &a, &axles[0]);
+                let of_b = row.b.as_ref().zip(b.as_ref());
+                of_a + of_b.map_or(0.0, |(side, (scene, _))| of_side(side, scene, &axles[1]))
             };
             Vector3::new(of(&rows[0]), of(&rows[1]), of(&rows[2]))
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;
-        let now = velocities(self.rates_before, axle.map(|a| a.before_rad_s));
-        let free = velocities(self.rates_free, axle.map(|a| a.rate_rad_s));
+        let now = velocities(|scene| scene.rates_before, |axle| axle.before_rad_s);
+        let free = velocities(|scene| scene.rates_free, |axle| axle.rate_rad_s);
         PotentialContact {
-            candidate: *place,
             gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
             frame,
             rows,
             before: now - tangential(&turning.until_m_s),
             free: free + tangential(&turning.from_m_s),
-            axle,
+            axles,
         }
     }
+}
 
+impl Scene<'_> {
     /// The axis of a part's roller in a state, in the floor's frame; any direction of what is none.
     fn axis_of(&self, part: Part, state: &State) -> Vector3<f64> {
         match part {
@@ -128,6 +131,7 @@ impl Scene<'_> {
         let state = &self.assembly.wheels[wheel].rollers[roller];
         let hub = &self.middle.hubs()[wheel];
         Some(Axle {
+            body: self.index,
             wheel,
             roller,
             axis: hub.rotation * state.axis_in_hub,
@@ -143,20 +147,21 @@ impl Scene<'_> {
         })
     }
 
-    /// How the velocity of a place along a direction follows from the robot's rates, in the pose that it has in a state.
+    /// How the velocity of a place of a part along a direction follows from the robot's rates, in the pose that it has in a
+    /// state.
     ///
     /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the hub's angular velocity
     /// and l the lever from the roller's middle, v = v_hub + (w - W . d) d x l.
-    fn row(
+    fn side(
         &self,
-        place: &Candidate,
+        part: Part,
         state: &State,
         place_m: Vector3<f64>,
         direction: Vector3<f64>,
-    ) -> Row {
+    ) -> Side {
         let mut turn = (place_m - state.center_m()).cross(&direction);
         let (mut hub_row, mut axle_row) = (None, None);
-        if let Part::Roller(wheel, roller) = place.part {
+        if let Part::Roller(wheel, roller) = part {
             let hub = &state.hubs()[wheel];
             let mut of_hub = (place_m - hub.center_m).cross(&direction);
             let body = &self.assembly.wheels[wheel];
@@ -171,7 +176,8 @@ impl Scene<'_> {
             }
             hub_row = Some((body.hub_dof, hub.axis().dot(&of_hub)));
         }
-        Row {
+        Side {
+            body: self.index,
             chassis: [
                 direction.x,
                 direction.y,

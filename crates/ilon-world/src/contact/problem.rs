@@ -12,8 +12,9 @@
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
 //! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning.
 //!
-//! Block Gauss-Seidel sweeps solve one law exactly for the others as they are; between them Newton's method takes all
-//! laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one Newton step.
+//! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
+//! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
+//! find out roughly what sticks and what slides, and it begins again from there.
 
 mod newton;
 mod one_contact;
@@ -70,6 +71,8 @@ pub(crate) struct ImpulseProblem {
     /// W, row by row.
     delassus: Vec<f64>,
     newton: Newton,
+    /// The impulses that broke the laws least so far.
+    best: Vec<f64>,
 }
 
 /// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
@@ -91,9 +94,6 @@ const SOFT_SWEEPS_A_ROUND: usize = 2;
 
 /// Rounds of so few sweeps.
 const SOFT_ROUNDS: usize = 8;
-
-/// Newton steps in a row at most, while each brings the error down by a factor of ten.
-const NEWTON_STEPS: usize = 4;
 
 impl ImpulseProblem {
     /// Forgets everything.
@@ -215,20 +215,20 @@ impl ImpulseProblem {
     pub fn solve(&mut self) -> f64 {
         let gives = self.softness.iter().any(|softness| *softness > 0.0);
         let mut error = self.error();
+        if error <= TOLERANCE {
+            return error;
+        }
+        let mut least = f64::INFINITY;
         for round in 0..ROUNDS {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
-            for _ in 0..NEWTON_STEPS {
-                if error <= TOLERANCE {
-                    return error;
-                }
-                let before = error;
-                error = self.newton_step(error);
-                if error > 0.1 * before {
-                    break;
-                }
-            }
+            error = self.newton_steps(error);
             if error <= TOLERANCE {
                 return error;
+            }
+            if error < least {
+                least = error;
+                self.best.clear();
+                self.best.extend_from_slice(&self.impulses);
             }
             let sweeps = if gives && round < SOFT_ROUNDS {
                 SOFT_SWEEPS_A_ROUND
@@ -242,7 +242,19 @@ impl ImpulseProblem {
             }
             error = self.error();
         }
-        error
+        if error < least {
+            return error;
+        }
+        for row in 0..self.rows() {
+            self.set(row, self.best[row]);
+        }
+        least
+    }
+
+    /// Exchanges the room in which Newton's method writes its matrix: whoever solves something else afterwards may use it, so that
+    /// the robots of a fleet do not each keep another.
+    pub fn swap_room(&mut self, room: &mut Vec<f64>) {
+        self.newton.swap_matrix(room);
     }
 
     /// W of two rows.

@@ -1,21 +1,40 @@
-//! What the ground or a dry bearing did to the robot in a step.
+//! What bodies, the ground and dry bearings did to one another in a step.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::tread::{Press, Shear, Softness};
 
-/// What a reaction acts on.
+/// A part of an articulated body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Member {
+    /// The body's place among the articulated ones.
+    pub body: usize,
+    pub part: Part,
+}
+
+/// What a reaction acts on beside body A.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Partner {
+    /// The ground, which never moves.
+    Ground,
+    /// A part of another articulated body.
+    Of(Member),
+    /// A itself: it is a joint.
+    Itself,
+}
+
+/// What of a body a reaction acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Part {
-    /// The chassis touches the ground.
+    /// The chassis touches something.
     Chassis,
-    /// A roller touches the ground: wheel and roller.
+    /// A roller touches something: wheel and roller.
     Roller(usize, usize),
     /// The bearing of a wheel.
     Hub(usize),
-    /// The bearing of a roller that touches the ground: wheel and roller.
+    /// The bearing of a roller that touches something: wheel and roller.
     Axle(usize, usize),
-    /// What rolling over the ground costs: wheel and roller.
+    /// What rolling over something costs: wheel and roller.
     Rolling(usize, usize),
     /// What keeps the motor of a wheel from driving it beyond its rate limit.
     RateLimit(usize),
@@ -33,26 +52,44 @@ impl Part {
     }
 }
 
-/// One reaction of the last step.
+impl Member {
+    /// Whether a reaction here goes on where one there was in the last step.
+    pub fn follows(self, before: Self) -> bool {
+        self.body == before.body && self.part.follows(before.part)
+    }
+}
+
+impl Partner {
+    /// Whether a reaction with this partner goes on where one with that was in the last step.
+    pub fn follows(self, before: Self) -> bool {
+        match (self, before) {
+            (Self::Of(now), Self::Of(then)) => now.follows(then),
+            _ => self == before,
+        }
+    }
+}
+
+/// One reaction of the last step, between body A and its partner B.
 ///
 /// Its three numbers are a contact's normal and two tangents; a bearing has only the first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction {
-    pub part: Part,
+    pub a: Member,
+    pub b: Partner,
     /// Where, in the middle of the step, in the floor's frame, in metres; nowhere for a bearing.
     pub at_m: Vector3<f64>,
-    /// For a contact the ground's normal and two tangents, in the floor's frame, of which the first lies along the
-    /// roller.
+    /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first lies along the
+    /// roller of A.
     pub frame: [Vector3<f64>; 3],
     /// Coulomb friction coefficient of a contact.
     pub friction: f64,
-    /// Impulse on the robot along `frame`, in N s; of a bearing in N m s.
+    /// Impulse on A along `frame`, in N s, and on B the opposite; of a bearing in N m s.
     pub impulse: Vector3<f64>,
-    /// Velocity along `frame` when the step began, in m/s; of a bearing in rad/s.
+    /// Velocity of A against B along `frame` when the step began, in m/s; of a bearing in rad/s.
     pub velocity_before: Vector3<f64>,
     /// Velocity along `frame` when it ended.
     pub velocity_after: Vector3<f64>,
-    /// Energy that each of the impulses took out of the robot, in J.
+    /// Energy that each of the impulses took out of the bodies, in J.
     pub taken_j: Vector3<f64>,
     /// Whether a roller came down on the ground in the step.
     pub came_down: bool,
@@ -84,9 +121,14 @@ pub(crate) struct Tread {
 }
 
 impl Reaction {
+    /// Whether it goes on where another was in the last step.
+    pub fn follows(&self, before: &Self) -> bool {
+        self.a.follows(before.a) && self.b.follows(before.b)
+    }
+
     /// How many numbers the part has.
     pub fn rows(&self) -> usize {
-        match self.part {
+        match self.a.part {
             Part::Chassis | Part::Roller(..) => 3,
             Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => 1,
         }
@@ -135,7 +177,7 @@ impl Reaction {
             .map_or(0.0, |tread| tread.stored_j.iter().sum())
     }
 
-    /// Tangential impulse on the robot in the floor's frame, in N s.
+    /// Tangential impulse on A in the floor's frame, in N s.
     pub fn friction_impulse_n_s(&self) -> Vector3<f64> {
         self.impulse.y * self.frame[1] + self.impulse.z * self.frame[2]
     }

@@ -1,8 +1,9 @@
-//! What the ground and dry bearings do to the robot in a step.
+//! What bodies, the ground and dry bearings do to one another in a step.
 //!
-//! rapier moves chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
+//! rapier moves each body's chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
 //! frames. The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
-//! rates with which the step is taken.
+//! rates with which the step is taken. Each contact is between body A and its partner B, the ground or another body, and its rows
+//! hold what stands for these two alone.
 //!
 //! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the middle of the step. What a
 //! contact's law speaks of is its velocity u_1 at the *end* of the step, in the pose that it has then. With J the rows in
@@ -32,11 +33,13 @@ use rapier3d::prelude::*;
 
 use crate::Settings;
 use crate::contact::candidates::{Candidate, Workspace};
-use crate::contact::jump::{Jump, Responses};
-use crate::contact::potential::{Axle, PotentialContact, Row};
+use crate::contact::jump::{Held, Jump};
+use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::ImpulseProblem;
-use crate::contact::reaction::{Part, Reaction};
-use crate::contact::scene::Scene;
+use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::response::Responses;
+use crate::contact::row::Row;
+use crate::contact::scene::Scenes;
 
 /// The reactions of the last step, and room for those of the next.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +48,7 @@ pub(crate) struct Reactions {
     nearby: Vec<Candidate>,
     potential: Vec<PotentialContact>,
     workspace: Workspace,
-    /// Of each contact in its order: how far from the ground it is in the middle of the step and was at its start.
+    /// Of each contact in its order: how far from its partner it is in the middle of the step and was at its start.
     gaps_m: Vec<(f64, f64)>,
     /// Of the rollers that may touch.
     axles: Vec<Axle>,
@@ -53,12 +56,11 @@ pub(crate) struct Reactions {
     before: Vec<Reaction>,
     rows: Vec<Row>,
     problem: ImpulseProblem,
-    /// What the unit impulse of each row does to every rate, row by row; and of each wheel, where that is needed.
-    responses: Vec<Real>,
-    wheel_responses: Vec<Real>,
-    wheel_dofs: Vec<usize>,
-    row_axles: Vec<Option<(usize, f64)>>,
+    responses: Responses,
+    /// What the motor and bearing of each wheel of all bodies lose of their impulse per rate gained, in N m s per rad/s.
+    held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
+    /// By degree of freedom of all bodies, one after the other.
     change: Vec<f64>,
     jump: Jump,
     error: f64,
@@ -69,7 +71,7 @@ pub(crate) struct Reactions {
     released_j: f64,
 }
 
-/// A roller that the ground touched in a step.
+/// A roller that something touched in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TouchedRoller {
     pub wheel: usize,
@@ -82,56 +84,55 @@ pub(crate) struct TouchedRoller {
 
 impl Reactions {
     /// Solves for the reactions of the step that rapier has just taken without any.
-    pub fn react(&mut self, scene: &Scene<'_>) {
+    pub fn react(&mut self, scenes: Scenes<'_>) {
         self.clear();
         self.before_dt_s = self.dt_s;
-        self.dt_s = scene.dt_s;
-        self.gather(scene);
-        let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
-        let dofs = multibody.ndofs();
-        let answer = |impulses: &mut [Real]| {
+        self.dt_s = scenes.dt_s;
+        self.find(scenes);
+        self.gather(scenes);
+        let bodies = scenes.bodies.iter();
+        self.responses
+            .clear(bodies.map(|body| body.rates_free.len()));
+        let answer = |body: usize, impulses: &mut [Real]| {
+            let scene = scenes.of(body);
+            let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
+            let dofs = multibody.ndofs();
             let count = impulses.len() / dofs;
             let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, count);
             multibody.inv_augmented_mass().solve_mut(&mut impulses);
         };
-        self.solve(dofs, answer);
-        self.jump.clear(self.rows.len(), dofs);
+        self.solve(answer);
+        self.jump.clear(self.rows.len(), self.responses.dofs());
         if Jump::happens(&self.all) {
-            self.find_jump(scene, dofs, answer);
+            self.find_jump(scenes, answer);
         }
         self.count_work();
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
-    fn find_jump(&mut self, scene: &Scene<'_>, dofs: usize, answer: impl FnOnce(&mut [Real])) {
-        let wheels = scene.assembly.wheels.iter();
-        self.wheel_dofs.clear();
-        self.wheel_dofs.extend(wheels.map(|wheel| wheel.hub_dof));
-        self.wheel_responses.clear();
-        self.wheel_responses
-            .resize(self.wheel_dofs.len() * dofs, 0.0);
-        for (wheel, dof) in self.wheel_dofs.iter().enumerate() {
-            self.wheel_responses[wheel * dofs + dof] = 1.0;
+    fn find_jump(&mut self, scenes: Scenes<'_>, answer: impl Fn(usize, &mut [Real])) {
+        self.held_n_m_s2.clear();
+        for scene in scenes.each() {
+            let wheels = scene.assembly.wheels.iter().map(|wheel| wheel.hub_dof);
+            self.responses.find_of_wheels(scene.index, wheels, &answer);
+            self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
         }
-        answer(&mut self.wheel_responses);
-        self.row_axles.clear();
-        self.row_axles.extend(self.rows.iter().map(|row| row.axle));
         self.freed_axles.clear();
         let axles = self.axles.iter();
         self.freed_axles
             .extend(axles.map(|axle| axle.free_response - axle.response.unwrap_or(0.0)));
-        let responses = Responses {
-            of_rows: &self.responses,
-            of_wheels: &self.wheel_responses,
-            wheel_dofs: &self.wheel_dofs,
-            held_n_m_s2: scene.held_n_m_s2,
-            axles: &self.row_axles,
+        let held = Held {
+            rows: &self.rows,
+            responses: &self.responses,
+            held_n_m_s2: &self.held_n_m_s2,
             freed_axles: &self.freed_axles,
         };
-        self.jump.find(&self.all, &self.problem, &responses);
+        self.problem.swap_room(self.jump.room());
+        self.jump.find(&self.all, &self.problem, &held);
+        self.problem.swap_room(self.jump.room());
         let over = 1.0 - self.jump.share();
         for (row, of) in self.rows.iter().enumerate() {
-            if let Some((axle, c)) = of.axle {
+            for (axle, c) in of.sides().filter_map(|side| side.axle) {
                 let axle = &mut self.axles[axle];
                 axle.start_rad_s += over * self.jump.impulse(row) * c * axle.free_response;
             }
@@ -173,24 +174,32 @@ impl Reactions {
         }
     }
 
-    /// The jump of rollers that came down in the last step.
-    pub fn jump(&self) -> &Jump {
-        &self.jump
-    }
-
     /// The reactions of the last step.
     pub fn all(&self) -> &[Reaction] {
         &self.all
     }
 
-    /// By how much the reactions change each rate of the bodies.
-    pub fn change(&self) -> &[f64] {
-        &self.change
+    /// Those of which an articulated body is A.
+    pub fn of_body(&self, body: usize) -> impl Iterator<Item = &Reaction> {
+        let all = self.all.iter();
+        all.filter(move |reaction| reaction.a.body == body)
     }
 
-    /// The rollers that the ground touched.
-    pub fn touched(&self) -> impl Iterator<Item = TouchedRoller> {
-        self.axles.iter().map(|axle| TouchedRoller {
+    /// By how much the reactions change each rate of an articulated body.
+    pub fn change(&self, body: usize) -> &[f64] {
+        &self.change[self.responses.dofs_of(body)]
+    }
+
+    /// By how much the rates of an articulated body are further, where the mean over the last step starts from, than they were
+    /// when it began.
+    pub fn start_change(&self, body: usize) -> impl Iterator<Item = f64> {
+        self.jump.start_change(self.responses.dofs_of(body))
+    }
+
+    /// The rollers of an articulated body that something touched.
+    pub fn touched(&self, body: usize) -> impl Iterator<Item = TouchedRoller> {
+        let axles = self.axles.iter().filter(move |axle| axle.body == body);
+        axles.map(|axle| TouchedRoller {
             wheel: axle.wheel,
             roller: axle.roller,
             mean_rad_s: 0.5 * (axle.start_rad_s + axle.rate_rad_s),
@@ -198,18 +207,30 @@ impl Reactions {
         })
     }
 
-    /// By how much deeper than when it began the deepest contact would be in the ground at the end of the last step if the
-    /// robot moved on with the mean of the rates, in metres.
-    pub fn sinks_m(&self, dt_s: f64) -> f64 {
+    /// By how much deeper than when it began the deepest contact of an articulated body would be at the end of the last step if
+    /// all moved on with the mean of the rates, in metres.
+    pub fn sinks_m(&self, body: usize, dt_s: f64) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
+        let touches = |reaction: &Reaction| {
+            let of_b = matches!(reaction.b, Partner::Of(member) if member.body == body);
+            reaction.a.body == body || of_b
+        };
         let rigid = contacts
             .zip(&self.gaps_m)
-            .filter(|(contact, _)| contact.tread().is_none());
+            .filter(|(contact, _)| contact.tread().is_none() && touches(contact));
         let sinks = rigid.map(|(contact, (gap_m, before_m))| {
             let then_m = gap_m + 0.5 * dt_s * contact.velocity_after.x;
             before_m.min(0.0) - then_m
         });
         sinks.fold(0.0, f64::max)
+    }
+
+    /// What the dry bearings of an articulated body and rolling took in the last step, in J.
+    pub fn bearings_took_j(&self, body: usize) -> f64 {
+        let is_bearing =
+            |r: &&Reaction| matches!(r.a.part, Part::Hub(_) | Part::Axle(..) | Part::Rolling(..));
+        let bearings = self.of_body(body).filter(is_bearing);
+        bearings.map(|reaction| reaction.taken_j.x).sum()
     }
 
     /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One
@@ -221,7 +242,7 @@ impl Reactions {
         const SLIDES_M_S: f64 = 0.03;
         self.all.iter().any(|reaction| {
             let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
-            matches!(reaction.part, Part::Roller(..))
+            matches!(reaction.a.part, Part::Roller(..))
                 && reaction.tread().is_none()
                 && limit > 0.0
                 && reaction.impulse.yz().norm() > limit
@@ -263,60 +284,44 @@ impl Reactions {
         self.gaps_m.clear();
     }
 
-    /// Solves for the impulses, given how impulses answer: `solve` takes generalised impulses, one of `dofs` numbers
-    /// after the other, to the rates that they give.
-    fn solve(&mut self, dofs: usize, solve: impl FnOnce(&mut [Real])) {
-        let rows = self.rows.len();
-        self.responses.clear();
-        self.responses.resize(rows * dofs, 0.0);
-        for (row, impulse) in self.rows.iter().zip(self.responses.chunks_exact_mut(dofs)) {
-            for (dof, c) in row.chassis.iter().enumerate() {
-                impulse[dof] = *c as Real;
-            }
-            if let Some((dof, c)) = row.hub {
-                impulse[dof] = c as Real;
-            }
-        }
-        solve(&mut self.responses);
+    /// Solves for the impulses, given how impulses on a body answer: `answer` takes generalised impulses, one of each degree of
+    /// freedom after the other, to the rates that they give.
+    fn solve(&mut self, answer: impl FnMut(usize, &mut [Real])) {
+        self.responses.find(&self.rows, answer);
         let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
-        self.problem.set_delassus(|row, column| {
-            let (at, by) = (&rows[row], &rows[column]);
-            let response = &responses[column * dofs..][..dofs];
-            let of_bodies = at.of_bodies_f32(response);
-            match (at.axle, by.axle) {
-                (Some((i, a)), Some((j, b))) if i == j => {
-                    of_bodies + a * b * axles[i].response.unwrap_or(0.0)
-                }
-                _ => of_bodies,
-            }
-        });
+        self.problem
+            .set_delassus(|row, column| responses.w(rows, axles, (row, column)));
         // What acted in the last step is most of what acts in this one.
         for law in 0..self.all.len() {
-            let part = self.all[law].part;
-            if self.all[law].tread().is_some() {
+            let now = &self.all[law];
+            if now.tread().is_some() {
                 // Rollers come and go in any order: each goes on from itself.
-                if let Some(before) = self.before.iter().find(|other| other.part == part) {
+                if let Some(before) = self
+                    .before
+                    .iter()
+                    .find(|other| (other.a, other.b) == (now.a, now.b))
+                {
                     self.problem.warm_start(law, before.impulse);
                 }
                 continue;
             }
             let place = self.all[..law]
                 .iter()
-                .filter(|other| part.follows(other.part))
+                .filter(|other| now.follows(other))
                 .count();
-            let mut before = self.before.iter().filter(|other| part.follows(other.part));
+            let mut before = self.before.iter().filter(|other| now.follows(other));
             if let Some(before) = before.nth(place) {
                 self.problem.warm_start(law, before.impulse);
             }
         }
         self.error = self.problem.solve();
-        self.take_solution(dofs);
+        self.take_solution();
     }
 
     /// Takes the impulses over, and what they do.
-    fn take_solution(&mut self, dofs: usize) {
+    fn take_solution(&mut self) {
         self.change.clear();
-        self.change.resize(dofs, 0.0);
+        self.change.resize(self.responses.dofs(), 0.0);
         let mut row = 0;
         for (law, reaction) in self.all.iter_mut().enumerate() {
             let rows = row..row + reaction.rows();
@@ -331,11 +336,13 @@ impl Reactions {
             reaction.take(impulse, velocity, slides, self.dt_s);
             for _ in rows {
                 let impulse = self.problem.impulses()[row];
-                let response = &self.responses[row * dofs..][..dofs];
-                for (change, rate) in self.change.iter_mut().zip(response) {
-                    *change += impulse * f64::from(*rate);
+                for (body, response) in self.responses.each_of_row(row) {
+                    let change = &mut self.change[self.responses.dofs_of(body)];
+                    for (change, rate) in change.iter_mut().zip(response) {
+                        *change += impulse * f64::from(*rate);
+                    }
                 }
-                if let Some((axle, c)) = self.rows[row].axle {
+                for (axle, c) in self.rows[row].sides().filter_map(|side| side.axle) {
                     let axle = &mut self.axles[axle];
                     axle.rate_rad_s += impulse * c * axle.response.unwrap_or(0.0);
                 }

@@ -81,10 +81,10 @@ impl Taken {
 }
 
 impl WheelContact {
-    /// Sums up what the reactions of a step did to a wheel, but for the powers. `middle` has the poses at which they acted,
+    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. `middle` has the poses at which they acted,
     /// `after` is the state at the end of the step.
-    pub(crate) fn read(
-        reactions: &[Reaction],
+    pub(crate) fn read<'a>(
+        reactions: impl Iterator<Item = &'a Reaction>,
         (index, body): (usize, &WheelBody),
         (middle, after): (&State, &State),
         dt_s: f64,
@@ -98,7 +98,7 @@ impl WheelContact {
         let mut sliding = Vector3::zeros();
         let mut place = Vector3::zeros();
         for reaction in reactions {
-            let roller = match reaction.part {
+            let roller = match reaction.a.part {
                 Part::Roller(wheel, roller) if wheel == index => roller,
                 _ => continue,
             };

@@ -1,9 +1,11 @@
 //! Where everything is and how it moves, in f64, in the floor's frame: z stands on the plane, x and y lie in it.
 
+use std::sync::Arc;
+
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::ground::Ground;
+use crate::ground::Anchor;
 
 /// The state of a robot but for its rollers.
 #[derive(Clone, Debug)]
@@ -19,8 +21,8 @@ pub(crate) struct State {
     wheel_angles_rad: Vec<f64>,
     /// Rates of the wheels, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// Poses of the hub frames in the chassis frame at wheel angle zero.
-    chassis_from_hub: Vec<Isometry3<f64>>,
+    /// Poses of the hub frames in the chassis frame at wheel angle zero; copies of a state share them.
+    chassis_from_hub: Arc<[Isometry3<f64>]>,
     /// Where the hubs are: follows from the poses above.
     hubs: Vec<HubPose>,
 }
@@ -133,7 +135,7 @@ impl State {
     }
 
     fn place_hubs(&mut self) {
-        let placed = self.hubs.iter_mut().zip(&self.chassis_from_hub);
+        let placed = self.hubs.iter_mut().zip(&*self.chassis_from_hub);
         for ((hub, chassis_from_hub), angle_rad) in placed.zip(&self.wheel_angles_rad) {
             let floor_from_hub = self.floor_from_chassis * chassis_from_hub;
             let at_zero = floor_from_hub.rotation.to_rotation_matrix().into_inner();
@@ -178,16 +180,16 @@ impl State {
         let lever_m = self.floor_from_chassis.rotation * moved_m;
         self.floor_from_chassis.translation.vector += lever_m;
         self.velocity_m_s += self.angular_rad_s.cross(&lever_m);
-        for chassis_from_hub in &mut self.chassis_from_hub {
+        for chassis_from_hub in Arc::make_mut(&mut self.chassis_from_hub) {
             chassis_from_hub.translation.vector -= moved_m;
         }
         self.place_hubs();
     }
 
     /// The same state as rapier counts it, from its own origin.
-    pub fn seen_from(&self, ground: &Ground) -> Self {
+    pub fn seen_from(&self, anchor: &Anchor) -> Self {
         let mut seen = self.clone();
-        seen.place(ground.rapier_from_floor() * self.floor_from_chassis);
+        seen.place(anchor.rapier_from_floor() * self.floor_from_chassis);
         seen
     }
 

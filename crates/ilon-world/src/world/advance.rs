@@ -5,12 +5,15 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use super::World;
+use super::{Energies, World};
 use crate::ContactSolver;
-use crate::contact::reaction::{Part, Reaction};
-use crate::contact::scene::Scene;
+use crate::contact::reaction::Part;
+use crate::contact::reactions::Reactions;
+use crate::contact::scene::Scenes;
 use crate::contact::wheel_contact::{Taken, WheelContact};
 use crate::engine::convert;
+use crate::ground::Ground;
+use crate::robot::articulated::Articulated;
 
 /// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
 /// metres. Where one would be deeper, it has landed, and the step moves on with the rates after it.
@@ -23,16 +26,128 @@ impl World {
     /// and the reactions follow; with the mean of the rates before and after the poses move on to its end. That is of
     /// second order in the time where nothing lands.
     pub(super) fn advance(&mut self, dt_s: f64) {
-        let half_s = 0.5 * dt_s;
+        for body in &mut self.bodies {
+            body.ask_motors(dt_s);
+        }
+        if self.settings.contacts == ContactSolver::Rapier {
+            return self.advance_in_rapier(dt_s);
+        }
+        for body in &mut self.bodies {
+            body.step_in_rapier(&self.ground, dt_s);
+        }
+        self.reactions.react(Scenes {
+            ground: &self.ground,
+            settings: &self.settings,
+            dt_s,
+            bodies: &self.bodies,
+        });
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            body.take_reactions(index, &self.reactions);
+            let sinks = self.reactions.sinks_m(index, dt_s) > SINKS_M;
+            body.move_on(sinks, &gravity, dt_s, &mut self.energies);
+        }
+        self.count_motors(dt_s);
+        self.read_contacts(dt_s);
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let lost_j = body.run_bearings(dt_s) + self.reactions.bearings_took_j(index);
+            self.energies.bearing_j += lost_j;
+            body.end_pushes(dt_s, &mut self.energies);
+        }
+    }
+
+    /// Counts what the motors did.
+    pub(super) fn count_motors(&mut self, dt_s: f64) {
+        for body in &mut self.bodies {
+            for (index, motor) in body.motors.iter().enumerate() {
+                let after_rad_s = body.state.wheel_rates_rad_s[index];
+                let gained_rad_s = after_rad_s - body.before.wheel_rates_rad_s[index];
+                body.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
+            }
+        }
+        for reaction in self.reactions.all() {
+            if let Part::RateLimit(wheel) = reaction.a.part {
+                self.bodies[reaction.a.body].acted_n_m[wheel] += reaction.impulse.x / dt_s;
+            }
+        }
+        for body in &mut self.bodies {
+            for (index, acted_n_m) in body.acted_n_m.iter().enumerate() {
+                let impulse_n_m_s = acted_n_m * dt_s;
+                self.energies.motor_j += impulse_n_m_s * body.middle.wheel_rates_rad_s[index];
+                body.counts[index].torque_n_m_s += impulse_n_m_s;
+            }
+        }
+    }
+
+    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
+    pub(super) fn read_contacts(&mut self, dt_s: f64) {
+        self.residual_m_s = self.residual_m_s.max(self.reactions.error());
+        let springs_j = match self.settings.contacts {
+            ContactSolver::Ilon => self.reactions.spring_energy_j(&self.settings, dt_s),
+            // What rapier's soft contacts store goes with the hits.
+            ContactSolver::Rapier => 0.0,
+        };
+        self.energies.impact_j -= springs_j - self.energies.springs_j;
+        self.energies.springs_j = springs_j;
+        self.energies.treads_j = self.reactions.treads_j();
+        self.energies.impact_j += self.reactions.released_j();
+        for reaction in self.reactions.all() {
+            let taken = match reaction.a.part {
+                Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => continue,
+                Part::Chassis => Taken::of(reaction, &mut 0.0),
+                Part::Roller(wheel, roller) => {
+                    let body = &mut self.bodies[reaction.a.body];
+                    let roller = &mut body.assembly.wheels[wheel].rollers[roller];
+                    if !roller.pressed && reaction.impulse.x > 0.0 && !roller.seized {
+                        let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
+                        roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
+                    }
+                    let taken = Taken::of(reaction, &mut roller.spin_up_left_j);
+                    body.counts[wheel].taken.add(&taken);
+                    taken
+                }
+            };
+            self.energies.slip_j += taken.slip_j;
+            self.energies.spin_up_j += taken.spin_up_j;
+            self.energies.impact_j += taken.impact_j;
+        }
+        for body in &mut self.bodies {
+            let wheels = &mut body.assembly.wheels;
+            for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
+                roller.pressed = false;
+            }
+        }
+        for reaction in self.reactions.all() {
+            if let (Part::Roller(wheel, roller), true) = (reaction.a.part, reaction.impulse.x > 0.0)
+            {
+                let wheel = &mut self.bodies[reaction.a.body].assembly.wheels[wheel];
+                wheel.rollers[roller].pressed = true;
+            }
+        }
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            for (wheel, contact) in body.contacts.iter_mut().enumerate() {
+                let states = (&body.middle, &body.state);
+                let wheel = (wheel, &body.assembly.wheels[wheel]);
+                *contact = WheelContact::read(self.reactions.of_body(index), wheel, states, dt_s);
+            }
+        }
+    }
+}
+
+impl Articulated {
+    /// Sets what the motors do in a part of the step, from what they were asked for when it began.
+    fn ask_motors(&mut self, dt_s: f64) {
         for (index, motor) in self.motors.iter_mut().enumerate() {
             let gained_rad_s = self.state.wheel_rates_rad_s[index] - self.rates_asked_rad_s[index];
             *motor = self.asked[index]
                 .after_gaining(gained_rad_s)
                 .over(dt_s, self.wheel_inertia_kg_m2);
         }
-        if self.settings.contacts == ContactSolver::Rapier {
-            return self.advance_in_rapier(dt_s);
-        }
+    }
+
+    /// Takes the step in rapier, as if nothing touched the body: its contacts and accelerations in the middle of the step.
+    fn step_in_rapier(&mut self, ground: &Ground, dt_s: f64) {
+        let half_s = 0.5 * dt_s;
         self.before.copy_from(&self.state);
         self.middle.copy_from(&self.state);
         self.middle.advance(half_s);
@@ -40,24 +155,20 @@ impl World {
         self.ahead.copy_from(&self.middle);
         self.ahead.advance(half_s);
         self.rapier.integration_parameters.dt = dt_s as Real;
-        self.set_poses_in_rapier();
+        self.set_poses_in_rapier(ground);
         self.set_torques_in_rapier(dt_s);
         self.begin_pushes();
         self.rapier.step();
-        self.react(dt_s);
-        self.move_on(dt_s);
-        self.count_motors(dt_s);
-        self.read_contacts(dt_s);
-        self.run_bearings(dt_s);
-        self.end_pushes(dt_s);
+        self.read_free_rates(dt_s);
     }
 
     /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
     /// from rapier's own origin and rounded.
-    pub(super) fn set_poses_in_rapier(&mut self) {
+    pub(super) fn set_poses_in_rapier(&mut self, ground: &Ground) {
         let place_m = self.middle.center_m();
-        self.ground.follow(&place_m, &mut self.rapier.colliders);
-        let rapier_from_floor = self.ground.rapier_from_floor();
+        self.anchor
+            .follow(&place_m, ground, &mut self.rapier.colliders);
+        let rapier_from_floor = self.anchor.rapier_from_floor();
         let in_rapier = rapier_from_floor * self.middle.floor_from_chassis();
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         chassis.set_position(convert::pose(&in_rapier), false);
@@ -101,10 +212,10 @@ impl World {
             .set_droops(&mut self.rapier, &self.robot, &self.motors);
     }
 
-    /// Solves for the reactions of the step that rapier has just taken without any, and corrects the rates by them.
+    /// Reads the rates that rapier came to without reactions, and what the motors lose as the wheels gain rate.
     ///
     /// rapier's rates are rounded; what they gained in the step is added to the f64 ones.
-    fn react(&mut self, dt_s: f64) {
+    fn read_free_rates(&mut self, dt_s: f64) {
         self.assembly.rates_of(&self.before, &mut self.rates_before);
         let in_rapier = self.assembly.rates_in_rapier(&self.rapier);
         let rates = self.rates_free.iter_mut().zip(&self.rates_before);
@@ -124,24 +235,11 @@ impl World {
                 self.acted_n_m[index]
             };
         }
-        self.reactions.react(&Scene {
-            rapier: &self.rapier,
-            ground: &self.ground,
-            robot: &self.robot,
-            assembly: &self.assembly,
-            settings: &self.settings,
-            dt_s,
-            before: &self.before,
-            middle: &self.middle,
-            ahead: &self.ahead,
-            sees_rollers_pass: self.sees_rollers_pass,
-            rates_before: &self.rates_before,
-            rates_free: &self.rates_free,
-            motors: &self.motors,
-            geared_n_m: &self.geared_n_m,
-            held_n_m_s2: &self.held_n_m_s2,
-        });
-        for (rate, change) in self.rates_free.iter_mut().zip(self.reactions.change()) {
+    }
+
+    /// Corrects the rates by the reactions of the step.
+    fn take_reactions(&mut self, index: usize, reactions: &Reactions) {
+        for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
         self.assembly.set_rates(&self.rates_free, &mut self.state);
@@ -149,7 +247,7 @@ impl World {
         let starts = self
             .rates_before
             .iter_mut()
-            .zip(self.reactions.jump().start_change());
+            .zip(reactions.start_change(index));
         for ((start, change), after) in starts.zip(&self.rates_free) {
             *start = 0.5 * (*start + change + after);
         }
@@ -159,7 +257,7 @@ impl World {
         for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
             roller.touched = false;
         }
-        for touched in self.reactions.touched() {
+        for touched in reactions.touched(index) {
             let roller = &mut wheels[touched.wheel].rollers[touched.roller];
             roller.axial_rate_rad_s = touched.rate_rad_s;
             roller.mean_rate_rad_s = touched.mean_rad_s;
@@ -185,86 +283,20 @@ impl World {
     ///
     /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
     /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
-    fn move_on(&mut self, dt_s: f64) {
+    fn move_on(&mut self, sinks: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
         self.state.advance_with(&self.middle, dt_s);
-        if !self.sees_rollers_pass || self.reactions.sinks_m(dt_s) > SINKS_M {
-            let with_mean_j = self.potential_j();
+        if !self.sees_rollers_pass || sinks {
+            let with_mean_j = self.potential_j(gravity);
             self.state.take_poses(&self.before);
             self.state.advance(dt_s);
             // The height that the mean would have lost is no energy that anything has got.
-            self.energies.impact_j += with_mean_j - self.potential_j();
+            energies.impact_j += with_mean_j - self.potential_j(gravity);
         }
     }
 
-    /// Counts what the motors did.
-    pub(super) fn count_motors(&mut self, dt_s: f64) {
-        for (index, motor) in self.motors.iter().enumerate() {
-            let after_rad_s = self.state.wheel_rates_rad_s[index];
-            let gained_rad_s = after_rad_s - self.before.wheel_rates_rad_s[index];
-            self.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
-        }
-        for reaction in self.reactions.all() {
-            if let Part::RateLimit(wheel) = reaction.part {
-                self.acted_n_m[wheel] += reaction.impulse.x / dt_s;
-            }
-        }
-        for (index, acted_n_m) in self.acted_n_m.iter().enumerate() {
-            let impulse_n_m_s = acted_n_m * dt_s;
-            self.energies.motor_j += impulse_n_m_s * self.middle.wheel_rates_rad_s[index];
-            self.counts[index].torque_n_m_s += impulse_n_m_s;
-        }
-    }
-
-    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes along.
-    pub(super) fn read_contacts(&mut self, dt_s: f64) {
-        self.residual_m_s = self.residual_m_s.max(self.reactions.error());
-        let springs_j = match self.settings.contacts {
-            ContactSolver::Ilon => self.reactions.spring_energy_j(&self.settings, dt_s),
-            // What rapier's soft contacts store goes with the hits.
-            ContactSolver::Rapier => 0.0,
-        };
-        self.energies.impact_j -= springs_j - self.energies.springs_j;
-        self.energies.springs_j = springs_j;
-        self.energies.treads_j = self.reactions.treads_j();
-        self.energies.impact_j += self.reactions.released_j();
-        let wheels = &mut self.assembly.wheels;
-        for reaction in self.reactions.all() {
-            let taken = match reaction.part {
-                Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => continue,
-                Part::Chassis => Taken::of(reaction, &mut 0.0),
-                Part::Roller(wheel, roller) => {
-                    let roller = &mut wheels[wheel].rollers[roller];
-                    if !roller.pressed && reaction.impulse.x > 0.0 && !roller.seized {
-                        let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
-                        roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
-                    }
-                    let taken = Taken::of(reaction, &mut roller.spin_up_left_j);
-                    self.counts[wheel].taken.add(&taken);
-                    taken
-                }
-            };
-            self.energies.slip_j += taken.slip_j;
-            self.energies.spin_up_j += taken.spin_up_j;
-            self.energies.impact_j += taken.impact_j;
-        }
-        for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
-            roller.pressed = false;
-        }
-        for reaction in self.reactions.all() {
-            if let (Part::Roller(wheel, roller), true) = (reaction.part, reaction.impulse.x > 0.0) {
-                wheels[wheel].rollers[roller].pressed = true;
-            }
-        }
-        for (index, contact) in self.contacts.iter_mut().enumerate() {
-            let states = (&self.middle, &self.state);
-            let wheel = (index, &self.assembly.wheels[index]);
-            *contact = WheelContact::read(self.reactions.all(), wheel, states, dt_s);
-        }
-    }
-
-    /// Lets the bearings act on rollers that nothing touched, and sums what damping and dry friction took out of all of
-    /// them. All work goes with the mean rates.
-    fn run_bearings(&mut self, dt_s: f64) {
+    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry friction took out of all of
+    /// them, in J, but for what is among the reactions. All work goes with the mean rates.
+    fn run_bearings(&mut self, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         let wheels = self.assembly.wheels.iter_mut().zip(&self.robot.wheels);
         for (index, (body, wheel)) in wheels.enumerate() {
@@ -272,10 +304,6 @@ impl World {
             let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
             lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
         }
-        let is_bearing =
-            |r: &&Reaction| matches!(r.part, Part::Hub(_) | Part::Axle(..) | Part::Rolling(..));
-        let bearings = self.reactions.all().iter().filter(is_bearing);
-        lost_j += bearings.map(|reaction| reaction.taken_j.x).sum::<f64>();
-        self.energies.bearing_j += lost_j;
+        lost_j
     }
 }

@@ -6,8 +6,9 @@
 use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
-use super::World;
+use super::{Energies, World};
 use crate::engine::convert;
+use crate::robot::articulated::Articulated;
 use crate::{Patch, WorldError};
 
 /// A force on the chassis for one step.
@@ -55,7 +56,7 @@ impl Payload {
 
 /// A push as it stands at the start of the step that it acts in, in the floor's frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ActingPush {
+pub(crate) struct ActingPush {
     force_n: Vector3<f64>,
     /// From the chassis's centre of mass to the place pushed.
     lever_m: Vector3<f64>,
@@ -64,9 +65,10 @@ pub(super) struct ActingPush {
 impl World {
     /// Pushes the chassis during the next step, and only then. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
-        let center_m = self.chassis_mass.center_of_mass_m;
-        let floor_from_body = self.state.floor_from_chassis().rotation;
-        self.pushes.push(ActingPush {
+        let robot = self.robot_mut();
+        let center_m = robot.chassis_mass.center_of_mass_m;
+        let floor_from_body = robot.state.floor_from_chassis().rotation;
+        robot.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
         });
@@ -78,19 +80,21 @@ impl World {
     /// moves on as it did. The energy that it has then comes from outside, or goes there.
     pub fn carry(&mut self, payloads: &[Payload]) {
         let outside_j = |payload: &Payload| self.payload_energy_j(payload);
-        let gone_j: f64 = self.payloads.iter().map(outside_j).sum();
+        let gone_j: f64 = self.robot().payloads.iter().map(outside_j).sum();
         let come_j: f64 = payloads.iter().map(outside_j).sum();
         self.energies.outside_j += come_j - gone_j;
 
-        let center_before_m = self.chassis_mass.center_of_mass_m;
-        self.chassis_mass = loaded(&self.robot.chassis.mass, payloads);
-        let moved_m = self.chassis_mass.center_of_mass_m - center_before_m;
-        self.state.recenter(moved_m);
-        self.before.recenter(moved_m);
-        self.middle.recenter(moved_m);
-        self.ahead.recenter(moved_m);
-        self.payloads = payloads.to_vec();
-        self.rebuild();
+        let contacts = self.settings.contacts;
+        let robot = self.robot_mut();
+        let center_before_m = robot.chassis_mass.center_of_mass_m;
+        robot.chassis_mass = loaded(&robot.robot.chassis.mass, payloads);
+        let moved_m = robot.chassis_mass.center_of_mass_m - center_before_m;
+        robot.state.recenter(moved_m);
+        robot.before.recenter(moved_m);
+        robot.middle.recenter(moved_m);
+        robot.ahead.recenter(moved_m);
+        robot.payloads = payloads.to_vec();
+        robot.rebuild(contacts);
     }
 
     /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have changes nothing.
@@ -98,15 +102,17 @@ impl World {
     /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
         let kinetic_before_j = self.kinetic_j();
-        let hubs = &mut self.assembly.wheels;
+        let contacts = self.settings.contacts;
+        let robot = self.robot_mut();
+        let hubs = &mut robot.assembly.wheels;
         let Some(state) = hubs
             .get_mut(wheel)
             .and_then(|hub| hub.rollers.get_mut(roller))
         else {
             return;
         };
-        state.seize(seized, &self.state.hub_rate_in_hub(wheel));
-        self.rebuild();
+        state.seize(seized, &robot.state.hub_rate_in_hub(wheel));
+        robot.rebuild(contacts);
         self.energies.bearing_j += kinetic_before_j - self.kinetic_j();
     }
 
@@ -121,6 +127,19 @@ impl World {
         self.energies.outside_j
     }
 
+    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
+    fn payload_energy_j(&self, payload: &Payload) -> f64 {
+        let robot = self.robot();
+        let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
+        let lever_m = state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
+        let place_m = state.center_m() + lever_m;
+        let velocity_m_s = state.velocity_m_s + state.angular_rad_s.cross(&lever_m);
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+        payload.mass_kg * (0.5 * velocity_m_s.norm_squared() - gravity.dot(&place_m))
+    }
+}
+
+impl Articulated {
     /// Hands the pushes of the coming step to rapier.
     pub(super) fn begin_pushes(&mut self) {
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
@@ -133,26 +152,15 @@ impl World {
 
     /// Takes the pushes of the step off again, and counts their work: force times the mean velocity of the place before
     /// and after, which is the energy that a constant force gives a body over a step.
-    pub(super) fn end_pushes(&mut self, dt_s: f64) {
+    pub(super) fn end_pushes(&mut self, dt_s: f64, energies: &mut Energies) {
         let chassis = &mut self.rapier.bodies[self.assembly.chassis];
         for push in &self.pushes {
             // Torques are set afresh in every step, forces are not.
             chassis.reset_forces(false);
             let mean = &self.middle;
             let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
-            self.energies.outside_j += push.force_n.dot(&of_place) * dt_s;
+            energies.outside_j += push.force_n.dot(&of_place) * dt_s;
         }
-    }
-
-    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
-    fn payload_energy_j(&self, payload: &Payload) -> f64 {
-        let center_m = self.chassis_mass.center_of_mass_m;
-        let lever_m =
-            self.state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
-        let place_m = self.state.center_m() + lever_m;
-        let velocity_m_s = self.state.velocity_m_s + self.state.angular_rad_s.cross(&lever_m);
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        payload.mass_kg * (0.5 * velocity_m_s.norm_squared() - gravity.dot(&place_m))
     }
 }
 

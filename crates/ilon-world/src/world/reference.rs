@@ -11,11 +11,11 @@ use rapier3d::prelude::*;
 use super::World;
 use crate::Settings;
 use crate::contact::candidates::{along_frame, frame};
-use crate::contact::reaction::{Part, Reaction};
+use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
-use crate::ground::Ground;
+use crate::ground::{Anchor, Grip};
+use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
-use crate::robot::wheel::ARMATURE;
 
 /// Natural frequency of a contact's spring, in Hz, and its damping ratio. rapier's default of 30 Hz lets light rollers sink in.
 const CONTACT_HZ: Real = 1000.0;
@@ -47,21 +47,33 @@ pub(super) fn integration_parameters(settings: &Settings) -> IntegrationParamete
 impl World {
     /// Advances the world by a time, with contacts that rapier solves.
     pub(super) fn advance_in_rapier(&mut self, dt_s: f64) {
-        self.before.copy_from(&self.state);
-        self.middle.copy_from(&self.state);
-        self.rapier.integration_parameters.dt = dt_s as Real;
-        self.set_poses_in_rapier();
-        self.set_motors_in_rapier();
-        self.begin_pushes();
-        self.rapier.0.step_with_events(&self.ground, &());
-        self.read_rates(dt_s);
-        self.read_reactions();
+        let mut found = Vec::new();
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            body.before.copy_from(&body.state);
+            body.middle.copy_from(&body.state);
+            body.rapier.integration_parameters.dt = dt_s as Real;
+            body.set_poses_in_rapier(&self.ground);
+            body.set_motors_in_rapier();
+            body.begin_pushes();
+            let grip = Grip {
+                ground: &self.ground,
+                anchor: &body.anchor,
+            };
+            body.rapier.0.step_with_events(&grip, &());
+            body.read_rates(dt_s);
+            body.read_reactions(index, &mut found);
+        }
+        self.reactions.take(found);
         self.count_motors(dt_s);
         self.read_contacts(dt_s);
-        self.count_bearings(dt_s);
-        self.end_pushes(dt_s);
+        for body in &mut self.bodies {
+            self.energies.bearing_j += body.joints_lost_j(dt_s);
+            body.end_pushes(dt_s, &mut self.energies);
+        }
     }
+}
 
+impl Articulated {
     /// Gives rapier the motors' torques.
     fn set_motors_in_rapier(&mut self) {
         let mut reaction = Vector3::zeros();
@@ -119,17 +131,17 @@ impl World {
         }
     }
 
-    /// Reads what rapier's contacts did.
-    fn read_reactions(&mut self) {
+    /// Reads what rapier's contacts did to this body of the world.
+    fn read_reactions(&self, index: usize, found: &mut Vec<(Reaction, f64)>) {
         let (before, after) = (&self.before, &self.ahead);
-        let mut found = Vec::new();
+        let on = |part| Member { body: index, part };
         let chassis = &self.rapier.bodies[self.assembly.chassis];
         for collider in chassis.colliders() {
-            for touch in touches(&self.rapier, &self.ground, *collider) {
+            for touch in touches(&self.rapier, &self.anchor, *collider) {
                 let velocity = |state: &State| state.chassis_velocity_m_s(&touch.at_m);
                 let axes = frame(touch.normal, Vector3::x());
                 let velocities = (velocity(before), velocity(after));
-                found.push(touch.reaction(Part::Chassis, &axes, velocities, &Vector3::zeros()));
+                found.push(touch.reaction(on(Part::Chassis), &axes, velocities, &Vector3::zeros()));
             }
         }
         for (index, wheel) in self.assembly.wheels.iter().enumerate() {
@@ -139,7 +151,7 @@ impl World {
                 let axis = hub.rotation * roller.axis_in_hub;
                 let center_m = roller.center_m(hub);
                 let spins_rad_s = (part.spin_before_rad_s, self.rates_free[part.dof]);
-                for touch in touches(&self.rapier, &self.ground, part.collider) {
+                for touch in touches(&self.rapier, &self.anchor, part.collider) {
                     let per_spin = axis.cross(&(touch.at_m - center_m));
                     let velocity = |state: &State, spin_rad_s: f64| {
                         state.hub_velocity_m_s(index, &touch.at_m) + spin_rad_s * per_spin
@@ -149,17 +161,16 @@ impl World {
                         velocity(after, spins_rad_s.1),
                     );
                     let axes = frame(touch.normal, axis);
-                    let part = Part::Roller(index, part.roller);
+                    let part = on(Part::Roller(index, part.roller));
                     found.push(touch.reaction(part, &axes, velocities, &per_spin));
                 }
             }
         }
-        self.reactions.take(found);
     }
 
-    /// Sums what damping and dry friction took in all joints. The torque of damping is that of the rate after the step, with
+    /// What damping and dry friction took in all joints, in J. The torque of damping is that of the rate after the step, with
     /// which rapier solves it; work goes with the mean rate.
-    fn count_bearings(&mut self, dt_s: f64) {
+    fn joints_lost_j(&self, dt_s: f64) -> f64 {
         let power_w = |damping_n_m_s: f64, friction_n_m: f64, (before, after): (f64, f64)| {
             let mean_rad_s = 0.5 * (before + after);
             damping_n_m_s * after * mean_rad_s + friction_n_m * mean_rad_s.abs()
@@ -178,19 +189,7 @@ impl World {
                 lost_w += power_w(joint.damping_n_m_s, joint.friction_n_m, spins);
             }
         }
-        self.energies.bearing_j += lost_w * dt_s;
-    }
-
-    /// Energy in the armatures of rollers that are bodies, in J.
-    pub(super) fn armatures_j(&self) -> f64 {
-        let wheels = self.assembly.wheels.iter().enumerate();
-        let of_wheels = wheels.map(|(index, wheel)| {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            let rollers = wheel.bodies.iter().map(|part| &wheel.rollers[part.roller]);
-            let spins = rollers.map(|roller| roller.spin_up_j(roller.spin_rad_s(&hub_rate_in_hub)));
-            ARMATURE * spins.sum::<f64>()
-        });
-        of_wheels.sum()
+        lost_w * dt_s
     }
 }
 
@@ -209,7 +208,7 @@ struct Touch {
 /// The places where a collider presses on the ground, in the floor's frame.
 fn touches(
     rapier: &PhysicsWorld,
-    ground: &Ground,
+    anchor: &Anchor,
     collider: ColliderHandle,
 ) -> impl Iterator<Item = Touch> {
     let pairs = rapier.narrow_phase.contact_pairs_with(collider);
@@ -235,7 +234,7 @@ fn touches(
                 };
                 let in_rapier_m = convert::to_f64(rapier_from_ground * on_ground);
                 Touch {
-                    at_m: ground.rapier_origin_m() + in_rapier_m,
+                    at_m: anchor.origin_m() + in_rapier_m,
                     normal: -sign * convert::to_f64(manifold.data.normal),
                     normal_n_s: f64::from(point.data.impulse),
                     rubbed_n_s: sign * convert::to_f64(point.data.warmstart_tangent_world),
@@ -252,7 +251,7 @@ impl Touch {
     /// friction is within its limit.
     fn reaction(
         &self,
-        part: Part,
+        a: Member,
         axes: &[Vector3<f64>; 3],
         (before, after): (Vector3<f64>, Vector3<f64>),
         per_spin: &Vector3<f64>,
@@ -266,7 +265,8 @@ impl Touch {
         let sticks = rubbed.yz().norm() < limit_n_s;
         let slides_m_s = if sticks { after.yz().norm() } else { 0.0 };
         let reaction = Reaction {
-            part,
+            a,
+            b: Partner::Ground,
             at_m: self.at_m,
             frame: *axes,
             friction: self.friction,

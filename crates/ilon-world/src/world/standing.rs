@@ -7,7 +7,7 @@ use rapier3d::prelude::SharedShape;
 use crate::contact::nearest::{Piece, PlacedBarrel};
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
-use crate::ground::Ground;
+use crate::ground::{Anchor, Ground};
 use crate::{Floor, WorldError};
 
 /// How near to touching a robot is put down, in metres.
@@ -47,7 +47,7 @@ enum Form {
 pub(super) fn standing(
     robot: &Robot,
     floor: &Floor,
-    ground: &Ground,
+    (ground, anchor): (&Ground, &Anchor),
     start: PlanarPose,
 ) -> Result<Isometry3<f64>, WorldError> {
     let surfaces = surfaces(robot);
@@ -74,7 +74,8 @@ pub(super) fn standing(
     if matches!(pieces[..], [] | [Piece::Plane]) {
         return Ok(on_plane);
     }
-    let near = |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, ground);
+    let near =
+        |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, (ground, anchor));
     let nearest_m = |height_m: f64| {
         let gaps = surfaces.iter().map(|surface| near(surface, height_m));
         gaps.fold(f64::INFINITY, f64::min)
@@ -113,7 +114,11 @@ pub(super) fn standing(
 
 /// How far the nearest part of a robot is from a plane ground, its wheels turned as they are at the start, in metres.
 #[cfg(test)]
-pub(super) fn clearance_m(robot: &Robot, ground: &Ground, floor_from_body: &Isometry3<f64>) -> f64 {
+pub(super) fn clearance_m(
+    robot: &Robot,
+    ground: (&Ground, &Anchor),
+    floor_from_body: &Isometry3<f64>,
+) -> f64 {
     let surfaces = surfaces(robot);
     let gaps = surfaces
         .iter()
@@ -197,7 +202,12 @@ impl Surface {
     }
 
     /// Its distance from the ground with the body at a pose in the floor's frame, in metres; not above 0 where it touches.
-    fn gap_m(&self, floor_from_body: &Isometry3<f64>, pieces: &[Piece], ground: &Ground) -> f64 {
+    fn gap_m(
+        &self,
+        floor_from_body: &Isometry3<f64>,
+        pieces: &[Piece],
+        (ground, anchor): (&Ground, &Anchor),
+    ) -> f64 {
         match &self.form {
             Form::Barrel {
                 barrel,
@@ -213,7 +223,7 @@ impl Surface {
                 gaps.fold(f64::INFINITY, f64::min)
             }
             Form::Shape(body_from_shape, shape) => {
-                ground.distance_m(&(floor_from_body * body_from_shape), shape)
+                ground.distance_m(anchor, &(floor_from_body * body_from_shape), shape)
             }
         }
     }

@@ -4,9 +4,8 @@ use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion};
 
 use super::World;
-use crate::ContactSolver;
 use crate::contact::wheel_contact::WheelContact;
-use crate::robot::energy::{Energy, kinetic_j, potential_j};
+use crate::robot::energy::Energy;
 
 /// The chassis as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,15 +36,16 @@ impl World {
 
     /// Pose and velocity of the body.
     pub fn body(&self) -> BodyState {
-        let center_m = self.chassis_mass.center_of_mass_m;
-        let floor_from_body = self.state.floor_from_chassis() * Translation3::from(-center_m);
+        let robot = self.robot();
+        let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
+        let floor_from_body = state.floor_from_chassis() * Translation3::from(-center_m);
         let position = floor_from_body.translation.vector;
         let rotation = floor_from_body.rotation.to_rotation_matrix();
         let [roll_rad, pitch_rad, heading_rad] = roll_pitch_yaw(&rotation);
         let body_from_floor = self.rates_from().inverse();
-        let angular_in_body = body_from_floor * self.state.angular_rad_s;
+        let angular_in_body = body_from_floor * state.angular_rad_s;
         let velocity_in_body =
-            body_from_floor * self.state.velocity_m_s - angular_in_body.cross(&center_m);
+            body_from_floor * state.velocity_m_s - angular_in_body.cross(&center_m);
         BodyState {
             pose: PlanarPose {
                 x_m: position.x,
@@ -62,27 +62,28 @@ impl World {
     /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not see rollers pass, as in the
     /// middle of that step. At its end such rates would seem to drift sideways, by v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {
-        let state = if self.sees_rollers_pass {
-            &self.state
+        let robot = self.robot();
+        let state = if robot.sees_rollers_pass {
+            &robot.state
         } else {
-            &self.middle
+            &robot.middle
         };
         state.floor_from_chassis().rotation
     }
 
     /// Angles of the wheels about their hub axes since the start, in rad, not wrapped.
     pub fn wheel_angles_rad(&self) -> &[f64] {
-        self.state.wheel_angles_rad()
+        self.robot().state.wheel_angles_rad()
     }
 
     /// Rates of the wheels about their hub axes, in rad/s.
     pub fn wheel_rates_rad_s(&self) -> &[f64] {
-        &self.state.wheel_rates_rad_s
+        &self.robot().state.wheel_rates_rad_s
     }
 
     /// Torques that the motors put on the wheels during the last step, in N m.
     pub fn motor_torques_n_m(&self) -> &[f64] {
-        &self.acted_n_m
+        &self.robot().acted_n_m
     }
 
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
@@ -90,7 +91,7 @@ impl World {
     /// # Panics
     /// Where the robot has no such wheel.
     pub fn hub_height_m(&self, wheel: usize) -> f64 {
-        self.state.hubs()[wheel].center_m.z
+        self.robot().state.hubs()[wheel].center_m.z
     }
 
     /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
@@ -99,8 +100,9 @@ impl World {
     pub fn penetration_m(&self) -> f64 {
         let mut pieces = Vec::new();
         let mut deepest_m = 0.0;
-        let hubs = self.state.hubs().iter();
-        for (body, hub) in self.assembly.wheels.iter().zip(hubs) {
+        let robot = self.robot();
+        let hubs = robot.state.hubs().iter();
+        for (body, hub) in robot.assembly.wheels.iter().zip(hubs) {
             self.ground
                 .pieces_near(&hub.center_m, body.reach_m, &mut pieces);
             let barrels = body.rollers.iter().filter_map(|r| r.placed_barrel(hub));
@@ -114,7 +116,7 @@ impl World {
 
     /// What each wheel's rollers did to the ground during the last step.
     pub fn contacts(&self) -> &[WheelContact] {
-        &self.contacts
+        &self.robot().contacts
     }
 
     /// By how much the laws of contact and of dry friction were broken at the worst place in the last step, in m/s or
@@ -159,20 +161,16 @@ impl World {
     }
 
     pub(super) fn kinetic_j(&self) -> f64 {
-        let robot_j = kinetic_j(
-            (&self.robot, &self.chassis_mass),
-            &self.state,
-            &self.assembly.wheels,
-        );
-        match self.settings.contacts {
-            ContactSolver::Ilon => robot_j,
-            ContactSolver::Rapier => robot_j + self.armatures_j(),
-        }
+        let bodies = self.bodies.iter();
+        bodies
+            .map(|body| body.kinetic_j(self.settings.contacts))
+            .sum()
     }
 
-    pub(super) fn potential_j(&self) -> f64 {
+    fn potential_j(&self) -> f64 {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        potential_j((&self.robot, &self.chassis_mass), &self.state, &gravity)
+        let bodies = self.bodies.iter();
+        bodies.map(|body| body.potential_j(&gravity)).sum()
     }
 
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
@@ -180,8 +178,9 @@ impl World {
     /// # Panics
     /// Where the robot has no such wheel.
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
-        let hub_rate_in_hub = self.state.hub_rate_in_hub(wheel);
-        let rollers = self.assembly.wheels[wheel].rollers.iter();
+        let robot = self.robot();
+        let hub_rate_in_hub = robot.state.hub_rate_in_hub(wheel);
+        let rollers = robot.assembly.wheels[wheel].rollers.iter();
         rollers
             .map(|roller| roller.spin_rad_s(&hub_rate_in_hub))
             .collect()
@@ -193,7 +192,7 @@ impl World {
     /// # Panics
     /// Where the robot has no such wheel.
     pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> {
-        let rollers = self.assembly.wheels[wheel].rollers.iter();
+        let rollers = self.robot().assembly.wheels[wheel].rollers.iter();
         rollers.map(|roller| roller.angle_rad)
     }
 }

@@ -1,13 +1,15 @@
-//! Which laws hold in a step: contacts with the ground, dry bearings, motors at their rate limits.
+//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry bearings, motors at their rate limits.
 
 use nalgebra::Vector3;
 
 use super::Reactions;
 use super::give::stays_open;
-use crate::contact::potential::{Axle, PotentialContact, Row};
+use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
-use crate::contact::reaction::{Part, Reaction};
-use crate::contact::scene::Scene;
+use crate::contact::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::row::{Row, Side};
+use crate::contact::scene::{Scene, Scenes};
+use crate::ground::FloorSurface;
 
 /// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
 /// change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts.
@@ -25,79 +27,88 @@ fn own_resistance(scene: &Scene<'_>, part: Part) -> f64 {
 }
 
 impl Reactions {
-    /// Collects all contacts and dry bearings.
-    pub(super) fn gather(&mut self, scene: &Scene<'_>) {
-        scene.find_chassis(&mut self.found);
-        self.nearby.append(&mut self.found);
-        for wheel in 0..scene.robot.wheels.len() {
-            scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
+    /// Finds the places where the bodies are near the ground and one another.
+    pub(super) fn find(&mut self, scenes: Scenes<'_>) {
+        for scene in scenes.each() {
+            scene.find_chassis(&mut self.found);
             self.nearby.append(&mut self.found);
+            for wheel in 0..scene.robot.wheels.len() {
+                scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
+                self.nearby.append(&mut self.found);
+            }
         }
-        self.touch(scene);
-        for (index, wheel) in scene.robot.wheels.iter().enumerate() {
-            // A gear takes its share of the motor's torque, whichever of the two drives the other.
-            let gear_n_m = (1.0 - wheel.drive.gear_efficiency) * scene.geared_n_m[index].abs();
-            let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
-            self.limit_motor(scene, index);
-            if friction_n_m > 0.0 {
-                let row = Row {
-                    chassis: [0.0; 6],
-                    hub: Some((scene.assembly.wheels[index].hub_dof, 1.0)),
-                    axle: None,
-                };
-                self.hold_bearing(scene, Part::Hub(index), row, friction_n_m);
+        scenes.find_between(&mut self.nearby);
+    }
+
+    /// Collects the laws of all contacts and dry bearings.
+    pub(super) fn gather(&mut self, scenes: Scenes<'_>) {
+        self.touch(scenes);
+        for scene in scenes.each() {
+            for (index, wheel) in scene.robot.wheels.iter().enumerate() {
+                // A gear takes its share of the motor's torque, whichever of the two drives the other.
+                let gear_n_m = (1.0 - wheel.drive.gear_efficiency) * scene.geared_n_m[index].abs();
+                let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
+                self.limit_motor(&scene, index);
+                if friction_n_m > 0.0 {
+                    let dof = scene.assembly.wheels[index].hub_dof;
+                    let side = Side {
+                        body: scene.index,
+                        chassis: [0.0; 6],
+                        hub: Some((dof, 1.0)),
+                        axle: None,
+                    };
+                    self.hold_bearing(&scene, Part::Hub(index), side, friction_n_m);
+                }
             }
         }
         for i in 0..self.axles.len() {
             let axle = self.axles[i];
+            let scene = scenes.of(axle.body);
             let body = &scene.assembly.wheels[axle.wheel];
             let friction_n_m = body.rollers[axle.roller].friction_n_m;
             if friction_n_m > 0.0 && axle.response.is_some() {
                 // Its spin against the hub.
                 let d = axle.axis;
                 let along = d.dot(&scene.middle.hubs()[axle.wheel].axis());
-                let row = Row {
+                let side = Side {
+                    body: axle.body,
                     chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
                     hub: Some((body.hub_dof, -along)),
                     axle: Some((i, 1.0)),
                 };
                 let part = Part::Axle(axle.wheel, axle.roller);
-                self.hold_bearing(scene, part, row, friction_n_m);
+                self.hold_bearing(&scene, part, side, friction_n_m);
             }
         }
     }
 
-    /// Turns the places that are near the ground into contacts.
-    fn touch(&mut self, scene: &Scene<'_>) {
-        let settings = scene.settings;
-        let relaxed_s = scene.dt_s + settings.contact_relaxation_s;
-        let compliance = 1.0 / (settings.contact_stiffness_n_m * scene.dt_s * relaxed_s);
+    /// Turns the places where bodies are near something into contacts.
+    fn touch(&mut self, scenes: Scenes<'_>) {
+        let (settings, dt_s) = (scenes.settings, scenes.dt_s);
+        let relaxed_s = dt_s + settings.contact_relaxation_s;
+        let compliance = 1.0 / (settings.contact_stiffness_n_m * dt_s * relaxed_s);
         let mut potential = std::mem::take(&mut self.potential);
+        let nearby = std::mem::take(&mut self.nearby);
         potential.clear();
-        potential.extend(
-            self.nearby
-                .iter()
-                .map(|place| scene.potential_contact(place)),
-        );
+        potential.extend(nearby.iter().map(|place| scenes.potential_contact(place)));
 
         // What stops the one that comes in fastest may move the others by as much.
-        let open_m_s = |contact: &PotentialContact| {
-            contact.free.x + contact.gap_before_m.max(0.0) / scene.dt_s
-        };
+        let open_m_s =
+            |contact: &PotentialContact| contact.free.x + contact.gap_before_m.max(0.0) / dt_s;
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
-        for contact in &potential {
-            let place = &contact.candidate;
-            let press = self.press(scene, contact);
+        for (place, contact) in nearby.iter().zip(&potential) {
+            let scene = &scenes.of(place.a.body);
+            let press = self.press(scene, place.a.part, contact);
             match &press {
-                Some(press) if stays_open(contact, press, scene.dt_s) => continue,
+                Some(press) if stays_open(contact, press, dt_s) => continue,
                 None if open_m_s(contact) > OPEN_M_S + comes_m_s => continue,
                 _ => {}
             }
-            let before = self.impulse_before(place.part);
+            let before = self.impulse_before(place.a, place.b);
             let gap_m = contact.gap_before_m;
             let (approach_m_s, compliance) = match &press {
                 Some(press) => (press.softness.bias_m_s, press.softness.compliance),
-                None if gap_m > 0.0 => (gap_m / scene.dt_s, compliance),
+                None if gap_m > 0.0 => (gap_m / dt_s, compliance),
                 None => {
                     // No faster than what the spring was loaded with, and a little.
                     let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
@@ -105,7 +116,11 @@ impl Reactions {
                     (out_m_s, compliance)
                 }
             };
-            let ground = scene.ground.surface_at(&place.place_m);
+            // Bodies grip one another as they grip the floor beneath, and are hard.
+            let ground = match place.b {
+                Partner::Ground => scene.ground.surface_at(&place.place_m),
+                _ => FloorSurface::default(),
+            };
             let at_rest = scene.ground.friction_at(&place.place_m);
             let friction = ground.friction_at_speed(at_rest, contact.before.yz().norm());
             let law = Law::Contact {
@@ -113,15 +128,15 @@ impl Reactions {
                 approach_m_s,
                 compliance,
             };
-            let load_n = self.load_n(scene, contact, press.as_ref());
+            let load_n = self.load_n(scene, place, press.as_ref());
+            let [of_a, of_b] = contact.axles;
             let rows = contact.rows.map(|row| Row {
-                axle: contact
-                    .axle
-                    .and_then(|axle| Some((self.index_of(axle), row.axle?.1))),
-                ..row
+                a: self.with_axle(row.a, of_a),
+                b: row.b.map(|side| self.with_axle(side, of_b)),
             });
             let reaction = Reaction {
-                part: place.part,
+                a: place.a,
+                b: place.b,
                 at_m: place.place_m,
                 frame: contact.frame,
                 friction,
@@ -130,8 +145,8 @@ impl Reactions {
                 velocity_after: Vector3::zeros(),
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
-                rolling_radius_m: rows[2].axle.map_or(0.0, |(_, radius_m)| radius_m),
-                gives: self.gives(scene, (contact, press, load_n), &ground),
+                rolling_radius_m: rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
+                gives: self.gives(scene, (place, contact), (press, load_n), &ground),
             };
             let mut free = contact.free;
             if let Some(gives) = &reaction.gives {
@@ -146,28 +161,41 @@ impl Reactions {
                 self.problem.soften(tangents);
             }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
-            let resistance = ground.rolling_resistance + own_resistance(scene, place.part);
+            let resistance = ground.rolling_resistance + own_resistance(scene, place.a.part);
             if resistance > 0.0 {
-                let axle = rows[2].axle.map(|(index, _)| index);
-                self.resist_rolling(scene, (contact, axle), resistance * load_n);
+                let axle = rows[2].a.axle.map(|(index, _)| index);
+                self.resist_rolling(scene, (place, axle), resistance * load_n);
             }
         }
         self.potential = potential;
+        self.nearby = nearby;
+    }
+
+    /// A side of a row with the place of its roller among those that may touch.
+    fn with_axle(&mut self, side: Side, axle: Option<Axle>) -> Side {
+        let place = axle.and_then(|axle| Some((self.index_of(axle), side.axle?.1)));
+        Side {
+            axle: place,
+            ..side
+        }
     }
 
     /// The place of a roller among those that may touch, where it is put if it is not there yet.
     fn index_of(&mut self, axle: Axle) -> usize {
-        let of_this = |other: &Axle| (other.wheel, other.roller) == (axle.wheel, axle.roller);
+        let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
+        let of_this = |other: &Axle| key(other) == key(&axle);
         self.axles.iter().position(of_this).unwrap_or_else(|| {
+            self.axles.reserve_exact(1);
             self.axles.push(axle);
             self.axles.len() - 1
         })
     }
 
-    /// What acted in the last step on the part that a new reaction goes on from.
-    pub(super) fn impulse_before(&self, part: Part) -> Option<Vector3<f64>> {
-        let place = self.all.iter().filter(|r| part.follows(r.part)).count();
-        let mut before = self.before.iter().filter(|r| part.follows(r.part));
+    /// What acted in the last step where a new reaction between these goes on from it.
+    pub(super) fn impulse_before(&self, a: Member, b: Partner) -> Option<Vector3<f64>> {
+        let follows = |other: &&Reaction| a.follows(other.a) && b.follows(other.b);
+        let place = self.all.iter().filter(follows).count();
+        let mut before = self.before.iter().filter(follows);
         before.nth(place).map(|reaction| reaction.impulse)
     }
 
@@ -176,7 +204,7 @@ impl Reactions {
         &mut self,
         scene: &Scene<'_>,
         part: Part,
-        row: Row,
+        side: Side,
         friction_n_m: f64,
     ) {
         let most_n_m_s = friction_n_m * scene.dt_s;
@@ -184,7 +212,7 @@ impl Reactions {
             least_n_m_s: -most_n_m_s,
             most_n_m_s,
         };
-        self.hold_joint(scene, part, row, law, 0.0);
+        self.hold_joint(scene, part, side, law, 0.0);
     }
 
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
@@ -218,23 +246,25 @@ impl Reactions {
                 -gives_n_m_s.min(0.0)
             },
         };
-        let row = Row {
+        let side = Side {
+            body: scene.index,
             chassis: [0.0; 6],
             hub: Some((dof, 1.0)),
             axle: None,
         };
-        self.hold_joint(scene, Part::RateLimit(wheel), row, law, limit_rad_s);
+        self.hold_joint(scene, Part::RateLimit(wheel), side, law, limit_rad_s);
     }
 
     /// Adds a joint whose rate is counted from another.
-    fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, row: Row, law: Law, from_rad_s: f64) {
+    fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, side: Side, law: Law, from_rad_s: f64) {
         let rate = |rates: &[f64], of_axle: fn(&Axle) -> f64| {
-            row.of_bodies(rates) + row.axle.map_or(0.0, |(i, c)| c * of_axle(&self.axles[i]))
+            side.of_bodies(rates) + side.axle.map_or(0.0, |(i, c)| c * of_axle(&self.axles[i]))
         };
         let before = rate(scene.rates_before, |axle| axle.before_rad_s);
         let free = rate(scene.rates_free, |axle| axle.rate_rad_s);
         let reaction = Reaction {
-            part,
+            a: scene.member(part),
+            b: Partner::Itself,
             at_m: Vector3::zeros(),
             frame: [Vector3::zeros(); 3],
             friction: 0.0,
@@ -246,13 +276,16 @@ impl Reactions {
             rolling_radius_m: 0.0,
             gives: None,
         };
-        self.push(law, reaction, &[row], &[free - from_rad_s]);
+        self.push(law, reaction, &[Row::of_one(side)], &[free - from_rad_s]);
     }
 
     /// Adds a law and where it acts.
     fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
+        // Both are large, and there is one list of them for every robot of a fleet: they grow by what is needed.
+        self.rows.reserve_exact(rows.len());
         self.rows.extend_from_slice(rows);
+        self.all.reserve_exact(1);
         self.all.push(reaction);
     }
 }

@@ -3,8 +3,10 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Reactions;
-use crate::contact::potential::{PotentialContact, Row};
+use crate::contact::candidates::Candidate;
+use crate::contact::potential::PotentialContact;
 use crate::contact::reaction::{Gives, Part, Tread};
+use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
 use crate::ground::FloorSurface;
@@ -35,8 +37,13 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
 
 impl Reactions {
     /// How the tread of a contact is pressed; `None` where it has none.
-    pub(super) fn press(&self, scene: &Scene<'_>, contact: &PotentialContact) -> Option<Press> {
-        let tread = tread_of(scene, contact.candidate.part)?;
+    pub(super) fn press(
+        &self,
+        scene: &Scene<'_>,
+        part: Part,
+        contact: &PotentialContact,
+    ) -> Option<Press> {
+        let tread = tread_of(scene, part)?;
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
@@ -45,16 +52,16 @@ impl Reactions {
     pub(super) fn load_n(
         &self,
         scene: &Scene<'_>,
-        contact: &PotentialContact,
+        place: &Candidate,
         press: Option<&Press>,
     ) -> f64 {
         if let Some(press) = press {
             return press.load_n;
         }
-        let part = contact.candidate.part;
-        let before = self.impulse_before(part).filter(|_| self.before_dt_s > 0.0);
+        let Candidate { a, b, .. } = *place;
+        let before = self.impulse_before(a, b).filter(|_| self.before_dt_s > 0.0);
         before.map_or_else(
-            || mean_load_n(scene, part),
+            || mean_load_n(scene, a.part),
             |impulse| impulse.x / self.before_dt_s,
         )
     }
@@ -63,11 +70,12 @@ impl Reactions {
     pub(super) fn gives(
         &self,
         scene: &Scene<'_>,
-        (contact, press, load_n): (&PotentialContact, Option<Press>, f64),
+        (place, contact): (&Candidate, &PotentialContact),
+        (press, load_n): (Option<Press>, f64),
         ground: &FloorSurface,
     ) -> Option<Gives> {
-        let part = contact.candidate.part;
-        let travel_m_s = contact.candidate.travel_m_s.norm();
+        let part = place.a.part;
+        let travel_m_s = place.travel_m_s.norm();
         let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
         // Slip per way, for each newton of pull.
         let creep_1_n = ground.creep / load_n;
@@ -84,7 +92,11 @@ impl Reactions {
         };
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
-        let mut before = self.before.iter().filter(|other| other.part == part);
+        let Candidate { a, b, .. } = *place;
+        let mut before = self
+            .before
+            .iter()
+            .filter(|other| (other.a, other.b) == (a, b));
         let before = before
             .find(|other| same(&other.frame[0]))
             .and_then(|other| other.tread());
@@ -94,7 +106,7 @@ impl Reactions {
                 tread.bend_m.dot(&contact.frame[2]),
             )
         });
-        let of_axle = |row: &Row| match (row.axle, contact.axle) {
+        let of_axle = |row: &Row| match (row.a.axle, contact.axles[0]) {
             (Some((_, share)), Some(axle)) => share * share * axle.response.unwrap_or(0.0),
             _ => 0.0,
         };
@@ -123,11 +135,10 @@ impl Reactions {
     pub(super) fn resist_rolling(
         &mut self,
         scene: &Scene<'_>,
-        (contact, axle): (&PotentialContact, Option<usize>),
+        (place, axle): (&Candidate, Option<usize>),
         drag_n: f64,
     ) {
-        let place = &contact.candidate;
-        let Part::Roller(wheel, roller) = place.part else {
+        let Part::Roller(wheel, roller) = place.a.part else {
             return;
         };
         let body = &scene.assembly.wheels[wheel];
@@ -152,12 +163,13 @@ impl Reactions {
             0.0
         };
         let of_hub = moment - of_axle * axis;
-        let row = Row {
+        let side = Side {
+            body: scene.index,
             chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
             hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
             axle: axle.map(|index| (index, of_axle)),
         };
-        self.hold_bearing(scene, Part::Rolling(wheel, roller), row, drag_n);
+        self.hold_bearing(scene, Part::Rolling(wheel, roller), side, drag_n);
     }
 }
 

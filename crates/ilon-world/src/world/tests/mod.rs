@@ -1,28 +1,34 @@
 //! What only the inside of a world shows.
 
 mod off_the_flat;
+mod two_bodies;
 
 use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::World;
-use crate::{Floor, RollerBodies, Settings};
+use crate::robot::articulated::Articulated;
+use crate::{ContactSolver, Floor, RollerBodies, Settings};
 
 fn shipped(name: &str) -> Robot {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
     Robot::load(format!("{folder}/{name}.urdf")).expect("a shipped robot")
 }
 
-/// Angular momentum of the robot about the origin of the floor's frame, body by body, in kg m^2/s.
+/// Angular momentum of all bodies about the origin of the floor's frame, part by part, in kg m^2/s.
 fn angular_momentum(world: &World) -> Vector3<f64> {
-    let state = &world.state;
-    let chassis = &world.chassis_mass;
+    world.bodies.iter().map(momentum_about_origin).sum()
+}
+
+fn momentum_about_origin(body: &Articulated) -> Vector3<f64> {
+    let state = &body.state;
+    let chassis = &body.chassis_mass;
     let center_m = state.center_m();
     let rotation = state.floor_from_chassis().rotation;
     let in_body = rotation.inverse() * state.angular_rad_s;
     let mut sum = rotation * (chassis.inertia_kg_m2 * in_body)
         + chassis.mass_kg * center_m.cross(&state.velocity_m_s);
-    for (index, wheel) in world.robot.wheels.iter().enumerate() {
+    for (index, wheel) in body.robot.wheels.iter().enumerate() {
         let hub = &state.hubs()[index];
         let in_hub = state.hub_rate_in_hub(index);
         let moving = |mass_kg: f64, in_hub_m: &Vector3<f64>| {
@@ -31,7 +37,7 @@ fn angular_momentum(world: &World) -> Vector3<f64> {
         };
         sum += moving(wheel.hub.mass_kg, &wheel.hub.center_of_mass_m)
             + hub.rotation * (wheel.hub.inertia_kg_m2 * in_hub);
-        let states = &world.assembly.wheels[index].rollers;
+        let states = &body.assembly.wheels[index].rollers;
         for (roller, state) in wheel.rollers.iter().zip(states) {
             let d = roller.axis_in_hub.into_inner();
             let turning = roller.transverse_inertia_kg_m2 * (in_hub - d * d.dot(&in_hub))
@@ -54,15 +60,15 @@ fn lost_tumbling(dt_s: f64) -> f64 {
     };
     let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");
-    let mut pose = *world.state.floor_from_chassis();
+    let mut pose = *world.bodies[0].state.floor_from_chassis();
     pose.translation.z += 1.0;
-    world.state.place(pose);
-    world.state.angular_rad_s = Vector3::new(0.3, -0.2, 0.5);
-    world.state.wheel_rates_rad_s[1] = 5.0;
-    for roller in &mut world.assembly.wheels[0].rollers {
+    world.bodies[0].state.place(pose);
+    world.bodies[0].state.angular_rad_s = Vector3::new(0.3, -0.2, 0.5);
+    world.bodies[0].state.wheel_rates_rad_s[1] = 5.0;
+    for roller in &mut world.bodies[0].assembly.wheels[0].rollers {
         roller.axial_rate_rad_s = 1e4;
     }
-    world.rebuild();
+    world.bodies[0].rebuild(ContactSolver::Ilon);
     let from = angular_momentum(&world);
     for _ in 0..(0.5 / dt_s).round() as usize {
         world.step();
@@ -92,11 +98,11 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
     let settings = Settings::default();
     let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");
-    let mut pose = *world.state.floor_from_chassis();
+    let mut pose = *world.bodies[0].state.floor_from_chassis();
     pose.translation.z = 0.5;
     pose.rotation = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.1, 0.0);
-    world.state.place(pose);
-    world.rebuild();
+    world.bodies[0].state.place(pose);
+    world.bodies[0].rebuild(ContactSolver::Ilon);
     let energy_j = |world: &World| world.energy().kinetic_j + world.energy().potential_j;
     let from_j = energy_j(&world);
     for _ in 0..500 {

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::super::standing::clearance_m;
 use super::{World, shipped};
-use crate::{Floor, RollerBodies, Settings};
+use crate::{ContactSolver, Floor, RollerBodies, Settings};
 
 fn world(robot: &Robot, dt_s: f64, bodies: RollerBodies) -> World {
     let settings = Settings {
@@ -19,15 +19,20 @@ fn world(robot: &Robot, dt_s: f64, bodies: RollerBodies) -> World {
 
 /// Puts a robot into an attitude, its lowest part so high above the plane.
 fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
-    let mut pose = *world.state.floor_from_chassis();
+    let mut pose = *world.bodies[0].state.floor_from_chassis();
     pose.rotation = rotation;
     pose.translation.z = 1.0;
-    world.state.place(pose);
-    let body_from_chassis = Isometry3::from(world.chassis_mass.center_of_mass_m);
+    world.bodies[0].state.place(pose);
+    let body_from_chassis = Isometry3::from(world.bodies[0].chassis_mass.center_of_mass_m);
     let floor_from_body = pose * body_from_chassis.inverse();
-    pose.translation.z += clear_m - clearance_m(&world.robot, &world.ground, &floor_from_body);
-    world.state.place(pose);
-    world.rebuild();
+    pose.translation.z += clear_m
+        - clearance_m(
+            &world.bodies[0].robot,
+            (&world.ground, &world.bodies[0].anchor),
+            &floor_from_body,
+        );
+    world.bodies[0].state.place(pose);
+    world.bodies[0].rebuild(ContactSolver::Ilon);
 }
 
 /// Whatever the height of the fall and wherever in the step it ends, the robot stays down.
@@ -165,11 +170,11 @@ fn a_robot_that_lies_comes_to_rest_and_stays_there() {
             for _ in 0..1200 {
                 world.step();
             }
-            let place_m = world.state.center_m();
+            let place_m = world.bodies[0].state.center_m();
             for _ in 0..400 {
                 world.step();
             }
-            let drift_m = (world.state.center_m() - place_m).norm();
+            let drift_m = (world.bodies[0].state.center_m() - place_m).norm();
             // A micrometre is what the springs of the contacts give.
             assert!(
                 drift_m < 1e-6,

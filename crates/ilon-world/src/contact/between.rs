@@ -1,0 +1,91 @@
+//! Where the chassis of two articulated bodies are near each other.
+
+use nalgebra::{Point3, Vector3};
+use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
+use rapier3d::prelude::*;
+
+use crate::contact::candidates::{Candidate, Turning};
+use crate::contact::reaction::{Part, Partner};
+use crate::contact::scene::{Scene, Scenes};
+use crate::engine::convert;
+
+impl Scenes<'_> {
+    /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
+    ///
+    /// Each body has a rapier world of its own, so that rapier does not find these: parry is asked about each pair of shapes, in
+    /// the frame of the first body's chassis, where f32 is as fine as for the ground.
+    pub fn find_between(&self, found: &mut Vec<Candidate>) {
+        for (index, a) in self.each().enumerate() {
+            for b in self.each().skip(index + 1) {
+                self.find_between_two(&a, &b, found);
+            }
+        }
+    }
+
+    fn find_between_two(&self, a: &Scene<'_>, b: &Scene<'_>, found: &mut Vec<Candidate>) {
+        let floor_from_a = a.middle.floor_from_chassis();
+        let a_from_b = floor_from_a.inv_mul(b.middle.floor_from_chassis());
+        let closes_m_s = speed_m_s(a) + speed_m_s(b);
+        let within_m = self.settings.prediction_m + self.dt_s * closes_m_s;
+        for (shape_a, a_from_shape) in shapes(a) {
+            for (shape_b, b_from_shape) in shapes(b) {
+                let pose_b = convert::pose(&a_from_b) * b_from_shape;
+                let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
+                // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
+                let _ = DefaultQueryDispatcher.contact_manifolds(
+                    &(a_from_shape.inverse() * pose_b),
+                    &**shape_a,
+                    &**shape_b,
+                    within_m as Real,
+                    &mut manifolds,
+                    &mut None,
+                );
+                for manifold in &manifolds {
+                    let poses = manifold.subshape_poses.as_deref();
+                    let piece_a = poses.and_then(|poses| poses.pos1);
+                    let piece_b = poses.and_then(|poses| poses.pos2);
+                    let a_from_piece = a_from_shape * piece_a.unwrap_or(Pose::IDENTITY);
+                    let from_piece_b = pose_b * piece_b.unwrap_or(Pose::IDENTITY);
+                    // parry's normal points out of the first shape.
+                    let normal_in_a = convert::to_f64(a_from_piece.rotation * manifold.local_n1);
+                    let normal = -(floor_from_a.rotation * normal_in_a).normalize();
+                    for point in &manifold.points {
+                        let in_a_m = convert::to_f64(from_piece_b * point.local_p2);
+                        found.push(Candidate {
+                            a: a.member(Part::Chassis),
+                            b: Partner::Of(b.member(Part::Chassis)),
+                            place_m: (floor_from_a * Point3::from(in_a_m)).coords,
+                            normal,
+                            along: Vector3::x(),
+                            gap_m: f64::from(point.dist),
+                            turning: Turning::NONE,
+                            came_down: false,
+                            travel_m_s: Vector3::zeros(),
+                            on_barrel: false,
+                        });
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The fastest that a place of a chassis may move in the step, in m/s.
+fn speed_m_s(scene: &Scene<'_>) -> f64 {
+    let reach_m = shapes(scene).map(|(shape, pose)| {
+        let ball = shape.compute_local_bounding_sphere();
+        f64::from((pose * ball.center).length() + ball.radius)
+    });
+    let turns_m_s = scene.before.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
+    scene.before.velocity_m_s.norm() + turns_m_s
+}
+
+/// The shapes of a chassis, with their poses in its frame.
+fn shapes<'a>(scene: &Scene<'a>) -> impl Iterator<Item = (&'a SharedShape, Pose)> {
+    let colliders = &scene.rapier.colliders;
+    let of_chassis = scene.rapier.bodies[scene.assembly.chassis].colliders();
+    of_chassis.iter().filter_map(|handle| {
+        let collider = colliders.get(*handle)?;
+        Some((collider.shared_shape(), *collider.position_wrt_parent()?))
+    })
+}
