@@ -125,7 +125,10 @@ impl Scenario {
         };
         from_there(&mut moved.robot.file);
         moved.robot.packages.values_mut().for_each(from_there);
-        if let Some(super::Reference::Waypoints { file, .. }) = &mut moved.reference {
+        if let Some(super::Reference::Waypoints {
+            file: Some(file), ..
+        }) = &mut moved.reference
+        {
             from_there(file);
         }
         if let Some(playback) = &mut moved.playback {

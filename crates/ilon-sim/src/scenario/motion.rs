@@ -81,16 +81,26 @@ pub enum Reference {
         #[serde(default)]
         heading: Heading,
     },
-    /// A smooth path through the points of a CSV file, at rest at both ends. Its header names the columns: `x_m` and
-    /// `y_m`, with `t_s` for the times (or `speed_m_s` here) and, if wanted, `heading_deg`.
+    /// A smooth path through points, at rest at both ends: those that stand here, or those of a CSV file. The header of such a file
+    /// names the columns: `x_m` and `y_m`, with `t_s` for the times (or `speed_m_s` here) and, if wanted, `heading_deg`.
     Waypoints {
-        /// The CSV file, relative to the scenario file.
-        file: PathBuf,
-        /// Mean speed between neighbours in m/s, for a file without times.
+        /// The points: x and y in the world, in metres.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        points_m: Vec<[f64; 2]>,
+        /// When the robot is at each of `points_m`, in seconds; without them, `speed_m_s` says when.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        times_s: Vec<f64>,
+        /// Where the robot looks at each of `points_m`, in degrees; without them, `heading` says where.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        headings_deg: Vec<f64>,
+        /// The CSV file, relative to the scenario file, in place of `points_m`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        file: Option<PathBuf>,
+        /// Mean speed between neighbours in m/s, where no times are given.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         speed_m_s: Option<f64>,
-        /// Where the robot looks meanwhile, for a file without headings.
+        /// Where the robot looks meanwhile, where no headings are given.
         #[serde(default)]
         heading: Heading,
     },

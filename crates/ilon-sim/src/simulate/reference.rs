@@ -64,13 +64,30 @@ fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Refer
             heading_of(heading),
         ),
         Section::Waypoints {
+            points_m,
+            times_s,
+            headings_deg,
             file,
             speed_m_s,
             heading,
         } => {
-            let path = scenario.resolve(file);
             let heading = heading_of(heading);
-            return waypoints::read(&path, &scenario.files, *speed_m_s, heading);
+            let listed = waypoints::Listed {
+                points_m,
+                times_s,
+                headings_deg,
+            };
+            return match file {
+                Some(file) if listed.is_empty() => {
+                    let path = scenario.resolve(file);
+                    waypoints::read(&path, &scenario.files, *speed_m_s, heading)
+                }
+                Some(_) => Err(Error::invalid(
+                    "`reference.waypoints` has a `file` and points of its own",
+                    "leave one of them out",
+                )),
+                None => listed.path(*speed_m_s, heading),
+            };
         }
         Section::HoldPose {
             x_m,

@@ -1,4 +1,4 @@
-//! Waypoints from a CSV file.
+//! Waypoints, listed in a scenario or in a CSV file.
 
 use std::path::Path;
 
@@ -15,6 +15,69 @@ const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
 
 /// The longest file of waypoints that is read, in bytes: a million of them.
 const MAX_BYTES: u64 = 64 << 20;
+
+/// Waypoints as they stand in a scenario.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Listed<'a> {
+    pub points_m: &'a [[f64; 2]],
+    pub times_s: &'a [f64],
+    pub headings_deg: &'a [f64],
+}
+
+impl Listed<'_> {
+    pub fn is_empty(&self) -> bool {
+        self.points_m.is_empty() && self.times_s.is_empty() && self.headings_deg.is_empty()
+    }
+
+    /// The path through them. Its times are those that are listed, or come from a mean speed in m/s; its headings those that are
+    /// listed, else `heading`.
+    pub fn path(self, speed_m_s: Option<f64>, heading: Heading) -> Result<Reference, Error> {
+        let count = self.points_m.len();
+        if count == 0 {
+            return Err(Error::invalid(
+                "`reference.waypoints` has no points",
+                "list them, `points_m = [[0, 0], [1, 0], [1, 1]]`, or name a `file` of them",
+            ));
+        }
+        for (key, found) in [
+            ("times_s", self.times_s.len()),
+            ("headings_deg", self.headings_deg.len()),
+        ] {
+            if found != 0 && found != count {
+                return Err(Error::invalid(
+                    format!("`reference.waypoints.{key}` has {found} numbers for {count} points"),
+                    "give each point one, or leave them out",
+                ));
+            }
+        }
+        let points_m = self.points_m.iter().map(|[x, y]| Vector2::new(*x, *y));
+        let heading = match self.headings_deg {
+            [] => heading,
+            listed => Heading::Waypoints {
+                headings_rad: listed.iter().map(|deg| deg.to_radians()).collect(),
+            },
+        };
+        let made = match (self.times_s, speed_m_s) {
+            ([], Some(speed_m_s)) => {
+                Reference::waypoints_at_speed(points_m.collect(), speed_m_s, heading)
+            }
+            ([], None) => {
+                return Err(Error::invalid(
+                    "neither `times_s` nor `speed_m_s` of `reference.waypoints` says when",
+                    "add one of them",
+                ));
+            }
+            (times_s, None) => Reference::waypoints(times_s, points_m.collect(), heading),
+            (_, Some(_)) => {
+                return Err(Error::invalid(
+                    "both `times_s` and `speed_m_s` of `reference.waypoints` say when",
+                    "leave one of them out",
+                ));
+            }
+        };
+        Ok(made?)
+    }
+}
 
 /// Reads a path. Its times come from the file, or from a mean speed in m/s; its headings from the file where it has
 /// them, else from `heading`.
@@ -175,6 +238,65 @@ mod tests {
             let expected = format!("line 3: `x_m` is \"{no_number}\", but must be a finite number");
             assert_eq!(with("1", no_number), expected);
         }
+    }
+
+    #[test]
+    fn points_that_are_listed_make_the_path_of_a_file_of_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("w.csv");
+        let heading = || Heading::Tangent { offset_rad: 0.1 };
+        let points_m = [[0.0, 0.0], [1.0, 0.25], [1.5, -0.5]];
+        let cases: [(&str, &[f64], &[f64], Option<f64>); 3] = [
+            ("x_m,y_m\n0,0\n1,0.25\n1.5,-0.5\n", &[], &[], Some(0.3)),
+            (
+                "t_s,x_m,y_m\n0,0,0\n2,1,0.25\n5,1.5,-0.5\n",
+                &[0.0, 2.0, 5.0],
+                &[],
+                None,
+            ),
+            (
+                "x_m,y_m,heading_deg\n0,0,0\n1,0.25,90\n1.5,-0.5,180\n",
+                &[],
+                &[0.0, 90.0, 180.0],
+                Some(0.3),
+            ),
+        ];
+        for (csv, times_s, headings_deg, speed_m_s) in cases {
+            std::fs::write(&path, csv).unwrap();
+            let listed = Listed {
+                points_m: &points_m,
+                times_s,
+                headings_deg,
+            };
+            let listed = listed.path(speed_m_s, heading()).unwrap();
+            let of_file = read(&path, &FileAccess::anywhere(), speed_m_s, heading()).unwrap();
+            for tenth in 0..80 {
+                let t_s = 0.1 * f64::from(tenth);
+                assert_eq!(listed.at(t_s), of_file.at(t_s), "{csv} at {t_s}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_say_too_little_or_too_much_are_refused() {
+        let points_m = [[0.0, 0.0], [1.0, 0.0]];
+        let said = |points_m: &[[f64; 2]], times_s: &[f64], headings_deg: &[f64], speed_m_s| {
+            let listed = Listed {
+                points_m,
+                times_s,
+                headings_deg,
+            };
+            let made = listed.path(speed_m_s, Heading::Constant { heading_rad: 0.0 });
+            made.map_or_else(|error| error.to_string(), |_| "fine".to_owned())
+        };
+        assert_eq!(said(&points_m, &[], &[], Some(0.3)), "fine");
+        assert!(said(&[], &[], &[], Some(0.3)).contains("no points"));
+        assert!(said(&points_m, &[], &[], None).contains("says when"));
+        assert!(said(&points_m, &[0.0, 1.0], &[], Some(0.3)).contains("say when"));
+        assert!(said(&points_m, &[0.0], &[], None).contains("1 numbers for 2 points"));
+        assert!(said(&points_m, &[], &[0.0; 3], Some(0.3)).contains("3 numbers for 2 points"));
+        assert!(said(&points_m, &[1.0, 0.0], &[], None) != "fine");
+        assert!(said(&points_m[..1], &[], &[], Some(0.3)) != "fine");
     }
 
     #[test]

@@ -435,7 +435,10 @@ impl Study {
             hash.feed(&scenario.name);
             hash.feed(&scenario.to_toml()?);
             let mut read = vec![scenario.robot.file.clone()];
-            if let Some(Reference::Waypoints { file, .. }) = &scenario.reference {
+            if let Some(Reference::Waypoints {
+                file: Some(file), ..
+            }) = &scenario.reference
+            {
                 read.push(file.clone());
             }
             read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
