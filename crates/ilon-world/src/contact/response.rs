@@ -124,10 +124,15 @@ impl Responses {
     }
 
     /// What the unit impulse of a row does to the rates of a body; `None` where it does not act on it.
+    #[inline]
     pub fn of_row(&self, row: usize, body: usize) -> Option<&[Real]> {
-        let place = self.rows[row].iter().flatten().find(|(of, _)| *of == body);
+        let at = match self.rows[row] {
+            [Some((of, at)), _] if of == body => at,
+            [_, Some((of, at))] if of == body => at,
+            _ => return None,
+        };
         let of = &self.bodies[body];
-        place.map(|(_, at)| &of.rows[*at..][..of.dofs])
+        Some(&of.rows[at..][..of.dofs])
     }
 
     /// The bodies that a row acts on, each with what its unit impulse does to that body's rates.
@@ -159,6 +164,7 @@ impl Responses {
     }
 
     /// W of two rows: what the unit impulse of one does to the velocity of the other.
+    #[inline]
     pub fn w(&self, rows: &[Row], axles: &[Axle], (at, by): (usize, usize)) -> f64 {
         let mut sum = 0.0;
         for side in rows[at].sides() {
@@ -172,7 +178,14 @@ impl Responses {
 }
 
 /// What rollers about their axes add to W of two rows, given how each answers.
+#[inline]
 pub(crate) fn of_axles((at, by): (&Row, &Row), response: impl Fn(usize) -> f64) -> f64 {
+    if at.b.is_none() && by.b.is_none() {
+        return match (at.a.axle, by.a.axle) {
+            (Some((i, a)), Some((j, b))) if i == j => a * b * response(i),
+            _ => 0.0,
+        };
+    }
     let mut sum = 0.0;
     for (i, a) in at.sides().filter_map(|side| side.axle) {
         for (j, b) in by.sides().filter_map(|side| side.axle) {

@@ -32,6 +32,7 @@ impl Row {
     }
 
     /// The one or two bodies that move.
+    #[inline]
     pub fn sides(&self) -> impl Iterator<Item = &Side> {
         std::iter::once(&self.a).chain(&self.b)
     }
@@ -44,10 +45,12 @@ impl Side {
     }
 
     /// The same of rates as rapier has them.
+    #[inline]
     pub fn of_bodies_f32(&self, rates: &[Real]) -> f64 {
         self.sum(|dof| f64::from(rates[dof]))
     }
 
+    #[inline]
     fn sum(&self, rate: impl Fn(usize) -> f64) -> f64 {
         let chassis = self.chassis.iter().enumerate().map(|(i, c)| c * rate(i));
         chassis.sum::<f64>() + self.hub.map_or(0.0, |(dof, c)| c * rate(dof))
