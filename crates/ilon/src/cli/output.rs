@@ -89,7 +89,10 @@ impl KeepingUp {
 /// The files that a scenario names, itself first.
 pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
     let mut inputs = vec![path.to_owned(), scenario.resolve(&scenario.robot.file)];
-    if let Some(Reference::Waypoints { file, .. }) = &scenario.reference {
+    if let Some(Reference::Waypoints {
+        file: Some(file), ..
+    }) = &scenario.reference
+    {
         inputs.push(scenario.resolve(file));
     }
     if let Some(playback) = &scenario.playback {
