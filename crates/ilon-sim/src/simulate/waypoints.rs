@@ -246,22 +246,23 @@ mod tests {
         let path = folder.path().join("w.csv");
         let heading = || Heading::Tangent { offset_rad: 0.1 };
         let points_m = [[0.0, 0.0], [1.0, 0.25], [1.5, -0.5]];
-        let cases: [(&str, &[f64], &[f64], Option<f64>); 3] = [
-            ("x_m,y_m\n0,0\n1,0.25\n1.5,-0.5\n", &[], &[], Some(0.3)),
+        let [none, times_s, headings_deg]: [&[f64]; 3] =
+            [&[], &[0.0, 2.0, 5.0], &[0.0, 90.0, 180.0]];
+        for (csv, times_s, headings_deg, speed_m_s) in [
+            ("x_m,y_m\n0,0\n1,0.25\n1.5,-0.5\n", none, none, Some(0.3)),
             (
                 "t_s,x_m,y_m\n0,0,0\n2,1,0.25\n5,1.5,-0.5\n",
-                &[0.0, 2.0, 5.0],
-                &[],
+                times_s,
+                none,
                 None,
             ),
             (
                 "x_m,y_m,heading_deg\n0,0,0\n1,0.25,90\n1.5,-0.5,180\n",
-                &[],
-                &[0.0, 90.0, 180.0],
+                none,
+                headings_deg,
                 Some(0.3),
             ),
-        ];
-        for (csv, times_s, headings_deg, speed_m_s) in cases {
+        ] {
             std::fs::write(&path, csv).unwrap();
             let listed = Listed {
                 points_m: &points_m,
