@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_live::{Controls, Desk, Mode, Pace, Server, Session, Watcher};
+use ilon_robot::Pose;
 use ilon_sim::Scenario;
 
 fn session(further: &[&str]) -> Session {
@@ -237,26 +238,28 @@ fn time_that_stands_goes_on_step_by_step() {
 
 /// Sees the robot go back, and where and when it stands then.
 #[derive(Default)]
-struct SeesReturns(Vec<(f64, f64, f64)>);
+struct SeesReturns(Vec<(f64, f64, Pose)>);
 
 impl Watcher for SeesReturns {
     fn restarted(&mut self, session: &Session) {
-        let x_m = session.frame().pose.x_m;
-        self.0.push((session.time_s(), session.drive_time_s(), x_m));
+        let pose = session.frame().pose;
+        self.0
+            .push((session.time_s(), session.drive_time_s(), pose));
     }
 }
 
 #[test]
 fn the_robot_goes_back_to_its_start_while_time_stands() {
     let mut session = session(&[]);
-    let start_x_m = session.frame().pose.x_m;
+    let start = session.frame().pose;
     let mut controls = Controls::default();
     controls.take(r#"{"twist": [0.4, 0, 0]}"#);
     for _ in 0..20 {
         session.advance(&controls).expect("a period");
     }
     let went_s = session.time_s();
-    assert!(went_s > 0.0 && session.frame().pose.x_m > start_x_m);
+    let away_m = session.frame().pose.position_m() - start.position_m();
+    assert!(went_s > 0.0 && away_m.norm() > 1e-3);
     let (desk, mut sees) = (Desk::default(), SeesReturns::default());
     desk.take(r#"{"reset": true}"#);
     let pace = Pace {
@@ -268,7 +271,7 @@ fn the_robot_goes_back_to_its_start_while_time_stands() {
     ilon_live::run(&mut session, &desk, &mut [&mut sees], pace, go_on).expect("a run");
     assert_eq!(
         sees.0,
-        [(went_s, 0.0, start_x_m)],
+        [(went_s, 0.0, start)],
         "once, where it began, and no time passes"
     );
 }
