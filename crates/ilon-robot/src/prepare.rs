@@ -1,6 +1,7 @@
 //! Makes the text of a URDF of whatever a robot is written in: xacro is expanded, other formats are converted.
 
 use std::collections::{BTreeMap, HashMap};
+use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::error::{Fault, MissingFile, RobotError};
@@ -36,15 +37,21 @@ pub(crate) fn read_text(
                 what: format!("more than {} MB of text", most >> 20),
                 most: format!("{} MB", most >> 20),
             },
+            ReadError::Io(error) if error.kind() == ErrorKind::NotFound => {
+                let near = near(path, options);
+                Fault::Unreadable {
+                    reason: format!("{}{near}", ReadError::Io(error)),
+                }
+            }
             other => Fault::Unreadable {
-                reason: format!("{other}{}", near(path, options)),
+                reason: other.to_string(),
             },
         };
         RobotError::new(file, fault)
     })
 }
 
-/// Which file beside one that is not there may be meant, in words; nothing of a file that is there, and where none is alike.
+/// Which file beside one that is not there may be meant, in words; nothing where none is alike.
 fn near(path: &Path, options: &LoadOptions) -> String {
     /// Most names of the folder that are looked at.
     const MOST_NAMES: usize = 1000;
@@ -53,9 +60,6 @@ fn near(path: &Path, options: &LoadOptions) -> String {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return String::new();
     };
-    if options.files.is_file(path) || options.files.is_folder(path) {
-        return String::new();
-    }
     let name = name.to_string_lossy();
     let folder = match folder.as_os_str().is_empty() {
         true => Path::new("."),

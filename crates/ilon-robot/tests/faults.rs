@@ -402,14 +402,28 @@ fn a_leaning_hub_axis_is_reported_in_degrees() {
 
 #[test]
 fn millimetres_are_recognised() {
-    // Every length a thousand times larger: the wheel measures 50 m.
-    let spec = SPEC
-        .replace("[0.3, 0.3, 0.1]", "[300.0, 300.0, 100.0]")
-        .replace("radius_m = 0.05", "radius_m = 50.0")
-        .replace("radius_m = 0.012", "radius_m = 12.0")
-        .replace("distance_m = 0.2", "distance_m = 200.0");
-    let spec = Spec::from_toml_str(&spec, "small.toml").expect("a good description");
-    let text = generate(&spec).expect("a good description");
+    let of_wheel = SPEC.replace("radius_m = 0.05", "radius_m = 50");
+    let spec = Spec::from_toml_str(&of_wheel, "small.toml").expect("a good form");
+    assert_eq!(
+        generate(&spec).expect_err("a wheel of 50 m").to_string(),
+        "small: `wheel.radius_m` is 50, but must be a length in metres, below 5: 50 mm are 0.05"
+    );
+    // Every length of a URDF a thousand times larger: the wheel measures 50 m. Axes are directions, of whatever length.
+    let mut text = small();
+    for attribute in ["xyz=\"", "radius=\"", "length=\"", "size=\""] {
+        let mut parts = text.split(attribute);
+        let mut scaled = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let (numbers, rest) = part.split_once('"').expect("it is closed");
+            let larger = numbers.split(' ').map(|number| {
+                let number: f64 = number.parse().expect("a number");
+                (1000.0 * number).to_string()
+            });
+            let larger: Vec<String> = larger.collect();
+            scaled += &format!("{attribute}{}\"{rest}", larger.join(" "));
+        }
+        text = scaled;
+    }
     assert_eq!(
         fault_of(&text).to_string(),
         format!(
