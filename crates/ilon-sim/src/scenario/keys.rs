@@ -156,9 +156,16 @@ impl<'s> Checker<'s> {
                     found(other),
                     wanted(&alternatives)
                 ),
-                match wanted_words(&alternatives).as_slice() {
-                    [] => format!("write {} here", wanted(&alternatives)),
-                    words => format!("write one of {}", quoted(words)),
+                match (
+                    wanted_words(&alternatives).as_slice(),
+                    wanted_keys(&alternatives).as_slice(),
+                ) {
+                    ([], []) => format!("write {} here", wanted(&alternatives)),
+                    ([], keys) => format!(
+                        "write a table, `{{ ... }}`, with what you need of its keys: {}",
+                        quoted(keys)
+                    ),
+                    (words, _) => format!("write one of {}", quoted(words)),
                 },
             )),
         }
@@ -367,6 +374,16 @@ fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
     let constants = alternatives.iter().filter_map(constant);
     let lists = alternatives.iter().filter_map(listed).flatten();
     constants.chain(lists.filter_map(Json::as_str)).collect()
+}
+
+/// The keys of the table that a value must be, where it may be nothing else.
+fn wanted_keys<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
+    if wanted(alternatives) != "a table" {
+        return Vec::new();
+    }
+    let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);
+    let keys = alternatives.iter().filter_map(properties).flatten();
+    keys.map(|(name, _)| name.as_str()).collect()
 }
 
 fn wanted(alternatives: &[&Json]) -> String {

@@ -98,6 +98,15 @@ fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
     assert_eq!(help, "did you mean \"position\"?");
     let (message, ..) = told(CIRCLE, &["world.floor=0.2"]);
     assert_eq!(message, "`world.floor` is a number, but must be a table");
+    let (message, help, _) = told(CIRCLE, &["expect.position_error_max_m=0.05"]);
+    assert_eq!(
+        message,
+        "`expect.position_error_max_m` is a number, but must be a table"
+    );
+    assert_eq!(
+        help,
+        "write a table, `{ ... }`, with what you need of its keys: `equal`, `max`, `min`, `within`"
+    );
 }
 
 #[test]
