@@ -166,3 +166,17 @@ fn an_override_that_does_not_fit_is_refused(#[case] more: &str, #[case] said: &s
     let error = robot(more).unwrap_err().to_string();
     assert!(error.contains(said), "{error}");
 }
+
+#[test]
+fn a_place_has_as_many_numbers_as_it_has_axes() {
+    let place = "center_m = [0.0, 0.0, 0.06]";
+    assert!(SPEC.contains(place));
+    for (other, count) in [("[0, 0, 0.06, 1]", 4), ("[0, 0]", 2)] {
+        let text = SPEC.replace(place, &format!("center_m = {other}"));
+        let said = Spec::from_toml_str(&text, "r.toml")
+            .unwrap_err()
+            .to_string();
+        let wanted = format!("invalid length {count}, expected 3 numbers");
+        assert!(said.contains(&wanted), "{said}");
+    }
+}

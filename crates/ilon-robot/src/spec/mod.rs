@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use toml::Table;
 
 use crate::error::{Fault, RobotError};
@@ -53,6 +54,7 @@ pub struct ChassisSpec {
     /// Mass in kg.
     pub mass_kg: f64,
     /// Its centre in the body frame, whose origin is on the ground, in metres.
+    #[serde(deserialize_with = "exactly")]
     pub center_m: [f64; 3],
 }
 
@@ -63,6 +65,7 @@ pub enum ChassisShape {
     /// `shape.box = { size_m = [x, y, z] }`: a box along the body's axes.
     Box {
         /// Its sides along x, y and z, in metres.
+        #[serde(deserialize_with = "exactly")]
         size_m: [f64; 3],
     },
     /// `shape.cylinder = { radius_m = ..., height_m = ... }`: an upright cylinder.
@@ -278,6 +281,7 @@ pub struct PlacedWheel {
     /// The name of its joint.
     pub name: String,
     /// The paper's **b**: the wheel's middle in the body frame, x and y, in metres.
+    #[serde(deserialize_with = "exactly")]
     pub position_m: [f64; 2],
     /// The hub axis **n** as an angle from the body's x axis, counter-clockwise, in degrees. Positive wheel rates turn
     /// about it.
@@ -343,6 +347,16 @@ impl Spec {
             RobotError::new(file, Fault::Toml { reason })
         })
     }
+}
+
+/// Reads an array of a fixed length. What the reader of TOML has for them leaves entries that are too many out of account.
+fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
+    let entries = Vec::<f64>::deserialize(from)?;
+    let count = entries.len();
+    let wanted = format!("{N} numbers");
+    entries
+        .try_into()
+        .map_err(|_| D::Error::invalid_length(count, &wanted.as_str()))
 }
 
 fn of_toml(e: &toml::de::Error, text: &str, file: &str) -> RobotError {

@@ -105,6 +105,21 @@ impl<'s> Checker<'s> {
                 self.table(table, span, &alternatives)
             }
             DeValue::Array(items) if accepts(&alternatives, "array") => {
+                if let Some(wanted) = how_many(&alternatives)
+                    && items.len() != wanted
+                {
+                    // serde would leave what is too many out of account.
+                    return Err(self.fault(
+                        FaultKind::Value,
+                        span,
+                        format!(
+                            "`{}` has {} entries, but must have {wanted}",
+                            self.key(),
+                            items.len()
+                        ),
+                        format!("write {wanted} numbers"),
+                    ));
+                }
                 let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
                 for (index, item) in items.iter().enumerate() {
                     self.path.push(index.to_string());
@@ -365,6 +380,16 @@ fn accepts(alternatives: &[&Json], kind: &str) -> bool {
         Some(Json::Array(several)) => several.iter().any(|one| one == kind),
         _ => kind == "string" && (schema.get("const").is_some() || schema.get("enum").is_some()),
     })
+}
+
+/// How many entries an array must have, where it may have no other number of them.
+fn how_many(alternatives: &[&Json]) -> Option<usize> {
+    let [schema] = alternatives else {
+        return None;
+    };
+    let count = |bound: &str| schema.get(bound).and_then(Json::as_u64);
+    let most = count("maxItems")?;
+    (count("minItems") == Some(most)).then_some(most as usize)
 }
 
 /// The words that a value may be, where it may only be some.

@@ -110,6 +110,22 @@ fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
 }
 
 #[test]
+fn an_array_of_a_fixed_length_has_that_many_entries() {
+    for (points, count) in [("[[0, 0], [1, 0, 0.5]]", 3), ("[[0, 0], [1]]", 1)] {
+        let text = format!(
+            "[robot]\nfile = \"robot.urdf\"\n[reference.waypoints]\npoints_m = {points}\n[run]\nduration_s = 1\n"
+        );
+        let (message, help, at) = told(&text, &[]);
+        assert_eq!(
+            message,
+            format!("`reference.waypoints.points_m.1` has {count} entries, but must have 2")
+        );
+        assert_eq!(help, "write 2 numbers");
+        assert_eq!(at, text.find("[1").unwrap());
+    }
+}
+
+#[test]
 fn numbers_must_be_finite_and_within_their_bounds() {
     for not_finite in ["nan", "inf", "-inf"] {
         let (message, ..) = told(CIRCLE, &[&format!("run.duration_s={not_finite}")]);
