@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 use ilon_robot::Twist;
 use serde::Deserialize;
 
+use crate::pace::Pace;
+
 /// A commanded twist that is not repeated for as long stops the robot.
 pub const WATCHDOG: Duration = Duration::from_millis(500);
 
@@ -14,8 +16,6 @@ const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
 /// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
 const MOST_WHEEL_RAD_S: f64 = 1000.0;
-/// How fast time may go.
-const PACES: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 /// Friction coefficients that are taken.
 const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
 /// Payloads that are taken, in kg.
@@ -184,7 +184,7 @@ impl Controls {
         self.position_gain_per_s = gain.or(self.position_gain_per_s);
         let gain = number("heading_gain_per_s", change.heading_gain_per_s, GAINS_PER_S);
         self.heading_gain_per_s = gain.or(self.heading_gain_per_s);
-        if let Some(speed) = number("speed", change.speed, PACES) {
+        if let Some(speed) = number("speed", change.speed, Pace::SPEEDS) {
             self.speed = speed;
         }
         self.mode = change.mode.unwrap_or(self.mode);

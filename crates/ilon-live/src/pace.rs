@@ -1,5 +1,6 @@
 //! How fast time goes.
 
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use crate::LiveError;
@@ -20,6 +21,11 @@ pub struct Pace {
     pub speed: f64,
     /// Whether time stands at first.
     pub paused: bool,
+}
+
+impl Pace {
+    /// Speeds that a live run may have.
+    pub const SPEEDS: RangeInclusive<f64> = 0.05..=20.0;
 }
 
 impl Default for Pace {

@@ -17,8 +17,8 @@ pub(super) struct Arguments {
     /// Where the page is served, on this machine alone; 0 for any port that is free.
     #[arg(long, default_value_t = 8765)]
     port: u16,
-    /// Simulated seconds a second.
-    #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed)]
+    /// Simulated seconds a second, from 0.05 to 20.
+    #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed, allow_negative_numbers = true)]
     speed: f64,
     /// Let time stand at first, until somebody lets it go on or takes it step by step.
     #[arg(long)]
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
     /// End after this many seconds; without it, when it is interrupted.
-    #[arg(long, value_name = "SECONDS", value_parser = speed)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     #[command(flatten)]
     settings: Settings,
@@ -66,8 +66,18 @@ impl Watcher for Terminal {
 
 fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
+        Ok(speed) if Pace::SPEEDS.contains(&speed) => Ok(speed),
+        _ => {
+            let (least, most) = (Pace::SPEEDS.start(), Pace::SPEEDS.end());
+            Err(format!("give a number from {least} to {most}"))
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number <= 1e6 => Ok(number),
-        _ => Err("give a number above 0".to_owned()),
+        _ => Err("give a number above 0, up to 1e6".to_owned()),
     }
 }
 
@@ -85,7 +95,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut viewers = foxglove(arguments, &session, &desk)?;
     say::lines(&format!("drive at {}  (end with Ctrl-C)\n", page.url()))?;
     let pace = Pace {
-        speed: arguments.speed.clamp(0.05, 20.0),
+        speed: arguments.speed,
         paused: arguments.paused,
     };
     let end = arguments
