@@ -261,10 +261,9 @@ mod tests {
         assert_eq!(largest_chunk, ROWS_A_GROUP);
     }
 
-    #[rstest::rstest]
-    #[case::short(ROWS_A_GROUP)]
-    #[case::long(2 * ROWS_A_GROUP + 77)]
-    fn a_recording_is_the_trace_that_memory_would_have_held(#[case] rows: usize) {
+    #[test_case::test_case(ROWS_A_GROUP; "short")]
+    #[test_case::test_case(2 * ROWS_A_GROUP + 77; "long")]
+    fn a_recording_is_the_trace_that_memory_would_have_held(rows: usize) {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let whole = made_up_trace(3, rows, true);

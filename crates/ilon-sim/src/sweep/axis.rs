@@ -530,66 +530,65 @@ mod tests {
         assert!(at(0.0).is_finite() && at(1.0).is_finite());
     }
 
-    #[rstest::rstest]
-    #[case("[]", "`axes.a.b` is an empty list: there would be no run")]
-    #[case("[1, 2, 1]", "`axes.a.b` holds 1 twice")]
-    #[case("0.3", "`axes.a.b` is a single value, and varies nothing")]
-    #[case("{}", "`axes.a.b` has no values")]
-    #[case(
+    #[test_case::test_case("[]", "`axes.a.b` is an empty list: there would be no run")]
+    #[test_case::test_case("[1, 2, 1]", "`axes.a.b` holds 1 twice")]
+    #[test_case::test_case("0.3", "`axes.a.b` is a single value, and varies nothing")]
+    #[test_case::test_case("{}", "`axes.a.b` has no values")]
+    #[test_case::test_case(
         "{ from = 2, to = 1 }",
         "`axes.a.b` goes from 2 to 1, which is no range"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 0, to = inf }",
         "`axes.a.b` goes from 0 to inf, which is no range"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 0, to = 1, scale = \"log\" }",
         "`axes.a.b` begins at 0, which has no logarithm"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 0, to = 1, steps = 1 }",
         "`axes.a.b` has 1 steps, and would not reach both of its ends"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 1, to = 3, steps = 9, whole = true }",
         "`axes.a.b` has 9 steps, of which two come to the whole number 1"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 1, to = 10, steps = 10, scale = \"log\", whole = true }",
         "`axes.a.b` has 10 steps, of which two come to the whole number 1"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 0.5, to = 3, whole = true }",
         "`axes.a.b` is of whole numbers, and goes from 0.5 to 3"
     )]
-    #[case("[0.1, inf]", "`axes.a.b` holds inf, which is not finite")]
-    #[case("[[0.1, nan]]", "`axes.a.b` holds [0.1, nan], which is not finite")]
-    #[case(
+    #[test_case::test_case("[0.1, inf]", "`axes.a.b` holds inf, which is not finite")]
+    #[test_case::test_case("[[0.1, nan]]", "`axes.a.b` holds [0.1, nan], which is not finite")]
+    #[test_case::test_case(
         "{ mean = 1, sd = 0.1, scale = \"log\" }",
         "`axes.a.b` is a normal distribution, which has no `scale`"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ values = [1, 2], whole = true }",
         "`axes.a.b` is a list, which has no `whole`"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 1, to = 2, sd = 3 }",
         "`axes.a.b` is a range, which has no `sd`"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ from = 1 }",
         "`axes.a.b` is neither a list, a range nor a distribution"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ mean = 1, sd = 0 }",
         "`axes.a.b` has the mean 1 and the standard deviation 0"
     )]
-    #[case(
+    #[test_case::test_case(
         "{ mean = 1, sd = 0.1, min = 5 }",
         "`axes.a.b` is cut off to nothing: hardly any of it lies from 5 to inf"
     )]
-    fn an_axis_that_says_nothing_is_refused(#[case] text: &str, #[case] message: &str) {
+    fn an_axis_that_says_nothing_is_refused(text: &str, message: &str) {
         assert_eq!(axis(text).unwrap_err().message, message);
     }
 
