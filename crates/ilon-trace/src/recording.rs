@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use crate::error::TraceError;
 use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
 use crate::finite::Watched;
+use crate::header::Header;
 use crate::parts::Parts;
 use crate::rows::{Projection, Rows};
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// The rows of a run under way.
 #[derive(Debug)]
