@@ -17,7 +17,7 @@ fn main() {
 }
 
 fn robot(name: &str) -> Robot {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/robots");
     Robot::load(format!("{folder}/{name}.urdf")).expect("a shipped robot loads")
 }
 

@@ -32,7 +32,7 @@ fn thinned(bencher: Bencher, scenario: &str) {
 
 /// Steps of 1 ms in the contact window, after two seconds of warm-up.
 fn bench(bencher: Bencher, scenario: &str, record_every: u32) {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenarios");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/scenarios");
     let settings = [
         "robot.roller_bodies=near".to_owned(),
         "run.physics_dt_s=0.001".to_owned(),

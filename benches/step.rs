@@ -27,7 +27,7 @@ fn near(bencher: Bencher, robot: &str) {
 
 /// Steps of 1 ms of a robot that turns its wheels against each other by a proportional loop, after a second of warm-up.
 fn bench(bencher: Bencher, robot: &str, roller_bodies: RollerBodies) {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/robots");
     let robot = Robot::load(format!("{folder}/{robot}.urdf")).expect("a shipped robot loads");
     let settings = Settings {
         dt_s: 1e-3,

@@ -6,9 +6,9 @@ use std::path::Path;
 use ilon_sim::Error;
 use toml::{Table, Value};
 
-use crate::identify::read_run;
 use crate::motion::Tracker;
 use crate::outcome::Identified;
+use crate::reading::read_run;
 use crate::study::{Study, flat};
 
 /// All files of the results; some are there only where they apply.

@@ -45,6 +45,7 @@ pub mod model;
 pub mod motion;
 pub mod outcome;
 pub mod plan;
+mod reading;
 pub mod resample;
 mod ripple;
 mod simulate;

@@ -1,5 +1,5 @@
 //! A robot on a circle, in a bag for `ros2 bag play`, Foxglove, Rerun or PlotJuggler:
-//! `cargo run -p ilon-messages --example circle -- FOLDER`
+//! `cargo run --release --example circle -- FOLDER`
 
 use ilon_messages::bag::{BagWriter, Qos};
 use ilon_messages::builtin_interfaces::Time;

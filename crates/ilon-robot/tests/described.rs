@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{SPEC, small};
 use ilon_robot::{DriveTrain, Fault, Robot, RobotError, Spec, Wheel, generate, wrap_angle};
-use rstest::rstest;
+use test_case::test_case;
 
 fn robot(more: &str) -> Result<Robot, RobotError> {
     let spec = Spec::from_toml_str(&format!("{SPEC}\n{more}"), "r.toml")?;
@@ -126,12 +126,11 @@ fn the_ratio_of_a_transmission_is_read() {
     assert_eq!(ratios, [1.0, 19.2, 1.0]);
 }
 
-#[rstest]
-#[case::efficiency("gear_efficiency=\"1.5\"", "at most 1")]
-#[case::ratio("gear_ratio=\"0\"", "above 0")]
-#[case::words("rotor_inertia=\"much\"", "number")]
-#[case::nan("gear_friction=\"NaN\"", "")]
-fn a_bad_figure_of_a_drive_is_refused(#[case] attribute: &str, #[case] said: &str) {
+#[test_case("gear_efficiency=\"1.5\"", "at most 1"; "efficiency")]
+#[test_case("gear_ratio=\"0\"", "above 0"; "ratio")]
+#[test_case("rotor_inertia=\"much\"", "number"; "words")]
+#[test_case("gear_friction=\"NaN\"", ""; "nan")]
+fn a_bad_figure_of_a_drive_is_refused(attribute: &str, said: &str) {
     let drive = format!("<ilon_drive joint=\"wheel_1\" {attribute}/></robot>");
     let error = Robot::from_urdf_str(&small().replace("</robot>", &drive), "r.urdf").unwrap_err();
     assert!(error.to_string().contains(said), "{error}");
@@ -144,25 +143,27 @@ fn a_drive_of_no_joint_is_refused() {
     assert!(matches!(error.fault(), Fault::UnknownJoint { joint } if joint == "wheel_9"));
 }
 
-#[rstest]
-#[case::unknown(
+#[test_case(
     "[overrides.wheel_9]\nradius_m = 0.05",
-    "there is no wheel `wheel_9`; there are `wheel_1`"
+    "there is no wheel `wheel_9`; there are `wheel_1`";
+    "unknown"
 )]
-#[case::nothing("[overrides.wheel_1]\nradius_m = 0", "overrides.wheel_1.radius_m")]
-#[case::steep("[overrides.wheel_1]\ngamma_deg = 90", "overrides.wheel_1.gamma_deg")]
-#[case::thick(
+#[test_case("[overrides.wheel_1]\nradius_m = 0", "overrides.wheel_1.radius_m"; "nothing")]
+#[test_case("[overrides.wheel_1]\ngamma_deg = 90", "overrides.wheel_1.gamma_deg"; "steep")]
+#[test_case(
     "[overrides.wheel_1]\nroller_radius_m = 0.06",
-    "overrides.wheel_1.roller_radius_m"
+    "overrides.wheel_1.roller_radius_m";
+    "thick"
 )]
-#[case::few("[overrides.wheel_1]\nper_row = 2", "overrides.wheel_1.per_row")]
-#[case::endless("[overrides.wheel_1]\nphase_deg = inf", "overrides.wheel_1.phase_deg")]
-#[case::slender(
+#[test_case("[overrides.wheel_1]\nper_row = 2", "overrides.wheel_1.per_row"; "few")]
+#[test_case("[overrides.wheel_1]\nphase_deg = inf", "overrides.wheel_1.phase_deg"; "endless")]
+#[test_case(
     "[overrides.wheel_1]\nroller_radius_m = 0.002",
-    "wheel `wheel_1`: rollers of 2.00 mm"
+    "wheel `wheel_1`: rollers of 2.00 mm";
+    "slender"
 )]
-#[case::misspelt("[overrides.wheel_1]\nphase = 3", "phase")]
-fn an_override_that_does_not_fit_is_refused(#[case] more: &str, #[case] said: &str) {
+#[test_case("[overrides.wheel_1]\nphase = 3", "phase"; "misspelt")]
+fn an_override_that_does_not_fit_is_refused(more: &str, said: &str) {
     let error = robot(more).unwrap_err().to_string();
     assert!(error.contains(said), "{error}");
 }

@@ -6,7 +6,7 @@ mod common;
 
 use common::{SPEC, line_of, small};
 use ilon_robot::{Fault, Robot, RobotError, Spec, generate};
-use rstest::rstest;
+use test_case::test_case;
 
 fn fault_of(text: &str) -> RobotError {
     match Robot::from_urdf_str(text, "small.urdf") {
@@ -23,99 +23,110 @@ fn of_the_good_robot_only_what_is_not_read_is_remarked() {
     assert_eq!(subjects, ["hubs", "`<visual>`"]);
 }
 
-#[rstest]
-#[case::negative_mass(
+#[test_case(
     r#"<mass value="5"/>"#,
     r#"<mass value="-5"/>"#,
     r#"value="-5""#,
     "link `base_link`, `<mass>`: `value` is -5, but must be above 0",
-    "make `value` above 0"
+    "make `value` above 0";
+    "negative mass"
 )]
-#[case::zero_mass(
+#[test_case(
     r#"<mass value="5"/>"#,
     r#"<mass value="0"/>"#,
     r#"value="0""#,
     "link `base_link`, `<mass>`: `value` is 0, but must be above 0",
-    "make `value` above 0"
+    "make `value` above 0";
+    "zero mass"
 )]
-#[case::zero_axis(
+#[test_case(
     r#"<axis xyz="0 1 0"/>"#,
     r#"<axis xyz="0 0 0"/>"#,
     r#"xyz="0 0 0"/>"#,
     "joint `wheel_1`, `<axis>`: the axis is zero and has no direction",
-    "give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`"
+    "give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`";
+    "zero axis"
 )]
-#[case::not_a_number(
+#[test_case(
     r#"<axis xyz="0 1 0"/>"#,
     r#"<axis xyz="0 1 y"/>"#,
     r#"xyz="0 1 y""#,
     "joint `wheel_1`, `<axis>`: `xyz=\"0 1 y\"` does not hold 3 numbers",
-    "write 3 numbers, separated by spaces"
+    "write 3 numbers, separated by spaces";
+    "not a number"
 )]
-#[case::nan(
+#[test_case(
     r#"<mass value="5"/>"#,
     r#"<mass value="nan"/>"#,
     r#"value="nan""#,
     "link `base_link`, `<mass>`: `value=\"nan\"` is not finite",
-    "write a finite number; a limit that does not exist is left out"
+    "write a finite number; a limit that does not exist is left out";
+    "nan"
 )]
-#[case::infinite(
+#[test_case(
     r#"velocity="20""#,
     r#"velocity="inf""#,
     r#"velocity="inf""#,
     "joint `wheel_1`, `<limit>`: `velocity=\"inf\"` is not finite",
-    "write a finite number; a limit that does not exist is left out"
+    "write a finite number; a limit that does not exist is left out";
+    "infinite"
 )]
-#[case::unknown_joint_type(
+#[test_case(
     r#"<joint name="wheel_1" type="continuous">"#,
     r#"<joint name="wheel_1" type="rolling">"#,
     r#"type="rolling""#,
     "joint `wheel_1`: `rolling` is not a type of joint",
-    "use `continuous` for wheels and rollers and `fixed` for what does not move"
+    "use `continuous` for wheels and rollers and `fixed` for what does not move";
+    "unknown joint type"
 )]
-#[case::unknown_link(
+#[test_case(
     r#"<child link="wheel_1_link"/>"#,
     r#"<child link="wheel_one"/>"#,
     r#"link="wheel_one""#,
     "joint `wheel_1`, `<child>`: there is no link `wheel_one`",
-    "add the link, or correct its name here"
+    "add the link, or correct its name here";
+    "unknown link"
 )]
-#[case::duplicate_joint(
+#[test_case(
     r#"<joint name="wheel_2" "#,
     r#"<joint name="wheel_1" "#,
     r#"<joint name="wheel_1" type="continuous">
     <parent link="base_link"/>
     <child link="wheel_2_link"/>"#,
     "joint `wheel_1`: the name is taken by the joint on line 17",
-    "give each link and each joint a name of its own"
+    "give each link and each joint a name of its own";
+    "duplicate joint"
 )]
-#[case::unexpanded_value(
+#[test_case(
     r#"<mass value="5"/>"#,
     r#"<mass value="${mass}"/>"#,
     r#"value="${mass}""#,
     "it cannot be expanded: the name `mass` is not defined, in `${mass}`",
-    "repair the place that is named; the xacro of ROS, or of `pip install xacro`, says what it makes of it"
+    "repair the place that is named; the xacro of ROS, or of `pip install xacro`, says what it makes of it";
+    "unexpanded value"
 )]
-#[case::two_parents(
+#[test_case(
     r#"<child link="wheel_2_link"/>"#,
     r#"<child link="wheel_1_link"/>"#,
     r#"<joint name="wheel_2" "#,
     "joint `wheel_2`: its child `wheel_1_link` already hangs by joint `wheel_1`",
-    "remove one of the joints: a URDF is a tree"
+    "remove one of the joints: a URDF is a tree";
+    "two parents"
 )]
-#[case::loop_at_the_root(
+#[test_case(
     r#"<parent link="base_link"/>"#,
     r#"<parent link="wheel_1_roller_1_link"/>"#,
     r#"<link name="wheel_1_link">"#,
     "link `wheel_1_link`: the links hang by one another in a loop",
-    "remove one joint of the loop: a URDF is a tree with one root"
+    "remove one joint of the loop: a URDF is a tree with one root";
+    "loop at the root"
 )]
 fn one_change_is_reported_with_place_and_repair(
-    #[case] good: &str,
-    #[case] bad: &str,
-    #[case] place: &str,
-    #[case] message: &str,
-    #[case] help: &str,
+    good: &str,
+    bad: &str,
+    place: &str,
+    message: &str,
+    help: &str,
 ) {
     let text = small();
     assert!(text.contains(good), "no {good} to change");
@@ -172,12 +183,12 @@ fn a_file_of_another_format_is_reported_apart() {
     );
 }
 
-#[rstest]
-#[case::declared(
-    r#"<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="x"><xacro:wheel/></robot>"#
+#[test_case(
+    r#"<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="x"><xacro:wheel/></robot>"#;
+    "declared"
 )]
-#[case::undeclared(r#"<robot name="x"><xacro:wheel/></robot>"#)]
-fn xacro_elements_are_reported_as_such(#[case] text: &str) {
+#[test_case(r#"<robot name="x"><xacro:wheel/></robot>"#; "undeclared")]
+fn xacro_elements_are_reported_as_such(text: &str) {
     let error = fault_of(text);
     assert!(
         matches!(
@@ -449,51 +460,41 @@ fn entities_are_refused() {
     assert!(matches!(fault_of(bomb).fault(), Fault::Xml { .. }));
 }
 
-#[rstest]
-#[case::unknown_key("[wheel]\n", "[wheel]\nsize = 3\n", 8)]
-#[case::wrong_type("mass_kg = 5.0", "mass_kg = \"heavy\"", 5)]
-#[case::malformed("count = 3", "count = ", 19)]
-fn a_bad_description_is_reported_with_its_line(
-    #[case] good: &str,
-    #[case] bad: &str,
-    #[case] line: usize,
-) {
+#[test_case("[wheel]\n", "[wheel]\nsize = 3\n", 8; "unknown key")]
+#[test_case("mass_kg = 5.0", "mass_kg = \"heavy\"", 5; "wrong type")]
+#[test_case("count = 3", "count = ", 19; "malformed")]
+fn a_bad_description_is_reported_with_its_line(good: &str, bad: &str, line: usize) {
     let error =
         Spec::from_toml_str(&SPEC.replacen(good, bad, 1), "small.toml").expect_err("it is bad");
     assert_eq!(error.line(), Some(line), "{error}");
 }
 
-#[rstest]
-#[case(
+#[test_case(
     "hub_mass_kg = 0.2",
     "hub_mass_kg = -1.0",
     "small: `wheel.hub_mass_kg` is -1, but must be a finite number above 0"
 )]
-#[case(
+#[test_case(
     "gamma_deg = 0.0",
     "gamma_deg = 90.0",
     "small: `wheels: gamma_deg` is 90, but must be from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive"
 )]
-#[case(
+#[test_case(
     "count = 3",
     "count = 2",
     "small: `wheels` is 2, but must be from 3 to 1000 wheels"
 )]
-#[case(
+#[test_case(
     "radius_m = 0.012",
     "radius_m = 0.003",
     "small: rollers of 3.00 mm radius taper to nothing before they reach their neighbours"
 )]
-#[case(
+#[test_case(
     "per_row = 8",
     "per_row = 2",
     "small: `rollers.per_row` is 2, but must be from 3 to 1000"
 )]
-fn a_description_out_of_range_is_refused(
-    #[case] good: &str,
-    #[case] bad: &str,
-    #[case] message: &str,
-) {
+fn a_description_out_of_range_is_refused(good: &str, bad: &str, message: &str) {
     let spec =
         Spec::from_toml_str(&SPEC.replacen(good, bad, 1), "small.toml").expect("well formed");
     assert_eq!(

@@ -9,7 +9,7 @@ use common::{SPEC, small};
 use ilon_robot::{Fault, MassProperties, Robot, RobotError, Spec, Wheel, generate};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
-use rstest::rstest;
+use test_case::test_case;
 
 fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.has_tag_name(tag))
@@ -366,11 +366,10 @@ fn load(text: &str, file: &str) -> Robot {
     Robot::from_urdf_str(text, file).unwrap_or_else(|e| panic!("{e}"))
 }
 
-#[rstest]
-#[case::modern(Style::Modern)]
-#[case::relative(Style::Relative)]
-#[case::old(Style::Old)]
-fn an_sdf_is_the_robot_of_its_urdf(#[case] style: Style) {
+#[test_case(Style::Modern; "modern")]
+#[test_case(Style::Relative; "relative")]
+#[test_case(Style::Old; "old")]
+fn an_sdf_is_the_robot_of_its_urdf(style: Style) {
     for urdf in [small(), described()] {
         let robot = load(&sdf(&urdf, style), "small.sdf");
         let of_urdf = load(&urdf, "small.urdf");
@@ -455,41 +454,48 @@ fn refused(text: &str) -> RobotError {
     Robot::from_urdf_str(text, "robot.xml").unwrap_err()
 }
 
-#[rstest]
-#[case::no_model(
+#[test_case(
     "<sdf version=\"1.9\"><world name=\"w\"/></sdf>",
-    "no `<model>` with links"
+    "no `<model>` with links";
+    "no model"
 )]
-#[case::nested(
+#[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"l\"/><include><uri>x</uri></include></model></sdf>",
-    "a model within the model"
+    "a model within the model";
+    "nested"
 )]
-#[case::no_link(
+#[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"l\"/><joint name=\"j\" type=\"revolute\"><parent>l</parent><child>x</child></joint></model></sdf>",
-    "`x`, which is no link"
+    "`x`, which is no link";
+    "no link"
 )]
-#[case::circle(
+#[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose relative_to=\"b\"/></link><link name=\"b\"><pose relative_to=\"a\"/></link></model></sdf>",
-    "relative to one another"
+    "relative to one another";
+    "circle"
 )]
-#[case::short_pose(
+#[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose>1 2</pose></link></model></sdf>",
-    "a pose is six numbers"
+    "a pose is six numbers";
+    "short pose"
 )]
-#[case::gearbox(
+#[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"gearbox\"><parent>a</parent><child>b</child></joint></model></sdf>",
-    "`gearbox` has no counterpart"
+    "`gearbox` has no counterpart";
+    "gearbox"
 )]
-#[case::no_body("<mujoco><worldbody/></mujoco>", "it holds no body")]
-#[case::no_file(
+#[test_case("<mujoco><worldbody/></mujoco>", "it holds no body"; "no body")]
+#[test_case(
     "<mujoco><include file=\"none.xml\"/></mujoco>",
-    "`none.xml` cannot be included: there is no such file"
+    "`none.xml` cannot be included: there is no such file";
+    "no file"
 )]
-#[case::free_within(
+#[test_case(
     "<mujoco><worldbody><body name=\"a\"><body name=\"b\"><freejoint/></body></body></worldbody></mujoco>",
-    "is free within the robot"
+    "is free within the robot";
+    "free within"
 )]
-fn what_has_no_counterpart_is_refused(#[case] text: &str, #[case] words: &str) {
+fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
     let error = refused(text);
     assert!(error.to_string().contains(words), "{error}");
     assert!(!error.help().is_empty());

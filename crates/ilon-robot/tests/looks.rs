@@ -7,7 +7,7 @@ use std::path::Path;
 
 use common::{options, small};
 use ilon_robot::{FileAccess, Loaded, Looks, Robot};
-use rstest::rstest;
+use test_case::test_case;
 
 type Point = [f32; 3];
 
@@ -131,15 +131,14 @@ fn read_in(folder: &Path, mesh: &str, access: FileAccess) -> (Loaded, Looks) {
     (loaded, looks)
 }
 
-#[rstest]
-#[case::binary("box.stl", binary_stl(&triangles(), "made by hand"))]
+#[test_case("box.stl", binary_stl(&triangles(), "made by hand"); "binary")]
 // SolidWorks and others begin binary files as the text form begins.
-#[case::binary_that_calls_itself_solid("box.STL", binary_stl(&triangles(), "solid box"))]
-#[case::text("box.stl", text_stl())]
-#[case::polygons_of_obj("box.obj", obj())]
-#[case::polylist("box.dae", polylist())]
-#[case::polygons("box.dae", polygons())]
-fn a_mesh_of_any_kind_is_seen_as_it_is(#[case] name: &str, #[case] bytes: Vec<u8>) {
+#[test_case("box.STL", binary_stl(&triangles(), "solid box"); "binary that calls itself solid")]
+#[test_case("box.stl", text_stl(); "text")]
+#[test_case("box.obj", obj(); "polygons of obj")]
+#[test_case("box.dae", polylist(); "polylist")]
+#[test_case("box.dae", polygons(); "polygons")]
+fn a_mesh_of_any_kind_is_seen_as_it_is(name: &str, bytes: Vec<u8>) {
     let (_, looks) = shown_as(name, &[(name, bytes)]);
     assert_eq!(looks.remarks, Vec::<String>::new());
     let [mesh] = &looks.meshes[..] else {
@@ -173,35 +172,33 @@ fn what_is_seen_is_no_part_of_the_model() {
     );
 }
 
-#[rstest]
-#[case::missing("no.stl", "", "no.stl")]
-#[case::of_a_package_that_is_not_there("package://nobody/a.stl", "", "nobody")]
-#[case::of_another_kind("a.fbx", "fbx", "`.fbx` are not read")]
-#[case::cut_short("a.stl", "nothing", "cut short")]
-#[case::empty("a.obj", "", "no triangle")]
-#[case::without_area("a.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no triangle")]
-#[case::not_finite("a.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite")]
-#[case::face_without_its_point("a.obj", "v 1 0 0\nv 0 1 0\nf 1 2 9\n", "")]
-#[case::polygon_without_its_point(
+#[test_case("no.stl", "", "no.stl"; "missing")]
+#[test_case("package://nobody/a.stl", "", "nobody"; "of a package that is not there")]
+#[test_case("a.fbx", "fbx", "`.fbx` are not read"; "of another kind")]
+#[test_case("a.stl", "nothing", "cut short"; "cut short")]
+#[test_case("a.obj", "", "no triangle"; "empty")]
+#[test_case("a.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no triangle"; "without area")]
+#[test_case("a.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"; "not finite")]
+#[test_case("a.obj", "v 1 0 0\nv 0 1 0\nf 1 2 9\n", ""; "face without its point")]
+#[test_case(
     "a.dae",
     "<COLLADA><geometry><mesh><triangles><input semantic='VERTEX' offset='0'/><p>0 1 2</p></triangles></mesh></geometry></COLLADA>",
-    "not there"
+    "not there";
+    "polygon without its point"
 )]
-#[case::offset_of_a_stranger(
+#[test_case(
     "a.dae",
     "<COLLADA><geometry><mesh><triangles><input semantic='VERTEX' offset='18446744073709551615'/><p>0</p></triangles></mesh></geometry></COLLADA>",
-    "no triangle"
+    "no triangle";
+    "offset of a stranger"
 )]
-#[case::count_of_a_stranger(
+#[test_case(
     "a.dae",
     "<COLLADA><geometry><mesh><polylist><vcount>9999999999</vcount><p>0</p></polylist></mesh></geometry></COLLADA>",
-    "fewer corners"
+    "fewer corners";
+    "count of a stranger"
 )]
-fn a_mesh_that_cannot_be_drawn_is_remarked(
-    #[case] name: &str,
-    #[case] text: &str,
-    #[case] says: &str,
-) {
+fn a_mesh_that_cannot_be_drawn_is_remarked(name: &str, text: &str, says: &str) {
     let files: &[(&str, Vec<u8>)] = match name {
         "no.stl" | "package://nobody/a.stl" => &[],
         name => &[(name, text.as_bytes().to_vec())],

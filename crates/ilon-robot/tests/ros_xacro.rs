@@ -77,12 +77,11 @@ fn what_it_refuses_too_is_refused_in_the_words_of_this_one() {
     assert!(words.contains("invalid literal for int()"), "{words}");
 }
 
-#[rstest::rstest]
-#[case::missing("<xacro:include filename=\"gone.xacro\"/>")]
-#[case::missing_by_a_name("<xacro:include filename=\"gone.xacro\"/><xacro:wheel/>")]
-#[case::argument("<link name=\"$(arg undeclared)\"/>")]
-#[case::no_xml("<link name=\"a\">")]
-fn what_is_missing_or_no_xml_is_not_shown_to_it(#[case] body: &str) {
+#[test_case::test_case("<xacro:include filename=\"gone.xacro\"/>"; "missing")]
+#[test_case::test_case("<xacro:include filename=\"gone.xacro\"/><xacro:wheel/>"; "missing by a name")]
+#[test_case::test_case("<link name=\"$(arg undeclared)\"/>"; "argument")]
+#[test_case::test_case("<link name=\"a\">"; "no xml")]
+fn what_is_missing_or_no_xml_is_not_shown_to_it(body: &str) {
     let (text, asked) = expanded("a.xacro", body, usual);
     assert!(text.is_err() && !asked, "{text:?}");
 }

@@ -11,7 +11,7 @@ use ilon_robot::{
     WheelOptions, generate,
 };
 use nalgebra::Vector3;
-use rstest::rstest;
+use test_case::test_case;
 
 fn load(text: &str) -> Robot {
     Robot::from_urdf_str(text, "small.urdf").unwrap_or_else(|e| panic!("{e}"))
@@ -351,10 +351,9 @@ fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
     );
 }
 
-#[rstest]
-#[case::cylinder(r#"<cylinder radius="0.012" length="0.0383"/>"#)]
-#[case::square_box(r#"<box size="0.024 0.024 0.0383"/>"#)]
-fn a_roller_that_is_cut_flat_ends_where_its_last_sphere_touches(#[case] geometry: &str) {
+#[test_case(r#"<cylinder radius="0.012" length="0.0383"/>"#; "cylinder")]
+#[test_case(r#"<box size="0.024 0.024 0.0383"/>"#; "square box")]
+fn a_roller_that_is_cut_flat_ends_where_its_last_sphere_touches(geometry: &str) {
     let robot = load(&with_roller_collision(
         &small(),
         &format!("<collision><geometry>{geometry}</geometry></collision>"),
@@ -544,15 +543,11 @@ fn with_mesh(mesh: &str) -> String {
     )
 }
 
-#[rstest]
-#[case::binary_stl("roller.stl", binary_stl)]
-#[case::text_stl("roller_text.STL", text_stl)]
-#[case::obj("roller.obj", obj)]
-#[case::dae("roller.dae", dae)]
-fn the_barrel_of_a_mesh_is_fitted(
-    #[case] file: &str,
-    #[case] write: fn(&[[[f64; 3]; 3]]) -> Vec<u8>,
-) {
+#[test_case("roller.stl", binary_stl; "binary stl")]
+#[test_case("roller_text.STL", text_stl; "text stl")]
+#[test_case("roller.obj", obj; "obj")]
+#[test_case("roller.dae", dae; "dae")]
+fn the_barrel_of_a_mesh_is_fitted(file: &str, write: fn(&[[[f64; 3]; 3]]) -> Vec<u8>) {
     let folder = folder("meshes");
     std::fs::write(folder.join(file), write(&triangles(&barrel_rings_mm()))).expect("writable");
     std::fs::write(folder.join(format!("{file}.urdf")), with_mesh(file)).expect("writable");
@@ -683,16 +678,11 @@ fn packages_are_found_by_option_and_beside_the_file() {
     assert_eq!(error.remedies()[0], Remedy::Package { name });
 }
 
-#[rstest]
-#[case::missing("none.stl", None, "there is no such file")]
-#[case::cut_short("cut.stl", Some(&binary_stl(&triangles(&barrel_rings_mm()))[..1000]), "it is cut short: fewer triangles than it says")]
-#[case::other_kind("roller.step", Some(&b"ISO-10303-21;"[..]), "meshes of the kind `.step` are not read, but `.stl`, `.obj` and `.dae` are")]
-#[case::empty("empty.obj", Some(&b""[..]), "it holds no vertices")]
-fn a_mesh_that_cannot_be_read_is_told(
-    #[case] file: &str,
-    #[case] bytes: Option<&[u8]>,
-    #[case] expected: &str,
-) {
+#[test_case("none.stl", None, "there is no such file"; "missing")]
+#[test_case("cut.stl", Some(&binary_stl(&triangles(&barrel_rings_mm()))[..1000]), "it is cut short: fewer triangles than it says"; "cut short")]
+#[test_case("roller.step", Some(&b"ISO-10303-21;"[..]), "meshes of the kind `.step` are not read, but `.stl`, `.obj` and `.dae` are"; "other kind")]
+#[test_case("empty.obj", Some(&b""[..]), "it holds no vertices"; "empty")]
+fn a_mesh_that_cannot_be_read_is_told(file: &str, bytes: Option<&[u8]>, expected: &str) {
     let folder = folder("bad_meshes");
     if let Some(bytes) = bytes {
         std::fs::write(folder.join(file), bytes).expect("writable");
@@ -816,17 +806,13 @@ fn a_heavy_wheel_keeps_its_mass_and_inertia_when_rollers_are_put_in() {
     }
 }
 
-#[rstest]
-#[case::unknown_joint(|o: &mut WheelOptions| o.joints = vec!["none".to_owned()], "there is no joint `none`; wheels could be `front_left`, `front_right`, `rear_left`, `rear_right`")]
-#[case::too_few(|o: &mut WheelOptions| o.rollers = 2, "`rollers` is 2, but must be from 3 to 1000")]
-#[case::right_angle(|o: &mut WheelOptions| o.gamma = Handedness::AllDeg(90.0), "`gamma` is 90, but must be from -85 to 85 degrees")]
-#[case::short_list(|o: &mut WheelOptions| o.gamma = Handedness::EachDeg(vec![0.0]), "`gamma.each_deg` is 1 numbers, but must be as long as the list of wheels")]
-#[case::heavy(|o: &mut WheelOptions| o.roller_mass_kg = Some(0.1), "`roller_mass_kg` is 0.1, but must be so light that all rollers weigh less than the wheel")]
-#[case::slender(|o: &mut WheelOptions| o.roller_radius_m = Some(0.001), "rollers of 1.00 mm radius taper to nothing before they reach their neighbours")]
-fn rollers_that_do_not_fit_are_refused(
-    #[case] change: fn(&mut WheelOptions),
-    #[case] expected: &str,
-) {
+#[test_case(|o: &mut WheelOptions| o.joints = vec!["none".to_owned()], "there is no joint `none`; wheels could be `front_left`, `front_right`, `rear_left`, `rear_right`"; "unknown joint")]
+#[test_case(|o: &mut WheelOptions| o.rollers = 2, "`rollers` is 2, but must be from 3 to 1000"; "too few")]
+#[test_case(|o: &mut WheelOptions| o.gamma = Handedness::AllDeg(90.0), "`gamma` is 90, but must be from -85 to 85 degrees"; "right angle")]
+#[test_case(|o: &mut WheelOptions| o.gamma = Handedness::EachDeg(vec![0.0]), "`gamma.each_deg` is 1 numbers, but must be as long as the list of wheels"; "short list")]
+#[test_case(|o: &mut WheelOptions| o.roller_mass_kg = Some(0.1), "`roller_mass_kg` is 0.1, but must be so light that all rollers weigh less than the wheel"; "heavy")]
+#[test_case(|o: &mut WheelOptions| o.roller_radius_m = Some(0.001), "rollers of 1.00 mm radius taper to nothing before they reach their neighbours"; "slender")]
+fn rollers_that_do_not_fit_are_refused(change: fn(&mut WheelOptions), expected: &str) {
     let mut wheels = rollers();
     change(&mut wheels);
     let options = options(|o| {
@@ -1007,11 +993,10 @@ fn a_long_chain_of_links_loads_in_good_time() {
 }
 
 /// Degrees are what descriptions and options take: 0.7854 of them are no mecanum wheel, 0 and 45 are nothing odd.
-#[rstest]
-#[case("0.7854", Some("an angle of 45 deg given in radians"))]
-#[case("45.0", None)]
-#[case("0.05", None)]
-fn an_angle_gamma_in_radians_is_remarked(#[case] gamma_deg: &str, #[case] said: Option<&str>) {
+#[test_case("0.7854", Some("an angle of 45 deg given in radians"))]
+#[test_case("45.0", None)]
+#[test_case("0.05", None)]
+fn an_angle_gamma_in_radians_is_remarked(gamma_deg: &str, said: Option<&str>) {
     let spec = SPEC
         .split("[wheels.ring]")
         .next()
@@ -1034,10 +1019,9 @@ fn an_angle_gamma_in_radians_is_remarked(#[case] gamma_deg: &str, #[case] said: 
 
 /// Hub axes point outward on a ring, so that a wheel reaches by its radius to both sides of its place: neighbours of five meet within
 /// rho / tan(36 deg) of the middle, plus half of their width.
-#[rstest]
-#[case(0.5, true)]
-#[case(3.0, false)]
-fn wheels_that_pass_through_each_other_are_remarked(#[case] radii: f64, #[case] meet: bool) {
+#[test_case(0.5, true)]
+#[test_case(3.0, false)]
+fn wheels_that_pass_through_each_other_are_remarked(radii: f64, meet: bool) {
     let base = Spec::from_toml_str(SPEC, "r.toml").expect("good");
     let distance_m = radii * base.wheel.radius_m;
     let spec = SPEC

@@ -4,7 +4,7 @@ use ilon_robot::{LoadOptions, Looks, Robot, RollerForms};
 use ilon_scene::description::{Form, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use rstest::rstest;
+use test_case::test_case;
 
 fn urdf(name: &str) -> String {
     let path = format!(
@@ -105,24 +105,25 @@ fn rollers_as_modelled_are_drawn_by_the_hull_of_their_shapes() {
     ));
 }
 
-#[rstest]
-#[case::nothing_shown(
+#[test_case(
     "<visual>",
     "<visual_of_another_kind>",
     "</visual>",
-    "</visual_of_another_kind>"
+    "</visual_of_another_kind>";
+    "nothing shown"
 )]
-#[case::nothing_to_touch_either(
+#[test_case(
     "<box size=\"0.4 0.24 0.1\"/>",
     "<mesh filename=\"no.stl\"/>",
     "",
-    ""
+    "";
+    "nothing to touch either"
 )]
 fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
-    #[case] from: &str,
-    #[case] to: &str,
-    #[case] and_from: &str,
-    #[case] and_to: &str,
+    from: &str,
+    to: &str,
+    and_from: &str,
+    and_to: &str,
 ) {
     let whole = urdf("mecanum4");
     let mut shown = whole.replace(from, to);
@@ -142,18 +143,19 @@ fn a_robot_whose_chassis_shows_nothing_is_drawn_by_what_there_is(
     assert_finite(&description);
 }
 
-#[rstest]
-#[case::no_xml("not a robot")]
-#[case::empty("")]
-#[case::loop_of_links(
+#[test_case("not a robot"; "no xml")]
+#[test_case(""; "empty")]
+#[test_case(
     "<robot><link name='a'/><link name='b'/><link name='c'/><joint name='1'><parent link='a'/><child link='b'/></joint>\
-     <joint name='2'><parent link='b'/><child link='c'/></joint><joint name='3'><parent link='c'/><child link='b'/></joint></robot>"
+     <joint name='2'><parent link='b'/><child link='c'/></joint><joint name='3'><parent link='c'/><child link='b'/></joint></robot>";
+    "loop of links"
 )]
-#[case::words_for_numbers(
+#[test_case(
     "<robot><link name='a'><visual><origin xyz='x y z'/><geometry><box size='1 nan 3'/><sphere radius='inf'/>\
-     <cylinder radius='1'/></geometry><material><color rgba='1 2'/></material></visual><visual/></link></robot>"
+     <cylinder radius='1'/></geometry><material><color rgba='1 2'/></material></visual><visual/></link></robot>";
+    "words for numbers"
 )]
-fn a_text_that_shows_nothing_sensible_leaves_the_model_to_be_drawn(#[case] text: &str) {
+fn a_text_that_shows_nothing_sensible_leaves_the_model_to_be_drawn(text: &str) {
     let robot = robot(&urdf("volksbot"));
     let description = Description::of_robot(&robot, Some(text), &Looks::default());
     assert_eq!(
@@ -176,15 +178,14 @@ fn a_name_cannot_end_the_script_that_holds_the_data() {
     assert_eq!(read, scene);
 }
 
-#[rstest]
-#[case("mecanum4")]
-#[case("mecanum4_6_rollers")]
-#[case("mecanum4_12_rollers")]
-#[case("mecanum4_hard_rollers")]
-#[case("mecanum4_payload")]
-#[case("mecanum6")]
-#[case("volksbot")]
-fn every_shipped_robot_is_described_in_few_bytes_without_a_number_that_is_none(#[case] name: &str) {
+#[test_case("mecanum4")]
+#[test_case("mecanum4_6_rollers")]
+#[test_case("mecanum4_12_rollers")]
+#[test_case("mecanum4_hard_rollers")]
+#[test_case("mecanum4_payload")]
+#[test_case("mecanum6")]
+#[test_case("volksbot")]
+fn every_shipped_robot_is_described_in_few_bytes_without_a_number_that_is_none(name: &str) {
     let urdf = urdf(name);
     let description = Description::of_robot(&robot(&urdf), Some(&urdf), &Looks::default());
     assert_finite(&description);
@@ -198,12 +199,11 @@ fn isometry(pose: [f32; 7]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), rotation)
 }
 
-#[rstest]
-#[case("mecanum4")]
-#[case("mecanum4_6_rollers")]
-#[case("mecanum6")]
-#[case("volksbot")]
-fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(#[case] name: &str) {
+#[test_case("mecanum4")]
+#[test_case("mecanum4_6_rollers")]
+#[test_case("mecanum6")]
+#[test_case("volksbot")]
+fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
     let robot = robot(&urdf(name));
     let shape = Description::of_robot(&robot, None, &Looks::default()).robot;
     for wheel in &shape.wheels {

@@ -234,112 +234,131 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
     assert!(message.contains("was not written by a study"), "{message}");
 }
 
-#[rstest::rstest]
-#[case::unknown_key(
+#[test_case::test_case(
     "axes.world.floor.frction = [1]",
     "unknown key `world.floor.frction`, which `axes` varies",
-    "did you mean `friction`?"
+    "did you mean `friction`?";
+    "unknown key"
 )]
-#[case::unknown_set(
+#[test_case::test_case(
     "set.wrld.gravity = 1\naxes.world.floor.friction = [1]",
     "unknown key `wrld`",
-    "did you mean `world`?"
+    "did you mean `world`?";
+    "unknown set"
 )]
-#[case::unknown_word(
+#[test_case::test_case(
     "axs.world.floor.friction = [1]",
     "unknown key `axs`",
-    "did you mean `axes`?"
+    "did you mean `axes`?";
+    "unknown word"
 )]
-#[case::wrong_kind(
+#[test_case::test_case(
     "axes.world.floor.friction = [\"ice\"]",
     "`world.floor.friction` is a text, but must be a number, which `axes` varies",
-    "write a number here"
+    "write a number here";
+    "wrong kind"
 )]
-#[case::empty_axis(
+#[test_case::test_case(
     "axes.world.floor.friction = []",
     "`axes.world.floor.friction` is an empty list: there would be no run",
-    "write a list"
+    "write a list";
+    "empty axis"
 )]
-#[case::no_runs(
+#[test_case::test_case(
     "method = \"random\"\npoints = 0\naxes.world.floor.friction = [1]",
     "`points` is 0: there would be no run",
-    "draw at least one"
+    "draw at least one";
+    "no runs"
 )]
-#[case::nothing_varied("", "the study varies nothing", "add an axis")]
-#[case::no_quantity(
+#[test_case::test_case("", "the study varies nothing", "add an axis"; "nothing varied")]
+#[test_case::test_case(
     "quantities = [\"slip_enrgy_j\"]\naxes.world.floor.friction = [1]",
     "there is no quantity `slip_enrgy_j`",
-    "did you mean `slip_energy_j`?"
+    "did you mean `slip_energy_j`?";
+    "no quantity"
 )]
-#[case::expects_nothing(
+#[test_case::test_case(
     "expect.slip_energy_j = {}\naxes.world.floor.friction = [1]",
     "`expect.slip_energy_j` bounds nothing",
-    "give it `min`, `max` or both"
+    "give it `min`, `max` or both";
+    "expects nothing"
 )]
-#[case::expects_unknown(
+#[test_case::test_case(
     "expect.twist_ratio_ideal.vz = { max = 1 }\naxes.world.floor.friction = [1]",
     "there is no quantity `twist_ratio_ideal.vz`",
-    "did you mean `twist_ratio_ideal.v"
+    "did you mean `twist_ratio_ideal.v";
+    "expects unknown"
 )]
-#[case::grid_of_a_range(
+#[test_case::test_case(
     "axes.world.floor.friction = { from = 0.1, to = 1 }",
     "`axes.world.floor.friction` has no number of values, which a grid needs",
-    "give it `steps`"
+    "give it `steps`";
+    "grid of a range"
 )]
-#[case::points_of_a_grid(
+#[test_case::test_case(
     "points = 3\naxes.world.floor.friction = [1]",
     "the points of a grid follow from its axes",
-    "leave `points` out"
+    "leave `points` out";
+    "points of a grid"
 )]
-#[case::no_points(
+#[test_case::test_case(
     "method = \"sobol\"\naxes.world.floor.friction = [1]",
     "`method = \"sobol\"` does not know how many points to draw",
-    "add `points = 100`"
+    "add `points = 100`";
+    "no points"
 )]
-#[case::unknown_method(
+#[test_case::test_case(
     "method = \"latin\"\naxes.world.floor.friction = [1]",
     "`method` cannot be \"latin\"",
-    "did you mean \"latin_hypercube\"?"
+    "did you mean \"latin_hypercube\"?";
+    "unknown method"
 )]
-#[case::twice(
+#[test_case::test_case(
     "axes.world.floor.friction = [1]\naxes.\"world.floor\" = [1]",
     "`axes.world.floor` and `axes.world.floor.friction` set the same key",
-    "leave one"
+    "leave one";
+    "twice"
 )]
-#[case::expectation_varied(
+#[test_case::test_case(
     "axes.expect.slip_energy_j.max = [1]",
     "`expect` cannot be varied",
-    "write what the runs shall keep"
+    "write what the runs shall keep";
+    "expectation varied"
 )]
-#[case::too_many(
+#[test_case::test_case(
     "axes.world.floor.friction = { from = 0.1, to = 1, steps = 1000000 }\nrepetitions = 1000",
     "the study has 1000000000 runs",
-    "take fewer"
+    "take fewer";
+    "too many"
 )]
-#[case::keep(
+#[test_case::test_case(
     "keep = \"some\"\naxes.world.floor.friction = [1]",
     "`keep` cannot be \"some\"",
-    ""
+    "";
+    "keep"
 )]
-#[case::find_and_axis(
+#[test_case::test_case(
     "axes.world.floor.friction = [1]\nfind = { key = \"world.floor.friction\", from = 0.1, to = 1, quantity = \"slip_energy_j\", crosses = 1, tolerance = 0.1 }",
     "`world.floor.friction` is searched over, and an axis too",
-    "leave the axis out"
+    "leave the axis out";
+    "find and axis"
 )]
-#[case::find_unknown(
+#[test_case::test_case(
     "find = { key = \"world.floor.fricton\", from = 0.1, to = 1, quantity = \"slip_energy_j\", crosses = 1, tolerance = 0.1 }",
     "unknown key `world.floor.fricton`, which `find` varies",
-    "did you mean `friction`?"
+    "did you mean `friction`?";
+    "find unknown"
 )]
-#[case::minimise_of_a_list(
+#[test_case::test_case(
     "axes.world.floor.friction = [1, 2]\nminimise = { quantity = \"slip_energy_j\" }",
     "`[minimise]` searches ranges, and `axes.world.floor.friction` is none",
-    "write it as"
+    "write it as";
+    "minimise of a list"
 )]
 fn a_bad_study_is_refused_with_what_is_wrong_and_how_to_repair_it(
-    #[case] text: &str,
-    #[case] expected: &str,
-    #[case] remedy: &str,
+    text: &str,
+    expected: &str,
+    remedy: &str,
 ) {
     let folder = Folder::new();
     let path = folder.write(

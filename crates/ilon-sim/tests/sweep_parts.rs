@@ -32,14 +32,10 @@ const FIND: &str = "[axes]\ntwist.vy_m_s = [0.2, 0.3]\n[find]\nkey = \"world.flo
 const MINIMISE: &str = "[axes]\nwheel_loop.bandwidth_rad_s = { from = 5, to = 200, scale = \"log\" }\n[minimise]\n\
                         quantity = \"wheel_rate_error_rms_rad_s\"\nstarts = 3\nevaluations = 6\n";
 
-#[rstest::rstest]
-#[case::table(GRID, 3)]
-#[case::find(FIND, 2)]
-#[case::minimise(MINIMISE, 3)]
-fn a_study_of_which_all_parts_were_made_elsewhere_needs_no_run(
-    #[case] text: &str,
-    #[case] parts: u64,
-) {
+#[test_case::test_case(GRID, 3; "table")]
+#[test_case::test_case(FIND, 2; "find")]
+#[test_case::test_case(MINIMISE, 3; "minimise")]
+fn a_study_of_which_all_parts_were_made_elsewhere_needs_no_run(text: &str, parts: u64) {
     let (_folder, study) = study(0.5, text);
     assert_eq!(study.parts(), parts);
     let whole = Store::in_memory();

@@ -166,65 +166,78 @@ fn repetitions_are_no_further_draws_of_what_is_varied() {
     assert_eq!(interval(&once), interval(&often));
 }
 
-#[rstest::rstest]
-#[case::infinite(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2, inf]",
-    "`axes.world.floor.friction` holds inf, which is not finite"
+    "`axes.world.floor.friction` holds inf, which is not finite";
+    "infinite"
 )]
-#[case::endless_morris(
+#[test_case::test_case(
     "method = \"morris\"\npoints = 4\naxes.world.floor.friction = { mean = 0.6, sd = 0.05 }",
-    "`axes.world.floor.friction` has no ends"
+    "`axes.world.floor.friction` has no ends";
+    "endless morris"
 )]
-#[case::seeded_repetitions(
+#[test_case::test_case(
     "repetitions = 3\nset.sensors.seed = 3\naxes.world.floor.friction = [0.2]",
-    "`repetitions` would all be the same run"
+    "`repetitions` would all be the same run";
+    "seeded repetitions"
 )]
-#[case::seed_axis(
+#[test_case::test_case(
     "repetitions = 3\naxes.sensors.seed = [1, 2]",
-    "`repetitions` would all be the same run"
+    "`repetitions` would all be the same run";
+    "seed axis"
 )]
-#[case::set_and_varied(
+#[test_case::test_case(
     "set.world.floor.friction = 0.3\naxes.world.floor.friction = [0.2]",
-    "`axes.world.floor.friction` replaces `set.world.floor.friction` in every run"
+    "`axes.world.floor.friction` replaces `set.world.floor.friction` in every run";
+    "set and varied"
 )]
-#[case::negative_share(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2]\nexpect.slip_energy_j = { max = 1e-30, share = -1 }",
-    "`expect.slip_energy_j` has the share -1"
+    "`expect.slip_energy_j` has the share -1";
+    "negative share"
 )]
-#[case::large_share(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2]\nexpect.slip_energy_j = { max = 1, share = 1.5 }",
-    "`expect.slip_energy_j` has the share 1.5"
+    "`expect.slip_energy_j` has the share 1.5";
+    "large share"
 )]
-#[case::no_share(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2]\nexpect.slip_energy_j = { max = 1, share = nan }",
-    "`expect.slip_energy_j` has the share NaN"
+    "`expect.slip_energy_j` has the share NaN";
+    "no share"
 )]
-#[case::no_bound(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2]\nexpect.slip_energy_j = { max = nan }",
-    "`expect.slip_energy_j` is not finite"
+    "`expect.slip_energy_j` is not finite";
+    "no bound"
 )]
-#[case::bound_twice(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.2]\nexpect.twist_ratio_ideal.vx = { min = 0.5 }\nexpect.\"twist_ratio_ideal.vx\" = { min = 0.9 }",
-    "the bound on `twist_ratio_ideal.vx` stands twice"
+    "the bound on `twist_ratio_ideal.vx` stands twice";
+    "bound twice"
 )]
-#[case::crossed_constraint(
+#[test_case::test_case(
     "axes.world.floor.friction = { from = 0.2, to = 0.8 }\n\
      minimise = { quantity = \"slip_energy_j\", subject_to = { slip_speed_max_m_s = { min = 2, max = 1 } } }",
-    "`minimise.subject_to.slip_speed_max_m_s` can never hold"
+    "`minimise.subject_to.slip_speed_max_m_s` can never hold";
+    "crossed constraint"
 )]
-#[case::too_fine(
+#[test_case::test_case(
     "find = { key = \"world.floor.friction\", from = 0.1, to = 9.5, quantity = \"slip_energy_j\", crosses = 1, tolerance = 1e-12 }",
-    "is finer than the digits with which values are tried"
+    "is finer than the digits with which values are tried";
+    "too fine"
 )]
-#[case::a_key_in_the_first_value(
+#[test_case::test_case(
     "axes.world.floor.boxes = [[{ x_m = 1, y_mm = 0 }], []]",
-    "unknown key `world.floor.boxes.0.y_mm`, which `axes` varies"
+    "unknown key `world.floor.boxes.0.y_mm`, which `axes` varies";
+    "a key in the first value"
 )]
-#[case::a_type_in_the_last_value(
+#[test_case::test_case(
     "axes.world.floor.friction = [0.1, 0.2, true]",
-    "`world.floor.friction` is true or false, but must be a number, which `axes` varies"
+    "`world.floor.friction` is true or false, but must be a number, which `axes` varies";
+    "a type in the last value"
 )]
-fn what_would_be_ignored_or_never_end_well_is_refused(#[case] text: &str, #[case] expected: &str) {
+fn what_would_be_ignored_or_never_end_well_is_refused(text: &str, expected: &str) {
     let folder = Folder::new();
     let (message, _) = message(folder.study(&format!("{text}\n")));
     assert!(message.contains(expected), "{message}");

@@ -3,13 +3,14 @@
 use ilon_robot::{Pose, Twist, wrap_angle};
 
 use crate::fold::{Largest, Mean, Rms};
+use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
 use crate::odometry;
 use crate::record::Record;
 use crate::rows::{Projection, Rows};
 use crate::slip::WheelAccumulator;
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 impl Summary {
     /// The figures of a run whose rows need not lie in memory.

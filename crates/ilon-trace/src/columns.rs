@@ -2,9 +2,10 @@
 
 use ilon_robot::Pose;
 
+use crate::header::Header;
 use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
 use crate::rows::Projection;
-use crate::trace::{Header, RowMut, Trace};
+use crate::trace::{RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -95,10 +95,9 @@ mod tests {
         }
     }
 
-    #[rstest::rstest]
-    #[case::closed_loop(true)]
-    #[case::open_loop(false)]
-    fn a_trace_comes_back_from_its_file_bit_for_bit(#[case] closed_loop: bool) {
+    #[test_case::test_case(true; "closed loop")]
+    #[test_case::test_case(false; "open loop")]
+    fn a_trace_comes_back_from_its_file_bit_for_bit(closed_loop: bool) {
         let folder = Folder::new(if closed_loop { "closed" } else { "open" });
         let path = folder.0.join("trace.parquet");
         // More steps than one page of the file holds.

@@ -49,9 +49,10 @@ pub fn hash_of_rows<R: Rows>(rows: &R) -> Result<String, R::Error> {
 mod tests {
     use super::*;
     use crate::columns::signals;
+    use crate::header::Header;
     use crate::record::{Desired, Record};
     use crate::sample::made_up_trace;
-    use crate::trace::{Header, RowMut};
+    use crate::trace::RowMut;
 
     #[test]
     fn the_hash_is_fnv_1a_as_published() {

@@ -158,9 +158,9 @@ impl Integral {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::header::Header;
     use crate::record::TaskShare;
     use crate::sample::made_up_trace;
-    use crate::trace::Header;
 
     #[test]
     fn the_terms_add_up_to_the_total_at_every_step_and_over_the_run() {

@@ -3,11 +3,12 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
+use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::odometry::Drift;
 use crate::record::Record;
 use crate::slip::WheelSlip;
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// Thresholds of the metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]

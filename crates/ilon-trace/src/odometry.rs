@@ -117,7 +117,7 @@ fn away_m(record: &Record, reckoned: Pose) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::Header;
+    use crate::header::Header;
 
     fn moved(poses: &[(Pose, Pose)]) -> Trace {
         let mut trace = Trace::with_capacity(Header::default(), poses.len());

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use crate::error::TraceError;
 use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomically};
 use crate::finite::Watched;
+use crate::header::Header;
 use crate::parts::Parts;
 use crate::rows::{Projection, Rows};
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// The rows of a run under way.
 #[derive(Debug)]
@@ -261,10 +262,9 @@ mod tests {
         assert_eq!(largest_chunk, ROWS_A_GROUP);
     }
 
-    #[rstest::rstest]
-    #[case::short(ROWS_A_GROUP)]
-    #[case::long(2 * ROWS_A_GROUP + 77)]
-    fn a_recording_is_the_trace_that_memory_would_have_held(#[case] rows: usize) {
+    #[test_case::test_case(ROWS_A_GROUP; "short")]
+    #[test_case::test_case(2 * ROWS_A_GROUP + 77; "long")]
+    fn a_recording_is_the_trace_that_memory_would_have_held(rows: usize) {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let whole = made_up_trace(3, rows, true);

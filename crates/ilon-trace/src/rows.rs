@@ -3,7 +3,8 @@
 use std::convert::Infallible;
 
 use crate::columns::signals;
-use crate::trace::{Header, Trace};
+use crate::header::Header;
+use crate::trace::Trace;
 
 /// The rows of a run, which can be gone through from the first to the last as often as needed: a [`Trace`] in memory, or
 /// a [`TraceFile`](crate::file::TraceFile) that was never read as a whole.

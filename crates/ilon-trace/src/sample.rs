@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::columns::{Kind, signals};
+use crate::header::{Ground, GroundBox, GroundPatch, GroundRelief, Header, WheelHeader};
 use crate::record::{Record, WheelSample};
-use crate::trace::{
-    Ground, GroundBox, GroundPatch, GroundRelief, Header, RowMut, Trace, WheelHeader,
-};
+use crate::trace::{RowMut, Trace};
 
 /// A trace in which every signal has a value of its own at every step: rounding, order and mix-ups all show.
 pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool) -> Trace {

@@ -1,7 +1,8 @@
 //! The recorded signals by name, as the file's columns are called.
 
 use crate::columns::{Signal, signals};
-use crate::trace::{Header, Trace};
+use crate::header::Header;
+use crate::trace::Trace;
 
 impl Header {
     /// All signals that a trace with this header records, in the order of the file's columns.

@@ -1,8 +1,9 @@
 //! Where rows go while a run is under way.
 
 use crate::error::TraceError;
+use crate::header::Header;
 use crate::rows::Rows;
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// Something that takes rows as they come: memory, a file of another format, a socket.
 ///

@@ -4,8 +4,9 @@ use ilon_robot::Twist;
 use serde::{Deserialize, Serialize};
 
 use crate::fold::{Extent, Largest, Mean, Rms};
+use crate::header::{Header, WheelHeader};
 use crate::record::{Record, WheelSample};
-use crate::trace::{Header, Trace, WheelHeader};
+use crate::trace::Trace;
 
 /// What the contacts of one wheel did over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

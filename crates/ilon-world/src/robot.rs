@@ -3,6 +3,7 @@
 pub(crate) mod articulated;
 pub(crate) mod assembly;
 pub(crate) mod energy;
+pub(crate) mod roller;
 pub(crate) mod shared;
 pub(crate) mod state;
 pub(crate) mod wheel;

@@ -6,8 +6,8 @@ mod support;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, FloorSurface, Patch, Payload, Push, RollerBodies, Settings, World};
 use nalgebra::{Vector2, Vector3};
-use rstest::rstest;
 use support::{ideal_rates, mecanum4, volksbot};
+use test_case::test_case;
 
 const G: f64 = 9.81;
 
@@ -78,10 +78,9 @@ fn seize_all(world: &mut World, robot: &Robot) {
 
 /// On a floor without friction nothing but the push acts in the plane: m v = J, I omega = x J, and the work done is the
 /// kinetic energy of both.
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
-fn a_push_gives_its_momentum_and_its_work(#[case] roller_bodies: RollerBodies) {
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
+fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.0, roller_bodies);
     hold(&mut world, &[0.0; 4], 0.2, |_| ());
@@ -126,10 +125,9 @@ fn a_push_gives_its_momentum_and_its_work(#[case] roller_bodies: RollerBodies) {
 }
 
 /// Three wheels carry a load as statics says: N_i = W/3 + 2/(3 b^2) b_i . (first moment of the weight).
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
-fn a_payload_weighs_on_the_wheels_beneath_it(#[case] roller_bodies: RollerBodies) {
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
+fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
     let robot = volksbot();
     let mut world = world(&robot, 0.6, roller_bodies);
     let (carried_kg, at_m) = (3.0, Vector3::new(0.1, -0.05, 0.15));
@@ -159,11 +157,10 @@ fn a_payload_weighs_on_the_wheels_beneath_it(#[case] roller_bodies: RollerBodies
 
 /// A payload comes and goes at the velocity of its place: the robot moves on as it did, and what energy the payload has
 /// then is all that enters or leaves.
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
 fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
-    #[case] roller_bodies: RollerBodies,
+    roller_bodies: RollerBodies,
 ) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.6, roller_bodies);
@@ -216,10 +213,9 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
 
 /// With every roller seized the wheels are plain discs: pushed along their axles the robot slides and Coulomb's friction
 /// slows it by mu g, until it stands. All that motion ends as heat of sliding.
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
-fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(#[case] roller_bodies: RollerBodies) {
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
+fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: RollerBodies) {
     const MU: f64 = 0.3;
     let robot = mecanum4();
     let m = mass_kg(&robot);
@@ -266,10 +262,9 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(#[case] roller_bodies
 }
 
 /// One seized roller of one wheel: while it touches, and only then, it stands still and slides.
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
-fn a_seized_roller_does_not_spin_and_its_neighbours_do(#[case] roller_bodies: RollerBodies) {
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
+fn a_seized_roller_does_not_spin_and_its_neighbours_do(roller_bodies: RollerBodies) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.6, roller_bodies);
     world.seize_roller(1, 4, true);
@@ -301,10 +296,9 @@ fn a_seized_roller_does_not_spin_and_its_neighbours_do(#[case] roller_bodies: Ro
 
 /// Pulled at 0.45 of its weight, a robot whose wheels cannot roll sideways stands on mu 0.6, slides away with
 /// (0.45 - 0.3) g once the floor is wet, and comes to rest on the dry patch beyond.
-#[rstest]
-#[case::every_roller_a_body(RollerBodies::All)]
-#[case::in_the_contact_window(RollerBodies::Near)]
-fn a_floor_that_turns_slippery_lets_go_of_what_it_held(#[case] roller_bodies: RollerBodies) {
+#[test_case(RollerBodies::All; "every roller a body")]
+#[test_case(RollerBodies::Near; "in the contact window")]
+fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodies) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.6, roller_bodies);
     seize_all(&mut world, &robot);

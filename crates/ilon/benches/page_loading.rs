@@ -1,7 +1,7 @@
 //! How soon the page of a run of 40 s can be used: until its first picture in three dimensions stands, and until nothing more has to
 //! run before it answers. In headless Chromium, which draws by the processor; time counts from where the page is asked for.
 //!
-//! `cargo bench -p ilon --bench page_loading`
+//! `cargo bench --bench page_loading`
 
 #[path = "../tests/support/browser.rs"]
 mod browser;

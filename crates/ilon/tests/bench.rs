@@ -142,21 +142,17 @@ fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
     assert!(names_in(folder.path()).is_empty());
 }
 
-#[rstest::rstest]
-#[case::no_robot(&["--robot", "mecanum5"], "no built-in robot `mecanum5`")]
-#[case::no_file(&["--robot", "none/base.urdf"], "none/base.urdf")]
-#[case::twice(&["--robot", "volksbot", "--robot", "volksbot"], "two robots are called `volksbot`")]
-#[case::no_rate(&["--rates", "240,0"], "give a number of steps a second from 1 to 100000")]
-#[case::not_a_number(&["--headings", "nan"], "give a number of degrees from -360 to 360")]
-#[case::no_kind(&["--rollers", "some"], "name `all` rollers, those `near` the ground, or `rapier`")]
-#[case::no_round(&["--rounds", "0"], "give a whole number from 1 to 10000")]
-#[case::no_thread(&["--threads", "0"], "give a whole number from 1 to 10000")]
-#[case::half_a_robot(&["--fleets", "1.5"], "give a whole number, 10000 at most")]
-#[case::no_folder(&["--out", "taken"], "cannot write `taken`")]
-fn what_cannot_be_measured_is_refused_in_words_before_anything_is(
-    #[case] arguments: &[&str],
-    #[case] words: &str,
-) {
+#[test_case::test_case(&["--robot", "mecanum5"], "no built-in robot `mecanum5`"; "no robot")]
+#[test_case::test_case(&["--robot", "none/base.urdf"], "none/base.urdf"; "no file")]
+#[test_case::test_case(&["--robot", "volksbot", "--robot", "volksbot"], "two robots are called `volksbot`"; "twice")]
+#[test_case::test_case(&["--rates", "240,0"], "give a number of steps a second from 1 to 100000"; "no rate")]
+#[test_case::test_case(&["--headings", "nan"], "give a number of degrees from -360 to 360"; "not a number")]
+#[test_case::test_case(&["--rollers", "some"], "name `all` rollers, those `near` the ground, or `rapier`"; "no kind")]
+#[test_case::test_case(&["--rounds", "0"], "give a whole number from 1 to 10000"; "no round")]
+#[test_case::test_case(&["--threads", "0"], "give a whole number from 1 to 10000"; "no thread")]
+#[test_case::test_case(&["--fleets", "1.5"], "give a whole number, 10000 at most"; "half a robot")]
+#[test_case::test_case(&["--out", "taken"], "cannot write `taken`"; "no folder")]
+fn what_cannot_be_measured_is_refused_in_words_before_anything_is(arguments: &[&str], words: &str) {
     let folder = tempfile::tempdir().expect("a folder to work in");
     std::fs::write(folder.path().join("taken"), "").expect("a file in the way");
     let output = ilon(folder.path(), arguments);

@@ -165,13 +165,12 @@ fn endings(document: &Document) -> Vec<String> {
         .collect()
 }
 
-#[rstest::rstest]
-#[case::all(&[], &["held", "failure", "error"], ["3", "1", "1", "0"])]
-#[case::fail_fast(&["--fail-fast"], &["held", "failure", "skipped"], ["3", "1", "0", "1"])]
+#[test_case::test_case(&[], &["held", "failure", "error"], ["3", "1", "1", "0"]; "all")]
+#[test_case::test_case(&["--fail-fast"], &["held", "failure", "skipped"], ["3", "1", "0", "1"]; "fail fast")]
 fn what_is_written_keeps_to_the_schema_and_counts_right(
-    #[case] further: &[&str],
-    #[case] expected: &[&str],
-    #[case] counts: [&str; 4],
+    further: &[&str],
+    expected: &[&str],
+    counts: [&str; 4],
 ) {
     let text = junit(further);
     let document = Document::parse(&text).expect("well-formed XML");

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use rstest::rstest;
+use test_case::test_case;
 
 const CHASSIS: &str = r#"<link name="base_link">
   <inertial><origin xyz="0 0 0.05"/><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial>
@@ -163,97 +163,116 @@ use Becomes::{Proposal, Refused, Robot};
 
 const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 
-#[rstest]
-#[case::plain_wheels(base(), Proposal(BARE, "given 12 rollers"))]
-#[case::fixed_wheels(
+#[test_case(base(), Proposal(BARE, "given 12 rollers"); "plain wheels")]
+#[test_case(
     replaced("continuous", "fixed"),
-    Proposal(BARE, "its joint does not turn in the file")
+    Proposal(BARE, "its joint does not turn in the file");
+    "fixed wheels"
 )]
-#[case::wheels_within_a_turn(
+#[test_case(
     replaced("<axis", "<limit lower=\"0\" upper=\"6.28\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
-    Proposal(BARE, "given 12 rollers")
+    Proposal(BARE, "given 12 rollers");
+    "wheels within a turn"
 )]
-#[case::wheels_within_huge_limits(
+#[test_case(
     replaced("<axis", "<limit lower=\"-1e16\" upper=\"1e16\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
-    Proposal(BARE, "given 12 rollers")
+    Proposal(BARE, "given 12 rollers");
+    "wheels within huge limits"
 )]
-#[case::wheels_that_mimic(
+#[test_case(
     replaced("<axis", "<mimic joint=\"fl\"/><axis"),
-    Proposal(BARE, "its joint follows another joint in the file")
+    Proposal(BARE, "its joint follows another joint in the file");
+    "wheels that mimic"
 )]
-#[case::an_arm_that_mimics(
+#[test_case(
     with_mimic_arm(),
-    Proposal(BARE, "no wheel: stands 300 mm above the floor")
+    Proposal(BARE, "no wheel: stands 300 mm above the floor");
+    "an arm that mimics"
 )]
-#[case::steered_wheels(
+#[test_case(
     steered(),
-    Proposal("These are not Swedish wheels", "given 12 rollers")
+    Proposal("These are not Swedish wheels", "given 12 rollers");
+    "steered wheels"
 )]
-#[case::spheres(
+#[test_case(
     replaced(
         "<cylinder radius=\"0.05\" length=\"0.04\"/>",
         "<sphere radius=\"0.05\"/>"
     ),
-    Proposal(BARE, "given 12 rollers")
+    Proposal(BARE, "given 12 rollers");
+    "spheres"
 )]
-#[case::what_is_only_shown(
+#[test_case(
     replaced("collision", "visual"),
-    Proposal(BARE, "its size is taken from what is shown of it")
+    Proposal(BARE, "its size is taken from what is shown of it");
+    "what is only shown"
 )]
-#[case::visuals_apart(
+#[test_case(
     replaced("<inertial>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual><inertial>")
         .replace("</link>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link>"),
-    Proposal(BARE, "they show the robot, and neither weigh nor touch")
+    Proposal(BARE, "they show the robot, and neither weigh nor touch");
+    "visuals apart"
 )]
-#[case::two_limits(
+#[test_case(
     replaced(
         "<axis",
         "<limit effort=\"3\" velocity=\"20\"/><limit effort=\"9\" velocity=\"9\"/><axis"
     ),
-    Proposal(BARE, "stands here a second time: the first is read")
+    Proposal(BARE, "stands here a second time: the first is read");
+    "two limits"
 )]
-#[case::a_ring_of_omni_wheels(ring(), Robot("at gamma = 0.0 deg"))]
-#[case::a_wheel_a_millimetre_high(
+#[test_case(ring(), Robot("at gamma = 0.0 deg"); "a ring of omni wheels")]
+#[test_case(
     one_replaced("fl", " 0\"/><axis", " 0.001\"/><axis"),
-    Proposal(BARE, "its wheels do not reach equally low")
+    Proposal(BARE, "its wheels do not reach equally low");
+    "a wheel a millimetre high"
 )]
-#[case::a_frame_beside_the_wheels(
+#[test_case(
     base().replace("xyz=\"0 0 0.05\"", "xyz=\"1 0 0.05\"").replace("xyz=\"0.15", "xyz=\"1.15").replace("xyz=\"-0.15", "xyz=\"0.85"),
-    Proposal(BARE, "the robot's frame lies 1000 mm from the middle of its wheels and outside them")
+    Proposal(BARE, "the robot's frame lies 1000 mm from the middle of its wheels and outside them");
+    "a frame beside the wheels"
 )]
-#[case::no_inertia(
+#[test_case(
     replaced(INERTIA, ""),
-    Proposal("the element `<inertia>` is missing", "repaired: its inertia")
+    Proposal("the element `<inertia>` is missing", "repaired: its inertia");
+    "no inertia"
 )]
-#[case::no_inertial(
+#[test_case(
     replaced(&format!("<inertial><mass value=\"0.5\"/>{INERTIA}</inertial>"), ""),
-    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia")
+    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
+    "no inertial"
 )]
-#[case::impossible_inertia(
+#[test_case(
     replaced("iyy=\"6e-4\"", "iyy=\"6e-2\""),
-    Proposal("no body has the principal moments", "repaired: its inertia")
+    Proposal("no body has the principal moments", "repaired: its inertia");
+    "impossible inertia"
 )]
-#[case::inertia_beyond_its_size(
+#[test_case(
     replaced(&format!("<mass value=\"0.5\"/>{INERTIA}"), r#"<mass value="1e-5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>"#),
-    Proposal("radius of gyration of 316.228 m", "repaired: its inertia")
+    Proposal("radius of gyration of 316.228 m", "repaired: its inertia");
+    "inertia beyond its size"
 )]
-#[case::a_chassis_that_weighs_nothing(
+#[test_case(
     base().replacen(&format!("<mass value=\"8\"/>{}", r#"<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/>"#), r#"<mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#, 1),
-    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia")
+    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
+    "a chassis that weighs nothing"
 )]
-#[case::a_chassis_of_nothing(
+#[test_case(
     base().replace(CHASSIS, "<link name=\"base_link\"/>\n"),
-    Refused("neither it nor anything fixed to it has mass")
+    Refused("neither it nor anything fixed to it has mass");
+    "a chassis of nothing"
 )]
-#[case::a_wheel_twice(
+#[test_case(
     base_with(|_, wheel| wheel, &wheel("fl", 0.0, 0.13)),
-    Proposal("the name is taken by the link on line", "called `fl_2`, for its name is taken")
+    Proposal("the name is taken by the link on line", "called `fl_2`, for its name is taken");
+    "a wheel twice"
 )]
-#[case::the_same_link_twice(
+#[test_case(
     base().replace("</robot>", &format!("{CHASSIS}</robot>")),
-    Proposal("the name is taken by the link on line", "left out, for it says the same as the first of its name")
+    Proposal("the name is taken by the link on line", "left out, for it says the same as the first of its name");
+    "the same link twice"
 )]
-#[case::a_mesh_that_is_not_there(
+#[test_case(
     replaced(
         DISC,
         "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"
@@ -261,72 +280,80 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     Proposal(
         "its mesh `wheel.stl` cannot be read: there is no such file",
         "the wheel's radius is 49.0 mm"
-    )
+    );
+    "a mesh that is not there"
 )]
-#[case::one_of_two_shapes_that_is_not_there(
+#[test_case(
     replaced(DISC, &format!("{}<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>", DISC.replace("0.05", "0.0279"))),
-    Proposal("the wheel's geometry does not show its radius", "the wheel's radius is 49.0 mm")
+    Proposal("the wheel's geometry does not show its radius", "the wheel's radius is 49.0 mm");
+    "one of two shapes that is not there"
 )]
-#[case::a_mesh_of_an_absent_package(
+#[test_case(
     replaced(
         DISC,
         "<collision><geometry><mesh filename=\"package://absent/wheel.stl\"/></geometry></collision>"
     ),
-    Proposal("--package absent=FOLDER", "the wheel's radius is 49.0 mm")
+    Proposal("--package absent=FOLDER", "the wheel's radius is 49.0 mm");
+    "a mesh of an absent package"
 )]
-#[case::a_turret_beside_the_wheels_of_a_chassis_that_is_fixed(
+#[test_case(
     base().replace("base_link", "chassis").replace("<robot name=\"base\">", &format!(
         "<robot name=\"base\"><link name=\"base_link\"/><joint name=\"base_joint\" type=\"fixed\"><parent link=\"base_link\"/><child link=\"chassis\"/></joint>\
          <link name=\"turret\"><inertial><mass value=\"1\"/>{INERTIA}</inertial></link>\
          <joint name=\"yaw\" type=\"continuous\"><parent link=\"chassis\"/><child link=\"turret\"/><origin xyz=\"0 0 0.2\"/><axis xyz=\"0 0 1\"/></joint>"
     )),
-    Proposal(BARE, "given 12 rollers")
+    Proposal(BARE, "given 12 rollers");
+    "a turret beside the wheels of a chassis that is fixed"
 )]
-#[case::an_arm_of_six_joints(arm(), Refused("no wheels with passive rollers"))]
-#[case::no_wheels(
+#[test_case(arm(), Refused("no wheels with passive rollers"); "an arm of six joints")]
+#[test_case(
     format!("<robot name=\"base\">{CHASSIS}</robot>"),
-    Refused("no wheels with passive rollers, but moving freely in the plane takes three")
+    Refused("no wheels with passive rollers, but moving freely in the plane takes three");
+    "no wheels"
 )]
-#[case::includes_of_absent_packages(
+#[test_case(
     xacro(
         "<xacro:include filename=\"$(find sensors)/a.xacro\"/><xacro:include filename=\"$(find cameras)/b.xacro\"/><xacro:lidar/>"
     ),
     Proposal(
         "`--package sensors=FOLDER`, `--package cameras=FOLDER`",
         "left out, for nothing that could be read defines this macro"
-    )
+    );
+    "includes of absent packages"
 )]
-#[case::an_argument_without_a_value(
+#[test_case(
     xacro("<xacro:arg name=\"kind\"/><link name=\"$(arg kind)\"/>"),
-    Refused("`--arg kind=VALUE`")
+    Refused("`--arg kind=VALUE`");
+    "an argument without a value"
 )]
-#[case::macros_alone(
+#[test_case(
     "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro name=\"w\" params=\"n\"><link name=\"${n}\"/></xacro:macro></robot>".to_owned(),
-    Refused("it defines macros and makes no link: `w`")
+    Refused("it defines macros and makes no link: `w`");
+    "macros alone"
 )]
-#[case::wheels_by_a_macro_that_names_their_kind(
+#[test_case(
     xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
         "<xacro:macro name=\"mecanum_wheel\" params=\"name\">{}</xacro:macro><xacro:mecanum_wheel name=\"fl\"/>",
         wheel("${name}", 0.15, 0.13)
     ), 1),
-    Robot("`mecanum_wheel`")
+    Robot("`mecanum_wheel`");
+    "wheels by a macro that names their kind"
 )]
-#[case::wheels_by_a_macro_of_no_kind(
+#[test_case(
     xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
         "<xacro:macro name=\"mecanum_sensor\" params=\"name\"><link name=\"${{name}}\"/></xacro:macro>\
          <xacro:macro name=\"wheel\" params=\"name\">{}</xacro:macro><xacro:wheel name=\"fl\"/>",
         wheel("${name}", 0.15, 0.13)
     ), 1),
-    Proposal(BARE, "given 12 rollers")
+    Proposal(BARE, "given 12 rollers");
+    "wheels by a macro of no kind"
 )]
-#[case::xacro_without_prefixes(
+#[test_case(
     format!("<robot name=\"old\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><include filename=\"wheels.xacro\"/>{CHASSIS}</robot>"),
-    Refused("a xacro file of before 2014: `<include>` stands without the prefix `xacro:`")
+    Refused("a xacro file of before 2014: `<include>` stands without the prefix `xacro:`");
+    "xacro without prefixes"
 )]
-fn a_robot_drives_or_is_refused_with_a_command_that_works(
-    #[case] text: String,
-    #[case] becomes: Becomes,
-) {
+fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes: Becomes) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robot.urdf");
     std::fs::write(&path, text).unwrap();

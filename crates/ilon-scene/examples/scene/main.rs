@@ -1,4 +1,4 @@
-//! A page with a run in three dimensions, from its trace: `cargo run -p ilon-scene --example scene -- TRACE OUT.html [ROBOT]`.
+//! A page with a run in three dimensions, from its trace: `cargo run --release --example scene -- TRACE OUT.html [ROBOT]`.
 //!
 //! Without ROBOT it is the one that the trace's scenario names, sought beside the trace and in the working folder: go to the scenario's.
 

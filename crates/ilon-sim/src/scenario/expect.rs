@@ -390,46 +390,44 @@ mod tests {
         Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
     }
 
-    #[rstest::rstest]
-    #[case::empty("hub_ripple_m = {}", "bounds nothing", "hub_ripple_m")]
-    #[case::no_equal("hub_ripple_m = { within = 1e-9 }", "no `equal`", "1e-9")]
-    #[case::not_even_max("hub_ripple_m = { max = 1, within = 1e-9 }", "no `equal`", "1e-9")]
-    #[case::in_a_group("twist_mean.vx_m_s = {}", "bounds nothing", "vx_m_s")]
-    #[case::crossed(
+    #[test_case::test_case("hub_ripple_m = {}", "bounds nothing", "hub_ripple_m"; "empty")]
+    #[test_case::test_case("hub_ripple_m = { within = 1e-9 }", "no `equal`", "1e-9"; "no equal")]
+    #[test_case::test_case("hub_ripple_m = { max = 1, within = 1e-9 }", "no `equal`", "1e-9"; "not even max")]
+    #[test_case::test_case("twist_mean.vx_m_s = {}", "bounds nothing", "vx_m_s"; "in a group")]
+    #[test_case::test_case(
         "slip_energy_j = { min = 2, max = 1 }",
         "both 2 or more and 1 or less",
-        "slip_energy_j"
+        "slip_energy_j";
+        "crossed"
     )]
-    #[case::apart(
+    #[test_case::test_case(
         "slip_energy_j = { equal = 5, within = 1, max = 3 }",
         "both 4 or more and 3 or less",
-        "slip_energy_j"
+        "slip_energy_j";
+        "apart"
     )]
-    #[case::apart_below(
+    #[test_case::test_case(
         "slip_energy_j = { equal = 5, min = 5.1 }",
         "both 5.1 or more and 5 or less",
-        "slip_energy_j"
+        "slip_energy_j";
+        "apart below"
     )]
     fn a_bound_that_nothing_can_break_or_meet_is_refused_where_it_stands(
-        #[case] bound: &str,
-        #[case] message: &str,
-        #[case] place: &str,
+        bound: &str,
+        message: &str,
+        place: &str,
     ) {
         let (told, at) = told(&format!("[expect]\n{bound}\n"));
         assert!(told.contains(message), "{told}");
         assert_eq!(at, place);
     }
 
-    #[rstest::rstest]
-    #[case::empty("", "bounds nothing")]
-    #[case::no_equal("within = 0.1", "no `equal`")]
-    #[case::crossed("min = 1\nmax = -1", "can never hold")]
-    #[case::reversed("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "looks at nothing")]
-    #[case::settles("max = 1\nmust = 'settle'\nfrom_s = 0.5", "is of no use")]
-    fn a_bound_on_a_signal_that_says_nothing_is_refused(
-        #[case] bound: &str,
-        #[case] message: &str,
-    ) {
+    #[test_case::test_case("", "bounds nothing"; "empty")]
+    #[test_case::test_case("within = 0.1", "no `equal`"; "no equal")]
+    #[test_case::test_case("min = 1\nmax = -1", "can never hold"; "crossed")]
+    #[test_case::test_case("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "looks at nothing"; "reversed")]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nfrom_s = 0.5", "is of no use"; "settles")]
+    fn a_bound_on_a_signal_that_says_nothing_is_refused(bound: &str, message: &str) {
         let good = "[[expect.signals]]\nsignal = 'truth_x_m'\nmax = 1\n";
         let bad = format!("{good}[[expect.signals]]\nsignal = 'truth_y_m'\n{bound}\n");
         let (told, _) = told(&bad);
@@ -438,32 +436,28 @@ mod tests {
         assert!(scenario(good).is_ok());
     }
 
-    #[rstest::rstest]
     // A row every 10 ms for 1 s: the last at 0.99 s.
-    #[case("max = 1", None)]
-    #[case("max = 1\nfrom_s = 0.99", None)]
-    #[case("max = 1\nuntil_s = 1.0", None)]
-    #[case("max = 1\nfrom_s = 0.3\nuntil_s = 0.3", None)]
-    #[case("max = 1\nmust = 'settle'\nuntil_s = 0.99", None)]
-    #[case(
+    #[test_case::test_case("max = 1", None)]
+    #[test_case::test_case("max = 1\nfrom_s = 0.99", None)]
+    #[test_case::test_case("max = 1\nuntil_s = 1.0", None)]
+    #[test_case::test_case("max = 1\nfrom_s = 0.3\nuntil_s = 0.3", None)]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 0.99", None)]
+    #[test_case::test_case(
         "max = 1\nuntil_s = 1.1",
         Some("looks until 1.1 s, beyond the end of the run at 1 s")
     )]
-    #[case(
+    #[test_case::test_case(
         "max = 1\nfrom_s = 0.995",
         Some("looks from 0.995 s on, but the last row of the run is at 0.99 s")
     )]
-    #[case("max = 1\nfrom_s = 5", Some("looks from 5 s on"))]
-    #[case("max = 1\nmust = 'eventually'\nuntil_s = 2", Some("looks until 2 s"))]
-    #[case("max = 1\nmust = 'settle'\nuntil_s = 1.0", Some("looks from 1 s on"))]
-    #[case(
+    #[test_case::test_case("max = 1\nfrom_s = 5", Some("looks from 5 s on"))]
+    #[test_case::test_case("max = 1\nmust = 'eventually'\nuntil_s = 2", Some("looks until 2 s"))]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nuntil_s = 1.0", Some("looks from 1 s on"))]
+    #[test_case::test_case(
         "max = 1\nfrom_s = 0.301\nuntil_s = 0.309",
         Some("between two rows, which are 0.01 s apart")
     )]
-    fn a_window_is_refused_where_it_holds_no_row(
-        #[case] bound: &str,
-        #[case] message: Option<&str>,
-    ) {
+    fn a_window_is_refused_where_it_holds_no_row(bound: &str, message: Option<&str>) {
         let scenario = scenario(&format!(
             "[[expect.signals]]\nsignal = 'truth_x_m'\n{bound}\n"
         ));

@@ -7,11 +7,12 @@ use miette::NamedSource;
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
-use super::axis::{Axis, Values, axes_of, range};
+use super::axis::{Axis, Values};
 use super::file::{Method, StudyFile};
 use super::row::figure_names;
 use super::sample::{MOST_SOBOL_POINTS, runs_a_point};
 use super::study::{Base, MOST_RUNS, SEED, Study, grid_points};
+use super::written::{axes_of, range};
 use crate::scenario::{Bound, Scenario, Setting, nearest, read_toml};
 use crate::{Error, ScenarioFault};
 

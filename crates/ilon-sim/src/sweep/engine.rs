@@ -1,101 +1,24 @@
 //! All runs of a study, on all cores, and what they say.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ilon_trace::file::write_text;
 use rayon::prelude::*;
 use toml::Value;
 
-use super::evaluate::{evaluate, scenario_of};
+use super::evaluate::evaluate;
 use super::file::{Find, Keep, Minimise};
 use super::findings::{Findings, FoundAt, MinimumAt};
+use super::keep::{keep, kept_folder};
 use super::minimise::Trial;
+use super::options::{Options, Progress, Stop};
 use super::row::{Row, Status, Task, figure_index};
-use super::store::{Shard, Store, parts_of};
+use super::store::{Shard, Store};
 use super::study::{Question, Study};
 use super::table::write_runs;
 use crate::Error;
-
-/// How far a study is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// Runs that there are.
-    pub done: u64,
-    /// Of these, those that were there before.
-    pub found: u64,
-    /// Those of them that failed.
-    pub failed: u64,
-    /// How many there will be; of a search, at most.
-    pub most: u64,
-    /// Whether there may be fewer than `most`.
-    pub is_search: bool,
-}
-
-/// Asks a study to end early, from whichever thread holds a copy: runs under way end within a control period and leave no row.
-#[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// Asks for it.
-    pub fn ask(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it was asked for.
-    pub fn is_asked(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-
-    /// [`Error::Stopped`] once it was asked for.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        match self.is_asked() {
-            true => Err(Error::Stopped),
-            false => Ok(()),
-        }
-    }
-}
-
-/// How a study is run.
-#[derive(Clone, Debug, Default)]
-#[non_exhaustive]
-pub struct Options {
-    /// Runs at a time; left out, as many as the machine has cores.
-    pub jobs: Option<usize>,
-    /// Which part of the runs is made.
-    pub shard: Option<Shard>,
-    /// What ends it early.
-    pub stop: Stop,
-}
-
-impl Options {
-    /// So many runs at a time, of a part of the study or of all of it.
-    pub fn new(jobs: Option<usize>, shard: Option<Shard>) -> Self {
-        Self {
-            jobs,
-            shard,
-            stop: Stop::default(),
-        }
-    }
-
-    /// Ended early by `stop`.
-    pub fn stopped_by(mut self, stop: Stop) -> Self {
-        self.stop = stop;
-        self
-    }
-
-    /// The threads that it asks for.
-    pub(super) fn pool(&self) -> Result<rayon::ThreadPool, Error> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.jobs.unwrap_or(0))
-            .build();
-        pool.map_err(|error| {
-            Error::invalid(format!("threads cannot be had: {error}"), "take fewer jobs")
-        })
-    }
-}
 
 /// What is under way, for all threads.
 pub(super) struct Sweep<'s> {
@@ -383,116 +306,10 @@ impl<'s> Sweep<'s> {
     }
 }
 
-/// Runs again what is to be kept and is not there: runs come out the same each time.
-fn keep(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
-    let Some(folder) = store.folder() else {
-        return Ok(());
-    };
-    if options.shard.is_some() && matches!(study.file().keep, Keep::Worst(_)) {
-        // Which runs are worst is known once all are there.
-        return Ok(());
-    }
-    let rows = store.rows();
-    let mut places = parts_of(folder)?;
-    places.push(folder.to_owned());
-    chosen(study, &rows).par_iter().try_for_each(|row| {
-        let is_kept = |place: &PathBuf| {
-            let kept = kept_folder(place, row.run);
-            let is_there = |name: &str| kept.join(name).exists();
-            is_there("summary.json") || (row.status == Status::Failed && is_there("scenario.toml"))
-        };
-        if places.iter().any(is_kept) {
-            return Ok(());
-        }
-        keep_again(study, row, &kept_folder(folder, row.run), &options.stop)
-    })
-}
-
-/// Runs the task of a row again, and writes what comes of it into a folder.
-fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), Error> {
-    let task = Task {
-        run: row.run,
-        scenario: study
-            .scenario_names()
-            .position(|name| name == row.scenario)
-            .unwrap_or(0),
-        point: row.point,
-        repetition: row.repetition,
-        values: row.values.clone(),
-    };
-    let (again, finished) = evaluate(study, &task, stop)?;
-    if again.status != row.status || again.trace_hash != row.trace_hash {
-        let why = again
-            .error
-            .map_or(String::new(), |error| format!(": {error}"));
-        return Err(Error::invalid(
-            format!(
-                "run {} does not come out again as its row says{why}",
-                row.run
-            ),
-            "a file of its robot has changed or is gone; bring it back, or run the study anew in another folder",
-        ));
-    }
-    match finished {
-        Some(finished) => finished.write(kept),
-        // Of a run that cannot be simulated its scenario is kept, where it is one.
-        None => match scenario_of(study, &task) {
-            Ok(scenario) => {
-                std::fs::create_dir_all(kept).map_err(super::store::io("create", kept))?;
-                let text = scenario.moved_to(kept).to_toml()?;
-                Ok(write_text(&kept.join("scenario.toml"), &text)?)
-            }
-            Err(_) => Ok(()),
-        },
-    }
-}
-
-/// The rows whose traces a study keeps once all are there.
-fn chosen<'r>(study: &Study, rows: &'r [Row]) -> Vec<&'r Row> {
-    match study.file().keep {
-        Keep::None => Vec::new(),
-        // Those were kept as they ran, unless a worker ran them that does not see the folder.
-        Keep::All => rows
-            .iter()
-            .filter(|row| row.status == Status::Done)
-            .collect(),
-        Keep::Failed => {
-            let breaks = |row: &Row| {
-                study.expect().any(|(name, bound)| {
-                    let value = figure_index(name).and_then(|index| row.figure(index));
-                    !value.is_some_and(|value| bound.bound().holds(value))
-                })
-            };
-            let is_chosen = |row: &&Row| row.status == Status::Failed || breaks(row);
-            rows.iter().filter(is_chosen).collect()
-        }
-        Keep::Worst(count) => {
-            let Some(index) = study
-                .quantities()
-                .first()
-                .and_then(|name| figure_index(name))
-            else {
-                return Vec::new();
-            };
-            let mut ranked: Vec<(&Row, f64)> = rows
-                .iter()
-                .filter_map(|row| Some((row, row.figure(index)?)))
-                .collect();
-            ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.run.cmp(&b.0.run)));
-            ranked.into_iter().take(count).map(|(row, _)| row).collect()
-        }
-    }
-}
-
 /// The value on each axis at a place, given as a share of each.
 fn values_on(study: &Study, place: &[f64]) -> Vec<Value> {
     let axes = study.axes().iter().zip(place);
     axes.map(|(axis, share)| axis.at(*share)).collect()
-}
-
-/// Where the trace of a run is kept.
-fn kept_folder(folder: &Path, run: u64) -> PathBuf {
-    folder.join("kept").join(format!("run_{run:06}"))
 }
 
 /// The mean of a quantity over rows; `None` where one of them has it not.

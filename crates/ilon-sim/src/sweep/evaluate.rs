@@ -9,8 +9,8 @@ use ilon_trace::file::write_text;
 use ilon_trace::{Recorded, Recording, TraceError};
 use miette::Diagnostic;
 
-use super::engine::Stop;
 use super::hash::Hash;
+use super::options::Stop;
 use super::row::{Row, Status, Task, figures_of};
 use super::study::Study;
 use crate::Error;

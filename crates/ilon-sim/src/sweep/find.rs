@@ -201,14 +201,10 @@ mod tests {
         found.unwrap()
     }
 
-    #[rstest::rstest]
-    #[case(Scale::Linear, 1e-6)]
-    #[case(Scale::Log, 1e-6)]
-    #[case(Scale::Linear, 10.0)]
-    fn a_crossing_is_bracketed_as_narrowly_as_was_asked(
-        #[case] scale: Scale,
-        #[case] tolerance: f64,
-    ) {
+    #[test_case::test_case(Scale::Linear, 1e-6)]
+    #[test_case::test_case(Scale::Log, 1e-6)]
+    #[test_case::test_case(Scale::Linear, 10.0)]
+    fn a_crossing_is_bracketed_as_narrowly_as_was_asked(scale: Scale, tolerance: f64) {
         // x^2 = 2 at the root of 2.
         let found = search(&find(0.1, 10.0, scale, tolerance), |x| Some(x * x));
         assert!(found.is_monotonic);
@@ -241,15 +237,11 @@ mod tests {
         assert!(found.crossings[0].is_rising && !found.crossings[1].is_rising);
     }
 
-    #[rstest::rstest]
-    #[case::rising_to_the_last(|x| x, 2.0)]
-    #[case::falling_to_the_last(|x| 4.0 - x, 2.0)]
-    #[case::rising_from_the_first(|x| 2.0 + x, 0.0)]
-    #[case::falling_from_the_first(|x| 2.0 - x, 0.0)]
-    fn a_value_that_is_reached_at_an_end_is_found_there(
-        #[case] f: fn(f64) -> f64,
-        #[case] at: f64,
-    ) {
+    #[test_case::test_case(|x| x, 2.0; "rising to the last")]
+    #[test_case::test_case(|x| 4.0 - x, 2.0; "falling to the last")]
+    #[test_case::test_case(|x| 2.0 + x, 0.0; "rising from the first")]
+    #[test_case::test_case(|x| 2.0 - x, 0.0; "falling from the first")]
+    fn a_value_that_is_reached_at_an_end_is_found_there(f: fn(f64) -> f64, at: f64) {
         let found = search(&find(0.0, 2.0, Scale::Linear, 1e-4), |x| Some(f(x)));
         let [crossing] = found.crossings[..] else {
             panic!("{found:?}");

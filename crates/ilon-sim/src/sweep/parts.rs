@@ -4,7 +4,8 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::engine::{Options, Sweep, most_runs, searches};
+use super::engine::{Sweep, most_runs, searches};
+use super::options::Options;
 use super::row::Row;
 use super::store::{Shard, Store};
 use super::study::{Question, Study};

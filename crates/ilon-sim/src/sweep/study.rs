@@ -1,5 +1,7 @@
 //! A study that was read and checked, and the tasks that it consists of.
 
+mod fingerprint;
+
 use std::path::{Path, PathBuf};
 
 use ilon_robot::FileAccess;
@@ -10,11 +12,10 @@ use super::axis::Axis;
 use super::check;
 use super::evaluate::Robots;
 use super::file::{Find, Method, Minimise, ShareBound, StudyFile};
-use super::hash::Hash;
 use super::row::Task;
 use super::sample::{Sample, generator, unit};
 use crate::Error;
-use crate::scenario::{Expect, MAX_BYTES, Reference, Scenario, Setting};
+use crate::scenario::{MAX_BYTES, Scenario, Setting};
 
 /// The key of the noise's seed.
 pub(super) const SEED: &str = "sensors.seed";
@@ -131,7 +132,7 @@ impl Study {
         }
         let mut study = Self::of(text, path.to_owned(), file, bases, files.clone())?;
         check::keys(&study)?;
-        study.fingerprint = study.take_fingerprint()?;
+        study.fingerprint = fingerprint::of(&study)?;
         Ok(study)
     }
 
@@ -424,67 +425,6 @@ impl Study {
             names.extend(usual.iter().map(|name| (*name).to_owned()));
         }
         names
-    }
-
-    fn take_fingerprint(&self) -> Result<String, Error> {
-        let mut hash = Hash::new();
-        hash.feed(env!("CARGO_PKG_VERSION"));
-        for index in 0..self.bases.len() {
-            let mut scenario = self.scenario_with(index, &self.fixed)?;
-            scenario.expect = Expect::default();
-            hash.feed(&scenario.name);
-            hash.feed(&scenario.to_toml()?);
-            let mut read = vec![scenario.robot.file.clone()];
-            if let Some(Reference::Waypoints {
-                file: Some(file), ..
-            }) = &scenario.reference
-            {
-                read.push(file.clone());
-            }
-            read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
-            let varied = self.axes.iter().filter(|axis| axis.key.ends_with("file"));
-            for axis in varied {
-                let paths = (0..axis.count().unwrap_or_default()).map(|at| axis.nth(at));
-                read.extend(paths.filter_map(|path| path.as_str().map(PathBuf::from)));
-            }
-            for path in read {
-                self.feed(&mut hash, &scenario.resolve(&path));
-            }
-        }
-        let StudyFile {
-            method,
-            points,
-            repetitions,
-            seed,
-            find,
-            minimise,
-            ..
-        } = &self.file;
-        let asked =
-            serde_json::json!([self.axes, method, points, repetitions, seed, find, minimise]);
-        hash.feed(&asked.to_string());
-        Ok(hash.to_string())
-    }
-}
-
-/// The most files of a folder that count for a fingerprint: a bag has few.
-const MOST_FILES: usize = 10_000;
-
-impl Study {
-    /// Feeds a file, or the files of a folder such as a bag, to a hash. One that cannot be read makes a failed row, not the end of the
-    /// study.
-    fn feed(&self, hash: &mut Hash, path: &Path) {
-        let names = match self.files.is_folder(path) {
-            true => self.files.names_in(path, MOST_FILES),
-            false => Vec::new(),
-        };
-        let inside = names.iter().map(|name| path.join(name));
-        for file in std::iter::once(path.to_owned()).chain(inside) {
-            match self.files.open(&file) {
-                Ok(file) => hash.feed_reader(file),
-                Err(_) => hash.feed(""),
-            }
-        }
     }
 }
 

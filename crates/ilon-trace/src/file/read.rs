@@ -15,9 +15,10 @@ use super::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
 use crate::file::io_error;
+use crate::header::Header;
 use crate::record::MAX_TASKS;
 use crate::rows::{Projection, Rows};
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// A trace in its file: its rows are read as they are gone through, a group at a time, so that memory does not grow with
 /// the length of the run.

@@ -18,8 +18,9 @@ use super::atomic::{Unfinished, io_error};
 use super::checksum::{self, Summed};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
+use crate::header::Header;
 use crate::record::MAX_TASKS;
-use crate::trace::{Header, Trace};
+use crate::trace::Trace;
 
 /// Rows of the file that stand together: what is held of a long trace at a time when it is written or gone through.
 pub const ROWS_A_GROUP: usize = 8192;

@@ -1,6 +1,6 @@
 use super::*;
+use crate::header::WheelHeader;
 use crate::record::{Desired, TaskShare, WheelSample};
-use crate::trace::WheelHeader;
 use ilon_robot::Pose;
 
 const DT_S: f64 = 0.01;

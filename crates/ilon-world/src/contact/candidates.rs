@@ -8,8 +8,8 @@ use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surf
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
 use crate::engine::convert;
+use crate::robot::roller::RollerState;
 use crate::robot::state::State;
-use crate::robot::wheel::RollerState;
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///

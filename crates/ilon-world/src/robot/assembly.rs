@@ -6,8 +6,9 @@ use rapier3d::prelude::*;
 
 use crate::engine::shapes::shape_of;
 use crate::engine::{convert, groups};
+use crate::robot::roller::RollerState;
 use crate::robot::state::State;
-use crate::robot::wheel::{self, RollerState, WheelBody};
+use crate::robot::wheel::{self, WheelBody};
 use crate::{ContactSolver, MotorTorque};
 
 /// The robot's parts in rapier.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ilon_robot::Robot;
 
-use crate::robot::wheel::{FixedRoller, RollerState};
+use crate::robot::roller::{FixedRoller, RollerState};
 
 /// A robot made ready for worlds: all worlds that are built of one share what never changes in it, so that a thousand of them
 /// take the memory of their states.

@@ -1,26 +1,18 @@
 //! One wheel in the world: its hub as a body, and its rollers as flywheels on it.
 //!
-//! A roller is round, and its middle and axis are fixed to the hub. So its motion is the hub's but for one number: its rate
-//! about its own axis. Its mass and its inertia across the axis move with the hub and belong to the hub's body; what is left
-//! is a flywheel, whose axial momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a
-//! roller one number instead of a body, a joint and a row of the mass matrix.
+//! The mass of a roller and its inertia across its axis move with the hub and belong to the hub's body; what is left is a
+//! flywheel with a rate of its own (`roller`).
 
-use std::ops::Deref;
-use std::sync::Arc;
-
-use ilon_robot::{
-    Barrel, MassProperties as RobotMass, Roller, RollerForm, RollerSurface, Tread, Wheel,
-};
+use ilon_robot::{MassProperties as RobotMass, RollerForm, RollerSurface, Tread, Wheel};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
-use crate::contact::nearest::PlacedBarrel;
 use crate::contact::tread::{Spring, TreadLaw};
 use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
-use crate::robot::state::HubPose;
+use crate::robot::roller::RollerState;
 
 /// The hub of a wheel and its rollers.
 #[derive(Clone, Debug)]
@@ -81,15 +73,6 @@ impl Surface {
     }
 }
 
-/// What a bearing did in a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BearingStep {
-    /// Energy that the bearing took, in J.
-    pub lost_j: f64,
-    /// By how much its torque on the hub about the roller's axis was more than what was expected, in N m.
-    pub owed_n_m: f64,
-}
-
 /// The collider of a roller that has the shapes of its file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RollerCollider {
@@ -109,92 +92,6 @@ pub(crate) struct RollerBody {
     pub spin_before_rad_s: f64,
 }
 
-/// Inertia that a roller's joint gets where rapier solves the contacts, as a multiple of the roller's own about its axis: the
-/// least that keeps rollers which should stick below 1 mm/s at 1000 steps a second. Without any they slide at 10 mm/s.
-pub(crate) const ARMATURE: f64 = 3.0;
-
-/// The armature of a roller that has seized, in kg m^2: 0.1 N m, more than a contact puts on a roller, takes 1000 s to give it
-/// 0.1 rad/s.
-const SEIZED_KG_M2: f64 = 1e3;
-
-/// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
-/// it.
-#[derive(Debug)]
-pub(crate) struct FixedRoller {
-    /// Pose of the roller frame in the hub frame.
-    pub hub_from_roller: Isometry3<f64>,
-    /// The roller's axis in the hub frame.
-    pub axis_in_hub: Vector3<f64>,
-    /// The exact shape; `None` where the roller has the shapes of its file.
-    pub barrel: Option<Barrel>,
-    /// Radius of a ball around its middle that holds it whole, in metres.
-    pub bounding_radius_m: f64,
-    /// Inertia about its axis, in kg m^2.
-    axial_inertia_kg_m2: f64,
-    /// Bearing damping, in N m s/rad.
-    damping_n_m_s: f64,
-    /// Bearing dry friction, in N m.
-    pub friction_n_m: f64,
-}
-
-/// A roller and its motion about its axis.
-#[derive(Clone, Debug)]
-pub(crate) struct RollerState {
-    fixed: Arc<FixedRoller>,
-    /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
-    /// stays while nothing but its bearing touches it, however the hub turns.
-    pub axial_rate_rad_s: f64,
-    /// The mean of that rate over the last step, if the ground touched it, in rad/s.
-    pub mean_rate_rad_s: f64,
-    /// The hub's own rate about that axis when the step began, in rad/s.
-    hub_carries_rad_s: f64,
-    /// What its bearing was expected to put on the hub in the step, in N m.
-    expected_n_m: f64,
-    /// Whether the ground touched it in the last step.
-    pub touched: bool,
-    /// Whether the ground pressed on it in the last step.
-    pub pressed: bool,
-    /// What it still takes to bring it up to its spin since it came down, in J.
-    pub spin_up_left_j: f64,
-    /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
-    pub angle_rad: f64,
-    /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
-    damping_leaves: (f64, f64),
-    /// Whether the roller has seized on its axle.
-    pub seized: bool,
-}
-
-/// What stays as it is can be read of a roller as of itself.
-impl Deref for RollerState {
-    type Target = FixedRoller;
-
-    fn deref(&self) -> &FixedRoller {
-        &self.fixed
-    }
-}
-
-impl FixedRoller {
-    /// A roller of a wheel.
-    pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
-        };
-        Self {
-            hub_from_roller: roller.hub_from_roller(),
-            axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
-            barrel,
-            axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
-            damping_n_m_s: roller.joint.damping_n_m_s,
-            friction_n_m: roller.joint.friction_n_m,
-        }
-    }
-}
-
 /// Rapier joints turn about their frame's x axis, ours about z: the rotation that takes x to z.
 fn x_to_z() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -std::f64::consts::FRAC_PI_2)
@@ -209,153 +106,6 @@ pub(crate) fn joint_about_z(parent_from_child: &Isometry3<f64>) -> GenericJoint 
         .set_local_frame2(convert::pose(&child_from_joint))
         .set_contacts_enabled(false);
     joint
-}
-
-impl RollerState {
-    /// A roller at rest.
-    pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
-        Self {
-            fixed,
-            axial_rate_rad_s: 0.0,
-            mean_rate_rad_s: 0.0,
-            hub_carries_rad_s: 0.0,
-            expected_n_m: 0.0,
-            touched: false,
-            pressed: false,
-            spin_up_left_j: 0.0,
-            angle_rad: 0.0,
-            damping_leaves: (1.0, 0.0),
-            seized: false,
-        }
-    }
-
-    /// The roller's middle on a hub, in the floor's frame, in metres.
-    pub fn center_m(&self, hub: &HubPose) -> Vector3<f64> {
-        hub.place_m(&self.hub_from_roller.translation.vector)
-    }
-
-    /// Its barrel as it is placed by a hub, in the floor's frame; `None` where it has the shapes of its file.
-    pub fn placed_barrel(&self, hub: &HubPose) -> Option<PlacedBarrel<'_>> {
-        let barrel = self.barrel.as_ref()?;
-        Some(PlacedBarrel {
-            barrel,
-            center_m: self.center_m(hub),
-            axis: hub.rotation * self.axis_in_hub,
-        })
-    }
-
-    /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
-    pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
-        self.seized = seized;
-        self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
-    }
-
-    /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in rad/s.
-    fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
-        hub_rate_in_hub_rad_s.dot(&self.axis_in_hub)
-    }
-
-    /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
-    pub fn spin_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
-        if self.seized {
-            return 0.0;
-        }
-        self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
-    }
-
-    /// Takes over a spin against the hub, in rad/s.
-    pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
-        self.axial_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
-    }
-
-    /// The armature of the roller's joint where rapier solves the contacts, in kg m^2.
-    pub fn armature_kg_m2(&self) -> f64 {
-        if self.seized {
-            SEIZED_KG_M2
-        } else {
-            ARMATURE * self.axial_inertia_kg_m2
-        }
-    }
-
-    /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
-    /// missing.
-    pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
-        0.5 * self.axial_inertia_kg_m2 * missing_rad_s * missing_rad_s
-    }
-
-    /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s. That of a seized roller is its hub's.
-    pub fn momentum_in_hub(&self) -> Vector3<f64> {
-        if self.seized {
-            return Vector3::zeros();
-        }
-        self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub
-    }
-
-    /// Begins a step on a hub of this angular velocity in its own frame. Gives the torque that the bearing is about to put on
-    /// the hub about the roller's axis, in N m: what it does if the roller keeps its spin where the ground turns it, and
-    /// what slows it otherwise.
-    pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
-        self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
-        self.expected_n_m = if self.seized {
-            0.0
-        } else if self.touched {
-            self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s)
-        } else {
-            self.coasting_torque_n_m(dt_s)
-        };
-        self.expected_n_m
-    }
-
-    /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
-    /// [`RollerState::response`].
-    pub fn free_rate_rad_s(&self, dt_s: f64) -> f64 {
-        let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
-        (momentum + self.damping_n_m_s * dt_s * self.hub_carries_rad_s) * self.response(dt_s)
-    }
-
-    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's damping
-    /// acts with the rate after the step.
-    pub fn response(&self, dt_s: f64) -> f64 {
-        1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
-    }
-
-    /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
-    /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
-    /// reactions.
-    pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> BearingStep {
-        if self.seized {
-            return BearingStep::default();
-        }
-        let (torque_n_m, mean_rad_s) = if self.touched {
-            let torque_n_m = self.damping_n_m_s * (self.axial_rate_rad_s - self.hub_carries_rad_s);
-            (torque_n_m, self.mean_rate_rad_s)
-        } else {
-            let torque_n_m = self.coasting_torque_n_m(dt_s);
-            let before_rad_s = self.axial_rate_rad_s;
-            self.axial_rate_rad_s -= torque_n_m * dt_s / self.axial_inertia_kg_m2;
-            (torque_n_m, 0.5 * (before_rad_s + self.axial_rate_rad_s))
-        };
-        let spin_rad_s = mean_rad_s - self.carried_rad_s(hub_mean_in_hub_rad_s);
-        self.angle_rad += spin_rad_s * dt_s;
-        BearingStep {
-            lost_j: torque_n_m * spin_rad_s * dt_s,
-            owed_n_m: torque_n_m - self.expected_n_m,
-        }
-    }
-
-    /// The mean torque that slows a roller in the air over a step: I d(spin)/dt = -damping spin - friction sign(spin), solved
-    /// exactly for the damping; dry friction never reverses the spin.
-    fn coasting_torque_n_m(&mut self, dt_s: f64) -> f64 {
-        let inertia = self.axial_inertia_kg_m2;
-        let spin = self.axial_rate_rad_s - self.hub_carries_rad_s;
-        if self.damping_leaves.1 != dt_s {
-            self.damping_leaves = (libm::exp(-self.damping_n_m_s / inertia * dt_s), dt_s);
-        }
-        let damped = spin * self.damping_leaves.0;
-        let stopping = self.friction_n_m / inertia * dt_s;
-        let slowed = damped.signum() * (damped.abs() - stopping).max(0.0);
-        inertia * (spin - slowed) / dt_s
-    }
 }
 
 /// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it, its mass and its inertia

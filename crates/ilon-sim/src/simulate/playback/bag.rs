@@ -10,7 +10,8 @@ use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::{CdrError, Message};
 use ilon_robot::FileAccess;
 
-use super::{MOST_ROWS, Series, Wanted};
+use super::series::Series;
+use super::{MOST_ROWS, Wanted};
 use crate::Error;
 use crate::scenario::Drives;
 

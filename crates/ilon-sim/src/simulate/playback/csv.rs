@@ -2,7 +2,8 @@
 
 use ilon_robot::FileAccess;
 
-use super::{MAX_BYTES, MOST_ROWS, Series, Wanted};
+use super::series::Series;
+use super::{MAX_BYTES, MOST_ROWS, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, is_computable, nearest};
 use crate::simulate::quoted;

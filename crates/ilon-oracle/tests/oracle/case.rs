@@ -40,7 +40,7 @@ pub struct Case {
 /// A robot of the project's assets.
 pub fn robot(name: &str) -> Robot {
     let root = env!("CARGO_MANIFEST_DIR");
-    Robot::load(format!("{root}/assets/robots/{name}.urdf")).expect("a shipped robot")
+    Robot::load(format!("{root}/../../assets/robots/{name}.urdf")).expect("a shipped robot")
 }
 
 impl Case {

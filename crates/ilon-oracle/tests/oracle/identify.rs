@@ -31,7 +31,7 @@ const NOISE_RAD: f64 = 5e-4;
 const SPRINGS_N_M: f64 = 2e6;
 
 fn robot(file: &str, spec: &str) -> Robot {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/robots");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
     let mut options = LoadOptions::default();
     options.spec = toml::from_str(spec).expect("keys of a description");
     let loaded = Robot::load_with(root.join(file), &options);

@@ -1,0 +1,341 @@
+//! What a run was: everything a report needs beside the records.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::{CollisionShape, Looks, Pose, Robot, Wheel};
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// What a run was: everything a report needs beside the records.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// The scenario's name.
+    pub scenario_name: String,
+    /// The scenario with all its defaults written out, as TOML.
+    pub scenario_toml: String,
+    /// The robot's name.
+    pub robot_name: String,
+    /// The mass of the robot with its wheels and rollers, in kg; 0 where it is not known.
+    #[serde(default)]
+    pub mass_kg: f64,
+    /// The driven wheels, in the robot's order.
+    pub wheels: Vec<WheelHeader>,
+    /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
+    #[serde(default)]
+    pub chassis_outlines_m: Vec<Vec<[f64; 2]>>,
+    /// The point of the body frame that follows the reference, in metres.
+    #[serde(default)]
+    pub reference_point_m: [f64; 2],
+    /// Names of the guidance law's tasks, highest priority first; at most [`crate::MAX_TASKS`], empty where there is
+    /// no guidance.
+    #[serde(default)]
+    pub task_names: Vec<String>,
+    /// The physics step, in seconds.
+    pub physics_dt_s: f64,
+    /// The control period, in seconds.
+    pub control_dt_s: f64,
+    /// Control periods from one row to the next; 0, of a trace that does not say, counts as 1. The last control instant of the run is
+    /// a row, whatever this is.
+    #[serde(default)]
+    pub record_every: u32,
+    /// How many control periods the whole run has; 0 where that is not known.
+    #[serde(default)]
+    pub control_periods: u64,
+    /// Start of the window over which means are taken, in seconds: of an open-loop run it leaves rest and ramp out.
+    pub measure_from_s: f64,
+    /// End of that window, in seconds.
+    pub measure_to_s: f64,
+    /// The wheel rate that saturation holds the commands to, in rad/s: q'_max of Indiveri 2009, eq. (29).
+    pub wheel_rate_limit_rad_s: Option<f64>,
+    /// Whether the run is open loop: a commanded twist, no reference.
+    pub open_loop: bool,
+    /// Versions of what made the run, by name.
+    pub versions: BTreeMap<String, String>,
+    /// Whether the angles of the rollers are recorded, in columns such as `wheel0_roller3_angle_rad`.
+    #[serde(default)]
+    pub roller_angles: bool,
+    /// Whether the pose that a log gives of the real robot is recorded, in columns such as `measured_x_m`.
+    #[serde(default)]
+    pub measured: bool,
+    /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
+    /// wheels were given beside it stands in the scenario's `[robot]`.
+    #[serde(default)]
+    pub urdf: String,
+    /// The meshes by which the robot is seen, made small: what they show is no part of the run.
+    #[serde(default, skip_serializing_if = "Looks::is_empty")]
+    pub looks: Looks,
+    /// The ground that the robot drove on; `None` where it is not known.
+    #[serde(default)]
+    pub ground: Option<Ground>,
+}
+
+/// The ground of a run. All places count in the plane of the floor, which may slope.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ground {
+    /// Coulomb's coefficient of friction on all that is no patch.
+    pub friction: f64,
+    /// The angle by which the floor falls towards +x, in radians.
+    pub slope_rad: f64,
+    /// Rectangles with a friction of their own, later ones over earlier ones.
+    pub patches: Vec<GroundPatch>,
+    /// Boxes that stand on the floor.
+    pub boxes: Vec<GroundBox>,
+    /// A bumpy square around the origin, in place of the plane.
+    pub relief: Option<GroundRelief>,
+}
+
+/// A rectangle of floor, along the world's axes, with a friction of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundPatch {
+    /// Its middle, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// Its lengths along x and y, in metres.
+    pub sides_m: [f64; 2],
+    /// Coulomb's coefficient of friction there.
+    pub friction: f64,
+    /// When it appears, in seconds.
+    pub from_s: f64,
+    /// When it is gone, in seconds; `None` where it stays.
+    pub until_s: Option<f64>,
+}
+
+/// A box that stands on the floor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundBox {
+    /// The middle of its foot, x and y, in metres.
+    pub center_m: [f64; 2],
+    /// Its lengths along its own axes and its height, in metres.
+    pub sides_m: [f64; 3],
+    /// Its heading, in radians.
+    pub heading_rad: f64,
+}
+
+/// A square grid of heights around the origin.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroundRelief {
+    /// Distance between neighbouring points, in metres.
+    pub cell_m: f64,
+    /// How many points a side has.
+    pub points: usize,
+    /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
+    pub seed: u64,
+    /// The largest height, in metres.
+    pub height_m: f64,
+}
+
+/// A driven wheel, as far as records refer to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WheelHeader {
+    /// The name of the wheel's joint.
+    pub name: String,
+    /// The wheel's centre in the body frame, x and y: **b** of Indiveri 2009, in metres.
+    pub position_m: [f64; 2],
+    /// The wheel's radius rho, in metres.
+    pub radius_m: f64,
+    /// The angle gamma from the hub axis to the rolling direction of the lowest roller, in radians.
+    pub gamma_rad: f64,
+    /// The hub axis **n** in the body frame, x and y, of length 1.
+    pub axis: [f64; 2],
+    /// The wheel's extent along its axis, in metres.
+    pub width_m: f64,
+    /// How many rollers it carries.
+    pub roller_count: usize,
+    /// The wheel's own rate limit, in rad/s.
+    pub rate_limit_rad_s: Option<f64>,
+    /// The wheel's torque limit, in N m.
+    pub torque_limit_n_m: Option<f64>,
+}
+
+impl Header {
+    /// How many rollers have their angles recorded: those of all wheels, or none.
+    pub(crate) fn rollers_recorded(&self) -> usize {
+        let all = self.wheels.iter().map(|wheel| wheel.roller_count);
+        match self.roller_angles {
+            true => all.fold(0, usize::saturating_add),
+            false => 0,
+        }
+    }
+
+    /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
+    /// times that should lie on its edge.
+    pub fn is_measured(&self, t_s: f64) -> bool {
+        let slack_s = 0.5 * self.control_dt_s;
+        t_s > self.measure_from_s - slack_s && t_s < self.measure_to_s - slack_s
+    }
+
+    /// The time between rows, in seconds; the last row of a run may follow sooner.
+    pub fn row_dt_s(&self) -> f64 {
+        self.control_dt_s * self.periods_a_row()
+    }
+
+    /// How long the row of an instant stands, in seconds: until the next row, and the last row of a run for the control period that it
+    /// starts.
+    pub fn row_span_s(&self, t_s: f64) -> f64 {
+        self.control_dt_s * self.row_periods(t_s)
+    }
+
+    /// When the row of an instant ends, in seconds: that of the last row is how long the run was.
+    pub fn row_end_s(&self, t_s: f64) -> f64 {
+        if self.control_dt_s > 0.0 {
+            ((t_s / self.control_dt_s).round() + self.row_periods(t_s)) * self.control_dt_s
+        } else {
+            t_s
+        }
+    }
+
+    /// How many control periods the row of an instant stands.
+    pub(crate) fn row_periods(&self, t_s: f64) -> f64 {
+        let every = self.periods_a_row();
+        if self.control_periods == 0 {
+            return every;
+        }
+        let to_the_last = (self.control_periods - 1) as f64 - (t_s / self.control_dt_s).round();
+        every.min(to_the_last).max(1.0)
+    }
+
+    fn periods_a_row(&self) -> f64 {
+        f64::from(self.record_every.max(1))
+    }
+
+    /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
+    pub fn reference_point_at(&self, pose: Pose) -> Pose {
+        let [x_m, y_m] = self.reference_point_m;
+        let (sin, cos) = libm::sincos(pose.heading_rad);
+        Pose {
+            x_m: pose.x_m + cos * x_m - sin * y_m,
+            y_m: pose.y_m + sin * x_m + cos * y_m,
+            ..pose
+        }
+    }
+
+    /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.
+    pub fn of_robot(robot: &Robot) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        Self {
+            robot_name: robot.name.clone(),
+            mass_kg: robot.mass_kg(),
+            wheels: robot.wheels.iter().map(WheelHeader::of_wheel).collect(),
+            chassis_outlines_m: robot
+                .chassis
+                .collisions
+                .iter()
+                .map(|c| outline_from_above_m(&c.body_from_shape, &c.shape))
+                .filter(|polygon| polygon.len() >= 3)
+                .collect(),
+            wheel_rate_limit_rad_s: finite(robot.wheel_rate_limit_rad_s()),
+            ..Self::default()
+        }
+    }
+}
+
+impl WheelHeader {
+    /// What records need of a wheel.
+    pub fn of_wheel(wheel: &Wheel) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let b = wheel.position_m();
+        let n = wheel.axis();
+        // Each roller spans its own axis, seen along the hub axis, and its thickness at the ends is small against it.
+        let half_width_m = wheel
+            .rollers
+            .iter()
+            .map(|r| r.row_offset_m().abs() + 0.5 * r.length_m * r.axis_in_hub.z.abs())
+            .fold(0.0, f64::max);
+        let thickest_m = wheel.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+        Self {
+            name: wheel.name.clone(),
+            position_m: [b.x, b.y],
+            radius_m: wheel.radius_m,
+            gamma_rad: wheel.gamma_rad,
+            axis: [n.x, n.y],
+            width_m: 2.0 * half_width_m.max(thickest_m),
+            roller_count: wheel.rollers.len(),
+            rate_limit_rad_s: finite(wheel.motor.velocity_rad_s),
+            torque_limit_n_m: finite(wheel.motor.effort_n_m),
+        }
+    }
+
+    /// The row of M that belongs to this wheel, Indiveri 2009, eq. (8): -(n_gamma_x, n_gamma_y, **b** . **u**_gamma).
+    pub fn m_row(&self) -> [f64; 3] {
+        let (s, c) = libm::sincos(self.gamma_rad);
+        let [n_x, n_y] = self.axis;
+        let [b_x, b_y] = self.position_m;
+        // u_gamma is n turned by gamma, n_gamma = k x u_gamma.
+        let (u_x, u_y) = (c * n_x - s * n_y, s * n_x + c * n_y);
+        let (n_gamma_x, n_gamma_y) = (-u_y, u_x);
+        [-n_gamma_x, -n_gamma_y, -(b_x * u_x + b_y * u_y)]
+    }
+}
+
+/// The convex outline of a collision shape seen from above, in the body frame, in metres, counter-clockwise.
+fn outline_from_above_m(
+    body_from_shape: &nalgebra::Isometry3<f64>,
+    shape: &CollisionShape,
+) -> Vec<[f64; 2]> {
+    let points = silhouette_points_m(shape);
+    let seen = points
+        .iter()
+        .map(|p| (body_from_shape * nalgebra::Point3::from(*p)).xy().coords)
+        .collect();
+    convex_hull(seen).iter().map(|p| [p.x, p.y]).collect()
+}
+
+/// Points whose convex hull is the shape, or close to it: round shapes are sampled every 15 deg.
+fn silhouette_points_m(shape: &CollisionShape) -> Vec<Vector3<f64>> {
+    const SIDES: usize = 24;
+    let ring = |radius_m: f64, z_m: f64| {
+        (0..SIDES).map(move |k| {
+            let (s, c) = libm::sincos(std::f64::consts::TAU * k as f64 / SIDES as f64);
+            Vector3::new(radius_m * c, radius_m * s, z_m)
+        })
+    };
+    let ball = |radius_m: f64, z_m: f64| {
+        (-6..=6).flat_map(move |k| {
+            let (s, c) = libm::sincos(f64::from(k) * std::f64::consts::PI / 12.0);
+            ring(radius_m * c, z_m + radius_m * s)
+        })
+    };
+    match *shape {
+        CollisionShape::ConvexHull { ref points_m } => points_m.iter().map(|p| p.coords).collect(),
+        CollisionShape::Box { half_extents_m: h } => [-1.0, 1.0]
+            .iter()
+            .flat_map(|&x| [-1.0, 1.0].iter().map(move |&y| (x, y)))
+            .flat_map(|(x, y)| [-1.0, 1.0].map(|z| Vector3::new(x * h.x, y * h.y, z * h.z)))
+            .collect(),
+        CollisionShape::Cylinder { radius_m, length_m } => ring(radius_m, -0.5 * length_m)
+            .chain(ring(radius_m, 0.5 * length_m))
+            .collect(),
+        CollisionShape::Capsule { radius_m, length_m } => ball(radius_m, -0.5 * length_m)
+            .chain(ball(radius_m, 0.5 * length_m))
+            .collect(),
+        CollisionShape::Sphere { radius_m } => ball(radius_m, 0.0).collect(),
+    }
+}
+
+/// Andrew's monotone chain: the convex hull of points in the plane, counter-clockwise.
+fn convex_hull(mut points: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let half = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
+        let mut chain: Vec<Vector2<f64>> = Vec::new();
+        for &p in points {
+            while let [.., a, b] = chain[..] {
+                if (b - a).perp(&(p - b)) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut points.iter());
+    hull.extend(half(&mut points.iter().rev()));
+    hull
+}
+
+#[cfg(test)]
+mod tests;
