@@ -108,20 +108,6 @@ impl WheelGains {
             LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
         }
     }
-
-    /// The loop bandwidth that these gains give a wheel of this inertia, in rad/s: k_p / J. Less than what was asked
-    /// of [`Self::propose`] where the wheel in the air held it down: a shorter period then gives more.
-    pub fn bandwidth_rad_s(&self, inertia_kg_m2: f64) -> f64 {
-        self.proportional_n_m_s / inertia_kg_m2
-    }
-
-    /// Whether a wheel of this inertia under these gains (without derivative) and this period is stable: a > 0, b >= 0
-    /// and 2 a + b < 4 of the module's derivation.
-    pub fn is_stable(&self, inertia_kg_m2: f64, dt_s: f64) -> bool {
-        let a = self.proportional_n_m_s * dt_s / inertia_kg_m2;
-        let b = self.integral_n_m * dt_s * dt_s / inertia_kg_m2;
-        a > 0.0 && b >= 0.0 && 2.0 * a + b < 4.0
-    }
 }
 
 /// How a wheel loop's torque goes with the simulation's steps.
@@ -227,11 +213,6 @@ impl WheelLoop {
             torques_n_m: vec![0.0; wheel_count],
             droops_n_m_s: vec![0.0; wheel_count],
         })
-    }
-
-    /// The settings.
-    pub fn settings(&self) -> &WheelLoopSettings {
-        &self.settings
     }
 }
 
