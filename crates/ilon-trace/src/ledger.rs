@@ -151,7 +151,6 @@ impl Integral {
 mod tests {
     use super::*;
     use crate::header::Header;
-    use crate::record::TaskShare;
     use crate::sample::made_up_trace;
 
     #[test]

@@ -161,6 +161,12 @@ mod tests {
     use super::*;
     use crate::trace::Trace;
 
+    fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+        let mut mean = Mean::default();
+        values.for_each(|x| mean.add(x));
+        mean.get()
+    }
+
     /// What the contacts of each wheel did over the run.
     fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
         let mut wheels = WheelAccumulator::of_each(&trace.header);

@@ -22,6 +22,8 @@
 //! plant that solves its step with that mean is stable for any gains and any dt (theta is at least one half), exact for one
 //! pole, and of second order in dt.
 
+use ilon_robot::mean_of_gain;
+
 use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
@@ -309,20 +311,6 @@ impl WheelState {
             _ => 0.0,
         };
         (given, droop * share.clamp(0.0, 1.0))
-    }
-}
-
-/// theta: the mean over a step of what a wheel gains in it, as a part of the whole, where it nears its target as
-/// exp(-z t / dt). 1 for a step that is endless.
-fn mean_of_gain(z: f64) -> f64 {
-    // Below, the difference of two large numbers would lose what the series has: 1/2 + z/12 - z^3/720.
-    const SMALL: f64 = 0.05;
-    if !z.is_finite() {
-        1.0
-    } else if z < SMALL {
-        0.5 + z / 12.0
-    } else {
-        1.0 / (1.0 - libm::exp(-z)) - 1.0 / z
     }
 }
 
