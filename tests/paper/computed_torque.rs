@@ -1,7 +1,9 @@
 //! What computed torque (12) is worth against one PID a wheel, in the simulated world, and where it is worth nothing.
 
 use ilon::Scenario;
-use ilon_trace::{Trace, metrics};
+use ilon_trace::Trace;
+
+use crate::position_errors_m;
 
 /// The shipped scenario `mecanum4_fast_{what}_{law}`.
 fn scenario(what: &str, law: &str) -> Scenario {
@@ -23,7 +25,7 @@ fn errors(trace: &Trace) -> Errors {
     let settled = |k: &usize| trace.records()[*k].t_s >= 3.0;
     let rms = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     let steps = || (0..trace.records().len()).filter(settled);
-    let (path_m, _) = metrics::errors(trace);
+    let path_m = position_errors_m(trace);
     let rates = steps().flat_map(|k| trace.wheels_at(k));
     Errors {
         path_m: rms(steps().map(|k| path_m[k].powi(2)).collect()),

@@ -7,3 +7,14 @@ mod low_level;
 mod reference_point;
 mod robots;
 mod section_iv;
+
+/// Distances of the reference point from the desired position, in metres, Indiveri 2009, eq. (16), row by row.
+fn position_errors_m(trace: &ilon_trace::Trace) -> Vec<f64> {
+    let error = |record| ilon_trace::metrics::error(&trace.header, record);
+    trace
+        .records()
+        .iter()
+        .filter_map(error)
+        .map(|(position_m, _)| position_m)
+        .collect()
+}

@@ -4,8 +4,8 @@ use ilon::Scenario;
 use ilon::scenario::ReferencePoint;
 use ilon::simulate::Simulation;
 use ilon_control::Kinematics;
-use ilon_trace::metrics;
 
+use crate::position_errors_m;
 use crate::robots::shipped;
 
 #[test]
@@ -34,7 +34,7 @@ fn section_3_the_decoupling_point_follows_the_reference_of_an_asymmetric_robot()
     assert_eq!(run.trace.header.reference_point_m, <[f64; 2]>::from(d));
     let last = run.trace.records().last().unwrap();
     let desired = last.desired.unwrap().pose.position_m();
-    let (errors_m, _) = metrics::errors(&run.trace);
+    let errors_m = position_errors_m(&run.trace);
     let off_m = errors_m.last().unwrap();
     // The point is where it should be; the origin is not, by the arm between them.
     println!("reference point off by {:.2} mm", 1e3 * off_m);

@@ -7,9 +7,9 @@ use ilon_control::{
     Gain, Guidance, GuidanceSettings, Heading, Kinematics, Priority, Reference, Saturation,
 };
 use ilon_robot::Pose;
-use ilon_trace::metrics;
 use nalgebra::Vector2;
 
+use crate::position_errors_m;
 use crate::robots::shipped;
 
 fn scenario(name: &str, duration_s: f64) -> Scenario {
@@ -25,7 +25,7 @@ fn run(scenario: &Scenario) -> Run {
 
 /// The largest position error and when it was, in metres beyond the first one and in seconds.
 fn growth(run: &Run) -> (f64, f64) {
-    let (errors_m, _) = metrics::errors(&run.trace);
+    let errors_m = position_errors_m(&run.trace);
     let rows = run.trace.records().iter().zip(&errors_m);
     let (t_s, largest_m) = rows.fold((0.0, 0.0), |(t_s, largest_m), (record, error_m)| {
         if *error_m > largest_m {

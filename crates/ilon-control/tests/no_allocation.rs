@@ -102,7 +102,7 @@ fn a_control_step_allocates_nothing() {
                 let _ = computed.update(targets, &rates, &ranges, 1e-3);
                 let torques = prioritised.update(targets, &rates, &ranges, 1e-3);
                 for h in 0..4 {
-                    rates[h] += 0.1 * motor.limit(torques[h], rates[h]);
+                    rates[h] += 0.1 * motor.range(rates[h]).clamp(torques[h]);
                     angles[h] += 0.03 * rates[h];
                 }
             }

@@ -30,6 +30,17 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// The stretches of runs of one series, none of which is kept back.
+    pub fn of(runs: impl IntoIterator<Item = Vec<Window>>) -> Self {
+        let mut evidence = Self::default();
+        for windows in runs {
+            evidence.windows.extend(windows);
+            evidence.series.push(String::new());
+            evidence.held_out.push(false);
+        }
+        evidence
+    }
+
     /// The names of the series of some stretches, each once.
     pub fn series_of(&self, windows: &[&Window]) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();

@@ -44,13 +44,6 @@ pub struct Found {
     pub evaluations: u32,
 }
 
-impl Found {
-    /// Half the sum of squares.
-    pub fn cost(&self) -> f64 {
-        0.5 * self.residuals.norm_squared()
-    }
-}
-
 /// Finds values with the least sum of squared residuals. `residuals` gives `None` where there are none, which is worse than any.
 ///
 /// # Errors

@@ -156,11 +156,7 @@ fn information(
     ways: &[Way],
 ) -> Result<DMatrix<f64>, Error> {
     let log = drive(kinematics, ways);
-    let evidence = Evidence {
-        windows: windows(&log, 0, 1.0),
-        series: vec![String::new()],
-        held_out: vec![false],
-    };
+    let evidence = Evidence::of([windows(&log, 0, 1.0)]);
     let all: Vec<&Window> = evidence.windows.iter().collect();
     let nominal = model.nominal();
     let mut columns = Vec::new();

@@ -14,14 +14,8 @@ fn fitted(
     logs: &[ilon_identify::Log],
     seed: u32,
 ) -> Fitted {
-    let mut evidence = Evidence {
-        windows: Vec::new(),
-        series: vec![String::new(); logs.len()],
-        held_out: vec![false; logs.len()],
-    };
-    for (run, log) in logs.iter().enumerate() {
-        evidence.windows.extend(windows(log, run, 1.0));
-    }
+    let runs = logs.iter().enumerate();
+    let mut evidence = Evidence::of(runs.map(|(run, log)| windows(log, run, 1.0)));
     let (noise, _) = take_noise(&mut evidence);
     let free: Vec<String> = free.iter().map(|name| (*name).to_owned()).collect();
     let tracker = ["x_m", "y_m", "heading_deg"].map(str::to_owned);

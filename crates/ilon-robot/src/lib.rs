@@ -75,7 +75,7 @@ pub use load::{Diagnosis, Loaded};
 pub use model::{
     Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
     MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, RollerSurface,
-    StandingPose, Tread, Twist, Wheel, wrap_angle,
+    StandingPose, Tread, Twist, Wheel, mean_of_gain, wrap_angle,
 };
 pub use model::{barrel, profile, tread};
 pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};

@@ -1,7 +1,7 @@
 //! Meshes that a robot's file shows: where they are drawn, in which size and colour, and which are not.
 
 use ilon_robot::{LoadOptions, Robot};
-use ilon_scene::description::{Form, Shape};
+use ilon_scene::description::{Form, Shape, WheelShape};
 use ilon_scene::{Description, RobotShape};
 
 /// A tetrahedron whose vertices lie so far from the origin along the axes.
@@ -63,30 +63,18 @@ fn a_mesh_of_a_hub_is_drawn_and_one_of_a_whole_wheel_is_not() {
     let mesh = "<mesh filename=\"part.obj\"/></geometry><material name=\"hub\">";
     // The wheel's radius is 50 mm.
     let inside = drawn(&tetrahedron(0.03), (HUB, mesh));
+    let only_form = |wheel: &WheelShape| match &wheel.hub[..] {
+        [Shape { form, .. }] => *form,
+        several => panic!("{several:?}"),
+    };
     for wheel in &inside.wheels {
-        assert!(
-            matches!(
-                wheel.hub[..],
-                [Shape {
-                    form: Form::Mesh(_),
-                    ..
-                }]
-            ),
-            "{:?}",
-            wheel.hub
-        );
+        assert!(matches!(only_form(wheel), Form::Mesh(_)), "{:?}", wheel.hub);
     }
     assert_eq!(inside.meshes.len(), 1, "all hubs share it");
     let whole = drawn(&tetrahedron(0.05), (HUB, mesh));
     for wheel in &whole.wheels {
         assert!(
-            matches!(
-                wheel.hub[..],
-                [Shape {
-                    form: Form::Cylinder(_),
-                    ..
-                }]
-            ),
+            matches!(only_form(wheel), Form::Cylinder(_)),
             "{:?}",
             wheel.hub
         );

@@ -69,14 +69,6 @@ impl Terms {
     }
 }
 
-/// What task `task` of a record lost to saturation: the part of its twist, in the body frame, that its weight took.
-/// Summed over the tasks this is the guidance term wherever saturation works by weights, Indiveri 2009, eq. (33).
-pub fn taken_by_saturation(record: &Record, task: usize) -> Twist {
-    record.tasks.get(task).map_or_else(Twist::default, |share| {
-        share.asked_twist_in_body.scaled(1.0 - share.weight)
-    })
-}
-
 /// One term of the ledger over the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Integral {
@@ -159,7 +151,6 @@ impl Integral {
 mod tests {
     use super::*;
     use crate::header::Header;
-    use crate::record::TaskShare;
     use crate::sample::made_up_trace;
 
     #[test]
@@ -223,17 +214,5 @@ mod tests {
             assert!(near(got.heading_rad, -want));
             assert!(near(got.path_m, want) && near(got.turned_rad, want));
         }
-    }
-
-    #[test]
-    fn a_task_at_half_weight_gives_way_by_half_of_what_it_asks() {
-        let mut record = Record::default();
-        record.tasks[1] = TaskShare {
-            weight: 0.5,
-            asked_twist_in_body: Twist::new(0.2, 0.0, 3.0),
-            ..TaskShare::default()
-        };
-        assert_eq!(taken_by_saturation(&record, 1), Twist::new(0.1, 0.0, 1.5));
-        assert_eq!(taken_by_saturation(&record, 9), Twist::default());
     }
 }

@@ -192,15 +192,6 @@ impl Summary {
 }
 
 /// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
-/// Indiveri 2009, eqs. (16)-(17), at every step that has a reference.
-pub fn errors(trace: &Trace) -> (Vec<f64>, Vec<f64>) {
-    let records = trace.records().iter();
-    records
-        .filter_map(|record| error(&trace.header, record))
-        .unzip()
-}
-
-/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
 /// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
 pub fn error(header: &Header, record: &Record) -> Option<(f64, f64)> {
     let desired = record.desired?.pose;

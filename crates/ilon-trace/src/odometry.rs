@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::fold::Largest;
 use crate::record::Record;
-use crate::trace::Trace;
 
 /// Below this way, in metres, a drift per metre says nothing.
 const SHORTEST_WAY_M: f64 = 0.01;
@@ -40,18 +39,6 @@ pub struct OdometryDrift {
     pub ideal: Drift,
     /// The drift of dead reckoning by the contact kinematics.
     pub contact: Drift,
-}
-
-impl OdometryDrift {
-    /// The drifts of a run.
-    pub fn of(trace: &Trace) -> Self {
-        let mut accumulator = Accumulator::default();
-        trace
-            .records()
-            .iter()
-            .for_each(|record| accumulator.add(record));
-        accumulator.finish()
-    }
 }
 
 /// What was travelled and reckoned so far.
@@ -118,6 +105,14 @@ fn away_m(record: &Record, reckoned: Pose) -> f64 {
 mod tests {
     use super::*;
     use crate::header::Header;
+    use crate::trace::Trace;
+
+    fn drift_of(trace: &Trace) -> OdometryDrift {
+        let mut accumulator = Accumulator::default();
+        let records = trace.records().iter();
+        records.for_each(|record| accumulator.add(record));
+        accumulator.finish()
+    }
 
     fn moved(poses: &[(Pose, Pose)]) -> Trace {
         let mut trace = Trace::with_capacity(Header::default(), poses.len());
@@ -148,7 +143,7 @@ mod tests {
             (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),
             (pose(5.0, 0.0, -2.5), pose(5.0, 0.02, -2.4)),
         ]);
-        let drifts = OdometryDrift::of(&trace);
+        let drifts = drift_of(&trace);
         let drift = drifts.ideal;
         let turned = std::f64::consts::TAU - 6.1 + 0.5;
         assert!((drifts.turned_rad - turned).abs() < 1e-14);
@@ -163,11 +158,11 @@ mod tests {
     #[test]
     fn a_robot_that_stands_has_no_drift_per_metre() {
         let trace = moved(&[(Pose::default(), Pose::default()); 3]);
-        let drift = OdometryDrift::of(&trace).ideal;
+        let drift = drift_of(&trace).ideal;
         assert_eq!(
             (drift.final_m, drift.m_per_m, drift.rad_per_turn),
             (Some(0.0), None, None)
         );
-        assert_eq!(OdometryDrift::of(&moved(&[])), OdometryDrift::default());
+        assert_eq!(drift_of(&moved(&[])), OdometryDrift::default());
     }
 }

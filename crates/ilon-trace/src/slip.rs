@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use crate::fold::{Extent, Largest, Mean, Rms};
 use crate::header::{Header, WheelHeader};
 use crate::record::{Record, WheelSample};
-use crate::trace::Trace;
 
 /// What the contacts of one wheel did over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,32 +52,11 @@ pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_r
     rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
 }
 
-/// What the contacts of each wheel did over the run.
-pub fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
-    let mut wheels = WheelAccumulator::of_each(&trace.header);
-    for (record, samples) in trace.steps() {
-        for (wheel, sample) in wheels.iter_mut().zip(samples) {
-            wheel.add(&trace.header, record, sample);
-        }
-    }
-    let slips = trace.header.wheels.iter().zip(wheels);
-    slips
-        .map(|(wheel, accumulator)| accumulator.finish(wheel))
-        .collect()
-}
-
 /// Root mean square; `None` of nothing.
 pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut rms = Rms::default();
     values.for_each(|x| rms.add(x));
     rms.get()
-}
-
-/// Mean; `None` of nothing.
-pub fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut mean = Mean::default();
-    values.for_each(|x| mean.add(x));
-    mean.get()
 }
 
 /// Largest minus smallest; `None` of nothing.
@@ -181,6 +159,27 @@ impl WheelAccumulator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::Trace;
+
+    fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+        let mut mean = Mean::default();
+        values.for_each(|x| mean.add(x));
+        mean.get()
+    }
+
+    /// What the contacts of each wheel did over the run.
+    fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
+        let mut wheels = WheelAccumulator::of_each(&trace.header);
+        for (record, samples) in trace.steps() {
+            for (wheel, sample) in wheels.iter_mut().zip(samples) {
+                wheel.add(&trace.header, record, sample);
+            }
+        }
+        let slips = trace.header.wheels.iter().zip(wheels);
+        slips
+            .map(|(wheel, accumulator)| accumulator.finish(wheel))
+            .collect()
+    }
 
     fn one_wheel(samples: &[WheelSample]) -> Trace {
         let header = Header {

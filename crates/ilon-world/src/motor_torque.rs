@@ -1,5 +1,7 @@
 //! What a motor puts on its wheel during a step.
 
+use ilon_robot::mean_of_gain;
+
 /// The torque of a motor on its wheel during a step; the chassis takes the opposite.
 ///
 /// It falls as the wheel gains rate, and does not drive the wheel beyond a limit. Both are solved within the step: the first
@@ -67,17 +69,6 @@ impl MotorTorque {
             droop_n_m_s: mean_of_gain(self.droop_n_m_s * time_s / inertia_kg_m2) * self.droop_n_m_s,
             ..*self
         }
-    }
-}
-
-/// theta: the mean over a time of what a wheel gains in it, as a part of the whole, where it nears its rate as exp(-z).
-fn mean_of_gain(z: f64) -> f64 {
-    // Below, the difference of two large numbers would lose what the series has: 1/2 + z/12 - z^3/720.
-    const SMALL: f64 = 0.05;
-    if z < SMALL {
-        0.5 + z / 12.0
-    } else {
-        1.0 / (1.0 - libm::exp(-z)) - 1.0 / z
     }
 }
 

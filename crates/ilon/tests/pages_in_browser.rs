@@ -173,16 +173,17 @@ fn the_report_of_a_run() {
     assert_good(&folder.path("a/report.html"), 4, true);
 }
 
+/// A figure of eight on the floor of its file, and on one that is slippery.
+fn ran_with_and_without_ice(folder: &Folder, floor: &str, ice: &str) {
+    let slippery = ["--set", "world.floor.friction=0.05"];
+    ran(folder, "mecanum4_figure_eight", floor, &[]);
+    ran(folder, "mecanum4_figure_eight", ice, &slippery);
+}
+
 #[test]
 fn a_comparison() {
     let folder = Folder::new();
-    ran(&folder, "mecanum4_figure_eight", "a", &[]);
-    ran(
-        &folder,
-        "mecanum4_figure_eight",
-        "b",
-        &["--set", "world.floor.friction=0.05"],
-    );
+    ran_with_and_without_ice(&folder, "a", "b");
     support::ended_with(
         0,
         &folder.ilon(&["compare", "a", "b", "--out", "compare.html"]),
@@ -193,13 +194,7 @@ fn a_comparison() {
 #[test]
 fn a_run_against_its_baseline() {
     let folder = Folder::new();
-    ran(&folder, "mecanum4_figure_eight", "baseline", &[]);
-    ran(
-        &folder,
-        "mecanum4_figure_eight",
-        "run",
-        &["--set", "world.floor.friction=0.05"],
-    );
+    ran_with_and_without_ice(&folder, "baseline", "run");
     let read = |name: &str| ilon_trace::Trace::read_parquet(&folder.path(name)).expect("a trace");
     let (run, baseline) = (read("run/trace.parquet"), read("baseline/trace.parquet"));
     let Ok(found) = ilon_trace::differences(&run, &baseline, &Default::default());

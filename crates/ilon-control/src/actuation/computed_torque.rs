@@ -79,16 +79,6 @@ impl ComputedTorque {
         })
     }
 
-    /// The bandwidth that it runs at, in rad/s: what was asked for, or less where wheels in the air hold it down.
-    pub fn bandwidth_rad_s(&self) -> f64 {
-        self.k_p
-    }
-
-    /// The model that it computes by.
-    pub fn model(&self) -> &DynamicModel {
-        &self.model
-    }
-
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let (k_p, k_i) = (self.k_p, 0.25 * self.k_p * self.k_p);
         let weight = weight(self.target_filter_s, dt_s);
@@ -222,7 +212,7 @@ mod tests {
         let robot = six_wheels();
         let (bandwidth, dt_s) = (20.0, 1e-5);
         let mut law = law(&robot, bandwidth, dt_s);
-        let model = law.model().clone();
+        let model = law.model.clone();
         let (mut targets, mut rates) = ([0.0; 6], [0.0; 6]);
         model
             .kinematics()
@@ -248,8 +238,8 @@ mod tests {
         let robot = mecanum4();
         let dt_s = 1.0 / 240.0;
         let mut law = law(&robot, 1000.0, dt_s);
-        let j_air = law.model().air_inertia_kg_m2();
-        assert!(law.bandwidth_rad_s() < 1000.0);
+        let j_air = law.model.air_inertia_kg_m2();
+        assert!(law.k_p < 1000.0);
         let mut rates = [0.0; 4];
         let open = [TorqueRange::UNLIMITED; 4];
         for _ in 0..5000 {

@@ -187,15 +187,6 @@ impl Motor {
             }
         }
     }
-
-    /// What the motor gives of a torque asked for in N m at a wheel rate in rad/s. A torque that is not a number
-    /// gives none.
-    pub fn limit(&self, torque_n_m: f64, rate_rad_s: f64) -> f64 {
-        if torque_n_m.is_nan() {
-            return 0.0;
-        }
-        self.range(rate_rad_s).clamp(torque_n_m)
-    }
 }
 
 /// A share of a limit; a share of nothing is nothing, also of a limit that is infinite.
@@ -215,6 +206,11 @@ mod tests {
         Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap()
     }
 
+    /// What a motor gives of a torque in N m at a wheel rate in rad/s.
+    fn given(motor: &Motor, torque_n_m: f64, rate_rad_s: f64) -> f64 {
+        motor.range(rate_rad_s).clamp(torque_n_m)
+    }
+
     #[test]
     fn what_is_no_torque_does_not_become_the_largest() {
         let range = TorqueRange {
@@ -228,19 +224,19 @@ mod tests {
     #[test]
     fn driving_follows_the_lower_of_effort_and_dc_line() {
         // The line crosses the effort limit where 4 (1 - w/20) = 3, at 5 rad/s.
-        assert_eq!(dc().limit(9.0, 0.0), 3.0);
-        assert_eq!(dc().limit(9.0, 4.0), 3.0);
-        assert!((dc().limit(9.0, 10.0) - 2.0).abs() < 1e-15);
-        assert!((dc().limit(-9.0, -10.0) + 2.0).abs() < 1e-15);
+        assert_eq!(given(&dc(), 9.0, 0.0), 3.0);
+        assert_eq!(given(&dc(), 9.0, 4.0), 3.0);
+        assert!((given(&dc(), 9.0, 10.0) - 2.0).abs() < 1e-15);
+        assert!((given(&dc(), -9.0, -10.0) + 2.0).abs() < 1e-15);
     }
 
     #[test]
     fn nothing_drives_at_or_beyond_the_velocity_limit_but_braking_stays() {
         for rate_rad_s in [18.0, 25.0] {
-            assert_eq!(dc().limit(1.0, rate_rad_s), 0.0);
-            assert_eq!(dc().limit(-9.0, rate_rad_s), -3.0);
-            assert_eq!(dc().limit(-1.0, -rate_rad_s), 0.0);
-            assert_eq!(dc().limit(9.0, -rate_rad_s), 3.0);
+            assert_eq!(given(&dc(), 1.0, rate_rad_s), 0.0);
+            assert_eq!(given(&dc(), -9.0, rate_rad_s), -3.0);
+            assert_eq!(given(&dc(), -1.0, -rate_rad_s), 0.0);
+            assert_eq!(given(&dc(), 9.0, -rate_rad_s), 3.0);
         }
     }
 
@@ -251,8 +247,8 @@ mod tests {
             velocity_rad_s: f64::INFINITY,
         };
         let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
-        assert_eq!(motor.limit(-9.0, 15.0), -4.0);
-        assert_eq!(motor.limit(9.0, -30.0), 4.0);
+        assert_eq!(given(&motor, -9.0, 15.0), -4.0);
+        assert_eq!(given(&motor, 9.0, -30.0), 4.0);
     }
 
     #[test]
@@ -270,7 +266,7 @@ mod tests {
     fn what_drives_along_the_dc_line_falls_with_it_and_ends_at_the_no_load_rate() {
         // The line of 4 N m and 20 rad/s falls by 0.2 N m per rad/s; below 5 rad/s the effort limit of 3 N m is what bounds.
         let droop = |rate_rad_s: f64| {
-            let given_n_m = dc().limit(9.0, rate_rad_s);
+            let given_n_m = given(&dc(), 9.0, rate_rad_s);
             dc().droop_on(given_n_m, rate_rad_s, 1.0)
         };
         assert_eq!([0.0, 4.0, 10.0, 17.0].map(droop), [0.0, 0.0, 0.2, 0.2]);
@@ -303,8 +299,8 @@ mod tests {
     #[test]
     fn a_motor_without_limits_gives_what_is_asked() {
         let motor = Motor::new(&MotorLimits::default(), MotorCurve::Flat).unwrap();
-        assert_eq!(motor.limit(1e9, 1e9), 1e9);
-        assert_eq!(motor.limit(f64::NAN, 0.0), 0.0);
+        assert_eq!(given(&motor, 1e9, 1e9), 1e9);
+        assert_eq!(given(&motor, f64::NAN, 0.0), 0.0);
     }
 
     #[test]

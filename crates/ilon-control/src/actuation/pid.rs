@@ -22,6 +22,8 @@
 //! plant that solves its step with that mean is stable for any gains and any dt (theta is at least one half), exact for one
 //! pole, and of second order in dt.
 
+use ilon_robot::mean_of_gain;
+
 use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
@@ -107,20 +109,6 @@ impl WheelGains {
             }
             LoopTiming::Continuous => Self::propose_continuous(j_ground, bandwidth_rad_s),
         }
-    }
-
-    /// The loop bandwidth that these gains give a wheel of this inertia, in rad/s: k_p / J. Less than what was asked
-    /// of [`Self::propose`] where the wheel in the air held it down: a shorter period then gives more.
-    pub fn bandwidth_rad_s(&self, inertia_kg_m2: f64) -> f64 {
-        self.proportional_n_m_s / inertia_kg_m2
-    }
-
-    /// Whether a wheel of this inertia under these gains (without derivative) and this period is stable: a > 0, b >= 0
-    /// and 2 a + b < 4 of the module's derivation.
-    pub fn is_stable(&self, inertia_kg_m2: f64, dt_s: f64) -> bool {
-        let a = self.proportional_n_m_s * dt_s / inertia_kg_m2;
-        let b = self.integral_n_m * dt_s * dt_s / inertia_kg_m2;
-        a > 0.0 && b >= 0.0 && 2.0 * a + b < 4.0
     }
 }
 
@@ -228,11 +216,6 @@ impl WheelLoop {
             droops_n_m_s: vec![0.0; wheel_count],
         })
     }
-
-    /// The settings.
-    pub fn settings(&self) -> &WheelLoopSettings {
-        &self.settings
-    }
 }
 
 impl TorqueLaw for WheelLoop {
@@ -328,20 +311,6 @@ impl WheelState {
             _ => 0.0,
         };
         (given, droop * share.clamp(0.0, 1.0))
-    }
-}
-
-/// theta: the mean over a step of what a wheel gains in it, as a part of the whole, where it nears its target as
-/// exp(-z t / dt). 1 for a step that is endless.
-fn mean_of_gain(z: f64) -> f64 {
-    // Below, the difference of two large numbers would lose what the series has: 1/2 + z/12 - z^3/720.
-    const SMALL: f64 = 0.05;
-    if !z.is_finite() {
-        1.0
-    } else if z < SMALL {
-        0.5 + z / 12.0
-    } else {
-        1.0 / (1.0 - libm::exp(-z)) - 1.0 / z
     }
 }
 

@@ -150,16 +150,6 @@ impl PrioritisedTorque {
         })
     }
 
-    /// The model that it computes by.
-    pub fn model(&self) -> &DynamicModel {
-        &self.model
-    }
-
-    /// The bandwidth that it runs at, in rad/s.
-    pub fn bandwidth_rad_s(&self) -> f64 {
-        self.k_p
-    }
-
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
         let nu = self.model.kinematics().twist(rates);

@@ -142,15 +142,8 @@ fn logged(course: &Log, rng: &mut ChaCha8Rng) -> Log {
 }
 
 fn evidence(logs: &[Log]) -> Evidence {
-    let mut evidence = Evidence {
-        windows: Vec::new(),
-        series: vec![String::new(); logs.len()],
-        held_out: vec![false; logs.len()],
-    };
-    for (run, log) in logs.iter().enumerate() {
-        evidence.windows.extend(windows(log, run, 1.0));
-    }
-    evidence
+    let runs = logs.iter().enumerate();
+    Evidence::of(runs.map(|(run, log)| windows(log, run, 1.0)))
 }
 
 fn fitted(known: &Robot, free: &[&str], evidence: &Evidence, noise: Noise, seed: u32) -> Fitted {

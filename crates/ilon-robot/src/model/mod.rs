@@ -2,6 +2,7 @@
 
 pub mod barrel;
 mod collision;
+mod droop;
 mod joint;
 pub(crate) mod mass;
 mod planar;
@@ -15,6 +16,7 @@ mod wheel;
 
 pub use barrel::Barrel;
 pub use collision::{Collision, CollisionShape};
+pub use droop::mean_of_gain;
 pub use joint::{DriveTrain, Joint, MotorLimits};
 pub use mass::MassProperties;
 pub use planar::{Pose, Twist, wrap_angle};

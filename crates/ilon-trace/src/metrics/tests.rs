@@ -83,7 +83,10 @@ fn the_error_has_converged_from_the_last_time_on_that_it_enters_its_threshold() 
     assert!((s.position_error_rms_m.unwrap() - rms).abs() < 1e-12);
 
     let trace = run(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
-    let (errors_m, errors_rad) = errors(&trace);
+    let records = trace.records().iter();
+    let (errors_m, errors_rad): (Vec<f64>, Vec<f64>) = records
+        .filter_map(|record| error(&trace.header, record))
+        .unzip();
     assert_eq!((errors_m.len(), errors_rad.len()), (1000, 1000));
     assert_eq!(errors_m.last().copied(), s.position_error_final_m);
     assert_eq!(errors_rad.last().copied(), s.heading_error_final_rad);

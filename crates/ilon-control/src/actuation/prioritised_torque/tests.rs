@@ -63,7 +63,7 @@ fn with_torque_and_grip_to_spare_it_gives_the_acceleration_asked_for() {
     for robot in robots() {
         let n = robot.wheels.len();
         let mut law = law(&robot, Priority::Position, 0.8);
-        let k = law.bandwidth_rad_s();
+        let k = law.k_p;
         let target = Twist::new(0.23, -0.08, 0.55);
         let got = acceleration(
             &robot,
@@ -183,7 +183,7 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
     for robot in robots() {
         let n = robot.wheels.len();
         let mut law = law(&robot, Priority::Position, 0.1);
-        let model = law.model().clone();
+        let model = law.model.clone();
         let (mut rates, mut targets) = (vec![0.0; n], vec![0.0; n]);
         model.kinematics().wheel_rates(NOW, &mut rates);
         model
@@ -204,7 +204,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
     let mut robot = mecanum4();
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let mut law = law(&robot, Priority::Position, 0.3);
-    let model = law.model().clone();
+    let model = law.model.clone();
     let mut targets = [0.0; 4];
     model
         .kinematics()
@@ -240,7 +240,7 @@ fn a_wheel_in_the_air_does_not_run_away() {
     // Every wheel by itself, as if the robot hung in the air: rates stay near their targets.
     let robot = mecanum4();
     let mut law = law(&robot, Priority::Position, 0.5);
-    let j = law.model().wheel_inertias_kg_m2().to_vec();
+    let j = law.model.wheel_inertias_kg_m2().to_vec();
     let mut rates = [0.0; 4];
     let targets = [5.0, -3.0, 2.0, 4.0];
     for _ in 0..20_000 {
