@@ -96,7 +96,7 @@ impl Reactions {
         let open_m_s =
             |contact: &PotentialContact| contact.free.x + contact.gap_before_m.max(0.0) / dt_s;
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
-        for (place, contact) in nearby.iter().zip(&mut potential) {
+        for (place, contact) in nearby.iter().zip(&potential) {
             let scene = &scenes.of(place.a.body);
             let press = self.press(scene, place.a.part, contact);
             match &press {
@@ -130,13 +130,10 @@ impl Reactions {
             };
             let load_n = self.load_n(scene, place, press.as_ref());
             let [of_a, of_b] = contact.axles;
-            for row in &mut contact.rows {
-                self.place_axle(&mut row.a, of_a);
-                if let Some(side) = &mut row.b {
-                    self.place_axle(side, of_b);
-                }
-            }
-            let (contact, rows) = (&*contact, &contact.rows);
+            let rows = contact.rows.map(|row| Row {
+                a: self.with_axle(row.a, of_a),
+                b: row.b.map(|side| self.with_axle(side, of_b)),
+            });
             let reaction = Reaction {
                 a: place.a,
                 b: place.b,
@@ -159,7 +156,7 @@ impl Reactions {
             let softened = reaction
                 .gives
                 .map(|gives| gives.softness.map(|s| s.compliance));
-            self.push(law, reaction, rows, free.as_slice());
+            self.push(law, reaction, &rows, free.as_slice());
             if let Some(tangents) = softened {
                 self.problem.soften(tangents);
             }
@@ -174,9 +171,13 @@ impl Reactions {
         self.nearby = nearby;
     }
 
-    /// Gives a side of a row the place of its roller among those that may touch.
-    fn place_axle(&mut self, side: &mut Side, axle: Option<Axle>) {
-        side.axle = axle.and_then(|axle| Some((self.index_of(axle), side.axle?.1)));
+    /// A side of a row with the place of its roller among those that may touch.
+    fn with_axle(&mut self, side: Side, axle: Option<Axle>) -> Side {
+        let place = axle.and_then(|axle| Some((self.index_of(axle), side.axle?.1)));
+        Side {
+            axle: place,
+            ..side
+        }
     }
 
     /// The place of a roller among those that may touch, where it is put if it is not there yet.
