@@ -1,10 +1,11 @@
-//! A scenario, damaged: it is refused in words, or written out loads again to the same, and its first steps can be taken.
+//! A scenario, damaged: it is refused in words, or written out loads again to the same, and its first steps can be taken, under its
+//! own guidance and from outside.
 #![no_main]
 
 use std::sync::LazyLock;
 
 use ilon::Scenario;
-use ilon::simulate::Simulation;
+use ilon::simulate::{Driver, Plant, Simulation, resolve_for};
 use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
@@ -33,5 +34,9 @@ fuzz_target!(|text: &str| {
         for _ in 0..3 {
             simulation.step();
         }
+    }
+    let resolved = resolve_for(&scenario, &ROBOT, Driver::Own);
+    if let Ok(mut plant) = resolved.and_then(|resolved| Plant::new(&resolved, &ROBOT)) {
+        ilon_fuzz::drive(&mut plant);
     }
 });

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use ilon::Scenario;
 use ilon::inspect::Inspection;
-use ilon::simulate::Simulation;
+use ilon::simulate::{Driver, Plant, resolve_for};
 use ilon_robot::{Handedness, LoadOptions, Robot, WheelOptions};
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
@@ -49,9 +49,8 @@ fn use_it(robot: &Robot) {
     if rollers > MOST_ROLLERS_SIMULATED {
         return;
     }
-    if let Ok(mut simulation) = Simulation::with_robot(&SIDEWAYS, robot) {
-        for _ in 0..3 {
-            simulation.step();
-        }
+    let resolved = resolve_for(&SIDEWAYS, robot, Driver::Guidance);
+    if let Ok(mut plant) = resolved.and_then(|resolved| Plant::new(&resolved, robot)) {
+        ilon_fuzz::drive(&mut plant);
     }
 }

@@ -1,8 +1,10 @@
 //! Damage that knows what a text file is made of.
 //!
 //! Bytes changed at random hardly ever leave a file that a parser lets through. Here whole pieces move (elements of XML,
-//! lines of TOML), names are swapped and numbers take values that people and programs get wrong.
+//! lines of TOML), names are swapped and numbers take values that people and programs get wrong. What comes out of it whole is
+//! driven from outside by [`drive`].
 
+use ilon::simulate::{Plant, WheelCommand};
 use libfuzzer_sys::fuzzer_mutate;
 
 /// Numbers that break what is not prepared for them.
@@ -119,4 +121,32 @@ fn pieces_moved(text: &[u8], piece: u8, dice: &mut Dice) -> Vec<u8> {
         pieces.splice(to..to, taken);
     }
     pieces.concat()
+}
+
+/// Steps a plant from outside as a program does that looks ahead: what it does from a snapshot on it does again to the bit, and
+/// where its motion is no number it says so.
+pub fn drive(plant: &mut Plant) {
+    let wheels = plant.robot().wheels.len();
+    let step_s = plant.resolved().physics_dt_s();
+    let rates_rad_s: Vec<f64> = (0..wheels).map(|wheel| 1.0 - wheel as f64).collect();
+    let torques_n_m = vec![0.1; wheels];
+    let go = |plant: &mut Plant| {
+        plant.observe();
+        let went = plant
+            .advance(WheelCommand::Rates(&rates_rad_s), 2.0 * step_s)
+            .and_then(|_| plant.advance(WheelCommand::Torques(&torques_n_m), step_s).cloned());
+        let pose = plant.truth().pose;
+        let numbers = [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits);
+        (went.map_err(|error| error.to_string()), numbers)
+    };
+    let start = plant.snapshot();
+    let (went, numbers) = go(plant);
+    if went.is_ok() {
+        assert!(numbers.map(f64::from_bits).iter().all(|number| number.is_finite()));
+    }
+    plant.restore(&start);
+    assert_eq!(go(plant), (went, numbers));
+    let pose = plant.resolved().start();
+    plant.reset(1, pose).expect("it has stood there before");
+    assert!(plant.advance(WheelCommand::Rates(&[f64::NAN]), step_s).is_err());
 }

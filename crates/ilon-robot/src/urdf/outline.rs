@@ -212,11 +212,19 @@ fn gap_depth_m(heights_m: &[f64], radii_m: &[f64]) -> f64 {
     const NEAR: usize = SAMPLES / 6;
     let step_rad = TAU / SAMPLES as f64;
     let cosines: Vec<f64> = (0..=NEAR).map(|k| libm::cos(step_rad * k as f64)).collect();
+    let lowest_m = heights_m.iter().copied().fold(f64::INFINITY, f64::min);
     let hull_m = |i: usize| {
-        let tangents = (0..=NEAR).flat_map(|k| [(i + k, k), (i + SAMPLES - k, k)]);
-        tangents
-            .map(|(j, k)| heights_m[j % SAMPLES] / cosines[k])
-            .fold(f64::INFINITY, f64::min)
+        let mut hull_m = f64::INFINITY;
+        for (k, cosine) in cosines.iter().enumerate() {
+            // No tangent farther round is nearer than the lowest of all would be here.
+            if lowest_m / cosine > hull_m {
+                break;
+            }
+            for j in [i + k, i + SAMPLES - k] {
+                hull_m = hull_m.min(heights_m[j % SAMPLES] / cosine);
+            }
+        }
+        hull_m
     };
     (0..SAMPLES)
         .map(|i| hull_m(i) - radii_m[i])

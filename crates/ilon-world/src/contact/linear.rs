@@ -1,39 +1,197 @@
 //! Small dense linear systems.
 
+use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
+use rapier3d::math::Real;
+
+/// Right-hand sides that are solved together: as many as a processor computes with at once.
+const LANES: usize = 4;
+
+/// Room for [`solve_together`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lanes {
+    /// From where each row is taken.
+    order: Vec<usize>,
+    rows: Vec<[Real; LANES]>,
+}
+
+/// Solves a factorised system for many right-hand sides, one after the other in `columns`, in place.
+///
+/// The numbers are those of [`LU::solve_mut`] to the bit: the same operations in the same order for each side, but several sides
+/// take each of them together.
+pub(crate) fn solve_together(factors: &LU<Real, Dyn, Dyn>, columns: &mut [Real], room: &mut Lanes) {
+    // Both triangles as they were computed: to take them apart costs as much as solving.
+    let triangles = factors.lu_internal();
+    let n = triangles.nrows();
+    if n == 0 {
+        return;
+    }
+    let Lanes { order, rows } = room;
+    order.clear();
+    order.extend(0..n);
+    let mut places = DVectorViewMut::from_slice(order, n);
+    factors.p().permute_rows(&mut places);
+    rows.clear();
+    rows.resize(n, [0.0; LANES]);
+    for sides in columns.chunks_mut(n * LANES) {
+        for (row, from) in rows.iter_mut().zip(&*order) {
+            for (x, side) in row.iter_mut().zip(sides.chunks_exact(n)) {
+                *x = side[*from];
+            }
+        }
+        solve_lower(triangles, rows);
+        solve_upper(triangles, rows);
+        for (lane, side) in sides.chunks_exact_mut(n).enumerate() {
+            for (x, row) in side.iter_mut().zip(&*rows) {
+                *x = row[lane];
+            }
+        }
+    }
+}
+
+/// Takes a multiple of what is known from a row.
+#[inline(always)]
+fn take(row: &mut [Real; LANES], known: &[Real; LANES], share: Real) {
+    for (x, known) in row.iter_mut().zip(known) {
+        *x -= known * share;
+    }
+}
+
+/// Solves with the triangle below the diagonal, on which there are ones.
+fn solve_lower(l: &DMatrix<Real>, rows: &mut [[Real; LANES]]) {
+    let n = rows.len();
+    for (column, entries) in l.as_slice().chunks_exact(n).enumerate() {
+        let (known, below) = rows[column..].split_at_mut(1);
+        for (row, share) in below.iter_mut().zip(&entries[column + 1..]) {
+            take(row, &known[0], *share);
+        }
+    }
+}
+
+/// Solves with the triangle on and above the diagonal.
+fn solve_upper(u: &DMatrix<Real>, rows: &mut [[Real; LANES]]) {
+    let n = rows.len();
+    for (column, entries) in u.as_slice().chunks_exact(n).enumerate().rev() {
+        if entries[column] == 0.0 {
+            return;
+        }
+        let (above, known) = rows[..=column].split_at_mut(column);
+        known[0] = known[0].map(|x| x / entries[column]);
+        for (row, share) in above.iter_mut().zip(entries) {
+            take(row, &known[0], *share);
+        }
+    }
+}
+
 /// Solves a linear system, given row by row, in place by elimination with row pivots. Says whether it is regular.
 pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
     let n = x.len();
     for column in 0..n {
-        let size = |row: &usize| matrix[row * n + column].abs();
-        let Some(pivot) = (column..n).max_by(|a, b| size(a).total_cmp(&size(b))) else {
+        let Some(pivot) = largest(&matrix[column * n..], n, column) else {
             return false;
         };
-        if matrix[pivot * n + column] == 0.0 {
-            return false;
-        }
+        let pivot = column + pivot;
         if pivot != column {
-            for k in column..n {
-                matrix.swap(pivot * n + k, column * n + k);
-            }
+            let (above, below) = matrix.split_at_mut(pivot * n);
+            above[column * n + column..][..n - column].swap_with_slice(&mut below[column..n]);
             x.swap(pivot, column);
         }
         let (above, below) = matrix.split_at_mut((column + 1) * n);
-        let leading = &above[column * n..];
-        for (offset, row) in below.chunks_exact_mut(n).enumerate() {
-            let share = row[column] / leading[column];
+        let leading = &above[column * n + column..];
+        let (first, others) = (leading[0], &leading[1..]);
+        let (solved, left) = x.split_at_mut(column + 1);
+        for (row, x) in below.chunks_exact_mut(n).zip(left) {
+            let share = row[column] / first;
             if share != 0.0 {
-                for k in column + 1..n {
-                    row[k] -= share * leading[k];
+                for (own, other) in row[column + 1..].iter_mut().zip(others) {
+                    *own -= share * other;
                 }
-                x[column + 1 + offset] -= share * x[column];
+                *x -= share * solved[column];
             }
         }
     }
     for row in (0..n).rev() {
-        for k in row + 1..n {
-            x[row] -= matrix[row * n + k] * x[k];
+        let (own, known) = x[row..].split_at_mut(1);
+        let of_row = &matrix[row * n + row..(row + 1) * n];
+        for (entry, x) in of_row[1..].iter().zip(known) {
+            own[0] -= entry * *x;
         }
-        x[row] /= matrix[row * n + row];
+        own[0] /= of_row[0];
     }
     x.iter().all(|x| x.is_finite())
+}
+
+/// The row with the largest entry of a column, the last of equals; `None` where all are zero.
+fn largest(rows: &[f64], n: usize, column: usize) -> Option<usize> {
+    let (mut place, mut most) = (0, 0);
+    for (row, entries) in rows.chunks_exact(n).enumerate() {
+        // Bits of numbers without a sign are in the order of the numbers, and not a number is above all.
+        let size = entries[column].abs().to_bits();
+        if size >= most {
+            (place, most) = (row, size);
+        }
+    }
+    (most != 0).then_some(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    /// Numbers between -1 and 1, always the same.
+    fn numbers(count: usize, seed: u32) -> impl Iterator<Item = f64> {
+        let mut state = seed;
+        std::iter::repeat_with(move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
+        })
+        .take(count)
+    }
+
+    #[test]
+    fn sides_that_are_solved_together_are_those_solved_one_by_one_to_the_bit() {
+        for n in [1, 2, 7, 10, 12] {
+            // Nothing on the diagonal is large, so that rows change their places.
+            let matrix = DMatrix::from_iterator(n, n, numbers(n * n, 1).map(|x| x as Real));
+            let factors = LU::new(matrix);
+            for sides in [0, 1, 3, 13] {
+                let mut together: Vec<_> = numbers(n * sides, 2).map(|x| x as Real).collect();
+                let mut one_by_one = together.clone();
+                for side in one_by_one.chunks_exact_mut(n) {
+                    let mut b = DVector::from_column_slice(side);
+                    assert!(factors.solve_mut(&mut b));
+                    side.copy_from_slice(b.as_slice());
+                }
+                solve_together(&factors, &mut together, &mut Lanes::default());
+                let bits = |of: &[Real]| of.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(
+                    bits(&together),
+                    bits(&one_by_one),
+                    "{n} rows, {sides} sides"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn elimination_solves_and_says_where_there_is_no_solution() {
+        for n in [1, 3, 12] {
+            let matrix: Vec<f64> = numbers(n * n, 3).collect();
+            let x: Vec<f64> = numbers(n, 4).collect();
+            let rows = matrix.chunks_exact(n);
+            let b = rows.map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum());
+            let mut solution: Vec<f64> = b.collect();
+            assert!(solve_in_place(&mut matrix.clone(), &mut solution));
+            for (found, x) in solution.iter().zip(&x) {
+                // Rounding, times a condition number of some hundreds.
+                assert!((found - x).abs() < 1e-12, "{found} {x}");
+            }
+        }
+        // Two equal rows, a column of zeros, and numbers that are none.
+        assert!(!solve_in_place(&mut [1.0, 2.0, 1.0, 2.0], &mut [1.0, 1.0]));
+        assert!(!solve_in_place(&mut [0.0, 2.0, 0.0, 1.0], &mut [1.0, 1.0]));
+        assert!(!solve_in_place(&mut [f64::NAN], &mut [1.0]));
+        assert!(solve_in_place(&mut [], &mut []));
+    }
 }

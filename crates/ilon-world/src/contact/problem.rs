@@ -126,21 +126,18 @@ impl ImpulseProblem {
         self.velocities.len()
     }
 
-    /// Sets W from its entries, of which those on and below its diagonal are asked for, once all laws are there.
-    pub fn set_delassus(&mut self, entry: impl Fn(usize, usize) -> f64) {
+    /// Sets W once all laws are there. `fill` takes a row's place, and room for what it has on and before the diagonal.
+    pub fn set_delassus(&mut self, fill: impl Fn(usize, &mut [f64])) {
         let rows = self.rows();
         self.delassus.clear();
         self.delassus.resize(rows * rows, 0.0);
         for row in 0..rows {
-            for column in 0..=row {
-                let own = if row == column {
-                    self.softness[row]
-                } else {
-                    0.0
-                };
-                let w = entry(row, column) + own;
-                self.delassus[row * rows + column] = w;
-                self.delassus[column * rows + row] = w;
+            let (above, below) = self.delassus.split_at_mut(row * rows);
+            let own = &mut below[..=row];
+            fill(row, own);
+            own[row] += self.softness[row];
+            for (other, w) in above.chunks_exact_mut(rows).zip(own) {
+                other[row] = *w;
             }
         }
     }

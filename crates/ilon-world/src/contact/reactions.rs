@@ -28,12 +28,15 @@
 mod gather;
 mod give;
 
-use nalgebra::{DMatrixViewMut, Vector3};
+use std::mem::swap;
+
+use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use crate::Settings;
 use crate::contact::candidates::{Candidate, Workspace};
 use crate::contact::jump::{Held, Jump};
+use crate::contact::linear::{Lanes, solve_together};
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::ImpulseProblem;
 use crate::contact::reaction::{Part, Partner, Reaction};
@@ -57,6 +60,7 @@ pub(crate) struct Reactions {
     rows: Vec<Row>,
     problem: ImpulseProblem,
     responses: Responses,
+    lanes: Lanes,
     /// What the motor and bearing of each wheel of all bodies lose of their impulse per rate gained, in N m s per rad/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
@@ -83,6 +87,48 @@ pub(crate) struct TouchedRoller {
 }
 
 impl Reactions {
+    /// Exchanges the room to work in, with all that is known only within a step, and keeps what lasts from one step to the next.
+    pub fn swap_room(&mut self, other: &mut Self) {
+        // Taken apart whole, so that what is added is not forgotten here.
+        let Self {
+            found,
+            nearby,
+            potential,
+            workspace,
+            gaps_m,
+            axles,
+            all: _,
+            before,
+            rows,
+            problem,
+            responses,
+            lanes,
+            held_n_m_s2,
+            freed_axles,
+            change,
+            jump,
+            error: _,
+            dt_s: _,
+            before_dt_s: _,
+            released_j: _,
+        } = self;
+        swap(found, &mut other.found);
+        swap(nearby, &mut other.nearby);
+        swap(potential, &mut other.potential);
+        swap(workspace, &mut other.workspace);
+        swap(gaps_m, &mut other.gaps_m);
+        swap(axles, &mut other.axles);
+        swap(before, &mut other.before);
+        swap(rows, &mut other.rows);
+        swap(problem, &mut other.problem);
+        swap(responses, &mut other.responses);
+        swap(lanes, &mut other.lanes);
+        swap(held_n_m_s2, &mut other.held_n_m_s2);
+        swap(freed_axles, &mut other.freed_axles);
+        swap(change, &mut other.change);
+        swap(jump, &mut other.jump);
+    }
+
     /// Solves for the reactions of the step that rapier has just taken without any.
     pub fn react(&mut self, scenes: Scenes<'_>) {
         self.clear();
@@ -93,28 +139,28 @@ impl Reactions {
         let bodies = scenes.bodies.iter();
         self.responses
             .clear(bodies.map(|body| body.rates_free.len()));
-        let answer = |body: usize, impulses: &mut [Real]| {
+        let mut lanes = std::mem::take(&mut self.lanes);
+        let mut answer = |body: usize, impulses: &mut [Real]| {
             let scene = scenes.of(body);
             let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
-            let dofs = multibody.ndofs();
-            let count = impulses.len() / dofs;
-            let mut impulses = DMatrixViewMut::from_slice(impulses, dofs, count);
-            multibody.inv_augmented_mass().solve_mut(&mut impulses);
+            solve_together(multibody.inv_augmented_mass(), impulses, &mut lanes);
         };
-        self.solve(answer);
+        self.solve(&mut answer);
         self.jump.clear(self.rows.len(), self.responses.dofs());
         if Jump::happens(&self.all) {
-            self.find_jump(scenes, answer);
+            self.find_jump(scenes, &mut answer);
         }
+        self.lanes = lanes;
         self.count_work();
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
-    fn find_jump(&mut self, scenes: Scenes<'_>, answer: impl Fn(usize, &mut [Real])) {
+    fn find_jump(&mut self, scenes: Scenes<'_>, mut answer: impl FnMut(usize, &mut [Real])) {
         self.held_n_m_s2.clear();
         for scene in scenes.each() {
             let wheels = scene.assembly.wheels.iter().map(|wheel| wheel.hub_dof);
-            self.responses.find_of_wheels(scene.index, wheels, &answer);
+            self.responses
+                .find_of_wheels(scene.index, wheels, &mut answer);
             self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
         }
         self.freed_axles.clear();
@@ -275,8 +321,9 @@ impl Reactions {
     }
 
     fn clear(&mut self) {
-        std::mem::swap(&mut self.all, &mut self.before);
-        self.all.clear();
+        // Copied, so that neither list takes the room that the other has grown.
+        self.before.clear();
+        self.before.append(&mut self.all);
         self.rows.clear();
         self.axles.clear();
         self.problem.clear();
@@ -290,7 +337,7 @@ impl Reactions {
         self.responses.find(&self.rows, answer);
         let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
         self.problem
-            .set_delassus(|row, column| responses.w(rows, axles, (row, column)));
+            .set_delassus(|row, w| responses.fill_w(rows, axles, row, w));
         // What acted in the last step is most of what acts in this one.
         for law in 0..self.all.len() {
             let now = &self.all[law];

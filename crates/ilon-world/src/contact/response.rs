@@ -163,17 +163,21 @@ impl Responses {
         f64::from(of.wheels[wheel.index * of.dofs + dof])
     }
 
-    /// W of two rows: what the unit impulse of one does to the velocity of the other.
-    #[inline]
-    pub fn w(&self, rows: &[Row], axles: &[Axle], (at, by): (usize, usize)) -> f64 {
-        let mut sum = 0.0;
-        for side in rows[at].sides() {
-            if let Some(rates) = self.of_row(by, side.body) {
-                sum += side.of_bodies_f32(rates);
+    /// W of a row and those up to it: what the unit impulse of each does to the velocity of this one.
+    pub fn fill_w(&self, rows: &[Row], axles: &[Axle], at: usize, w: &mut [f64]) {
+        let row = &rows[at];
+        w.fill(0.0);
+        for side in row.sides() {
+            for (by, w) in w.iter_mut().enumerate() {
+                if let Some(rates) = self.of_row(by, side.body) {
+                    *w += side.of_bodies_f32(rates);
+                }
             }
         }
         let responses = |axle: usize| axles[axle].response.unwrap_or(0.0);
-        sum + of_axles((&rows[at], &rows[by]), responses)
+        for (other, w) in rows.iter().zip(w) {
+            *w += of_axles((row, other), responses);
+        }
     }
 }
 

@@ -47,7 +47,12 @@ impl Side {
     /// The same of rates as rapier has them.
     #[inline]
     pub fn of_bodies_f32(&self, rates: &[Real]) -> f64 {
-        self.sum(|dof| f64::from(rates[dof]))
+        let (chassis, c) = (&rates[..6], &self.chassis);
+        let mut sum = c[0] * f64::from(chassis[0]);
+        for (c, rate) in c[1..].iter().zip(&chassis[1..]) {
+            sum += c * f64::from(*rate);
+        }
+        sum + self.hub.map_or(0.0, |(dof, c)| c * f64::from(rates[dof]))
     }
 
     #[inline]

@@ -2,8 +2,8 @@
 
 use ilon_robot::Robot;
 use nalgebra::Vector3;
-use rapier3d::prelude::PhysicsWorld;
 
+use crate::engine::copy::Engine;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::robot::assembly::Assembly;
@@ -25,7 +25,7 @@ pub(crate) struct Scenes<'a> {
 pub(crate) struct Scene<'a> {
     /// Its place among the bodies.
     pub index: usize,
-    pub rapier: &'a PhysicsWorld,
+    pub rapier: &'a Engine,
     /// Where its rapier world counts from, in the floor's frame, in metres.
     pub origin_m: Vector3<f64>,
     pub ground: &'a Ground,

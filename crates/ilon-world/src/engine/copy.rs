@@ -1,59 +1,107 @@
-//! rapier's world as something that can be copied.
+//! rapier's world as something that can be copied, and of which many fit into a cache.
 
-use std::ops::{Deref, DerefMut};
+use std::cell::RefCell;
 
 use rapier3d::prelude::*;
 
-/// rapier's world. A copy goes on to the bit as the original does: all that lasts from one step to the next is copied, and
-/// only the pipelines, which are room to work in, are made anew.
-pub(crate) struct Engine(pub PhysicsWorld);
+/// rapier's world but for the pipeline that steps it, which is room to work in: nothing in it lasts from one step to the next.
+///
+/// A copy goes on to the bit as the original does. All worlds of a thread are stepped by one pipeline, so that those of a fleet
+/// are smaller, and the room is in the processor's cache for every one of them.
+#[derive(Clone)]
+pub(crate) struct Engine {
+    pub gravity: Vector,
+    pub integration_parameters: IntegrationParameters,
+    pub islands: IslandManager,
+    pub broad_phase: BroadPhaseBvh,
+    pub narrow_phase: NarrowPhase,
+    pub bodies: RigidBodySet,
+    pub colliders: ColliderSet,
+    pub impulse_joints: ImpulseJointSet,
+    pub multibody_joints: MultibodyJointSet,
+    pub soft_bodies: SoftBodySet,
+    pub ccd_solver: CCDSolver,
+}
 
-impl Clone for Engine {
-    fn clone(&self) -> Self {
-        // Taken apart whole, so that what rapier adds to it is not forgotten here.
-        let PhysicsWorld {
+thread_local! {
+    static PIPELINE: RefCell<PhysicsPipeline> = RefCell::new(PhysicsPipeline::new());
+}
+
+impl Engine {
+    /// A world with nothing in it.
+    pub fn new(
+        gravity: Vector,
+        integration_parameters: IntegrationParameters,
+        narrow_phase: NarrowPhase,
+    ) -> Self {
+        // As many bodies and colliders as a robot of four wheels needs: room for more would lie idle in each of a fleet.
+        const BODIES: usize = 5;
+        Self {
             gravity,
             integration_parameters,
-            physics_pipeline: _,
-            collision_pipeline: _,
-            islands,
-            broad_phase,
             narrow_phase,
-            bodies,
-            colliders,
-            impulse_joints,
-            multibody_joints,
-            soft_bodies,
-            ccd_solver,
-        } = &self.0;
-        Self(PhysicsWorld {
-            gravity: *gravity,
-            integration_parameters: *integration_parameters,
-            physics_pipeline: PhysicsPipeline::new(),
-            collision_pipeline: CollisionPipeline::new(),
-            islands: islands.clone(),
-            broad_phase: broad_phase.clone(),
-            narrow_phase: narrow_phase.clone(),
-            bodies: bodies.clone(),
-            colliders: colliders.clone(),
-            impulse_joints: impulse_joints.clone(),
-            multibody_joints: multibody_joints.clone(),
-            soft_bodies: soft_bodies.clone(),
-            ccd_solver: ccd_solver.clone(),
-        })
+            islands: IslandManager::new(),
+            broad_phase: BroadPhaseBvh::new(),
+            bodies: RigidBodySet::with_capacity(BODIES),
+            colliders: ColliderSet::new(),
+            impulse_joints: ImpulseJointSet::new(),
+            multibody_joints: MultibodyJointSet::new(),
+            soft_bodies: SoftBodySet::new(),
+            ccd_solver: CCDSolver::new(),
+        }
     }
-}
 
-impl Deref for Engine {
-    type Target = PhysicsWorld;
-
-    fn deref(&self) -> &PhysicsWorld {
-        &self.0
+    /// Takes a step.
+    pub fn step(&mut self, hooks: &dyn PhysicsHooks) {
+        PIPELINE.with_borrow_mut(|pipeline| {
+            pipeline.step(
+                self.gravity,
+                &self.integration_parameters,
+                &mut self.islands,
+                &mut self.broad_phase,
+                &mut self.narrow_phase,
+                &mut self.bodies,
+                &mut self.colliders,
+                &mut self.impulse_joints,
+                &mut self.multibody_joints,
+                &mut self.soft_bodies,
+                &mut self.ccd_solver,
+                hooks,
+                &(),
+            );
+        });
     }
-}
 
-impl DerefMut for Engine {
-    fn deref_mut(&mut self) -> &mut PhysicsWorld {
-        &mut self.0
+    /// Adds a collider to a body.
+    pub fn insert_collider(
+        &mut self,
+        collider: impl Into<Collider>,
+        body: RigidBodyHandle,
+    ) -> ColliderHandle {
+        self.colliders
+            .insert_with_parent(collider, body, &mut self.bodies)
+    }
+
+    /// Joins two bodies by a joint of a multibody.
+    pub fn insert_multibody_joint(
+        &mut self,
+        parent: RigidBodyHandle,
+        child: RigidBodyHandle,
+        joint: GenericJoint,
+    ) {
+        self.multibody_joints.insert(parent, child, joint, true);
+    }
+
+    /// Takes a body out, with its colliders and joints.
+    pub fn remove_body(&mut self, body: RigidBodyHandle) {
+        self.bodies.remove(
+            body,
+            &mut self.islands,
+            &mut self.colliders,
+            &mut self.impulse_joints,
+            &mut self.multibody_joints,
+            &mut self.soft_bodies,
+            true,
+        );
     }
 }

@@ -77,17 +77,14 @@ pub(crate) struct WheelCounts {
 impl Articulated {
     /// The ground in a rapier world of its own, before the robot is there.
     pub fn empty_engine(ground: &Ground, settings: &Settings) -> (Engine, Anchor) {
-        let mut rapier = PhysicsWorld {
-            integration_parameters: integration_parameters(settings),
-            narrow_phase: match settings.contacts {
-                ContactSolver::Ilon => NarrowPhase::new(),
-                ContactSolver::Rapier => NarrowPhase::with_query_dispatcher(RollerDispatcher),
-            },
-            gravity: convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2)),
-            ..PhysicsWorld::default()
+        let narrow_phase = match settings.contacts {
+            ContactSolver::Ilon => NarrowPhase::new(),
+            ContactSolver::Rapier => NarrowPhase::with_query_dispatcher(RollerDispatcher),
         };
+        let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
+        let mut rapier = Engine::new(gravity, integration_parameters(settings), narrow_phase);
         let anchor = Anchor::insert(ground, &mut rapier.colliders, settings.contacts);
-        (Engine(rapier), anchor)
+        (rapier, anchor)
     }
 
     /// Puts a robot at rest into a rapier world that has the ground, with its body frame at a pose.

@@ -4,6 +4,7 @@ use ilon_robot::{Collision, MassProperties as RobotMass, Robot};
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
+use crate::engine::copy::Engine;
 use crate::engine::shapes::shape_of;
 use crate::engine::{convert, groups};
 use crate::robot::roller::RollerState;
@@ -29,7 +30,7 @@ impl Assembly {
     ///
     /// Every velocity is the state's own, so that a robot which is taken apart and built again loses no momentum.
     pub fn build(
-        rapier: &mut PhysicsWorld,
+        rapier: &mut Engine,
         (robot, chassis_mass): (&Robot, &RobotMass),
         state: &State,
         rollers: &[Vec<RollerState>],
@@ -44,7 +45,7 @@ impl Assembly {
         let chassis_from_body = Isometry3::from(-chassis_mass.center_of_mass_m);
         for collision in &robot.chassis.collisions {
             if let Some(collider) = chassis_collider(&chassis_from_body, collision, solver) {
-                rapier.insert_collider(collider, Some(chassis));
+                rapier.insert_collider(collider, chassis);
             }
         }
         let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
@@ -71,7 +72,7 @@ impl Assembly {
         assembly.set_wheel_angles(rapier, state.wheel_angles_rad());
         assembly.set_velocities(rapier, state);
         assembly.set_spins(rapier, state);
-        let PhysicsWorld {
+        let Engine {
             bodies,
             multibody_joints,
             ..
@@ -83,7 +84,7 @@ impl Assembly {
     }
 
     /// Takes the robot out of the world.
-    pub fn remove(&self, rapier: &mut PhysicsWorld) {
+    pub fn remove(&self, rapier: &mut Engine) {
         let wheels = self.wheels.iter();
         let parts = wheels.flat_map(|wheel| wheel.bodies.iter().map(|b| b.body).chain([wheel.hub]));
         for body in parts.chain([self.chassis]) {
@@ -92,13 +93,13 @@ impl Assembly {
     }
 
     /// Number of the degrees of freedom of the bodies: six of the chassis and one a wheel.
-    pub fn dofs(&self, rapier: &PhysicsWorld) -> usize {
+    pub fn dofs(&self, rapier: &Engine) -> usize {
         rapier.multibody_joints[self.multibody].ndofs()
     }
 
     /// Rates in rapier by degree of freedom, in m/s and rad/s: those of the chassis's centre of mass, in the floor's frame,
     /// and of the wheels.
-    pub fn rates_in_rapier<'a>(&self, rapier: &'a PhysicsWorld) -> impl Iterator<Item = &'a Real> {
+    pub fn rates_in_rapier<'a>(&self, rapier: &'a Engine) -> impl Iterator<Item = &'a Real> {
         let multibody = &rapier.multibody_joints[self.multibody];
         multibody.generalized_velocity().into_iter()
     }
@@ -122,7 +123,7 @@ impl Assembly {
     }
 
     /// Sets rapier's wheel angles, kept within one turn where f32 is fine enough.
-    pub fn set_wheel_angles(&mut self, rapier: &mut PhysicsWorld, angles_rad: &[f64]) {
+    pub fn set_wheel_angles(&mut self, rapier: &mut Engine, angles_rad: &[f64]) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         for (wheel, angle_rad) in self.wheels.iter().zip(angles_rad) {
             let link = multibody
@@ -136,7 +137,7 @@ impl Assembly {
     }
 
     /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its bearing's damping.
-    pub fn set_droops(&self, rapier: &mut PhysicsWorld, robot: &Robot, motors: &[MotorTorque]) {
+    pub fn set_droops(&self, rapier: &mut Engine, robot: &Robot, motors: &[MotorTorque]) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         for ((body, wheel), motor) in self.wheels.iter().zip(&robot.wheels).zip(motors) {
             let damping_n_m_s = wheel.joint.damping_n_m_s + motor.droop_n_m_s;
@@ -145,7 +146,7 @@ impl Assembly {
     }
 
     /// Sets the spins of rollers that are bodies.
-    fn set_spins(&self, rapier: &mut PhysicsWorld, state: &State) {
+    fn set_spins(&self, rapier: &mut Engine, state: &State) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         let mut rates = multibody.generalized_velocity_mut();
         for (index, wheel) in self.wheels.iter().enumerate() {
@@ -157,7 +158,7 @@ impl Assembly {
     }
 
     /// Sets rapier's rates, rounded.
-    pub fn set_velocities(&self, rapier: &mut PhysicsWorld, state: &State) {
+    pub fn set_velocities(&self, rapier: &mut Engine, state: &State) {
         let multibody = link_owner(&mut rapier.multibody_joints, self.multibody);
         let mut rates = multibody.generalized_velocity_mut();
         let root = state.velocity_m_s.iter().chain(state.angular_rad_s.iter());
@@ -200,8 +201,8 @@ fn chassis_collider(
 }
 
 /// Looks up, once, where each hub stands in the robot's multibody.
-fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> MultibodyIndex {
-    let PhysicsWorld {
+fn index_links(rapier: &mut Engine, wheels: &mut [WheelBody]) -> MultibodyIndex {
+    let Engine {
         bodies,
         multibody_joints,
         ..
@@ -232,12 +233,7 @@ fn index_links(rapier: &mut PhysicsWorld, wheels: &mut [WheelBody]) -> Multibody
 
 /// The damping of the wheels' bearings; rapier's own default damps every free axis by 0.1. Dry friction is among the
 /// reactions.
-fn set_joints(
-    rapier: &mut PhysicsWorld,
-    multibody: MultibodyIndex,
-    robot: &Robot,
-    wheels: &[WheelBody],
-) {
+fn set_joints(rapier: &mut Engine, multibody: MultibodyIndex, robot: &Robot, wheels: &[WheelBody]) {
     let multibody = link_owner(&mut rapier.multibody_joints, multibody);
     multibody.damping_mut().fill(0.0);
     for (body, wheel) in wheels.iter().zip(&robot.wheels) {

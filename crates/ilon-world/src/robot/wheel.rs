@@ -11,6 +11,7 @@ use crate::ContactSolver;
 use crate::contact::tread::{Spring, TreadLaw};
 use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
+use crate::engine::copy::Engine;
 use crate::engine::shapes::shape_of_roller;
 use crate::robot::roller::RollerState;
 
@@ -139,7 +140,7 @@ fn mass_properties(mass: &RobotMass) -> MassProperties {
 
 /// Adds a roller to the robot's multibody as a body on its hub.
 fn insert_roller(
-    rapier: &mut PhysicsWorld,
+    rapier: &mut Engine,
     wheel: &Wheel,
     (hub, world_from_hub): (RigidBodyHandle, Pose),
     (index, states): (usize, &[RollerState]),
@@ -170,7 +171,7 @@ fn insert_roller(
             .restitution(0.0)
             .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
             .collision_groups(crate::engine::groups::ROLLER),
-        Some(body),
+        body,
     );
     RollerBody {
         body,
@@ -185,7 +186,7 @@ fn insert_roller(
 /// shapes of its file. Where rapier solves the contacts, each roller is a body on the hub. `load_kg` is the mass that stands on
 /// the wheel.
 pub(crate) fn insert(
-    rapier: &mut PhysicsWorld,
+    rapier: &mut Engine,
     (wheel, load_kg): (&Wheel, f64),
     (chassis, chassis_from_hub): (RigidBodyHandle, Isometry3<f64>),
     rollers: &[RollerState],
@@ -223,7 +224,7 @@ pub(crate) fn insert(
             .density(0.0)
             .collision_groups(crate::engine::groups::ROLLER)
             .solver_groups(InteractionGroups::none());
-        let collider = rapier.insert_collider(collider, Some(hub));
+        let collider = rapier.insert_collider(collider, hub);
         colliders.push(RollerCollider { collider, roller });
     }
     let reach_m = |roller: &RollerState| {
@@ -268,7 +269,7 @@ impl WheelBody {
     }
 
     /// Places the bodies of rollers on a hub.
-    pub fn place_bodies(&self, rapier: &mut PhysicsWorld, rapier_from_hub: &Isometry3<f64>) {
+    pub fn place_bodies(&self, rapier: &mut Engine, rapier_from_hub: &Isometry3<f64>) {
         for part in &self.bodies {
             let roller = &self.rollers[part.roller];
             let angle_rad = ilon_robot::wrap_angle(roller.angle_rad);
@@ -279,7 +280,7 @@ impl WheelBody {
     }
 
     /// Turns the colliders of rollers with the shapes of their file to where the rollers are.
-    pub fn turn_rollers(&self, rapier: &mut PhysicsWorld) {
+    pub fn turn_rollers(&self, rapier: &mut Engine) {
         for RollerCollider { collider, roller } in &self.colliders {
             let roller = &self.rollers[*roller];
             let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);

@@ -158,7 +158,7 @@ impl Articulated {
         self.set_poses_in_rapier(ground);
         self.set_torques_in_rapier(dt_s);
         self.begin_pushes();
-        self.rapier.step();
+        self.rapier.step(&());
         self.read_free_rates(dt_s);
     }
 

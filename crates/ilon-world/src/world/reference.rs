@@ -13,6 +13,7 @@ use crate::Settings;
 use crate::contact::candidates::{along_frame, frame};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
+use crate::engine::copy::Engine;
 use crate::ground::{Anchor, Grip};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
@@ -59,7 +60,7 @@ impl World {
                 ground: &self.ground,
                 anchor: &body.anchor,
             };
-            body.rapier.0.step_with_events(&grip, &());
+            body.rapier.step(&grip);
             body.read_rates(dt_s);
             body.read_reactions(index, &mut found);
         }
@@ -207,7 +208,7 @@ struct Touch {
 
 /// The places where a collider presses on the ground, in the floor's frame.
 fn touches(
-    rapier: &PhysicsWorld,
+    rapier: &Engine,
     anchor: &Anchor,
     collider: ColliderHandle,
 ) -> impl Iterator<Item = Touch> {

@@ -3,16 +3,19 @@
 use std::sync::Barrier;
 use std::time::Instant;
 
-use ilon_robot::Robot;
+use ilon_robot::{Pose, Robot, Twist};
 use serde::Serialize;
 
-use super::configuration::{advance, held};
 use super::{DRIVES, Kind, Options, scenario};
 use crate::Error;
-use crate::simulate::{CpuTime, Simulation};
+use crate::simulate::{CpuTime, Plant, WheelCommand, resolve};
 
 /// Physics steps a second of every robot of a fleet, in the contact window.
 pub const RATE_HZ: f64 = 240.0;
+/// A control period, in seconds: by so much a robot is advanced at a time, as by a program that must know of them all.
+const PERIOD_S: f64 = 0.05;
+/// Simulated time before the clock is started, in seconds.
+const WARM_UP_S: f64 = 1.0;
 /// Simulated seconds of a timed stretch, of all robots together.
 const ROBOT_SECONDS: f64 = 60.0;
 
@@ -81,16 +84,17 @@ type Stretch = (Instant, Instant, Option<f64>);
 
 /// The best stretch, by wall clock. Every thread sets up its share of the robots, and they begin each stretch together.
 fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Result<Cost, Error> {
+    let fleet = Fleet::of(robot)?;
     let barrier = Barrier::new(threads);
     let stretch_s = (ROBOT_SECONDS / robots as f64).max(1.0).round();
     let shares: Vec<Vec<Stretch>> = std::thread::scope(|scope| {
         let started: Vec<_> = (0..threads)
             .map(|thread| {
-                let barrier = &barrier;
+                let (barrier, fleet) = (&barrier, &fleet);
                 let share = (thread..robots).step_by(threads);
                 scope.spawn(move || {
-                    let fleet = share.map(|index| set_up(robot, index)).collect();
-                    work(fleet, stretches, stretch_s, barrier)
+                    let plants = share.map(|index| fleet.robot(index)).collect();
+                    fleet.work(plants, stretches, stretch_s, barrier)
                 })
             })
             .collect();
@@ -119,45 +123,68 @@ fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Re
     best.ok_or_else(|| Error::invalid("no stretch was timed", "time at least one"))
 }
 
-/// A robot that drives sideways, warmed up; each stands another way, so that no two do the same.
-fn set_up(robot: &Robot, index: usize) -> Result<Simulation, Error> {
-    let heading_deg = (7 * index % 360) as f64;
-    let scenario = held(scenario(
-        DRIVES[1].1,
-        heading_deg,
-        Kind::Near,
-        RATE_HZ,
-        None,
-    )?);
-    let mut simulation = Simulation::with_robot(&scenario, robot)?;
-    advance(&mut simulation, 1.0, RATE_HZ);
-    Ok(simulation)
+/// Robots that drive sideways, copies of one.
+struct Fleet {
+    one: Plant,
+    rates_rad_s: Vec<f64>,
 }
 
-/// Advances all robots of a thread in turn, by some steps at a time as a program does that must know of them all.
-fn work(
-    fleet: Result<Vec<Simulation>, Error>,
-    stretches: usize,
-    stretch_s: f64,
-    barrier: &Barrier,
-) -> Result<Vec<Stretch>, Error> {
-    const TURN_S: f64 = 0.05;
-    let turns = (stretch_s / TURN_S).round() as usize;
-    let (mut robots, fault) = match fleet {
-        Ok(robots) => (robots, None),
-        Err(fault) => (Vec::new(), Some(fault)),
-    };
-    let mut done = Vec::with_capacity(stretches);
-    for _ in 0..stretches {
-        // The others wait here, also for a thread that has nothing to do.
-        barrier.wait();
-        let (begin, cpu) = (Instant::now(), CpuTime::now());
-        for _ in 0..turns {
-            for robot in &mut robots {
-                advance(robot, TURN_S, RATE_HZ);
-            }
-        }
-        done.push((begin, Instant::now(), cpu.elapsed_s()));
+impl Fleet {
+    fn of(robot: &Robot) -> Result<Self, Error> {
+        let [vx_m_s, vy_m_s, omega_rad_s] = DRIVES[1].1;
+        let scenario = scenario(DRIVES[1].1, 0.0, Kind::Near, RATE_HZ, None)?;
+        let one = Plant::new(&resolve(&scenario, robot)?, robot)?;
+        let mut rates_rad_s = vec![0.0; robot.wheels.len()];
+        let twist = Twist::new(vx_m_s, vy_m_s, omega_rad_s);
+        one.kinematics().wheel_rates(twist, &mut rates_rad_s);
+        Ok(Self { one, rates_rad_s })
     }
-    fault.map_or(Ok(done), Err)
+
+    /// A robot of it, warmed up; each stands another way, so that no two do the same.
+    fn robot(&self, index: usize) -> Result<Plant, Error> {
+        let mut plant = self.one.clone();
+        let heading_rad = ((7 * index % 360) as f64).to_radians();
+        let start = Pose {
+            heading_rad,
+            ..Pose::default()
+        };
+        plant.reset(index as u64, start)?;
+        self.drive(&mut plant, WARM_UP_S)?;
+        Ok(plant)
+    }
+
+    fn drive(&self, plant: &mut Plant, time_s: f64) -> Result<(), Error> {
+        plant.advance(WheelCommand::Rates(&self.rates_rad_s), time_s)?;
+        Ok(())
+    }
+
+    /// Advances all robots of a thread in turn, each by a control period at a time.
+    fn work(
+        &self,
+        plants: Result<Vec<Plant>, Error>,
+        stretches: usize,
+        stretch_s: f64,
+        barrier: &Barrier,
+    ) -> Result<Vec<Stretch>, Error> {
+        let periods = (stretch_s / PERIOD_S).round() as usize;
+        let (mut plants, mut fault) = match plants {
+            Ok(plants) => (plants, None),
+            Err(fault) => (Vec::new(), Some(fault)),
+        };
+        let mut done = Vec::with_capacity(stretches);
+        for _ in 0..stretches {
+            // The others wait here, also for a thread that has nothing to do.
+            barrier.wait();
+            let (begin, cpu) = (Instant::now(), CpuTime::now());
+            for _ in 0..periods {
+                for plant in &mut plants {
+                    if let Err(diverged) = self.drive(plant, PERIOD_S) {
+                        fault.get_or_insert(diverged);
+                    }
+                }
+            }
+            done.push((begin, Instant::now(), cpu.elapsed_s()));
+        }
+        fault.map_or(Ok(done), Err)
+    }
 }

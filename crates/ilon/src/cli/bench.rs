@@ -36,8 +36,8 @@ took, in the worst drive. Set-up and writing files are not timed.
 Treads: the time of a step on rollers that give (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
 ones, in the contact window at 1000 steps a second; both timed in turn, as speed is.
 
-Many robots: all alive in one process, advanced in turn, in the contact window at 240 steps a second; simulated time of all
-together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
+Many robots: all alive in one process, each advanced by 50 ms at a time and not recorded, in the contact window at 240 steps a
+second; simulated time of all together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
 
 /// Arguments of `ilon bench`.
 #[derive(Debug, clap::Args)]

@@ -372,7 +372,7 @@ fn fleet_section(bench: &Bench) -> Section {
     Section {
         id: "many",
         title: "Many robots in one process",
-        lead: "Robots are independent of each other. Efficiency is the speed over that of the same robots on one thread, by \
+        lead: "Robots are independent of each other, and stepped from outside: each by 50 ms at a time, without a record. Efficiency is the speed over that of the same robots on one thread, by \
                the number of threads. Cores is how many the threads really had: CPU time over wall clock."
             .to_owned(),
         body: format!("<div class=\"grid\">\n{}{table}</div>\n", card(&fleet(bench))),

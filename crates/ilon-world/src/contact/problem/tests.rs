@@ -54,7 +54,7 @@ fn problem(laws: &[Law], free: &[f64], response: &[f64]) -> ImpulseProblem {
         problem.push(*law, own);
         rest = others;
     }
-    problem.set_delassus(|row, column| response[row * free.len() + column]);
+    problem.set_delassus(|row, w| w.copy_from_slice(&response[row * free.len()..][..w.len()]));
     problem
 }
 
