@@ -3,6 +3,7 @@
 pub mod barrel;
 mod collision;
 mod joint;
+pub mod made;
 pub(crate) mod mass;
 mod planar;
 pub mod profile;
@@ -11,11 +12,13 @@ mod robot;
 mod roller;
 mod standing;
 pub mod tread;
+pub mod turned;
 mod wheel;
 
 pub use barrel::Barrel;
 pub use collision::{Collision, CollisionShape};
 pub use joint::{DriveTrain, Joint, MotorLimits};
+pub use made::{NotMade, RollersAsMade};
 pub use mass::MassProperties;
 pub use planar::{Pose, Twist, wrap_angle};
 pub use profile::{Profile, ProfilePart};
@@ -24,4 +27,5 @@ pub use robot::{Chassis, Robot};
 pub use roller::{ModelledRoller, Roller, RollerForm};
 pub use standing::StandingPose;
 pub use tread::{RollerSurface, Tread};
+pub use turned::{NotTurned, Turned};
 pub use wheel::Wheel;

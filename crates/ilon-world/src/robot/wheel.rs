@@ -9,7 +9,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use ilon_robot::{
-    Barrel, MassProperties as RobotMass, Roller, RollerForm, RollerSurface, Tread, Wheel,
+    Barrel, MassProperties as RobotMass, Roller, RollerForm, RollerSurface, Tread, Turned, Wheel,
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
@@ -17,6 +17,7 @@ use rapier3d::prelude::*;
 use crate::ContactSolver;
 use crate::contact::nearest::PlacedBarrel;
 use crate::contact::tread::{Spring, TreadLaw};
+use crate::contact::turned::PlacedTurned;
 use crate::engine::barrel_shape::BarrelShape;
 use crate::engine::convert;
 use crate::engine::shapes::shape_of_roller;
@@ -39,6 +40,8 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// What the rollers touch the ground with.
     pub surface: Surface,
+    /// Whether its rollers make a circle of its outline.
+    pub is_round: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
@@ -125,8 +128,10 @@ pub(crate) struct FixedRoller {
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
     pub axis_in_hub: Vector3<f64>,
-    /// The exact shape; `None` where the roller has the shapes of its file.
+    /// The exact barrel; `None` where the roller is none.
     pub barrel: Option<Barrel>,
+    /// The profile by numbers of a roller that is turned to one.
+    pub turned: Option<Turned>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
     /// Inertia about its axis, in kg m^2.
@@ -176,18 +181,22 @@ impl Deref for RollerState {
 impl FixedRoller {
     /// A roller of a wheel.
     pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
+        let (barrel, turned) = match &roller.form {
+            RollerForm::AsModelled(_) => (None, None),
+            RollerForm::Turned(turned) => (None, Some(turned.clone())),
+            _ => (Some(wheel.barrel(roller)), None),
+        };
+        let bounding_radius_m = match (&barrel, &turned) {
+            (Some(barrel), _) => PlacedBarrel::bounding_radius_m(barrel),
+            (None, Some(turned)) => turned.bounding_radius_m(),
+            (None, None) => 0.5 * roller.length_m + roller.radius_m,
         };
         Self {
             hub_from_roller: roller.hub_from_roller(),
             axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
+            bounding_radius_m,
             barrel,
+            turned,
             axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
@@ -242,6 +251,25 @@ impl RollerState {
             center_m: self.center_m(hub),
             axis: hub.rotation * self.axis_in_hub,
         })
+    }
+
+    /// Its profile by numbers as it is placed by a hub, in the floor's frame; `None` where it has none.
+    pub fn placed_turned(&self, hub: &HubPose) -> Option<PlacedTurned<'_>> {
+        let turned = self.turned.as_ref()?;
+        Some(PlacedTurned {
+            turned,
+            center_m: self.center_m(hub),
+            axis: hub.rotation * self.axis_in_hub,
+        })
+    }
+
+    /// The largest radius of a roller with an exact shape, in metres; 0 of one that has the shapes of its file.
+    pub fn rolling_radius_m(&self) -> f64 {
+        match (&self.barrel, &self.turned) {
+            (Some(barrel), _) => barrel.sphere_radius_m(0.0),
+            (None, Some(turned)) => turned.largest_radius_m(),
+            (None, None) => 0.0,
+        }
     }
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
@@ -487,6 +515,7 @@ pub(crate) fn insert(
         bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         surface: Surface::under(&wheel.surface, load_kg),
+        is_round: wheel.is_round(),
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
     }
