@@ -96,6 +96,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_profile_by_numbers_is_drawn_on_its_surface() {
+        for edge_radius_m in [0.0, 0.002] {
+            let points = [[-0.02, 0.006], [-0.006, 0.01], [0.006, 0.01], [0.02, 0.007]];
+            let turned = Turned::new(&points, edge_radius_m).unwrap();
+            let outline = of_turned(&turned);
+            // From the axis at one end to the axis at the other, every other point on the surface, to f32's rounding.
+            let (first, last) = (outline[0], outline[outline.len() - 1]);
+            assert_eq!(
+                ([first[0], last[0]], [first[1], last[1]]),
+                ([-0.02, 0.02], [0.0; 2])
+            );
+            for [z, r] in &outline[1..outline.len() - 1] {
+                let (off_m, _) = turned.distance_m(f64::from(*z), f64::from(*r));
+                assert!(off_m.abs() < 1e-8, "{z} {r}: {off_m:e}");
+            }
+        }
+    }
+
+    #[test]
     fn every_point_of_the_outline_reaches_the_wheels_circle() {
         // A wheel of 50 mm with nine rollers at 45 deg. In the roller's frame, axis z, the hub axis lies at the distance a along
         // -x, and is (0, -cos delta', sin') of it: with k = sin(angle between the axes). A point at (z, r) reaches furthest from

@@ -238,6 +238,52 @@ mod tests {
     }
 
     #[test]
+    fn a_scenario_makes_rollers_as_a_description_does() {
+        // Key by key: the description's crown stays where the scenario says a length.
+        let lines =
+            "rollers.crown = 0.8\nrollers.length_factor = 0.9\nrollers.radius_spread_m = 1e-4";
+        let mut options = ilon_robot::LoadOptions::default();
+        options.spec = toml::from_str(lines).unwrap();
+        let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+        options.spec = toml::from_str("rollers.crown = 0.8").unwrap();
+        let mut robot = Robot::load_with(ROBOT, &options).unwrap().robot;
+        let section: RollerSurface =
+            toml::from_str("length_factor = 0.9\nradius_spread_m = 1e-4").unwrap();
+        section.apply(&mut robot).unwrap();
+        for (a, b) in robot.wheels.iter().zip(&described.wheels) {
+            assert_eq!(a.made, b.made);
+            for (one, other) in a.rollers.iter().zip(&b.rollers) {
+                let (p, q) = (a.barrel(one), b.barrel(other));
+                // What the file's fifteen digits leave.
+                assert!((p.wheel_radius_m / q.wheel_radius_m - 1.0).abs() < 1e-9);
+                assert!((p.half_length_m / q.half_length_m - 1.0).abs() < 1e-9);
+                assert!((one.axial_inertia_kg_m2 / other.axial_inertia_kg_m2 - 1.0).abs() < 1e-6);
+            }
+        }
+        // And where the section is empty, nothing is touched.
+        let before = robot.wheels[0].rollers.clone();
+        RollerSurface::default().apply(&mut robot).unwrap();
+        assert_eq!(before, robot.wheels[0].rollers);
+    }
+
+    #[test]
+    fn rollers_that_cannot_be_made_are_refused_in_words() {
+        for (lines, said) in [
+            ("radius_offsets_m = { nobody = 1e-4 }", "front_left_roller"),
+            ("crown = 30.0", "front_left"),
+            (
+                "profile_m = [[-0.01, 0.012], [0.0, 0.01], [0.01, 0.012]]",
+                "hollow",
+            ),
+            ("profile_m = [[-10.0, 12.0], [10.0, 12.0]]", "metres"),
+        ] {
+            let fault = applied(lines).unwrap_err();
+            let text = format!("{fault} {:?}", fault.help());
+            assert!(text.contains(said), "{lines}: {text}");
+        }
+    }
+
+    #[test]
     fn a_roller_that_would_taper_to_nothing_is_refused() {
         let fault = applied("length_factor = 3.0").unwrap_err().to_string();
         assert!(fault.contains("taper to nothing"), "{fault}");

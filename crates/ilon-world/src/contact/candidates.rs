@@ -9,7 +9,7 @@ use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
 use crate::contact::turned::PlacedTurned;
 use crate::engine::convert;
-use crate::robot::state::State;
+use crate::robot::state::{HubPose, State};
 use crate::robot::wheel::RollerState;
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
@@ -211,8 +211,7 @@ impl Scene<'_> {
         if !body.is_round {
             self.find_turned(wheel, (prediction_m, room), found);
             if !gives && found.len() > 1 {
-                let axis = hub.axis();
-                leave_out_higher(found, &axis, &body.rollers);
+                leave_out_higher(found, hub, &body.rollers);
             }
         }
         if let Some((index, nearest)) = lowest
@@ -470,26 +469,36 @@ fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
 ///
 /// In the step of a landing both stay, the roller that carries the wheel and the one that comes down. Else one carries it: the ends
 /// of two neighbours can be equally low for degrees of a turn, and two that stick rub against each other's way. Of equals that one
-/// stays which the ground pressed on before.
-fn leave_out_higher(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>, rollers: &[RollerState]) {
-    /// Above the rounding of places, below what a contact is known to.
-    const EQUAL_M: f64 = 1e-9;
-    let held_m = |place: &Candidate| match place.a.part {
-        Part::Roller(_, roller) if rollers[roller].pressed => EQUAL_M,
-        _ => 0.0,
+/// stays which is nearer to straight down, as the contact kinematics has it.
+fn leave_out_higher(found: &mut Vec<Candidate>, hub: &HubPose, rollers: &[RollerState]) {
+    /// Micrometres by which a robot leans or sags decide nothing: below this two are equally low.
+    const EQUAL_M: f64 = 2e-6;
+    let axis = hub.axis();
+    let below_hub_m = |place: &Candidate| match place.a.part {
+        Part::Roller(_, roller) => {
+            let from_hub_m = rollers[roller].center_m(hub) - hub.center_m;
+            -from_hub_m.dot(&place.normal)
+        }
+        _ => f64::NEG_INFINITY,
+    };
+    let nearer_to_down = |one: &Candidate, other: &Candidate| {
+        let (one_m, other_m) = (below_hub_m(one), below_hub_m(other));
+        other_m > one_m || other_m == one_m && other.a < one.a
     };
     let higher = |one: &Candidate, other: &Candidate| {
-        let by_m = held_m(one) - held_m(other);
-        let nearer = |of_other: f64, of_one: f64| {
-            let off_m = of_other - (of_one - by_m);
-            off_m < 0.0 || off_m == 0.0 && other.a < one.a
+        let lower = |of_one: f64, of_other: f64| {
+            if (of_other - of_one).abs() < EQUAL_M {
+                nearer_to_down(one, other)
+            } else {
+                of_other < of_one
+            }
         };
         one.a != other.a
             && one.on_barrel
             && other.on_barrel
-            && nearer(other.gap_m, one.gap_m)
-            && nearer(other.gap_ahead_m, one.gap_ahead_m)
-            && stand_on_one_plane(one, other, hub_axis)
+            && lower(one.gap_m, other.gap_m)
+            && lower(one.gap_ahead_m, other.gap_ahead_m)
+            && stand_on_one_plane(one, other, &axis)
     };
     leave_out(found, higher);
 }
