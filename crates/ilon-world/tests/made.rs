@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use ilon_robot::{Pose, Robot, RollersAsMade, Tread, Twist, Wheel};
 use ilon_world::{
-    ContactSolver, Floor, GroundBox, MotorTorque, RollerBodies, Settings, World, WorldError,
+    ContactSolver, Floor, GroundBox, MotorTorque, Relief, RollerBodies, Settings, World, WorldError,
 };
 use nalgebra::Vector3;
 use support::{ideal_rates, mecanum4, volksbot};
@@ -311,6 +311,41 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
             world.motor_energy_j() - lost_j - (energy.kinetic_j + energy.potential_j - began_j);
         assert!(open_j.abs() < 0.01 * world.motor_energy_j(), "{open_j}");
     }
+}
+
+/// Sideways over bumps of 2 mm: what a wheel of cylinders meets there is near to what one of barrels meets.
+#[test]
+fn cylinders_drive_over_bumps_as_barrels_do() {
+    let size = 161;
+    let bump = |i: usize| 0.002 * ((i * 7919 + i * i * 31) % 101) as f64 / 100.0;
+    let relief = Relief {
+        cell_m: 0.02,
+        heights_m: (0..size * size).map(bump).collect(),
+    };
+    let floor = Floor {
+        relief: Some(relief),
+        ..Floor::default()
+    };
+    let way_m = |robot: &Robot| {
+        let mut world = World::new(robot, &floor, Pose::default(), &settings(2e-3)).unwrap();
+        let targets = ideal_rates(robot, Twist::new(0.0, 0.2, 0.0));
+        while world.time_s() < 2.0 {
+            let rates = world.wheel_rates_rad_s().to_vec();
+            let motor =
+                |(target, rate): (&f64, &f64)| MotorTorque::with_droop(0.3 * (target - rate), 0.3);
+            let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
+            world.drive(&motors);
+            world.step();
+        }
+        world.body().pose.y_m
+    };
+    let barrels_m = way_m(&mecanum4());
+    let cylinders_m = way_m(&made(mecanum4(), cylinders(0.0138, 0.001), None));
+    // Their mean heights differ by a few per cent, and both lose a few to bumps.
+    assert!(
+        (cylinders_m / barrels_m - 1.0).abs() < 0.06,
+        "{cylinders_m} {barrels_m}"
+    );
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub struct Turned {
 pub enum NotTurned {
     /// Less than two points.
     #[error(
-        "it has {points} points, but needs two or more: [place along the axis, radius], in metres"
+        "it needs two points or more, [place along the axis, radius] in metres, and has {points}"
     )]
     TooFewPoints {
         /// How many there are.

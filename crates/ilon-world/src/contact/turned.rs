@@ -78,9 +78,10 @@ impl PlacedTurned<'_> {
             for corner in lowest.saturating_sub(1)..=(lowest + 1).min(last) {
                 let place_m = self.support(&normal, Some(corner));
                 let foot = piece.foot(&place_m);
-                /// The foot of a place over a face, to what f64 makes of it.
-                const SAME_NORMAL: f64 = 1e-9;
-                if foot.normal.dot(&normal) > 1.0 - SAME_NORMAL && foot.distance_m < within_m {
+                /// Over the face or straight beneath it, to what f64 makes of it; beside it, an edge is nearer.
+                const SAME_PLACE_M: f64 = 1e-9;
+                let beside_m = place_m - foot.place_m - foot.distance_m * normal;
+                if beside_m.norm() < SAME_PLACE_M && foot.distance_m < within_m {
                     let ball_m = self.turned.corners()[corner].ball_m;
                     show(Nearest {
                         normal,

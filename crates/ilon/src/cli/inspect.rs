@@ -221,7 +221,8 @@ fn surfaces(robot: &Inspection) -> Table {
 fn made(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
-        "rollers as made: curvature along the roller over the ideal barrel's, its radius, least and largest radius of the rollers,          travel of the hub in a turn and its mean height; lengths in mm",
+        "rollers as made: curvature along the roller over the ideal barrel's, its radius, least and largest radius of the rollers, \
+         travel of the hub in a turn and its mean height; lengths in mm",
     );
     columns(
         &mut table,

@@ -128,6 +128,28 @@ fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
 }
 
 #[test]
+fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
+    // A slope up to the edge at x = 0; the roller lies behind the edge, lower than the slope's plane goes on to, and clear of it.
+    let corners_m = [
+        Vector3::new(0.0, -0.05, 0.0),
+        Vector3::new(0.0, 0.05, 0.0),
+        Vector3::new(-0.05, 0.0, -0.03),
+    ];
+    let piece = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
+    for body in bodies() {
+        let placed = PlacedTurned {
+            turned: &body,
+            center_m: Vector3::new(0.04, 0.0, -0.002),
+            axis: Vector3::y(),
+        };
+        // 40 mm across and 2 mm down to its axis, its side is 30 mm off the edge: what it is near to lies under the next triangle.
+        let mut gaps_m = Vec::new();
+        placed.places_on(&piece, 0.02, |nearest| gaps_m.push(nearest.gap_m));
+        assert_eq!(gaps_m, []);
+    }
+}
+
+#[test]
 fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
     let [body, ..] = bodies();
     let placed = PlacedTurned {
