@@ -102,7 +102,7 @@ fn wheel_part(wheel: &Wheel, rollers: std::ops::Range<usize>) -> Result<WheelPar
 }
 
 fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError> {
-    if roller.form != RollerForm::Barrel {
+    if !matches!(roller.form, RollerForm::Barrel | RollerForm::Made(_)) {
         let roller = roller.name.clone();
         return Err(OracleError::NoBarrel { roller });
     }

@@ -46,7 +46,7 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
          {} wheels of radius {} m; hubs of {} kg; motors of {} N m and {} rad/s at the wheel.\n     \
          {} row(s) of {} rollers a wheel; rollers of radius {} m and {} kg; bearing damping {} N m s/rad.\n     \
          Frame: origin of the chassis on the ground, x forward, y left, z up. A roller is the stack of spheres whose\n     \
-         envelope makes the outline of the wheel a circle; its length {}.",
+         envelope makes the outline of the wheel a circle; its length {}.{}",
         wheels.len(),
         num(w.radius_m),
         num(w.hub_mass_kg),
@@ -59,7 +59,15 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
         num(r.damping_n_m_s),
         match r.length_factor {
             1.0 => "lets neighbours hand over without gap or overlap".to_owned(),
-            factor => format!("is {} times that without gap or overlap", num(factor)),
+            factor if factor > 1.0 => {
+                format!("is {} times that without gap or overlap", num(factor))
+            }
+            _ => "lets neighbours hand over without gap or overlap".to_owned(),
+        },
+        if r.made().is_ideal() && r.length_factor >= 1.0 {
+            ""
+        } else {
+            "\n     How the rollers are made otherwise stands in the elements <ilon_rollers>, which other tools do not read."
         },
     )?;
     for wheel in wheels {
@@ -152,7 +160,9 @@ fn write_wheel(out: &mut String, wheel: &Described) -> std::fmt::Result {
     writeln!(out, "  </link>")?;
     write_drive(out, wheel)?;
     write_surface(out, wheel)?;
-    let barrel = wheel.barrel();
+    // Shorter rollers leave gaps, and others than barrels have an outline of their own: what stands in the links are barrels that
+    // hand over, and their reader makes the others of them.
+    let barrel = wheel.barrel_at_least_handing_over();
     let (axial, across) = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
     let moments = Vector3::new(across, across, axial);
     for roller in 0..wheel.roller_count() {
@@ -181,7 +191,8 @@ fn write_drive(out: &mut String, wheel: &Described) -> std::fmt::Result {
 /// URDF has no word for what rollers are covered with either.
 fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
     let surface = wheel.rollers.surface();
-    if surface == RollerSurface::default() {
+    let (made, factor) = (wheel.rollers.made(), wheel.rollers.length_factor);
+    if surface == RollerSurface::default() && made.is_ideal() && factor >= 1.0 {
         return Ok(());
     }
     write!(
@@ -204,7 +215,43 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
             }
         }
     }
-    writeln!(out, "/>")
+    if factor < 1.0 {
+        write!(out, " length_factor=\"{}\"", num(factor))?;
+    }
+    if made.crown != 1.0 {
+        write!(out, " crown=\"{}\"", num(made.crown))?;
+    }
+    if let Some(points_m) = &made.profile_m {
+        write!(out, " profile=\"{}\"", nums(points_m.as_flattened()))?;
+    }
+    for (name, value_m) in [
+        ("edge_radius", made.edge_radius_m),
+        ("radius_spread", made.radius_spread_m),
+    ] {
+        if value_m != 0.0 {
+            write!(out, " {name}=\"{}\"", num(value_m))?;
+        }
+    }
+    if made.radius_seed != 0 {
+        write!(out, " radius_seed=\"{}\"", made.radius_seed)?;
+    }
+    let of_wheel = |name: &&String| wheel.has_roller(name);
+    if !made.radius_offsets_m.keys().any(|name| of_wheel(&name)) {
+        return writeln!(out, "/>");
+    }
+    writeln!(out, ">")?;
+    for (name, offset_m) in made
+        .radius_offsets_m
+        .iter()
+        .filter(|(name, _)| of_wheel(name))
+    {
+        let (name, offset) = (attribute(name), num(*offset_m));
+        writeln!(
+            out,
+            "    <roller joint=\"{name}\" radius_offset=\"{offset}\"/>"
+        )?;
+    }
+    writeln!(out, "  </ilon_rollers>")
 }
 
 fn write_roller(

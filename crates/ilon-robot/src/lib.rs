@@ -74,10 +74,11 @@ pub use generate::generate;
 pub use load::{Diagnosis, Loaded};
 pub use model::{
     Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
-    MotorLimits, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm, RollerSurface,
-    StandingPose, Tread, Twist, Wheel, mean_of_gain, wrap_angle,
+    MotorLimits, NotMade, NotTurned, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm,
+    RollerSurface, RollersAsMade, StandingPose, Tread, Turned, Twist, Wheel, mean_of_gain,
+    wrap_angle,
 };
-pub use model::{barrel, profile, tread};
+pub use model::{barrel, made, profile, tread, turned};
 pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;

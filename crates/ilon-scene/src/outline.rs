@@ -1,9 +1,11 @@
 //! The outline of a roller: points `[z, r]` along and across its axis, from one end to the other, closed by flat ends.
 
-use ilon_robot::{Barrel, Profile};
+use ilon_robot::{Barrel, Profile, Turned};
 
 /// Intervals of a barrel's outline: no chord is off the arc by more than a hundredth of the roller's radius.
 const PLACES: usize = 10;
+/// Steps of the arc over a rounded edge.
+const EDGE_STEPS: u32 = 4;
 /// Directions in which the hull of a modelled roller is looked for.
 const DIRECTIONS: usize = 64;
 
@@ -41,6 +43,35 @@ pub fn of_profile(profile: &Profile) -> Vec<[f32; 2]> {
     closed(surface)
 }
 
+/// A roller with a profile by numbers: its points, and arcs over the edges that are rounded.
+pub fn of_turned(turned: &Turned) -> Vec<[f32; 2]> {
+    let corners = turned.corners();
+    // The outward direction of the line or face before the corner, as an angle from the axis.
+    let before_rad = |i: usize| match i {
+        0 => std::f64::consts::PI,
+        i if i == corners.len() => 0.0,
+        i => {
+            let (p, q) = (&corners[i - 1], &corners[i]);
+            libm::atan2(q.t_m - p.t_m, p.ring_m - q.ring_m)
+        }
+    };
+    let steps = if turned.edge_radius_m() > 0.0 {
+        EDGE_STEPS
+    } else {
+        0
+    };
+    let surface = corners.iter().enumerate().flat_map(|(i, corner)| {
+        let (from_rad, to_rad) = (before_rad(i), before_rad(i + 1));
+        (0..=steps).map(move |step| {
+            let share = f64::from(step) / f64::from(steps.max(1));
+            let (out, along) = libm::sincos(from_rad + share * (to_rad - from_rad));
+            let c = corner.ball_m;
+            [corner.t_m + c * along, corner.ring_m + c * out]
+        })
+    });
+    closed(surface.collect())
+}
+
 /// With a point on the axis at both ends.
 fn closed(surface: Vec<[f64; 2]>) -> Vec<[f32; 2]> {
     let ends = surface.first().copied().zip(surface.last().copied());
@@ -63,6 +94,25 @@ mod tests {
     use ilon_robot::ProfilePart;
 
     use super::*;
+
+    #[test]
+    fn a_profile_by_numbers_is_drawn_on_its_surface() {
+        for edge_radius_m in [0.0, 0.002] {
+            let points = [[-0.02, 0.006], [-0.006, 0.01], [0.006, 0.01], [0.02, 0.007]];
+            let turned = Turned::new(&points, edge_radius_m).unwrap();
+            let outline = of_turned(&turned);
+            // From the axis at one end to the axis at the other, every other point on the surface, to f32's rounding.
+            let (first, last) = (outline[0], outline[outline.len() - 1]);
+            assert_eq!(
+                ([first[0], last[0]], [first[1], last[1]]),
+                ([-0.02, 0.02], [0.0; 2])
+            );
+            for [z, r] in &outline[1..outline.len() - 1] {
+                let (off_m, _) = turned.distance_m(f64::from(*z), f64::from(*r));
+                assert!(off_m.abs() < 1e-8, "{z} {r}: {off_m:e}");
+            }
+        }
+    }
 
     #[test]
     fn every_point_of_the_outline_reaches_the_wheels_circle() {

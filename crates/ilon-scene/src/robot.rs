@@ -67,7 +67,10 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
     let wheels = robot.wheels.iter().enumerate().map(|(index, wheel)| {
         let rollers = wheel.rollers.iter().map(|roller| {
             let outline = match &roller.form {
-                RollerForm::Barrel => outline::of_barrel(&wheel.barrel(roller)),
+                RollerForm::Barrel | RollerForm::Made(_) => {
+                    outline::of_barrel(&wheel.barrel(roller))
+                }
+                RollerForm::Turned(turned) => outline::of_turned(turned),
                 RollerForm::AsModelled(modelled) => outline::of_profile(&modelled.profile),
             };
             let known = lathes.iter().position(|lathe| *lathe == outline);

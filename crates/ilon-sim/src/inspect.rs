@@ -65,6 +65,59 @@ pub struct WheelInspection {
     /// What its rollers touch the ground with; `None` of rigid rollers that roll without loss.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceInspection>,
+    /// How its rollers are made; `None` where they make a circle of its outline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub made: Option<MadeInspection>,
+}
+
+/// How the rollers of a wheel are made, and what that does to its hub.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MadeInspection {
+    /// Curvature of the outline along the rollers over that of the ideal barrel; `None` of a profile by numbers.
+    pub crown: Option<f64>,
+    /// Radius of curvature of the outline along the rollers, at their middles, in metres; `None` of a profile by numbers.
+    pub crown_radius_m: Option<f64>,
+    /// The least radius of its rollers at their middles, in metres.
+    pub least_radius_m: f64,
+    /// The largest, in metres.
+    pub largest_radius_m: f64,
+    /// How far the hub rises and falls in a turn on level ground, in metres.
+    pub hub_travel_m: f64,
+    /// The mean height of the hub over a turn, in metres: what it rolls on, but for what its rollers' tilt takes.
+    pub mean_height_m: f64,
+}
+
+impl MadeInspection {
+    fn of(wheel: &Wheel) -> Option<Self> {
+        /// Looks at a passing roller: what is missed of a hub's travel is of the order of one over their square.
+        const LOOKS: usize = 200;
+        let modelled = |roller: &ilon_robot::Roller| {
+            matches!(roller.form, ilon_robot::RollerForm::AsModelled(_))
+        };
+        if wheel.rollers.iter().any(modelled) || wheel.made.is_ideal() && wheel.is_round() {
+            return None;
+        }
+        let looks = LOOKS * wheel.rollers.len();
+        let step_rad = std::f64::consts::TAU / looks as f64;
+        let heights_m = (0..looks).map(|i| wheel.hub_height_m(step_rad * i as f64));
+        let (low_m, high_m, sum_m) = heights_m.fold(
+            (f64::INFINITY, f64::NEG_INFINITY, 0.0),
+            |(low, high, sum), h| (h.min(low), h.max(high), sum + h),
+        );
+        let radii_m = || wheel.rollers.iter().map(|roller| roller.radius_m);
+        let barrels = wheel.made.profile_m.is_none();
+        Some(Self {
+            crown: barrels.then_some(wheel.made.crown),
+            crown_radius_m: barrels
+                .then(|| wheel.rollers.first())
+                .flatten()
+                .map(|roller| wheel.barrel(roller).crown_radius_m()),
+            least_radius_m: radii_m().fold(f64::INFINITY, f64::min),
+            largest_radius_m: radii_m().fold(0.0, f64::max),
+            hub_travel_m: high_m - low_m,
+            mean_height_m: sum_m / looks as f64,
+        })
+    }
 }
 
 /// What rollers that give, or drag, touch the ground with, as it is understood: defaults filled in.
@@ -199,6 +252,7 @@ impl WheelInspection {
             effort_n_m: finite(wheel.motor.effort_n_m),
             velocity_rad_s: finite(wheel.motor.velocity_rad_s),
             surface: SurfaceInspection::of(&wheel.surface, load_kg),
+            made: MadeInspection::of(wheel),
         }
     }
 }

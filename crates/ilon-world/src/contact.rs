@@ -13,4 +13,5 @@ pub(crate) mod response;
 pub(crate) mod row;
 pub(crate) mod scene;
 pub(crate) mod tread;
+pub(crate) mod turned;
 pub(crate) mod wheel_contact;

@@ -69,6 +69,15 @@ pub enum WorldError {
         /// The wheel's name.
         wheel: String,
     },
+    /// Rollers shall have a tread and a profile by numbers: a tread is known of barrels only.
+    #[error(
+        "wheel `{wheel}`: its rollers have a profile by numbers and a tread, which only barrels can have; make them barrels with a \
+         crown, or leave the tread out"
+    )]
+    TreadOnTurned {
+        /// The wheel's name.
+        wheel: String,
+    },
     /// A tread is so soft that the robot's weight alone would press it deeper than its rollers are thick.
     #[error(
         "wheel `{wheel}`: its tread of {stiffness_n_m} N/m would be pressed by {sag_mm:.1} mm under its share of the weight, deeper than its \

@@ -91,7 +91,7 @@ struct RollerGeometry {
 enum Outline {
     /// The exact barrel.
     Barrel(Barrel),
-    /// What its file models.
+    /// What its file models, or a profile by numbers.
     Modelled(Profile),
 }
 
@@ -149,7 +149,8 @@ impl ContactKinematics {
             }
             let geometry = |r: &ilon_robot::Roller| {
                 let outline = match &r.form {
-                    RollerForm::Barrel => Outline::Barrel(w.barrel(r)),
+                    RollerForm::Barrel | RollerForm::Made(_) => Outline::Barrel(w.barrel(r)),
+                    RollerForm::Turned(turned) => Outline::Modelled(turned.profile().clone()),
                     RollerForm::AsModelled(modelled) => Outline::Modelled(modelled.profile.clone()),
                 };
                 let (half_length_m, radius_m) = outline.extent_m();

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::ops::Range;
 
-use ilon_robot::{Robot, Roller, Wheel, roll_pitch_yaw};
+use ilon_robot::{Robot, Roller, RollerForm, Turned, Wheel, roll_pitch_yaw};
 use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
@@ -115,6 +115,9 @@ impl Placed<'_> {
 }
 
 fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) -> String {
+    if let RollerForm::Turned(turned) = &roller.form {
+        return slices(turned, link_from_roller);
+    }
     let barrel = wheel.barrel(roller);
     (0..SPHERES).fold(String::new(), |mut shown, index| {
         let along = 2.0 * index as f64 / (SPHERES - 1) as f64 - 1.0;
@@ -128,6 +131,22 @@ fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) ->
         let _ = writeln!(
             shown,
             "    <visual>{at}<geometry><sphere radius=\"{radius_m}\"/></geometry></visual>"
+        );
+        shown
+    })
+}
+
+/// A roller with a profile by numbers, as a stack of cylinders.
+fn slices(turned: &Turned, link_from_roller: &Isometry3<f64>) -> String {
+    let (first_m, last_m) = turned.span_m();
+    let length_m = (last_m - first_m) / SPHERES as f64;
+    (0..SPHERES).fold(String::new(), |mut shown, index| {
+        let t_m = first_m + length_m * (index as f64 + 0.5);
+        let at = origin(&(link_from_roller * Isometry3::translation(0.0, 0.0, t_m)));
+        let radius_m = turned.surface_radius_m(t_m);
+        let _ = writeln!(
+            shown,
+            "    <visual>{at}<geometry><cylinder radius=\"{radius_m}\" length=\"{length_m}\"/></geometry></visual>"
         );
         shown
     })

@@ -7,6 +7,7 @@ mod engines;
 mod figures;
 mod identify;
 mod limit;
+mod made;
 mod table;
 mod transients;
 mod tread;

@@ -81,7 +81,7 @@ fn place(course: &Course) -> String {
 const OF_THE_WAY: f64 = 1e-3;
 
 /// Lays both beside each other and holds that they are as near as is known of either.
-fn agree(case: &Case, stiffness_n_m: f64) {
+pub fn agree(case: &Case, stiffness_n_m: f64) {
     let beside = Beside::of(case, stiffness_n_m);
     let (apart_m, within_m, way_m) = (beside.apart_m(), beside.within_m(), beside.way_m());
     let ([heat_j, of_oracle_j], [work_j, work_of_oracle_j]) = (beside.heats_j(), beside.work_j());

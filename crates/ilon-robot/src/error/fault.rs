@@ -370,6 +370,12 @@ pub enum Fault {
         /// Its mean over the wheel.
         others: String,
     },
+    /// Rollers cannot be made as the file says.
+    #[error("the rollers cannot be made so: {reason}")]
+    RollersNotMade {
+        /// What is wrong.
+        reason: String,
+    },
     /// A wheel has angles at which no roller touches the ground.
     #[error(
         "the rollers leave gaps of up to {widest_gap_deg:.2} deg, {share_percent:.1} % of the turn, over which the wheel \

@@ -136,6 +136,9 @@ impl Fault {
             }
             Self::NotInX { .. } => "give gamma for all wheels, or for each wheel, instead",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
+            Self::RollersNotMade { .. } => {
+                "write a value within its range, or leave it out for the ideal barrel"
+            }
             Self::RollersHaveGaps { .. } => {
                 "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
             }

@@ -48,6 +48,13 @@ impl Barrel {
         self.wheel_radius_m - libm::hypot(self.ring_radius_m, t_m * self.sin_delta)
     }
 
+    /// Radius of curvature of the outline along the barrel, at its middle, in metres: rho - a + a / k^2, for near the middle
+    /// s(t) = r - t^2 k^2 / 2a, and the envelope of such spheres bends with the radius r + a / k^2.
+    pub fn crown_radius_m(&self) -> f64 {
+        let k2 = self.sin_delta * self.sin_delta;
+        self.wheel_radius_m - self.ring_radius_m + self.ring_radius_m / k2
+    }
+
     /// The place t* of the sphere that reaches furthest along a unit direction **w** with component `w_axial` along
     /// the barrel's axis, in metres. The support point is t* along the axis plus s(t*) **w**.
     ///

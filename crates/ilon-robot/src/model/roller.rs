@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Unit, UnitQuaternion, Vector3};
 
-use super::{Collision, Joint, MassProperties, Profile, wrap_angle};
+use super::{Barrel, Collision, Joint, MassProperties, Profile, Turned, wrap_angle};
 
 /// A passive roller on the rim of a wheel.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +36,11 @@ pub enum RollerForm {
     /// The exact barrel of its figures (see [`crate::barrel`]).
     #[default]
     Barrel,
+    /// A barrel of figures of its own: that of another wheel's circle (see [`crate::made`]). Its `wheel_radius_m` and
+    /// `ring_radius_m` are those of that circle.
+    Made(Barrel),
+    /// A body turned to a profile by numbers.
+    Turned(Turned),
     /// The collision shapes of its file.
     AsModelled(ModelledRoller),
 }

@@ -111,7 +111,7 @@ impl Wheel {
     /// taken as the ring that its rollers make in a turn: a circle through their middles, as thick as they are there.
     pub fn lowest_point_m(&self, up: &Unit<Vector3<f64>>) -> Vector3<f64> {
         let as_modelled = |r: &super::Roller| matches!(r.form, RollerForm::AsModelled(_));
-        if self.rollers.iter().any(as_modelled) {
+        if self.rollers.iter().any(as_modelled) || !self.is_round() {
             return self.position_m() - up.into_inner() * self.reach_in_body_m(&-*up);
         }
         let thick_m = self.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Unit, Vector2, Vector3};
 
 use super::{
     Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm, RollerSurface,
+    RollersAsMade,
 };
 
 /// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
@@ -31,6 +32,8 @@ pub struct Wheel {
     pub drive: DriveTrain,
     /// What its rollers touch the ground with.
     pub surface: RollerSurface,
+    /// How its rollers are made, from which their forms follow (see [`Wheel::make_rollers`]).
+    pub made: RollersAsMade,
 }
 
 impl Wheel {
@@ -59,18 +62,33 @@ impl Wheel {
         Vector2::new(-u_gamma.y, u_gamma.x)
     }
 
-    /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius, but for rollers that have
-    /// the shapes of their file.
+    /// How far the wheel reaches down from its centre at wheel angle zero, in metres: its radius where its rollers make a circle
+    /// of its outline, and else as far as one of them reaches.
     pub fn reach_at_rest_m(&self) -> f64 {
         self.reach_in_body_m(&-Vector3::z_axis())
     }
 
     /// How far the wheel reaches from its centre at wheel angle zero in a direction of the body frame across its axis, in
-    /// metres: its radius, but for rollers that have the shapes of their file.
+    /// metres: its radius where its rollers make a circle of its outline, and else as far as one of them reaches.
     pub(super) fn reach_in_body_m(&self, direction: &Unit<Vector3<f64>>) -> f64 {
-        let in_hub = self.body_from_hub.rotation.inverse() * direction.into_inner();
+        self.reach_in_hub_m(&(self.body_from_hub.rotation.inverse() * direction.into_inner()))
+    }
+
+    /// How far the wheel reaches from its centre in a unit direction of the hub frame across its axis, in metres.
+    pub(super) fn reach_in_hub_m(&self, in_hub: &Vector3<f64>) -> f64 {
+        let is_round = self.is_round();
         let reach_m = |roller: &Roller| match &roller.form {
-            RollerForm::Barrel => self.radius_m,
+            RollerForm::Barrel if is_round => self.radius_m,
+            RollerForm::Barrel | RollerForm::Made(_) => {
+                let barrel = self.barrel(roller);
+                let w = roller.axis_in_hub.dot(in_hub);
+                let t_m = barrel.support_place_m(w);
+                roller.center_in_hub_m.dot(in_hub) + t_m * w + barrel.sphere_radius_m(t_m)
+            }
+            RollerForm::Turned(turned) => {
+                let w = roller.axis_in_hub.dot(in_hub);
+                roller.center_in_hub_m.dot(in_hub) + turned.profile().support_m(w)
+            }
             RollerForm::AsModelled(modelled) => {
                 let hub_from_roller = roller.hub_from_roller();
                 let in_roller = hub_from_roller.rotation.inverse() * in_hub;
@@ -78,7 +96,7 @@ impl Wheel {
                     .shapes
                     .iter()
                     .map(|shape| shape.reach_m(&in_roller));
-                hub_from_roller.translation.vector.dot(&in_hub)
+                hub_from_roller.translation.vector.dot(in_hub)
                     + reaches.fold(f64::NEG_INFINITY, f64::max)
             }
         };
@@ -91,8 +109,16 @@ impl Wheel {
         self.joint.friction_n_m + self.drive.gear_friction_n_m
     }
 
-    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]).
+    /// The exact barrel of one of this wheel's rollers (see [`crate::barrel`]); of one that is no barrel, the ideal one.
     pub fn barrel(&self, roller: &Roller) -> Barrel {
+        match &roller.form {
+            RollerForm::Made(barrel) => *barrel,
+            _ => self.ideal_barrel(roller),
+        }
+    }
+
+    /// The barrel of a roller's place, axis and length that makes the wheel's outline a circle.
+    pub(super) fn ideal_barrel(&self, roller: &Roller) -> Barrel {
         Barrel {
             wheel_radius_m: self.radius_m,
             ring_radius_m: roller.ring_radius_m(),

@@ -111,13 +111,19 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     ] {
         not_negative(key, value)?;
     }
-    if !(r.length_factor.is_finite() && r.length_factor >= 1.0) {
-        let range = "a finite number, 1 or above: shorter rollers leave gaps";
+    positive("rollers.length_factor", r.length_factor)?;
+    if r.profile_m.is_some() && r.length_factor != 1.0 {
+        let range = "left out beside `rollers.profile_m`, which has its own length";
         return Err(out_of_range(
             "rollers.length_factor",
             r.length_factor,
             range,
         ));
+    }
+    let mut offset = r.radius_offsets_m.keys();
+    if let Some(name) = offset.find(|name| !wheels.iter().any(|w| w.has_roller(name))) {
+        let range = "by the names of rollers' joints, such as `front_left_roller_1`";
+        return Err(out_of_range("rollers.radius_offsets_m", name, range));
     }
     check_tread(spec)?;
     if w.gear_efficiency > 1.0 {
@@ -226,5 +232,10 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
             "short enough for rollers of this radius, which taper to nothing before their ends",
         ));
     }
+    let names = (0..wheel.roller_count()).map(|i| wheel.roller_name(i));
+    r.made().check_on(&barrel, names).map_err(|e| {
+        let reason = e.to_string();
+        Fault::RollersNotMade { reason }
+    })?;
     Ok(())
 }

@@ -66,6 +66,23 @@ impl Described {
         }
     }
 
+    /// As [`Self::barrel`], but no shorter than hands over.
+    pub(crate) fn barrel_at_least_handing_over(&self) -> Barrel {
+        let mut longer = self.clone();
+        longer.rollers.length_factor = self.rollers.length_factor.max(1.0);
+        longer.barrel()
+    }
+
+    /// The name of a roller's joint, by its index.
+    pub(crate) fn roller_name(&self, index: usize) -> String {
+        format!("{}_roller_{}", self.placed.name, index + 1)
+    }
+
+    /// Whether one of its rollers has this name.
+    pub(crate) fn has_roller(&self, name: &str) -> bool {
+        (0..self.roller_count()).any(|index| self.roller_name(index) == name)
+    }
+
     /// Number of its rollers, in all rows.
     pub(crate) fn roller_count(&self) -> usize {
         self.rollers.per_row * self.rollers.rows

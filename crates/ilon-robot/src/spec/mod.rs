@@ -17,7 +17,7 @@ use toml::Table;
 
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
-use crate::model::{DriveTrain, RollerSurface, Tread};
+use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
 
 pub(crate) use check::check;
 pub(crate) use described::Described;
@@ -126,7 +126,7 @@ impl WheelSpec {
 }
 
 /// What all rollers have in common. A roller is a barrel of even density whose length lets neighbours hand over with
-/// neither gap nor overlap, or is a factor longer.
+/// neither gap nor overlap, unless it is said to be made otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
@@ -148,10 +148,32 @@ pub struct RollerSpec {
     /// Dry friction of the roller's bearing, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
-    /// Length of a roller over that at which neighbours hand over with neither gap nor overlap, 1 or more: longer rollers share
-    /// the ground about each hand-over, where they have a tread.
+    /// Length of a roller over that at which neighbours hand over with neither gap nor overlap, above 0: longer rollers share
+    /// the ground about each hand-over, where they have a tread; shorter ones leave gaps, over which the wheel stands on their
+    /// ends.
     #[serde(default = "unity", skip_serializing_if = "is_unity")]
     pub length_factor: f64,
+    /// Curvature of the outline along a roller, at its middle, over that of the ideal barrel: 1 makes the wheel a circle, below
+    /// is flatter, above rounder; at least 0.01.
+    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    pub crown: f64,
+    /// `[[t, radius], ...]`: the outline of a roller by numbers, in place of a barrel: places along its axis from its middle, and
+    /// the radius there, in metres, joined by straight lines. Two points make a cylinder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_m: Option<Vec<[f64; 2]>>,
+    /// Radius to which all edges of `profile_m` are rounded, in metres.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub edge_radius_m: f64,
+    /// Tolerance of the rollers' radius, in metres: each is off by a draw, even from minus this to plus this.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub radius_spread_m: f64,
+    /// Seed of these draws.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub radius_seed: u32,
+    /// What the radius of single rollers is off, in metres, by the names of their joints, `front_left_roller_1 = 0.0001`: in place
+    /// of a draw.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub radius_offsets_m: BTreeMap<String, f64>,
     /// Rolling resistance of the rollers: drag per load, dimensionless.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rolling_resistance: f64,
@@ -182,6 +204,18 @@ pub struct TreadSpec {
 }
 
 impl RollerSpec {
+    /// How the rollers are made.
+    pub fn made(&self) -> RollersAsMade {
+        RollersAsMade {
+            crown: self.crown,
+            profile_m: self.profile_m.clone(),
+            edge_radius_m: self.edge_radius_m,
+            radius_spread_m: self.radius_spread_m,
+            radius_seed: u64::from(self.radius_seed),
+            radius_offsets_m: self.radius_offsets_m.clone(),
+        }
+    }
+
     /// What the rollers touch the ground with.
     pub fn surface(&self) -> RollerSurface {
         let tread = self.tread.as_ref().map(|said| Tread {
@@ -204,6 +238,10 @@ fn is_unity(number: &f64) -> bool {
 
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
+}
+
+fn is_none(number: &u32) -> bool {
+    *number == 0
 }
 
 fn one() -> usize {

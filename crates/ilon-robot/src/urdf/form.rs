@@ -25,7 +25,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 34] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 40] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -90,6 +90,18 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 34] = [
         false,
         Range::Positive,
     ),
+    ("ilon_rollers", "length_factor", 1, false, Range::Positive),
+    ("ilon_rollers", "crown", 1, false, Range::Positive),
+    ("ilon_rollers", "edge_radius", 1, false, Range::NotNegative),
+    (
+        "ilon_rollers",
+        "radius_spread",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    ("ilon_rollers", "radius_seed", 1, false, Range::NotNegative),
+    ("roller", "radius_offset", 1, true, Range::Any),
 ];
 
 /// Children that an element may have only once. Of several, the first is read, as the tools of ROS do.
@@ -166,19 +178,25 @@ fn check_additions(source: &Source, faults: &mut Faults) {
         .children()
         .filter(|n| n.has_tag_name("ilon_drive") || n.has_tag_name("ilon_rollers"));
     for addition in added {
-        check_numbers(source, addition, faults);
-        match addition.attribute("joint") {
-            Some(joint) if joints.contains(joint) => {}
-            Some(joint) => {
-                let fault = Fault::UnknownJoint {
-                    joint: joint.to_owned(),
-                };
-                faults.push(source.attribute_error(addition, "joint", fault));
-            }
-            None => {
-                let attribute = "joint".to_owned();
-                faults.push(source.error(addition, Fault::MissingAttribute { attribute }));
-            }
+        let rollers = addition.children().filter(|n| n.has_tag_name("roller"));
+        for said in [addition].into_iter().chain(rollers) {
+            check_numbers(source, said, faults);
+            faults.keep(names_a_joint(source, said, &joints));
+        }
+    }
+}
+
+/// An element that says something of a joint.
+fn names_a_joint(source: &Source, node: Node, joints: &HashSet<&str>) -> Result<(), RobotError> {
+    match node.attribute("joint") {
+        Some(joint) if joints.contains(joint) => Ok(()),
+        Some(joint) => {
+            let joint = joint.to_owned();
+            Err(source.attribute_error(node, "joint", Fault::UnknownJoint { joint }))
+        }
+        None => {
+            let attribute = "joint".to_owned();
+            Err(source.error(node, Fault::MissingAttribute { attribute }))
         }
     }
 }

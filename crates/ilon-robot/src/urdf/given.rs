@@ -15,7 +15,8 @@ use super::tree::Motion;
 use crate::error::{Fault, RobotError};
 use crate::model::mass::principal_moments;
 use crate::model::{
-    Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, RollerSurface, Wheel,
+    Barrel, DriveTrain, Joint, MassProperties, Remark, Roller, RollerForm, RollerSurface,
+    RollersAsMade, Wheel,
 };
 use crate::options::{Handedness, WheelOptions};
 
@@ -215,6 +216,7 @@ pub(super) fn wheel(
         joint: joint.losses,
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
+        made: RollersAsMade::default(),
     })
 }
 

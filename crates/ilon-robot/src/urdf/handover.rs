@@ -3,11 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::error::Fault;
+pub(super) use crate::model::made::WIDEST_GAP_RAD;
 use crate::model::{Remark, Roller, wrap_angle};
 
-/// Gaps up to one degree are loaded as they are: over a gap of angle g the wheel rests on the ends of its rollers and dips
-/// by about rho g^2 / 8, which at one degree is 4e-5 of its radius.
-pub(super) const WIDEST_GAP_RAD: f64 = PI / 180.0;
 /// Gaps below a hundredth of a degree are rounding in the file.
 const GAP_SLACK_RAD: f64 = 1e-2 * PI / 180.0;
 

@@ -10,7 +10,7 @@ use super::outline;
 use super::recognise::Candidate;
 use super::seen::{self, Seen};
 use crate::error::{Fault, RobotError};
-use crate::model::{DriveTrain, Remark, Roller, RollerForm, RollerSurface, Wheel};
+use crate::model::{DriveTrain, Remark, Roller, RollerForm, RollerSurface, RollersAsMade, Wheel};
 use crate::options::RollerForms;
 
 /// What all rollers of a wheel make together.
@@ -75,6 +75,7 @@ pub(super) fn measure(
         joint: joint.losses,
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
+        made: RollersAsMade::default(),
     })
 }
 

@@ -207,7 +207,7 @@ fn wheels(
     let mut drives = transmission::drives(loading.source, tree);
     drives.extend(loading.source.prepared.drives.clone());
     let surfaces = transmission::surfaces(loading.source);
-    Ok(wheels
+    wheels
         .into_iter()
         .map(|(_, mut wheel)| {
             if let Some(drive) = drives.get(&wheel.name) {
@@ -216,9 +216,9 @@ fn wheels(
             if let Some(surface) = surfaces.get(&wheel.name) {
                 wheel.surface = *surface;
             }
-            wheel
+            transmission::make_rollers(loading.source, &mut wheel).map(|()| wheel)
         })
-        .collect())
+        .collect()
 }
 
 /// The joints that move: wheels and rollers.

@@ -8,7 +8,8 @@ use roxmltree::Node;
 use super::form::number;
 use super::source::{Source, child};
 use super::tree::Tree;
-use crate::model::{DriveTrain, RollerSurface, Tread};
+use crate::error::{Fault, RobotError};
+use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread, Wheel};
 
 /// The drives of the joints that have one in the file.
 pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
@@ -78,4 +79,48 @@ pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
         Some((node.attribute("joint")?.to_owned(), surface))
     })
     .collect()
+}
+
+/// Makes the rollers of a wheel as the file says that they are, where it says something.
+pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), RobotError> {
+    let mut elements = source.robot().children();
+    let of_wheel = |n: &Node| {
+        n.has_tag_name("ilon_rollers") && n.attribute("joint") == Some(wheel.name.as_str())
+    };
+    let Some(node) = elements.find(of_wheel) else {
+        return Ok(());
+    };
+    // Joints and numbers were checked with all others, but for the profile, which may be of any length.
+    let said = |name: &str| node.attribute(name).map(|_| number(node, name));
+    let profile_m = node.attribute("profile").map(|text| {
+        let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        let (pairs, rest) = numbers.as_deref().unwrap_or(&[f64::NAN]).as_chunks::<2>();
+        if rest.is_empty() {
+            return Ok(pairs.to_vec());
+        }
+        let reason = "`profile` needs pairs of numbers: place along the axis and radius, in metres";
+        let reason = reason.to_owned();
+        Err(source.attribute_error(node, "profile", Fault::RollersNotMade { reason }))
+    });
+    let offsets = node.children().filter(|n| n.has_tag_name("roller"));
+    let default = RollersAsMade::default();
+    let made = RollersAsMade {
+        crown: said("crown").unwrap_or(default.crown),
+        profile_m: profile_m.transpose()?,
+        edge_radius_m: said("edge_radius").unwrap_or(default.edge_radius_m),
+        radius_spread_m: said("radius_spread").unwrap_or(default.radius_spread_m),
+        // A number of the file is finite and not negative; what it has behind the point is none of a seed.
+        radius_seed: said("radius_seed").map_or(default.radius_seed, |seed| seed as u64),
+        radius_offsets_m: offsets
+            .filter_map(|n| Some((n.attribute("joint")?.to_owned(), number(n, "radius_offset"))))
+            .collect(),
+    };
+    let length_factor = said("length_factor");
+    if made.is_ideal() && length_factor.is_none() {
+        return Ok(());
+    }
+    wheel.make_rollers(made, length_factor).map_err(|e| {
+        let reason = e.to_string();
+        source.error(node, Fault::RollersNotMade { reason })
+    })
 }

@@ -1,6 +1,8 @@
 //! `[rollers]`: what the rollers touch the ground with.
 
-use ilon_robot::{Barrel, Robot, RollerForm, Tread as RobotTread};
+use std::collections::BTreeMap;
+
+use ilon_robot::{NotMade, Robot, RollersAsMade, Tread as RobotTread};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -12,10 +14,33 @@ use crate::Error;
 #[schemars(rename = "RollersSection")]
 pub struct RollerSurface {
     /// Length of each roller over that at which neighbours hand over with neither gap nor overlap: longer rollers share the ground
-    /// about each hand-over, where they have a tread. The robot is drawn with the rollers of its file.
+    /// about each hand-over, where they have a tread; shorter ones leave gaps, over which the wheel stands on their ends.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 1.0, max = 10.0))]
+    #[schemars(range(min = 0.1, max = 10.0))]
     pub length_factor: Option<f64>,
+    /// Curvature of the outline along a roller, at its middle, over that of the ideal barrel: 1 makes the wheel a circle, below
+    /// is flatter, above rounder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 100.0))]
+    pub crown: Option<f64>,
+    /// `[[t, radius], ...]`: the outline of a roller by numbers, in place of a barrel: places along its axis from its middle, and
+    /// the radius there, in metres, joined by straight lines. Two points make a cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_m: Option<Vec<[f64; 2]>>,
+    /// Radius to which all edges of `profile_m` are rounded, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub edge_radius_m: Option<f64>,
+    /// Tolerance of the rollers' radius, in metres: each is off by a draw, even from minus this to plus this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub radius_spread_m: Option<f64>,
+    /// Seed of these draws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_seed: Option<u32>,
+    /// What the radius of single rollers is off, in metres, by the names of their joints: in place of a draw.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_offsets_m: Option<BTreeMap<String, f64>>,
     /// Rolling resistance of the rollers: drag per load on a level floor, dimensionless. That of the floor comes on top.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
@@ -75,10 +100,45 @@ impl RollerSurface {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }
         }
-        match self.length_factor {
-            Some(factor) => lengthen(robot, factor),
-            None => Ok(()),
+        self.check_names(robot)?;
+        for wheel in &mut robot.wheels {
+            let made = self.made_over(&wheel.made);
+            if made == wheel.made && self.length_factor.is_none() {
+                continue;
+            }
+            let name = wheel.name.clone();
+            let made = wheel.make_rollers(made, self.length_factor);
+            made.map_err(|fault| of_wheel(&name, &fault))?;
         }
+        Ok(())
+    }
+
+    /// How rollers are made, with what is left out here from what the robot's file says.
+    fn made_over(&self, below: &RollersAsMade) -> RollersAsMade {
+        let mut made = below.clone();
+        made.crown = self.crown.unwrap_or(made.crown);
+        made.profile_m = self.profile_m.clone().or(made.profile_m);
+        made.edge_radius_m = self.edge_radius_m.unwrap_or(made.edge_radius_m);
+        made.radius_spread_m = self.radius_spread_m.unwrap_or(made.radius_spread_m);
+        made.radius_seed = self.radius_seed.map_or(made.radius_seed, u64::from);
+        if let Some(offsets_m) = &self.radius_offsets_m {
+            made.radius_offsets_m.clone_from(offsets_m);
+        }
+        made
+    }
+
+    /// Refuses radii of rollers that the robot does not have.
+    fn check_names(&self, robot: &Robot) -> Result<(), Error> {
+        let mut names = self.radius_offsets_m.iter().flat_map(BTreeMap::keys);
+        let rollers = || robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+        let Some(name) = names.find(|name| rollers().all(|roller| roller.name != **name)) else {
+            return Ok(());
+        };
+        let known = rollers().next().map_or("", |roller| &roller.name);
+        Err(Error::invalid(
+            format!("`rollers.radius_offsets_m` names `{name}`, which is no roller of the robot"),
+            format!("write the name of a roller's joint, such as `{known}`"),
+        ))
     }
 }
 
@@ -110,51 +170,15 @@ impl Tread {
     }
 }
 
-/// Gives the barrels of a robot another length, at the same mass and density along it.
-fn lengthen(robot: &mut Robot, factor: f64) -> Result<(), Error> {
-    for wheel in &mut robot.wheels {
-        let count = wheel.rollers.len();
-        for index in 0..count {
-            let roller = &wheel.rollers[index];
-            if roller.form != RollerForm::Barrel {
-                return Err(Error::invalid(
-                    format!(
-                        "the rollers of the wheel `{}` have the shapes of their file, which have their own length",
-                        wheel.name
-                    ),
-                    "leave `rollers.length_factor` out, or take barrels: `robot.rollers` = \"barrel\"",
-                ));
-            }
-            let before = wheel.barrel(roller);
-            let thick_m = wheel.radius_m - roller.ring_radius_m();
-            let even = Barrel::handing_over(wheel.radius_m, thick_m, wheel.gamma_rad, count);
-            let after = Barrel {
-                half_length_m: factor * even.half_length_m,
-                ..before
-            };
-            let end_mm = 1e3 * after.sphere_radius_m(after.half_length_m);
-            if end_mm <= 0.0 {
-                return Err(Error::invalid(
-                    format!(
-                        "`rollers.length_factor` = {factor} is too long for the wheel `{}`: its rollers would taper to nothing \
-                         before their ends",
-                        wheel.name
-                    ),
-                    "write a smaller factor, or take thicker rollers",
-                ));
-            }
-            let mass_kg = roller.mass_kg;
-            let ratio = |of: fn((f64, f64)) -> f64| {
-                of(after.solid_moments_kg_m2(mass_kg)) / of(before.solid_moments_kg_m2(mass_kg))
-            };
-            let (axial, across) = (ratio(|moments| moments.0), ratio(|moments| moments.1));
-            let roller = &mut wheel.rollers[index];
-            roller.length_m = 2.0 * after.half_length_m;
-            roller.axial_inertia_kg_m2 *= axial;
-            roller.transverse_inertia_kg_m2 *= across;
+/// Rollers of a wheel that cannot be made so, in words.
+fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
+    let help = match fault {
+        NotMade::AsModelled => {
+            "leave out how they are made, or take barrels: `robot.rollers` = \"barrel\""
         }
-    }
-    Ok(())
+        _ => "write a value within its range, or leave it out",
+    };
+    Error::invalid(format!("the rollers of the wheel `{wheel}`: {fault}"), help)
 }
 
 #[cfg(test)]
@@ -210,6 +234,52 @@ mod tests {
                 let across = a.transverse_inertia_kg_m2 / b.transverse_inertia_kg_m2;
                 assert!((across - 1.0).abs() < 1e-6);
             }
+        }
+    }
+
+    #[test]
+    fn a_scenario_makes_rollers_as_a_description_does() {
+        // Key by key: the description's crown stays where the scenario says a length.
+        let lines =
+            "rollers.crown = 0.8\nrollers.length_factor = 0.9\nrollers.radius_spread_m = 1e-4";
+        let mut options = ilon_robot::LoadOptions::default();
+        options.spec = toml::from_str(lines).unwrap();
+        let described = Robot::load_with(ROBOT, &options).unwrap().robot;
+        options.spec = toml::from_str("rollers.crown = 0.8").unwrap();
+        let mut robot = Robot::load_with(ROBOT, &options).unwrap().robot;
+        let section: RollerSurface =
+            toml::from_str("length_factor = 0.9\nradius_spread_m = 1e-4").unwrap();
+        section.apply(&mut robot).unwrap();
+        for (a, b) in robot.wheels.iter().zip(&described.wheels) {
+            assert_eq!(a.made, b.made);
+            for (one, other) in a.rollers.iter().zip(&b.rollers) {
+                let (p, q) = (a.barrel(one), b.barrel(other));
+                // What the file's fifteen digits leave.
+                assert!((p.wheel_radius_m / q.wheel_radius_m - 1.0).abs() < 1e-9);
+                assert!((p.half_length_m / q.half_length_m - 1.0).abs() < 1e-9);
+                assert!((one.axial_inertia_kg_m2 / other.axial_inertia_kg_m2 - 1.0).abs() < 1e-6);
+            }
+        }
+        // And where the section is empty, nothing is touched.
+        let before = robot.wheels[0].rollers.clone();
+        RollerSurface::default().apply(&mut robot).unwrap();
+        assert_eq!(before, robot.wheels[0].rollers);
+    }
+
+    #[test]
+    fn rollers_that_cannot_be_made_are_refused_in_words() {
+        for (lines, said) in [
+            ("radius_offsets_m = { nobody = 1e-4 }", "front_left_roller"),
+            ("crown = 30.0", "front_left"),
+            (
+                "profile_m = [[-0.01, 0.012], [0.0, 0.01], [0.01, 0.012]]",
+                "hollow",
+            ),
+            ("profile_m = [[-10.0, 12.0], [10.0, 12.0]]", "metres"),
+        ] {
+            let fault = applied(lines).unwrap_err();
+            let text = format!("{fault} {:?}", fault.help());
+            assert!(text.contains(said), "{lines}: {text}");
         }
     }
 

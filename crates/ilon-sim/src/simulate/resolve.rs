@@ -83,7 +83,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {
-            let split_dt_s = tuning::split_dt_s(&scenario);
+            let split_dt_s = tuning::split_dt_s(&scenario, robot);
             let solver = &mut scenario.world.solver;
             solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use ilon_control::DynamicModel;
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Wheel};
 
 use crate::Error;
 use crate::scenario::{Contacts, LoopTiming, Rollers, Scenario, WheelLaw};
@@ -35,15 +35,16 @@ const FASTER_THAN_ASKED: f64 = 2.0;
 const SHORTEST_S: f64 = 1e-5;
 
 /// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
-pub(super) fn split_dt_s(scenario: &Scenario) -> Option<f64> {
+pub(super) fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
     let by_ilon = scenario.world.solver.contacts == Contacts::Ilon;
-    (by_ilon && is_open_plane(scenario)).then_some(SPLIT_DT_S)
+    (by_ilon && is_open_plane(scenario, robot)).then_some(SPLIT_DT_S)
 }
 
-/// Whether exact rollers roll on nothing but a plane.
-fn is_open_plane(scenario: &Scenario) -> bool {
+/// Whether wheels that are round roll on nothing but a plane.
+fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
-    let round = scenario.robot.rollers == Rollers::Barrel;
+    let round =
+        scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(Wheel::is_round);
     round && floor.boxes.is_empty() && floor.rough.is_none()
 }
 
@@ -106,7 +107,7 @@ fn contact_need(scenario: &Scenario, robot: &Robot, asked_rad_s: Option<f64>) ->
     let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
     let for_rate_s =
         |rate_rad_s: f64| TAU / (rollers.unwrap_or(1) as f64 * rate_rad_s) / STEPS_PER_PASSAGE;
-    let longest_s = if is_open_plane(scenario) && limit_rad_s.is_finite() {
+    let longest_s = if is_open_plane(scenario, robot) && limit_rad_s.is_finite() {
         LONGEST_ON_A_PLANE_S
     } else {
         default_s

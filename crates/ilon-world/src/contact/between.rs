@@ -62,6 +62,7 @@ impl Scenes<'_> {
                             came_down: false,
                             travel_m_s: Vector3::zeros(),
                             on_barrel: false,
+                            gap_ahead_m: 0.0,
                         });
                     }
                 }

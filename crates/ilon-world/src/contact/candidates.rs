@@ -7,9 +7,10 @@ use crate::RollerBodies;
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
+use crate::contact::turned::PlacedTurned;
 use crate::engine::convert;
 use crate::robot::roller::RollerState;
-use crate::robot::state::State;
+use crate::robot::state::{HubPose, State};
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///
@@ -38,8 +39,11 @@ pub(crate) struct Candidate {
     pub came_down: bool,
     /// Velocity with which the place moves over B, in m/s.
     pub travel_m_s: Vector3<f64>,
-    /// Whether it is on an exact barrel.
+    /// Whether it is on a roller with an exact shape.
     pub on_barrel: bool,
+    /// Its distance where the rates of the step's beginning would take it by the step's end, in metres, counted as `gap_m`; that
+    /// itself where nobody asks.
+    pub gap_ahead_m: f64,
 }
 
 /// How the velocity of the robot's surface at a contact changes because the robot turns on, with the rates as they were when
@@ -123,6 +127,7 @@ impl Scene<'_> {
                     came_down: false,
                     travel_m_s: Vector3::zeros(),
                     on_barrel: false,
+                    gap_ahead_m: gap_m,
                 });
             });
         }
@@ -163,7 +168,7 @@ impl Scene<'_> {
             .pieces_near(&hub.center_m, reach_m, &mut room.pieces);
         let on_plane = matches!(room.pieces[..], [Piece::Plane]);
         let gives = body.surface.tread.is_some();
-        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !gives;
+        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !gives && body.is_round;
         // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
         let within_gap_m = if gives {
             self.comes_down_m(wheel)
@@ -203,6 +208,12 @@ impl Scene<'_> {
                 found.push(self.on_barrel((wheel, index), &placed, nearest));
             }
         }
+        if !body.is_round {
+            self.find_turned(wheel, (prediction_m, room), found);
+            if !gives && found.len() > 1 {
+                leave_out_higher(found, hub, &body.rollers);
+            }
+        }
         if let Some((index, nearest)) = lowest
             && let Some(placed) = body.rollers[index].placed_barrel(hub)
         {
@@ -210,32 +221,84 @@ impl Scene<'_> {
             found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
-        if !upright && !gives && found.len() > 1 {
+        if !upright && !gives && body.is_round && found.len() > 1 {
             let axis = hub.axis();
             leave_out_handed_over(found, &axis);
         }
     }
 
-    /// The place of a roller where it is nearest to the ground, with what it was when the step began.
+    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the ground.
+    fn find_turned(
+        &self,
+        wheel: usize,
+        (prediction_m, room): (f64, &mut Workspace),
+        found: &mut Vec<Candidate>,
+    ) {
+        let hub = &self.middle.hubs()[wheel];
+        for (index, roller) in self.assembly.wheels[wheel].rollers.iter().enumerate() {
+            let Some(placed) = roller.placed_turned(hub) else {
+                continue;
+            };
+            let within_m = roller.bounding_radius_m + prediction_m;
+            room.nearest.clear();
+            for (number, piece) in room.pieces.iter().enumerate() {
+                if piece.foot(&placed.center_m).distance_m < within_m {
+                    placed.places_on(piece, prediction_m, |nearest| {
+                        room.nearest.push((number, nearest));
+                    });
+                }
+            }
+            keep_nearest_of_surface(&mut room.nearest, &room.pieces);
+            for (_, nearest) in &room.nearest {
+                let support = |center_m, axis| {
+                    let turned = placed.turned;
+                    let then = PlacedTurned {
+                        turned,
+                        center_m,
+                        axis,
+                    };
+                    (then.support(&nearest.normal, nearest.corner), false)
+                };
+                found.push(self.on_roller((wheel, index), placed.axis, nearest, support));
+            }
+        }
+    }
+
+    /// The place of a barrel where it is nearest to the ground, with what it was when the step began.
     fn on_barrel(
         &self,
-        (wheel, index): (usize, usize),
+        of: (usize, usize),
         placed: &PlacedBarrel<'_>,
         nearest: &Nearest,
+    ) -> Candidate {
+        self.on_roller(of, placed.axis, nearest, |center_m, axis| {
+            let then = PlacedBarrel {
+                barrel: placed.barrel,
+                center_m,
+                axis,
+            };
+            then.support(&nearest.normal)
+        })
+    }
+
+    /// The place of a roller where it is near the ground, with what it was when the step began. `support` finds the place that
+    /// reaches furthest towards the ground with the roller's middle and axis elsewhere, and whether that is on an end sphere.
+    fn on_roller(
+        &self,
+        (wheel, index): (usize, usize),
+        along: Vector3<f64>,
+        nearest: &Nearest,
+        support: impl Fn(Vector3<f64>, Vector3<f64>) -> (Vector3<f64>, bool),
     ) -> Candidate {
         let roller = &self.assembly.wheels[wheel].rollers[index];
         let touches = |state: &State| {
             let hub = &state.hubs()[wheel];
-            let then = PlacedBarrel {
-                barrel: placed.barrel,
-                center_m: roller.center_m(hub),
-                axis: hub.rotation * roller.axis_in_hub,
-            };
-            let (place_m, on_its_end) = then.support(&nearest.normal);
+            let axis = hub.rotation * roller.axis_in_hub;
+            let (place_m, on_its_end) = support(roller.center_m(hub), axis);
             Touch {
                 place_m,
                 on_its_end,
-                axes: frame(nearest.normal, then.axis),
+                axes: frame(nearest.normal, axis),
             }
         };
         let velocity = |state: &State, touch: &Touch, more_spin_rad_s: f64| {
@@ -284,12 +347,13 @@ impl Scene<'_> {
             b: Partner::Ground,
             place_m,
             normal: nearest.normal,
-            along: placed.axis,
+            along,
             gap_m: nearest.gap_m,
             turning,
             came_down,
             travel_m_s: travel_m_s - nearest.normal * nearest.normal.dot(&travel_m_s),
             on_barrel: true,
+            gap_ahead_m: nearest.normal.dot(&(ahead.place_m - nearest.place_m)),
         }
     }
 
@@ -339,6 +403,7 @@ impl Scene<'_> {
                     came_down: !roller.pressed && !roller.seized,
                     travel_m_s: Vector3::zeros(),
                     on_barrel: false,
+                    gap_ahead_m: gap_m,
                 });
             });
         }
@@ -388,22 +453,70 @@ impl Scene<'_> {
 /// than the next one and carries nothing. But in the step of the hand-over both are within a micrometre of the ground, and
 /// two that stick in one step rub against each other's way. A wheel that leans on the plane has several to stand on.
 fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
-    /// Far above the rounding of a plane's places, and far below any step in a ground.
-    const ONE_PLANE_M: f64 = 1e-5;
     let handed_over = |one: &Candidate, other: &Candidate| {
         let nearer = other.gap_m < one.gap_m || other.gap_m == one.gap_m && other.a < one.a;
         one.a != other.a
             && one.on_barrel
             && other.on_barrel
             && nearer
-            && one.normal.dot(hub_axis).abs() < UPRIGHT
-            && one.normal.dot(&other.normal) > 1.0 - 1e-6
-            && one.normal.dot(&(other.place_m - one.place_m)).abs() < ONE_PLANE_M
+            && stand_on_one_plane(one, other, hub_axis)
     };
-    // The nearest of a plane always stays, and leaving one out makes nobody else nearer.
+    leave_out(found, handed_over);
+}
+
+/// Leaves out the rollers of a wheel whose outline is no circle that another roller keeps off the ground: one that stands on the
+/// same plane and is nearer to it, now and at the end of the step.
+///
+/// In the step of a landing both stay, the roller that carries the wheel and the one that comes down. Else one carries it: the ends
+/// of two neighbours can be equally low for degrees of a turn, and two that stick rub against each other's way. Of equals that one
+/// stays which is nearer to straight down, as the contact kinematics has it.
+fn leave_out_higher(found: &mut Vec<Candidate>, hub: &HubPose, rollers: &[RollerState]) {
+    /// Micrometres by which a robot leans or sags decide nothing: below this two are equally low.
+    const EQUAL_M: f64 = 2e-6;
+    let axis = hub.axis();
+    let below_hub_m = |place: &Candidate| match place.a.part {
+        Part::Roller(_, roller) => {
+            let from_hub_m = rollers[roller].center_m(hub) - hub.center_m;
+            -from_hub_m.dot(&place.normal)
+        }
+        _ => f64::NEG_INFINITY,
+    };
+    let nearer_to_down = |one: &Candidate, other: &Candidate| {
+        let (one_m, other_m) = (below_hub_m(one), below_hub_m(other));
+        other_m > one_m || other_m == one_m && other.a < one.a
+    };
+    let higher = |one: &Candidate, other: &Candidate| {
+        let lower = |of_one: f64, of_other: f64| {
+            if (of_other - of_one).abs() < EQUAL_M {
+                nearer_to_down(one, other)
+            } else {
+                of_other < of_one
+            }
+        };
+        one.a != other.a
+            && one.on_barrel
+            && other.on_barrel
+            && lower(one.gap_m, other.gap_m)
+            && lower(one.gap_ahead_m, other.gap_ahead_m)
+            && stand_on_one_plane(one, other, &axis)
+    };
+    leave_out(found, higher);
+}
+
+/// Whether two places of an upright wheel lie on one plane.
+fn stand_on_one_plane(one: &Candidate, other: &Candidate, hub_axis: &Vector3<f64>) -> bool {
+    /// Far above the rounding of a plane's places, and far below any step in a ground.
+    const ONE_PLANE_M: f64 = 1e-5;
+    one.normal.dot(hub_axis).abs() < UPRIGHT
+        && one.normal.dot(&other.normal) > 1.0 - 1e-6
+        && one.normal.dot(&(other.place_m - one.place_m)).abs() < ONE_PLANE_M
+}
+
+/// Leaves out the places that another outdoes. The best always stays, and leaving one out makes nobody else better.
+fn leave_out(found: &mut Vec<Candidate>, outdone: impl Fn(&Candidate, &Candidate) -> bool) {
     let mut index = 0;
     while index < found.len() {
-        let gone = found.iter().any(|other| handed_over(&found[index], other));
+        let gone = found.iter().any(|other| outdone(&found[index], other));
         if gone {
             found.swap_remove(index);
         } else {

@@ -78,6 +78,8 @@ pub(crate) struct Nearest {
     pub gap_m: f64,
     /// Middle of the nearest sphere of the barrel, in metres.
     pub sphere_m: Vector3<f64>,
+    /// Which corner of a turned roller it is, where it is one.
+    pub corner: Option<usize>,
 }
 
 impl Triangle {
@@ -150,6 +152,49 @@ impl Piece {
                     };
                 }
                 outside(place_m, off, triangle.up)
+            }
+        }
+    }
+
+    /// Shows the outward unit normals of its flat faces.
+    pub fn faces(&self, mut show: impl FnMut(Vector3<f64>)) {
+        match self {
+            Self::Plane => show(Vector3::z()),
+            Self::Box(solid) => {
+                for axis in 0..3 {
+                    let normal = solid.floor_from_box.rotation * Vector3::ith(axis, 1.0);
+                    show(normal);
+                    show(-normal);
+                }
+            }
+            Self::Triangle(triangle) => show(triangle.up),
+        }
+    }
+
+    /// Shows the ends of its straight edges, in metres.
+    pub fn edges(&self, mut show: impl FnMut(Vector3<f64>, Vector3<f64>)) {
+        match self {
+            Self::Plane => {}
+            Self::Box(solid) => {
+                for axis in 0..3 {
+                    for (j, k) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                        let end = |i: f64| {
+                            let mut signs = Vector3::zeros();
+                            signs[axis] = i;
+                            signs[(axis + 1) % 3] = j;
+                            signs[(axis + 2) % 3] = k;
+                            let corner = signs.component_mul(&solid.half_sides_m);
+                            (solid.floor_from_box * Point3::from(corner)).coords
+                        };
+                        show(end(-1.0), end(1.0));
+                    }
+                }
+            }
+            Self::Triangle(triangle) => {
+                let [a, b, c] = triangle.corners_m;
+                show(a, b);
+                show(b, c);
+                show(c, a);
             }
         }
     }
@@ -285,6 +330,7 @@ impl PlacedBarrel<'_> {
             place_m: foot.place_m,
             gap_m: foot.distance_m - self.barrel.sphere_radius_m(t_m),
             sphere_m,
+            corner: None,
         }
     }
 }

@@ -7,10 +7,11 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{Barrel, Roller, RollerForm, Wheel};
+use ilon_robot::{Barrel, Roller, RollerForm, Turned, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::nearest::PlacedBarrel;
+use crate::contact::turned::PlacedTurned;
 use crate::robot::state::HubPose;
 
 /// What a bearing did in a step.
@@ -38,8 +39,10 @@ pub(crate) struct FixedRoller {
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
     pub axis_in_hub: Vector3<f64>,
-    /// The exact shape; `None` where the roller has the shapes of its file.
+    /// The exact barrel; `None` where the roller is none.
     pub barrel: Option<Barrel>,
+    /// The profile by numbers of a roller that is turned to one.
+    pub turned: Option<Turned>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
     /// Inertia about its axis, in kg m^2.
@@ -53,18 +56,22 @@ pub(crate) struct FixedRoller {
 impl FixedRoller {
     /// A roller of a wheel.
     pub fn new(wheel: &Wheel, roller: &Roller) -> Self {
-        let barrel = match &roller.form {
-            RollerForm::AsModelled(_) => None,
-            _ => Some(wheel.barrel(roller)),
+        let (barrel, turned) = match &roller.form {
+            RollerForm::AsModelled(_) => (None, None),
+            RollerForm::Turned(turned) => (None, Some(turned.clone())),
+            _ => (Some(wheel.barrel(roller)), None),
+        };
+        let bounding_radius_m = match (&barrel, &turned) {
+            (Some(barrel), _) => PlacedBarrel::bounding_radius_m(barrel),
+            (None, Some(turned)) => turned.bounding_radius_m(),
+            (None, None) => 0.5 * roller.length_m + roller.radius_m,
         };
         Self {
             hub_from_roller: roller.hub_from_roller(),
             axis_in_hub: roller.hub_from_roller().rotation * Vector3::z(),
-            bounding_radius_m: barrel.as_ref().map_or(
-                0.5 * roller.length_m + roller.radius_m,
-                PlacedBarrel::bounding_radius_m,
-            ),
+            bounding_radius_m,
             barrel,
+            turned,
             axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
@@ -139,6 +146,25 @@ impl RollerState {
             center_m: self.center_m(hub),
             axis: hub.rotation * self.axis_in_hub,
         })
+    }
+
+    /// Its profile by numbers as it is placed by a hub, in the floor's frame; `None` where it has none.
+    pub fn placed_turned(&self, hub: &HubPose) -> Option<PlacedTurned<'_>> {
+        let turned = self.turned.as_ref()?;
+        Some(PlacedTurned {
+            turned,
+            center_m: self.center_m(hub),
+            axis: hub.rotation * self.axis_in_hub,
+        })
+    }
+
+    /// The largest radius of a roller with an exact shape, in metres; 0 of one that has the shapes of its file.
+    pub fn rolling_radius_m(&self) -> f64 {
+        match (&self.barrel, &self.turned) {
+            (Some(barrel), _) => barrel.sphere_radius_m(0.0),
+            (None, Some(turned)) => turned.largest_radius_m(),
+            (None, None) => 0.0,
+        }
     }
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.

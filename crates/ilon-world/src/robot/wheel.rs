@@ -32,6 +32,8 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// What the rollers touch the ground with.
     pub surface: Surface,
+    /// Whether its rollers make a circle of its outline.
+    pub is_round: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
@@ -238,6 +240,7 @@ pub(crate) fn insert(
         bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         surface: Surface::under(&wheel.surface, load_kg),
+        is_round: wheel.is_round(),
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
     }

@@ -1,6 +1,6 @@
 //! What cannot be simulated.
 
-use ilon_robot::{Robot, RollerForm, RollerSurface, Wheel};
+use ilon_robot::{Robot, Roller, RollerForm, RollerSurface, Wheel};
 
 use crate::engine::shapes::shape_of_roller;
 use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldError};
@@ -100,6 +100,14 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             "leave the rollers rigid, or let ilon solve the contacts",
         );
     }
+    let turned = |roller: &Roller| matches!(roller.form, RollerForm::Turned(_));
+    let of_profile = |wheel: &&Wheel| wheel.rollers.iter().any(turned);
+    if let Some(wheel) = robot.wheels.iter().find(of_profile) {
+        return refused(
+            format!("rollers with a profile by numbers (wheel `{}`)", wheel.name),
+            "take barrels, or let ilon solve the contacts",
+        );
+    }
     let patches = floor.patches.iter().map(|patch| patch.surface);
     let mut surfaces = patches.chain([floor.surface]);
     if surfaces.any(|surface| surface != FloorSurface::default()) {
@@ -138,6 +146,14 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
                 return Err(WorldError::FlatRoller {
                     wheel: wheel.name.clone(),
                     roller: roller.name.clone(),
+                });
+            }
+            continue;
+        }
+        if let RollerForm::Turned(_) = &roller.form {
+            if wheel.surface.tread.is_some() {
+                return Err(WorldError::TreadOnTurned {
+                    wheel: wheel.name.clone(),
                 });
             }
             continue;

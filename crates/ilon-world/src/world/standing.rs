@@ -1,10 +1,11 @@
 //! Where a robot stands when a world begins: on what is beneath it, as it stands on a plane, its lowest wheel just touching.
 
-use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm};
+use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm, Turned};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::SharedShape;
 
 use crate::contact::nearest::{Piece, PlacedBarrel};
+use crate::contact::turned::PlacedTurned;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
 use crate::ground::{Anchor, Ground};
@@ -32,6 +33,12 @@ enum Form {
     /// The exact barrel, with its middle and axis in the body frame.
     Barrel {
         barrel: Barrel,
+        center_m: Vector3<f64>,
+        axis: Vector3<f64>,
+    },
+    /// A profile by numbers, placed in the same way.
+    Turned {
+        turned: Turned,
         center_m: Vector3<f64>,
         axis: Vector3<f64>,
     },
@@ -166,11 +173,20 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
     for (index, wheel) in robot.wheels.iter().enumerate() {
         for roller in &wheel.rollers {
             let center_m = wheel.body_from_hub * Point3::from(roller.center_in_hub_m);
+            let (center_m, axis) = (
+                center_m.coords,
+                wheel.body_from_hub * roller.axis_in_hub.into_inner(),
+            );
             let form = match &roller.form {
-                RollerForm::Barrel => Form::Barrel {
+                RollerForm::Barrel | RollerForm::Made(_) => Form::Barrel {
                     barrel: wheel.barrel(roller),
-                    center_m: center_m.coords,
-                    axis: wheel.body_from_hub * roller.axis_in_hub.into_inner(),
+                    center_m,
+                    axis,
+                },
+                RollerForm::Turned(turned) => Form::Turned {
+                    turned: turned.clone(),
+                    center_m,
+                    axis,
                 },
                 RollerForm::AsModelled(modelled) => {
                     let Some(shape) = shape_of_roller(modelled) else {
@@ -193,6 +209,9 @@ impl Surface {
             Form::Barrel {
                 barrel, center_m, ..
             } => center_m.norm() + PlacedBarrel::bounding_radius_m(barrel),
+            Form::Turned {
+                turned, center_m, ..
+            } => center_m.norm() + turned.bounding_radius_m(),
             Form::Shape(body_from_shape, shape) => {
                 let ball = shape.compute_local_bounding_sphere();
                 let center_m = body_from_shape * Point3::from(convert::to_f64(ball.center));
@@ -220,6 +239,19 @@ impl Surface {
                     axis: floor_from_body * axis,
                 };
                 let gaps = pieces.iter().map(|piece| placed.nearest_to(piece).gap_m);
+                gaps.fold(f64::INFINITY, f64::min)
+            }
+            Form::Turned {
+                turned,
+                center_m,
+                axis,
+            } => {
+                let placed = PlacedTurned {
+                    turned,
+                    center_m: (floor_from_body * Point3::from(*center_m)).coords,
+                    axis: floor_from_body * axis,
+                };
+                let gaps = pieces.iter().map(|piece| placed.gap_m(piece));
                 gaps.fold(f64::INFINITY, f64::min)
             }
             Form::Shape(body_from_shape, shape) => {

@@ -217,6 +217,47 @@ fn surfaces(robot: &Inspection) -> Table {
     table
 }
 
+/// How rollers are made where they do not make a circle of the wheel's outline.
+fn made(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading(
+        "rollers as made: curvature along the roller over the ideal barrel's, its radius, least and largest radius of the rollers, \
+         travel of the hub in a turn and its mean height; lengths in mm",
+    );
+    columns(
+        &mut table,
+        &[
+            "crown",
+            "its radius",
+            "least",
+            "largest",
+            "travel",
+            "height",
+        ],
+    );
+    let or_none = |value: Option<f64>, decimals: usize| {
+        value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
+    };
+    for (name, made) in robot
+        .wheels
+        .iter()
+        .filter_map(|wheel| Some((&wheel.name, wheel.made?)))
+    {
+        table.words(
+            name,
+            &[
+                or_none(made.crown, 3),
+                or_none(made.crown_radius_m.map(|m| 1e3 * m), 2),
+                or_none(Some(1e3 * made.least_radius_m), 3),
+                or_none(Some(1e3 * made.largest_radius_m), 3),
+                or_none(Some(1e3 * made.hub_travel_m), 3),
+                or_none(Some(1e3 * made.mean_height_m), 3),
+            ],
+        );
+    }
+    table
+}
+
 /// A row of names for the columns below it.
 fn columns(table: &mut Table, names: &[&str]) {
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
@@ -270,6 +311,10 @@ fn text(robot: &Inspection) -> String {
 
     if robot.wheels.iter().any(|wheel| wheel.surface.is_some()) {
         text.push_str(&format!("\n{}", surfaces(robot)));
+    }
+
+    if robot.wheels.iter().any(|wheel| wheel.made.is_some()) {
+        text.push_str(&format!("\n{}", made(robot)));
     }
 
     if !robot.outlines.is_empty() {

@@ -324,3 +324,50 @@ fn a_wheel_without_rollers_is_refused() {
     let wheel = "wheel_1".to_owned();
     assert_eq!(error, ControlError::NoRollers { wheel });
 }
+
+#[test]
+fn rollers_as_they_are_made_roll_on_the_height_of_their_hub() {
+    // The part ahead of omega n x (p - p_hub) is omega h, and along d_g of a roller that stands at phi the wheel asks for
+    // d_g . v = omega h d_g . x: ahead v = omega h, sideways at gamma = 45 deg v = omega h cos(phi).
+    let made = |change: &dyn Fn(&mut ilon_robot::RollersAsMade), factor| {
+        let mut robot = mecanum4();
+        let mut made = ilon_robot::RollersAsMade::default();
+        change(&mut made);
+        for wheel in &mut robot.wheels {
+            wheel.make_rollers(made.clone(), factor).unwrap();
+        }
+        robot
+    };
+    let cylinder = vec![[-0.012, 0.012], [0.012, 0.012]];
+    for robot in [
+        made(&|made| made.crown = 0.7, None),
+        made(&|made| made.crown = 1.3, Some(0.9)),
+        made(&|made| made.profile_m = Some(cylinder.clone()), None),
+    ] {
+        let kinematics = Kinematics::new(&robot).unwrap();
+        let mut contact = ContactKinematics::new(&robot).unwrap();
+        for ideal in [Twist::new(0.3, 0.0, 0.0), Twist::new(0.0, 0.3, 0.0)] {
+            let mut rates = vec![0.0; 4];
+            kinematics.wheel_rates(ideal, &mut rates);
+            for i in 0..50 {
+                let time_s = 0.007 * f64::from(i) + 0.001;
+                let angles: Vec<f64> = rates.iter().map(|rate| rate * time_s).collect();
+                let twist = contact.twist(&angles, &rates);
+                let share = |wheel: usize| {
+                    let phi = contact.contacts()[wheel].angle_rad;
+                    let sideways = if ideal.vx_m_s == 0.0 { phi.cos() } else { 1.0 };
+                    sideways * robot.wheels[wheel].hub_height_m(angles[wheel])
+                        / robot.wheels[wheel].radius_m
+                };
+                // All wheels stand alike, mirrored at most: their shares are equal, and so is that of the robot, to rounding.
+                let got = twist.linear_m_s().norm() / 0.3;
+                assert!((share(0) - share(3)).abs() < 1e-12);
+                assert!(
+                    (got - share(0)).abs() < 1e-9,
+                    "{ideal:?} {i}: {got} {}",
+                    share(0)
+                );
+            }
+        }
+    }
+}

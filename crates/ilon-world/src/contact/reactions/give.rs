@@ -153,9 +153,7 @@ impl Reactions {
         let moment = if rate_rad_s > RESTS_RAD_S {
             along_ground * (place.travel_m_s.norm() / (rate_rad_s * rate_rad_s))
         } else {
-            axis * state
-                .barrel
-                .map_or(0.0, |barrel| barrel.sphere_radius_m(0.0))
+            axis * state.rolling_radius_m()
         };
         let of_axle = if axle.is_some() {
             moment.dot(&axis)

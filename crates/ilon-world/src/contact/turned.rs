@@ -1,0 +1,147 @@
+//! Where a roller that is turned to a profile by numbers is near to a piece of ground, in f64.
+//!
+//! Such a roller is a convex body (see [`ilon_robot::turned`]), and unlike a barrel it can lie on the ground with two of its
+//! corners at once: on a flat face its lowest corner and those next to it are places of contact of their own.
+//!
+//! **Faces.** The corner i is a circle of radius q about the axis at t, thickened by a ball of radius c. Against a flat face with
+//! the unit normal **n** its lowest place is t **d** - q **e** - c **n** from the roller's middle, **e** the unit vector of **n**
+//! across the axis **d**. That is exact.
+//!
+//! **Edges.** The distance of a point from a convex body is convex along a straight line. So the nearest place of an edge of the
+//! ground to the roller is where the derivative of that distance along the edge changes its sign, which bisection finds; corners
+//! of the ground are the ends of edges. It counts where the way from it to the roller leads out of the ground.
+
+#[cfg(test)]
+mod tests;
+
+use ilon_robot::Turned;
+use nalgebra::Vector3;
+
+use super::nearest::{Nearest, Piece};
+
+/// A turned roller where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedTurned<'a> {
+    /// Its shape.
+    pub turned: &'a Turned,
+    /// Its middle, in the floor's frame, in metres.
+    pub center_m: Vector3<f64>,
+    /// Its axis, in the floor's frame.
+    pub axis: Vector3<f64>,
+}
+
+/// Halvings of an edge of the ground: a metre is then known to what f64 holds of it.
+const HALVINGS: usize = 52;
+
+impl PlacedTurned<'_> {
+    /// The place of a corner that reaches furthest against a direction, in metres; of the corner that does so most where none is
+    /// said.
+    pub fn support(&self, normal: &Vector3<f64>, corner: Option<usize>) -> Vector3<f64> {
+        let index = corner.unwrap_or_else(|| self.lowest(normal));
+        let corner = &self.turned.corners()[index];
+        let along = normal.dot(&self.axis);
+        let across = normal - along * self.axis;
+        // A roller that stands upright on its face touches with all of it: the middle of the face is its place then.
+        let across = across.try_normalize(1e-9).unwrap_or_default();
+        self.center_m + corner.t_m * self.axis - corner.ring_m * across - corner.ball_m * normal
+    }
+
+    /// The corner that reaches furthest against a direction; of those that reach equally far the first.
+    fn lowest(&self, normal: &Vector3<f64>) -> usize {
+        let w = -normal.dot(&self.axis);
+        let across = (1.0 - w * w).max(0.0).sqrt();
+        let mut best = (0, f64::NEG_INFINITY);
+        for (index, corner) in self.turned.corners().iter().enumerate() {
+            let reach_m = corner.t_m * w + corner.ring_m * across + corner.ball_m;
+            if reach_m > best.1 {
+                best = (index, reach_m);
+            }
+        }
+        best.0
+    }
+
+    /// Its distance from a piece, in metres, negative in penetration.
+    pub fn gap_m(&self, piece: &Piece) -> f64 {
+        let mut gap_m = f64::INFINITY;
+        self.places_on(piece, f64::INFINITY, |nearest| {
+            gap_m = gap_m.min(nearest.gap_m);
+        });
+        gap_m
+    }
+
+    /// Shows the places where it is nearer to a piece than this: on a face the lowest corner and those next to it, and of the
+    /// edges the nearest place of each.
+    pub fn places_on(&self, piece: &Piece, within_m: f64, mut show: impl FnMut(Nearest)) {
+        piece.faces(|normal| {
+            let lowest = self.lowest(&normal);
+            let last = self.turned.corners().len() - 1;
+            for corner in lowest.saturating_sub(1)..=(lowest + 1).min(last) {
+                let place_m = self.support(&normal, Some(corner));
+                let foot = piece.foot(&place_m);
+                /// Over the face or straight beneath it, to what f64 makes of it; beside it, an edge is nearer.
+                const SAME_PLACE_M: f64 = 1e-9;
+                let beside_m = place_m - foot.place_m - foot.distance_m * normal;
+                if beside_m.norm() < SAME_PLACE_M && foot.distance_m < within_m {
+                    let ball_m = self.turned.corners()[corner].ball_m;
+                    show(Nearest {
+                        normal,
+                        place_m: foot.place_m,
+                        gap_m: foot.distance_m,
+                        sphere_m: place_m + ball_m * normal,
+                        corner: Some(corner),
+                    });
+                }
+            }
+        });
+        piece.edges(|from_m, to_m| {
+            let nearest = self.nearest_of_edge(&from_m, &to_m);
+            let Some((place_m, gap_m, normal)) = nearest.filter(|found| found.1 < within_m) else {
+                return;
+            };
+            /// Far above the rounding of places, far below what the ground is known to.
+            const OUT_M: f64 = 1e-6;
+            let out = piece.foot(&(place_m + OUT_M * normal));
+            if out.distance_m > 0.0 && (out.place_m - place_m).norm() < 1e-3 * OUT_M {
+                show(Nearest {
+                    normal,
+                    place_m,
+                    gap_m,
+                    sphere_m: place_m + (gap_m + self.turned.edge_radius_m()) * normal,
+                    corner: None,
+                });
+            }
+        });
+    }
+
+    /// The place of a straight edge that is nearest to the roller, its distance, and the unit vector from it to the roller.
+    fn nearest_of_edge(
+        &self,
+        from_m: &Vector3<f64>,
+        to_m: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, f64, Vector3<f64>)> {
+        let along = (to_m - from_m).try_normalize(0.0)?;
+        let length_m = (to_m - from_m).norm();
+        let look = |at_m: f64| {
+            let place_m = from_m + at_m * along;
+            let off_m = place_m - self.center_m;
+            let t_m = off_m.dot(&self.axis);
+            let across = off_m - t_m * self.axis;
+            let r_m = across.norm();
+            let (distance_m, [grows_along, grows_across]) = self.turned.distance_m(t_m, r_m);
+            let outward = across.try_normalize(1e-12).unwrap_or_default();
+            let grows = grows_along * self.axis + grows_across * outward;
+            (place_m, distance_m, grows)
+        };
+        let (mut low_m, mut high_m) = (0.0, length_m);
+        for _ in 0..HALVINGS {
+            let middle_m = 0.5 * (low_m + high_m);
+            if look(middle_m).2.dot(&along) > 0.0 {
+                high_m = middle_m;
+            } else {
+                low_m = middle_m;
+            }
+        }
+        let (place_m, distance_m, grows) = look(0.5 * (low_m + high_m));
+        Some((place_m, distance_m, -grows))
+    }
+}

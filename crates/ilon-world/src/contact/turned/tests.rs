@@ -1,0 +1,173 @@
+//! Nearest places of turned rollers, against a search over the whole body.
+
+use ilon_robot::Turned;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::PlacedTurned;
+use crate::contact::nearest::{Nearest, Piece, SolidBox, Triangle};
+
+/// The least of a convex function over an interval, by thirds.
+fn least(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (low, high);
+    for _ in 0..60 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if of(a) < of(b) { high = b } else { low = a }
+    }
+    of(0.5 * (low + high))
+}
+
+/// The least distance of a piece from the places of the body: thirds along the axis and, for each place of it, over its disc.
+fn brute_force(placed: &PlacedTurned<'_>, piece: &Piece) -> f64 {
+    let x = placed.axis.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
+    let y = placed.axis.cross(&x);
+    let (first_m, last_m) = placed.turned.span_m();
+    least(first_m, last_m, |t| {
+        let r = placed.turned.surface_radius_m(t);
+        least(-r, r, |u| {
+            let half = (r * r - u * u).max(0.0).sqrt();
+            least(-half, half, |v| {
+                let place_m = placed.center_m + t * placed.axis + u * x + v * y;
+                piece.foot(&place_m).distance_m
+            })
+        })
+    })
+}
+
+fn bodies() -> [Turned; 3] {
+    let of = |points: &[[f64; 2]], edge| Turned::new(points, edge).unwrap();
+    [
+        of(&[[-0.02, 0.01], [0.02, 0.01]], 0.002),
+        of(&[[-0.02, 0.01], [0.02, 0.01]], 0.0),
+        of(
+            &[[-0.02, 0.006], [-0.006, 0.01], [0.006, 0.01], [0.02, 0.007]],
+            0.001,
+        ),
+    ]
+}
+
+fn nearest_of(placed: &PlacedTurned<'_>, piece: &Piece) -> Nearest {
+    let mut best: Option<Nearest> = None;
+    placed.places_on(piece, f64::INFINITY, |nearest| {
+        if best.is_none_or(|best| nearest.gap_m < best.gap_m) {
+            best = Some(nearest);
+        }
+    });
+    best.expect("a place")
+}
+
+#[test]
+fn nearest_places_are_those_of_a_search_over_the_whole_body() {
+    let solid = Piece::Box(SolidBox {
+        floor_from_box: Isometry3::from_parts(
+            Translation3::new(0.03, -0.01, 0.02),
+            UnitQuaternion::from_euler_angles(0.2, -0.1, 0.7),
+        ),
+        half_sides_m: Vector3::new(0.05, 0.03, 0.01),
+    });
+    let corners_m = [
+        Vector3::new(0.0, 0.0, 0.01),
+        Vector3::new(0.05, 0.01, 0.0),
+        Vector3::new(0.01, 0.04, -0.01),
+    ];
+    let triangle = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
+    for body in bodies() {
+        for i in 0..14 {
+            let s = f64::from(i);
+            let axis =
+                Vector3::new((1.3 * s).cos(), (1.3 * s).sin(), 0.6 * (0.7 * s).sin()).normalize();
+            let center_m = Vector3::new(0.06 * (2.1 * s).cos(), 0.05 * (1.7 * s).sin(), 0.06);
+            let placed = PlacedTurned {
+                turned: &body,
+                center_m,
+                axis,
+            };
+            for piece in [&Piece::Plane, &solid, &triangle] {
+                let nearest = nearest_of(&placed, piece);
+                let exact_m = brute_force(&placed, piece);
+                // Sixty thirds leave a share of 3e-11 of an interval of centimetres; its places' flat surroundings less.
+                assert!(
+                    (nearest.gap_m - exact_m).abs() < 1e-9,
+                    "{i} {:e} {exact_m:e}",
+                    nearest.gap_m
+                );
+                // The place is on the ground, and the roller its gap away along the normal.
+                assert!(piece.foot(&nearest.place_m).distance_m.abs() < 1e-12);
+                let reach = placed.support(&nearest.normal, nearest.corner);
+                let across_m = (reach - nearest.place_m).dot(&nearest.normal);
+                assert!((across_m - nearest.gap_m).abs() < 1e-9, "{i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
+    // A cylinder along y whose side lies over the straight edge of a box along x = 0, at 45 degrees to both faces.
+    let piece = Piece::Box(SolidBox {
+        floor_from_box: Isometry3::translation(-0.1, 0.0, -0.1),
+        half_sides_m: Vector3::new(0.1, 0.2, 0.1),
+    });
+    let body = &bodies()[0];
+    for gap_m in [1e-3, 1e-6, -1e-6, -1e-4] {
+        let off_m = (0.01 + gap_m) * std::f64::consts::FRAC_1_SQRT_2;
+        let placed = PlacedTurned {
+            turned: body,
+            center_m: Vector3::new(off_m, 0.0, off_m),
+            axis: Vector3::y(),
+        };
+        let nearest = nearest_of(&placed, &piece);
+        // A handful of roundings of centimetres.
+        assert!(
+            (nearest.gap_m - gap_m).abs() < 1e-15,
+            "{gap_m}: {:e}",
+            nearest.gap_m
+        );
+        let diagonal = Vector3::new(1.0, 0.0, 1.0).normalize();
+        assert!((nearest.normal - diagonal).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
+    // A slope up to the edge at x = 0; the roller lies behind the edge, lower than the slope's plane goes on to, and clear of it.
+    let corners_m = [
+        Vector3::new(0.0, -0.05, 0.0),
+        Vector3::new(0.0, 0.05, 0.0),
+        Vector3::new(-0.05, 0.0, -0.03),
+    ];
+    let piece = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
+    for body in bodies() {
+        let placed = PlacedTurned {
+            turned: &body,
+            center_m: Vector3::new(0.04, 0.0, -0.002),
+            axis: Vector3::y(),
+        };
+        // 40 mm across and 2 mm down to its axis, its side is 30 mm off the edge: what it is near to lies under the next triangle.
+        let mut gaps_m = Vec::new();
+        placed.places_on(&piece, 0.02, |nearest| gaps_m.push(nearest.gap_m));
+        assert_eq!(gaps_m, []);
+    }
+}
+
+#[test]
+fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
+    let [body, ..] = bodies();
+    let placed = PlacedTurned {
+        turned: &body,
+        center_m: Vector3::new(0.0, 0.0, 0.01),
+        axis: Vector3::x(),
+    };
+    let mut places = Vec::new();
+    placed.places_on(&Piece::Plane, 1e-3, |nearest| places.push(nearest));
+    assert_eq!(places.len(), 2);
+    for (nearest, x_m) in places.iter().zip([-0.018, 0.018]) {
+        assert!(nearest.gap_m.abs() < 1e-17 && (nearest.place_m.x - x_m).abs() < 1e-17);
+    }
+    // Upright it stands on the middle of its face.
+    let upright = PlacedTurned {
+        axis: Vector3::z(),
+        center_m: Vector3::new(0.0, 0.0, 0.021),
+        ..placed
+    };
+    assert!((upright.gap_m(&Piece::Plane) - 0.001).abs() < 1e-17);
+}
