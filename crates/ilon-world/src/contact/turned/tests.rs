@@ -71,7 +71,7 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
     ];
     let triangle = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
     for body in bodies() {
-        for i in 0..14 {
+        for i in 0..6 {
             let s = f64::from(i);
             let axis =
                 Vector3::new((1.3 * s).cos(), (1.3 * s).sin(), 0.6 * (0.7 * s).sin()).normalize();
