@@ -82,6 +82,12 @@ prop_compose! {
                 friction_n_m: losses.3,
                 // Up to nine tenths of the way to where the barrel tapers to nothing.
                 length_factor: 1.0 + 0.9 * longer * (most_tan / (PI / (per_row * rows) as f64).tan() - 1.0),
+                crown: 1.0,
+                profile_m: None,
+                edge_radius_m: 0.0,
+                radius_spread_m: 0.0,
+                radius_seed: 0,
+                radius_offsets_m: BTreeMap::new(),
                 rolling_resistance: surface.0,
                 tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
                     stiffness_n_m,

@@ -30,8 +30,8 @@ pub(crate) struct PlacedTurned<'a> {
     pub axis: Vector3<f64>,
 }
 
-/// Halvings of an edge of the ground: a metre is then known to what f64 holds of it.
-const HALVINGS: usize = 52;
+/// The search along an edge of the ground is over within this, in metres: of the least distance it misses less than a rounding.
+const SETTLED_M: f64 = 1e-11;
 
 impl PlacedTurned<'_> {
     /// The place of a corner that reaches furthest against a direction, in metres; of the corner that does so most where none is
@@ -94,8 +94,8 @@ impl PlacedTurned<'_> {
             }
         });
         piece.edges(|from_m, to_m| {
-            let nearest = self.nearest_of_edge(&from_m, &to_m);
-            let Some((place_m, gap_m, normal)) = nearest.filter(|found| found.1 < within_m) else {
+            let nearest = self.nearest_of_edge((&from_m, &to_m), within_m);
+            let Some((place_m, gap_m, normal)) = nearest else {
                 return;
             };
             /// Far above the rounding of places, far below what the ground is known to.
@@ -113,11 +113,12 @@ impl PlacedTurned<'_> {
         });
     }
 
-    /// The place of a straight edge that is nearest to the roller, its distance, and the unit vector from it to the roller.
+    /// The place of a straight edge that is nearest to the roller, its distance, and the unit vector from it to the roller; `None`
+    /// where all of it is further than `within_m`.
     fn nearest_of_edge(
         &self,
-        from_m: &Vector3<f64>,
-        to_m: &Vector3<f64>,
+        (from_m, to_m): (&Vector3<f64>, &Vector3<f64>),
+        within_m: f64,
     ) -> Option<(Vector3<f64>, f64, Vector3<f64>)> {
         let along = (to_m - from_m).try_normalize(0.0)?;
         let length_m = (to_m - from_m).norm();
@@ -133,15 +134,23 @@ impl PlacedTurned<'_> {
             (place_m, distance_m, grows)
         };
         let (mut low_m, mut high_m) = (0.0, length_m);
-        for _ in 0..HALVINGS {
+        loop {
             let middle_m = 0.5 * (low_m + high_m);
-            if look(middle_m).2.dot(&along) > 0.0 {
+            let half_m = 0.5 * (high_m - low_m);
+            let (place_m, distance_m, grows) = look(middle_m);
+            // A metre along the edge takes a metre off the distance at most.
+            if distance_m - half_m >= within_m {
+                return None;
+            }
+            // Of a long edge no halving is left below the rounding of its places.
+            if half_m <= SETTLED_M || middle_m <= low_m || middle_m >= high_m {
+                return (distance_m < within_m).then_some((place_m, distance_m, -grows));
+            }
+            if grows.dot(&along) > 0.0 {
                 high_m = middle_m;
             } else {
                 low_m = middle_m;
             }
         }
-        let (place_m, distance_m, grows) = look(0.5 * (low_m + high_m));
-        Some((place_m, distance_m, -grows))
     }
 }

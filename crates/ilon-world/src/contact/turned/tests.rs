@@ -71,7 +71,7 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
     ];
     let triangle = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
     for body in bodies() {
-        for i in 0..14 {
+        for i in 0..6 {
             let s = f64::from(i);
             let axis =
                 Vector3::new((1.3 * s).cos(), (1.3 * s).sin(), 0.6 * (0.7 * s).sin()).normalize();
@@ -143,9 +143,9 @@ fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
             axis: Vector3::y(),
         };
         // 40 mm across and 2 mm down to its axis, its side is 30 mm off the edge: what it is near to lies under the next triangle.
-        let mut gaps_m = Vec::new();
+        let mut gaps_m: Vec<f64> = Vec::new();
         placed.places_on(&piece, 0.02, |nearest| gaps_m.push(nearest.gap_m));
-        assert_eq!(gaps_m, []);
+        assert!(gaps_m.is_empty(), "{gaps_m:?}");
     }
 }
 
