@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use ilon_robot::Twist;
-use ilon_trace::{Summary, Trace};
+use ilon_trace::quantities;
+use ilon_trace::{Quantity, Summary, Trace};
 use serde_json::Value;
 
 use super::figures::balance::TERM_COLORS;
@@ -73,111 +74,71 @@ pub(super) fn energy(x_j: f64) -> String {
     }
 }
 
-/// What a tile shows: the key of the summary, by which an expectation finds it; its words; its value.
-type Tile = (&'static str, &'static str, Option<String>);
+/// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
+const TILES: [(&str, f64); 6] = [
+    ("slip_speed_rms_m_s", 0.0),
+    ("slip_energy_j", 5e-4),
+    ("energy.spin_up_j", 5e-4),
+    ("wheel_torque_max_n_m", 0.0),
+    ("odometry_drift_m_per_m", 0.0),
+    ("hub_ripple_m", 1e-5),
+];
+
+/// Those of runs that follow something.
+const TRACKING_TILES: [(&str, f64); 5] = [
+    ("position_error_max_m", 0.0),
+    ("position_error_final_m", 0.0),
+    ("heading_error_final_rad", 0.0),
+    ("position_converged_s", 0.0),
+    ("heading_converged_s", 0.0),
+];
+
+/// Those of runs that follow nothing.
+const OPEN_LOOP_TILES: [(&str, f64); 6] = [
+    ("twist_ratio_ideal.vx", 0.0),
+    ("twist_ratio_ideal.vy", 0.0),
+    ("twist_ratio_ideal.omega", 0.0),
+    ("twist_ratio_contact.vx", 0.0),
+    ("twist_ratio_contact.vy", 0.0),
+    ("twist_ratio_contact.omega", 0.0),
+];
+
+/// A value of a quantity, in SI units, with the unit that suits its size.
+fn sized(quantity: &Quantity, value: f64) -> String {
+    match quantity.unit.symbol {
+        "m" | "mm" | "mm per m" => length(value),
+        "m/s" | "mm/s" => speed(value),
+        "deg" => angle(value),
+        "s" => time(value),
+        "J" => energy(value),
+        "%" => percent_fine(value),
+        symbol => format!(
+            "{:.*} {symbol}",
+            quantity.decimals,
+            value * quantity.unit.per_si
+        ),
+    }
+}
 
 /// The figures that matter most, as HTML; those that something was expected of say whether it held.
 pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
-    let s = summary;
-    let mut tiles: Vec<Tile> = vec![
-        (
-            "position_error_max_m",
-            "largest position error",
-            s.position_error_max_m.map(length),
-        ),
-        (
-            "position_error_final_m",
-            "position error at the end",
-            s.position_error_final_m.map(length),
-        ),
-        (
-            "heading_error_final_rad",
-            "heading error at the end",
-            s.heading_error_final_rad.map(angle),
-        ),
-        (
-            "position_converged_s",
-            "position converged after",
-            s.position_converged_s.map(time),
-        ),
-        (
-            "heading_converged_s",
-            "heading converged after",
-            s.heading_converged_s.map(time),
-        ),
-    ];
-    if s.position_error_final_m.is_none() {
-        let (ideal, contact) = (&s.twist_ratio_ideal, &s.twist_ratio_contact);
-        tiles.extend([
-            (
-                "twist_ratio_ideal.vx",
-                "real over ideal, ahead",
-                ideal.vx.map(percent_fine),
-            ),
-            (
-                "twist_ratio_ideal.vy",
-                "real over ideal, sideways",
-                ideal.vy.map(percent_fine),
-            ),
-            (
-                "twist_ratio_ideal.omega",
-                "real over ideal, yaw",
-                ideal.omega.map(percent_fine),
-            ),
-            (
-                "twist_ratio_contact.vx",
-                "real over touching rollers, ahead",
-                contact.vx.map(percent_fine),
-            ),
-            (
-                "twist_ratio_contact.vy",
-                "real over touching rollers, sideways",
-                contact.vy.map(percent_fine),
-            ),
-            (
-                "twist_ratio_contact.omega",
-                "real over touching rollers, yaw",
-                contact.omega.map(percent_fine),
-            ),
-        ]);
-    }
-    let work = s.wheel_torque_max_n_m.map(|t| format!("{t:.3} N m"));
-    let noteworthy = |x: Option<f64>, least: f64| x.filter(|x| x.abs() >= least);
-    tiles.extend([
-        (
-            "slip_speed_rms_m_s",
-            "sliding speed, rms",
-            s.slip_speed_rms_m_s.map(speed),
-        ),
-        (
-            "slip_energy_j",
-            "lost to sliding",
-            noteworthy(s.slip_energy_j, 5e-4).map(energy),
-        ),
-        (
-            "energy.spin_up_j",
-            "spent on spinning up rollers",
-            noteworthy(s.energy.spin_up_j, 5e-4).map(energy),
-        ),
-        ("wheel_torque_max_n_m", "largest wheel torque", work),
-        (
-            "odometry_drift_m_per_m",
-            "drift of dead reckoning, per metre",
-            s.odometry_drift_m_per_m.map(length),
-        ),
-        (
-            "hub_ripple_m",
-            "hub ripple",
-            noteworthy(s.hub_ripple_m, 1e-5).map(length),
-        ),
-    ]);
-    let cells: String = tiles
-        .into_iter()
-        .filter_map(|(key, name, value)| Some((key, name, value?)))
-        .map(|(key, name, value)| {
+    let of_its_kind: &[(&str, f64)] = match summary.position_error_final_m {
+        Some(_) => &TRACKING_TILES,
+        None => &OPEN_LOOP_TILES,
+    };
+    let cells: String = of_its_kind
+        .iter()
+        .chain(&TILES)
+        .filter_map(|(key, least)| {
+            let quantity = quantities::by_key(key)?;
+            let value = quantity.value(summary)?;
+            (value.abs() >= *least).then_some((quantity, sized(quantity, value)))
+        })
+        .map(|(quantity, value)| {
+            let name = escape(&quantity.words());
             // The unit stands smaller than the number.
             let (number, unit) = value.split_once(' ').unwrap_or((&value, ""));
-            let expected = expectations.iter().find(|e| e.quantity == key);
+            let expected = expectations.iter().find(|e| e.quantity == quantity.key);
             let (class, bound) = expected.map_or(("", String::new()), |e| {
                 let (class, word) = if e.held { (" held", "held") } else { (" failed", "failed") };
                 (class, format!("<br>{} {word}", escape(&e.bound)))
@@ -476,6 +437,14 @@ fn flatten(path: &str, value: &Value, rows: &mut String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_tile_shows_a_quantity_that_there_is() {
+        let tiles = TILES.iter().chain(&TRACKING_TILES).chain(&OPEN_LOOP_TILES);
+        for (key, _) in tiles {
+            assert!(quantities::by_key(key).is_some(), "{key}");
+        }
+    }
 
     #[test]
     fn lengths_have_one_unit_below_a_metre() {

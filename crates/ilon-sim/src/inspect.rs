@@ -6,6 +6,7 @@ use serde::Serialize;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Inspection {
     /// The robot's name.
     pub name: String,
@@ -39,6 +40,7 @@ pub struct Inspection {
 
 /// A wheel as it is understood.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct WheelInspection {
     /// The name of its joint.
     pub name: String,
@@ -122,6 +124,7 @@ impl MadeInspection {
 
 /// What rollers that give, or drag, touch the ground with, as it is understood: defaults filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SurfaceInspection {
     /// Drag per load.
     pub rolling_resistance: f64,
@@ -131,6 +134,7 @@ pub struct SurfaceInspection {
 
 /// A tread under the load of its robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TreadInspection {
     /// Stiffness along the ground's normal, in N/m.
     pub stiffness_n_m: f64,
@@ -168,6 +172,7 @@ const STANDARD_GRAVITY_M_S2: f64 = 9.81;
 
 /// How fast a robot can be within the rates of its wheels.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct SpeedLimits {
     /// Top speed in the slowest direction, without turning, in m/s.
     pub slowest_direction_m_s: f64,

@@ -6,6 +6,7 @@ use crate::Rows;
 
 /// Where a trace leaves its baseline.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// The signal, by its column's name.
     pub signal: String,

@@ -86,6 +86,7 @@ pub struct Integral {
 
 /// The ledger integrated over the run, each twist turned to the world frame by the true heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Ledger {
     /// Asked minus real: what the others add up to in `x_m`, `y_m` and `heading_rad`.
     pub total: Integral,

@@ -35,6 +35,7 @@ impl Default for Settings {
 
 /// The figures of a run. A quantity that does not apply is `None`, null in JSON.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Summary {
     /// The scenario's name.
     pub scenario: String,
@@ -159,6 +160,7 @@ pub struct TwistRatio {
 /// Where the motors' work went, and what came from outside, in J:
 /// motor + outside = stored + slip + spin-up + bearing + impact + unexplained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Energy {
     /// Work of all motors.
     pub motor_j: Option<f64>,

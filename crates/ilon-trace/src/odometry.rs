@@ -13,6 +13,7 @@ const LEAST_TURN_RAD: f64 = 0.1;
 
 /// How far one way of dead reckoning drifts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Drift {
     /// Distance from the reckoned to the true position at the end, in metres.
     pub final_m: Option<f64>,
@@ -30,6 +31,7 @@ pub struct Drift {
 
 /// How far the robot went, and how far dead reckoning drifts from that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct OdometryDrift {
     /// Length of the way that the body's origin really travelled, in metres.
     pub travelled_m: f64,

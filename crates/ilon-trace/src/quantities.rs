@@ -20,6 +20,7 @@ pub struct Unit {
 
 /// One figure of a [`Summary`].
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Quantity {
     /// Its name in `summary.json` and in `[expect]`; a dot steps into a group, as in `twist_ratio_ideal.vy`.
     pub key: &'static str,
@@ -40,6 +41,17 @@ impl Quantity {
         (self.get)(summary)
     }
 
+    /// What it is, in words that need no heading: those of the table, behind the heading where the same stand under another.
+    pub fn words(&self) -> String {
+        let alike = all().filter(|other| other.label == self.label);
+        let mut groups = GROUPS.iter();
+        let group = groups.find(|group| group.quantities.iter().any(|one| one.key == self.key));
+        match group {
+            Some(group) if alike.count() > 1 => format!("{}: {}", group.heading, self.label),
+            _ => self.label.to_owned(),
+        }
+    }
+
     /// Its value in the unit that it is shown in; `None` where it does not apply to the run.
     pub fn shown(&self, summary: &Summary) -> Option<f64> {
         self.value(summary).map(|value| value * self.unit.per_si)
@@ -48,6 +60,7 @@ impl Quantity {
 
 /// Quantities under one heading.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Group {
     /// The heading.
     pub heading: &'static str,

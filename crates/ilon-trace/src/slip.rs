@@ -9,6 +9,7 @@ use crate::record::{Record, WheelSample};
 
 /// What the contacts of one wheel did over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WheelSlip {
     /// The wheel's name.
     pub name: String,

@@ -105,11 +105,9 @@ mod tests {
             path_m: x_m.abs(),
             ..Integral::default()
         };
-        let mut summary = Summary {
-            duration_s: 10.0,
-            travelled_m: (slip_m + servo_m).abs(),
-            ..Summary::default()
-        };
+        let mut summary = Summary::default();
+        summary.duration_s = 10.0;
+        summary.travelled_m = (slip_m + servo_m).abs();
         summary.ledger.slip = term(slip_m);
         summary.ledger.servo = term(servo_m);
         sentence(&header, &summary, &[])

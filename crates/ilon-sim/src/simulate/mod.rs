@@ -59,6 +59,7 @@ pub struct Run<T = Trace> {
 
 /// How far a run is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Simulated time, in seconds.
     pub time_s: f64,

@@ -186,16 +186,15 @@ mod tests {
 
     #[test]
     fn a_wheel_in_the_air_and_unsolved_contacts_are_remarked_with_their_figures() {
-        let wheel = |name: &str, lost| WheelSlip {
-            name: name.to_owned(),
-            lost_contact: Some(lost),
-            ..WheelSlip::default()
+        let wheel = |name: &str, lost| {
+            let mut wheel = WheelSlip::default();
+            wheel.name = name.to_owned();
+            wheel.lost_contact = Some(lost);
+            wheel
         };
-        let mut summary = Summary {
-            wheels: vec![wheel("front", 0.02), wheel("rear", 1.0)],
-            contact_residual_max_m_s: Some(1e-8),
-            ..Summary::default()
-        };
+        let mut summary = Summary::default();
+        summary.wheels = vec![wheel("front", 0.02), wheel("rear", 1.0)];
+        summary.contact_residual_max_m_s = Some(1e-8);
         let [remark] = &of_summary(&summary)[..] else {
             panic!("one wheel does not touch");
         };

@@ -14,6 +14,7 @@ use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Resolved {
     scenario: Scenario,
     physics_dt_s: f64,

@@ -16,6 +16,7 @@ use crate::{Error, scenario};
 
 /// What the robot knows at one moment.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Seen {
     /// The newest pose that has arrived; with fusion, the pose now by the filter.
     pub pose: Pose,

@@ -26,6 +26,7 @@ pub struct Found {
 
 /// A place where a quantity crosses its value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Crossing {
     /// The largest value of the key below it that was tried.
     pub key_below: f64,

@@ -14,6 +14,7 @@ pub(super) type Trial = Option<(f64, Vec<f64>)>;
 
 /// Where a quantity is least.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Minimum {
     /// The number of the trial that is best, of those that keep the bounds; `None` where none does.
     pub trial: Option<u64>,

@@ -8,6 +8,7 @@ use crate::Error;
 
 /// How far a study is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Runs that there are.
     pub done: u64,

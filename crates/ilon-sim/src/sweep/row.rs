@@ -41,6 +41,7 @@ pub struct Task {
 
 /// What came of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Row {
     /// The number of the run.
     pub run: u64,
@@ -107,10 +108,8 @@ mod tests {
         assert!(figure_index("position_error_max_m").is_some());
         assert!(figure_index("twist_ratio_ideal.vy").is_some());
         assert!(figure_index(OF_THE_MACHINE).is_none());
-        let mut summary = Summary {
-            duration_s: 2.5,
-            ..Summary::default()
-        };
+        let mut summary = Summary::default();
+        summary.duration_s = 2.5;
         summary.twist_ratio_ideal.vy = Some(0.98);
         let figures = figures_of(&summary);
         assert_eq!(figures[figure_index("duration_s").unwrap()], Some(2.5));

@@ -58,7 +58,9 @@ impl Bar {
     }
 
     pub fn show(&self, progress: Progress) {
-        let Progress { time_s, duration_s } = progress;
+        let Progress {
+            time_s, duration_s, ..
+        } = progress;
         let share = time_s / duration_s;
         if let Some(bar) = &self.bar {
             bar.set_position((share * TICKS as f64) as u64);

@@ -6,7 +6,7 @@ mod simulation;
 use std::path::Path;
 
 use ilon_identify::Identified;
-use ilon_identify::outcome::{Direction, JudgedBy, Value};
+use ilon_identify::outcome::{Direction, JudgedBy, Run, Value};
 use ilon_report::figure::{
     Figure, Layout, Span, axis, bars, dashed, dots, dotted, exact_curve, plot, solid,
 };
@@ -136,6 +136,31 @@ fn story(found: &Identified) -> String {
     }
     let lines: String = lines.iter().map(|line| format!("<p>{line}</p>")).collect();
     format!("<div class=\"story\">{lines}</div>\n")
+}
+
+/// A column of a table: its heading, and what stands under it for one row.
+type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
+
+/// A table with a row for each of some things.
+fn table_of<'t, T: 't>(
+    caption: &str,
+    columns: &[Column<'_, T>],
+    things: impl IntoIterator<Item = &'t T>,
+) -> String {
+    let head: Vec<&str> = columns.iter().map(|(heading, _)| *heading).collect();
+    let row = |thing: &T| columns.iter().map(|(_, cell)| cell(thing)).collect();
+    let rows: Vec<Vec<String>> = things.into_iter().map(row).collect();
+    table(caption, &head, &rows)
+}
+
+/// A number to four places.
+fn fine(value: f64) -> String {
+    format!("{value:.4}")
+}
+
+/// Whether a run was kept back from the fit.
+fn whether(held_out: bool) -> String {
+    if held_out { "kept back" } else { "fitted" }.to_owned()
 }
 
 fn table(caption: &str, head: &[&str], rows: &[Vec<String>]) -> String {
@@ -290,41 +315,23 @@ fn left(directions: &[Direction]) -> Figure {
 }
 
 fn directions(directions: &[Direction]) -> String {
-    let known = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
-    let rows: Vec<Vec<String>> = directions
-        .iter()
-        .map(|d| {
-            vec![
-                format!("{:.1}", d.direction_deg),
-                number(d.speed_m_s),
-                d.stretches.to_string(),
-                format!("{:.4}", d.measured),
-                format!("{:.4}", d.measured_error),
-                known(d.contact),
-                format!("{:.4}", d.fitted),
-                known(d.simulated),
-                format!("{:.4}", d.measured_across),
-                format!("{:.4}", d.fitted_across),
-                number(d.drift_rad_per_m),
-            ]
-        })
-        .collect();
-    table(
+    let known = |value: Option<f64>| value.map_or("-".to_owned(), fine);
+    table_of::<Direction>(
         "By direction",
         &[
-            "degrees",
-            "m/s",
-            "stretches",
-            "measured",
-            "standard error",
-            "contact",
-            "fitted",
-            "simulated",
-            "measured across",
-            "fitted across",
-            "drift left, rad/m",
+            ("degrees", &|d| format!("{:.1}", d.direction_deg)),
+            ("m/s", &|d| number(d.speed_m_s)),
+            ("stretches", &|d| d.stretches.to_string()),
+            ("measured", &|d| fine(d.measured)),
+            ("standard error", &|d| fine(d.measured_error)),
+            ("contact", &|d| known(d.contact)),
+            ("fitted", &|d| fine(d.fitted)),
+            ("simulated", &|d| known(d.simulated)),
+            ("measured across", &|d| fine(d.measured_across)),
+            ("fitted across", &|d| fine(d.fitted_across)),
+            ("drift left, rad/m", &|d| number(d.drift_rad_per_m)),
         ],
-        &rows,
+        directions,
     )
 }
 
@@ -370,32 +377,21 @@ fn models(found: &Identified) -> String {
 }
 
 fn runs(found: &Identified) -> String {
-    let rows: Vec<Vec<String>> = found
-        .runs
-        .iter()
-        .map(|run| {
-            vec![
-                run.file.clone(),
-                if run.held_out { "kept back" } else { "fitted" }.to_owned(),
-                number(run.duration_s),
-                number(run.path_m),
-                number(1e3 * run.end_position_nominal_m),
-                number(1e3 * run.end_position_m),
-                number(1e3 * run.end_heading_rad),
-            ]
-        })
-        .collect();
-    table(
+    table_of::<Run>(
         "Ends of runs",
         &[
-            "log",
-            "",
-            "s",
-            "m",
-            "off before, mm",
-            "off after, mm",
-            "heading after, mrad",
+            ("log", &|run| run.file.clone()),
+            ("", &|run| whether(run.held_out)),
+            ("s", &|run| number(run.duration_s)),
+            ("m", &|run| number(run.path_m)),
+            ("off before, mm", &|run| {
+                number(1e3 * run.end_position_nominal_m)
+            }),
+            ("off after, mm", &|run| number(1e3 * run.end_position_m)),
+            ("heading after, mrad", &|run| {
+                number(1e3 * run.end_heading_rad)
+            }),
         ],
-        &rows,
+        &found.runs,
     )
 }

@@ -55,6 +55,7 @@ pub struct Findings {
 
 /// Runs that failed for one reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Failures {
     /// The reason.
     pub error: String,
@@ -66,6 +67,7 @@ pub struct Failures {
 
 /// What `[find]` found at one point of the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FoundAt {
     /// The scenario.
     pub scenario: String,
@@ -78,6 +80,7 @@ pub struct FoundAt {
 
 /// What `[minimise]` found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MinimumAt {
     /// The quantity.
     pub quantity: String,
@@ -92,6 +95,7 @@ pub struct MinimumAt {
 
 /// How a quantity is distributed over the runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Distribution {
     /// The quantity.
     pub quantity: String,
@@ -115,6 +119,7 @@ pub struct Distribution {
 
 /// Sobol indices of a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct IndicesOf {
     /// The quantity.
     pub quantity: String,
@@ -132,6 +137,7 @@ pub struct IndicesOf {
 
 /// Elementary effects on a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct EffectsOf {
     /// The quantity.
     pub quantity: String,

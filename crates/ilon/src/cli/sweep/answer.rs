@@ -186,6 +186,7 @@ fn minimum(text: &mut String, minimise: &Minimise, at_minimum: &MinimumAt) {
         values,
         run,
         minimum,
+        ..
     } = at_minimum;
     let (Some(value), Some(run)) = (minimum.value, run) else {
         let bounds: Vec<&str> = minimise.subject_to.keys().map(String::as_str).collect();

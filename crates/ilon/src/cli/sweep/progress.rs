@@ -49,6 +49,7 @@ impl Bar {
             failed,
             most,
             is_search,
+            ..
         } = progress;
         let of = if is_search { "of at most" } else { "of" };
         let failed = if failed > 0 {

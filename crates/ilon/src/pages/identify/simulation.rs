@@ -1,11 +1,11 @@
 //! What simulating found, on the page of an identification.
 
-use ilon_identify::outcome::{Drive, Simulation};
+use ilon_identify::outcome::{Drive, DriveRipple, Simulation};
 use ilon_report::figure::{Figure, Layout, Span, axis, dots, plot};
 use ilon_report::page::{Section, card, escape};
 use ilon_report::sweep::figure as number;
 
-use super::table;
+use super::{fine, table, table_of, whether};
 
 /// The section of the page.
 pub(super) fn section(simulation: &Simulation) -> Section {
@@ -130,79 +130,57 @@ fn series(simulation: &Simulation) -> String {
 }
 
 fn ripple(simulation: &Simulation) -> String {
-    let rows: Vec<Vec<String>> = simulation
-        .drives
-        .iter()
-        .filter_map(|drive| {
-            let ripple = drive.ripple?;
-            Some(vec![
-                drive.file.clone(),
-                whether(drive.held_out),
-                format!("{:.0}", drive.direction_deg),
-                number(1e3 * ripple.wheels_rad_s),
-                number(1e3 * ripple.wheels_error_rad_s),
-                number(1e3 * ripple.wheels_simulated_rad_s),
-                number(1e3 * ripple.body_m),
-                number(1e3 * ripple.body_error_m),
-                number(1e3 * ripple.body_simulated_m),
-                format!("{:.3}", ripple.rollers_counted),
-            ])
-        })
+    let drives = simulation.drives.iter();
+    let rippled: Vec<(&Drive, DriveRipple)> = drives
+        .filter_map(|drive| Some((drive, drive.ripple?)))
         .collect();
-    if rows.is_empty() {
+    if rippled.is_empty() {
         return String::new();
     }
-    table(
+    type Rippled<'d> = (&'d Drive, DriveRipple);
+    table_of::<Rippled>(
         "What wheels (mrad/s) and body (mm) do once a roller: amplitudes",
         &[
-            "log",
-            "",
-            "degrees",
-            "wheels",
-            "standard error",
-            "simulated",
-            "body",
-            "standard error",
-            "simulated",
-            "rollers counted",
+            ("log", &|(drive, _)| drive.file.clone()),
+            ("", &|(drive, _)| whether(drive.held_out)),
+            ("degrees", &|(drive, _)| {
+                format!("{:.0}", drive.direction_deg)
+            }),
+            ("wheels", &|(_, ripple)| number(1e3 * ripple.wheels_rad_s)),
+            ("standard error", &|(_, ripple)| {
+                number(1e3 * ripple.wheels_error_rad_s)
+            }),
+            ("simulated", &|(_, ripple)| {
+                number(1e3 * ripple.wheels_simulated_rad_s)
+            }),
+            ("body", &|(_, ripple)| number(1e3 * ripple.body_m)),
+            ("standard error", &|(_, ripple)| {
+                number(1e3 * ripple.body_error_m)
+            }),
+            ("simulated", &|(_, ripple)| {
+                number(1e3 * ripple.body_simulated_m)
+            }),
+            ("rollers counted", &|(_, ripple)| {
+                format!("{:.3}", ripple.rollers_counted)
+            }),
         ],
-        &rows,
+        &rippled,
     )
 }
 
 fn drives(simulation: &Simulation) -> String {
-    let rows: Vec<Vec<String>> = simulation
-        .drives
-        .iter()
-        .map(|drive| {
-            vec![
-                drive.file.clone(),
-                whether(drive.held_out),
-                format!("{:.1}", drive.direction_deg),
-                format!("{:.4}", drive.measured),
-                format!("{:.4}", drive.measured_error),
-                format!("{:.4}", drive.simulated),
-                format!("{:.4}", drive.measured_across),
-                format!("{:.4}", drive.simulated_across),
-            ]
-        })
-        .collect();
-    table(
+    table_of::<Drive>(
         "Drives",
         &[
-            "log",
-            "",
-            "degrees",
-            "measured",
-            "standard error",
-            "simulated",
-            "measured across",
-            "simulated across",
+            ("log", &|drive| drive.file.clone()),
+            ("", &|drive| whether(drive.held_out)),
+            ("degrees", &|drive| format!("{:.1}", drive.direction_deg)),
+            ("measured", &|drive| fine(drive.measured)),
+            ("standard error", &|drive| fine(drive.measured_error)),
+            ("simulated", &|drive| fine(drive.simulated)),
+            ("measured across", &|drive| fine(drive.measured_across)),
+            ("simulated across", &|drive| fine(drive.simulated_across)),
         ],
-        &rows,
+        &simulation.drives,
     )
-}
-
-fn whether(held_out: bool) -> String {
-    if held_out { "kept back" } else { "fitted" }.to_owned()
 }

@@ -4,24 +4,11 @@ use ilon_report::sweep::{self, Answer};
 use ilon_sim::sweep::findings::{Expectation, FoundAt, MinimumAt};
 use ilon_sim::sweep::{Find, Findings, Question, Row, Study, text_of};
 use ilon_trace::number;
-use ilon_trace::quantities::{self, GROUPS};
+use ilon_trace::quantities::{self, Quantity};
 
 /// A quantity of the summary in words; its own name where it has no others.
 pub(super) fn words(quantity: &str) -> String {
-    let known = quantities::by_key(quantity);
-    let mut groups = GROUPS.iter().filter(|group| {
-        let mut keys = group.quantities.iter().map(|one| one.key);
-        keys.any(|key| key == quantity)
-    });
-    let Some((known, group)) = known.zip(groups.next()) else {
-        return quantity.to_owned();
-    };
-    // The same words stand under several headings.
-    let alike = quantities::all().filter(|other| other.label == known.label);
-    match alike.count() {
-        1 => known.label.to_owned(),
-        _ => format!("{}: {}", group.heading, known.label),
-    }
+    quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), Quantity::words)
 }
 
 /// A value of a quantity as a person reads it, with its unit.
