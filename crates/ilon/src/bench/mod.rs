@@ -8,12 +8,15 @@
 //! - **Speed**: simulated time over the CPU time of the one thread that simulates, while the twist is held, after a second
 //!   of warm-up; the best of several stretches of at least a simulated second each, with a row of the trace a second.
 //! - **Treads**: the time of a step on rollers that give over that on rigid ones, timed like speed and in turn.
+//! - **Sliding**: drives in which wheels slide, under contacts that ilon solves and under such that rapier does: course, heat,
+//!   energy balance, against ilon's own at a quarter of the step.
 //! - **Many robots**: simulated time of all together over wall clock, all of them alive in one process and stepped from outside, each
 //!   by a control period of 50 ms at a time: sensors, wheel loops, motors and world, without a record.
 
 mod configuration;
 mod fleet;
 mod machine;
+mod transients;
 mod tread;
 
 use std::collections::BTreeMap;
@@ -30,6 +33,7 @@ use tread::TreadTiming;
 pub use configuration::{Configuration, Drive, Heading};
 pub use fleet::{RATE_HZ as FLEET_RATE_HZ, Throughput};
 pub use machine::Machine;
+pub use transients::{Slide, Transient};
 pub use tread::TreadCost;
 
 /// The drives: forward, lateral, yaw, diagonal, arc; m/s, m/s and rad/s.
@@ -173,6 +177,8 @@ pub struct RobotBench {
     pub configurations: Vec<Configuration>,
     /// What treads cost; `None` where none was timed.
     pub tread: Option<TreadCost>,
+    /// Drives in which wheels slide; empty where rapier's contacts are not among what is measured, or know not all of the robot.
+    pub transients: Vec<Transient>,
 }
 
 impl Bench {
@@ -193,6 +199,17 @@ impl Bench {
                 let timing =
                     Timing::warmed_up(robot, (*kind, *rate_hz), bandwidth_rad_s, heading_deg)?;
                 measured.push((name, accuracy, timing));
+            }
+        }
+        let mut transients: BTreeMap<String, Vec<Transient>> = BTreeMap::new();
+        if options
+            .configurations
+            .iter()
+            .any(|(kind, _)| *kind == Kind::Rapier)
+        {
+            for (name, robot) in &options.robots {
+                tell(&format!("{name}: sliding"));
+                transients.insert(name.clone(), Transient::measure(robot)?);
             }
         }
         let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
@@ -225,10 +242,12 @@ impl Bench {
         let robots = configurations.into_iter();
         let robots = robots.map(|(name, all)| {
             let tread = treads.remove(&name).and_then(TreadTiming::cost);
+            let transients = transients.remove(&name).unwrap_or_default();
             (
                 name,
                 RobotBench {
                     tread,
+                    transients,
                     ..RobotBench::of(all)
                 },
             )
@@ -269,6 +288,7 @@ impl RobotBench {
             drives: headline.map(|c| c.drives.clone()).unwrap_or_default(),
             configurations,
             tread: None,
+            transients: Vec::new(),
         }
     }
 }

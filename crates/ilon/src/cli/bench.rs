@@ -36,6 +36,10 @@ took, in the worst drive. Set-up and writing files are not timed.
 Treads: the time of a step on rollers that give (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
 ones, in the contact window at 1000 steps a second; both timed in turn, as speed is.
 
+Sliding: where rapier's contacts are measured, a start ahead and one sideways to 0.5 m/s in 0.05 s, and a push of 1.5 times what friction
+holds for 0.4 s, on friction 0.3, 1.2 s each; under contacts that ilon solves, and under such that rapier does. \"apart\" is the largest
+distance at the same time from ilon's course at steps of 0.25 ms; heat is that of sliding and of spinning rollers up.
+
 Many robots: all alive in one process, each advanced by 50 ms at a time and not recorded, in the contact window at 240 steps a
 second; simulated time of all together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
 
@@ -256,6 +260,10 @@ fn text(bench: &Bench) -> String {
         if let Some(tread) = &robot.tread {
             text.push_str(&format!("  {}\n", tread.said()));
         }
+        if !robot.transients.is_empty() {
+            text.push('\n');
+            text.push_str(&transients_table(name, robot).to_string());
+        }
         text.push('\n');
     }
     if !bench.throughput.is_empty() {
@@ -292,6 +300,29 @@ fn cells(c: &Configuration) -> Vec<String> {
         dash(c.speed_spread_pct, 1),
     ]);
     cells
+}
+
+fn transients_table(name: &str, robot: &RobotBench) -> Table {
+    let mut table = Table::new();
+    table.heading(&format!(
+        "{name}: sliding on friction 0.3, ways in mm, heat in J, slip in mm/s, unexplained energy in %"
+    ));
+    let columns = ["x", "y", "apart", "heat", "slip", "unexplained"].map(str::to_owned);
+    table.words("", &columns);
+    for transient in &robot.transients {
+        for (solver, slide) in transient.rows() {
+            let cells = [
+                format!("{:.2}", 1e3 * slide.end_m[0]),
+                format!("{:.2}", 1e3 * slide.end_m[1]),
+                format!("{:.2}", 1e3 * slide.apart_m),
+                format!("{:.4}", slide.heat_j),
+                format!("{:.1}", 1e3 * slide.slip_speed_max_m_s),
+                format!("{:.3}", 100.0 * slide.unexplained_share),
+            ];
+            table.words(&format!("{}: {solver}", transient.name), &cells);
+        }
+    }
+    table
 }
 
 fn fleet_table(bench: &Bench) -> Table {

@@ -281,7 +281,40 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
          <tbody>{rows}</tbody></table>{}</div>\n{}",
         escape(name),
         tread_sentence(robot),
-        headings_table(name, robot)
+        headings_table(name, robot) + &transients_table(name, robot)
+    )
+}
+
+/// Drives in which wheels slide, where they were measured.
+fn transients_table(name: &str, robot: &RobotBench) -> String {
+    if robot.transients.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for transient in &robot.transients {
+        for (solver, slide) in transient.rows() {
+            let _ = writeln!(
+                rows,
+                "<tr><th scope=\"row\">{}: {solver}</th>{}{}{}{}{}{}</tr>",
+                escape(&transient.name),
+                cell(Some(1e3 * slide.end_m[0]), 2),
+                cell(Some(1e3 * slide.end_m[1]), 2),
+                cell(Some(1e3 * slide.apart_m), 2),
+                cell(Some(slide.heat_j), 4),
+                cell(Some(1e3 * slide.slip_speed_max_m_s), 1),
+                cell(Some(100.0 * slide.unexplained_share), 3),
+            );
+        }
+    }
+    let columns: String = ["x", "y", "apart", "heat", "slip", "unexplained"]
+        .iter()
+        .map(|column| format!("<th scope=\"col\">{column}</th>"))
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}: sliding on friction 0.3</h3><table><caption>Ways in mm, \
+         \"apart\" from ilon's course at steps of 0.25 ms; heat of contacts in J, fastest slip in mm/s, unexplained energy in \
+         %</caption><thead><tr><th scope=\"col\">drive</th>{columns}</tr></thead><tbody>{rows}</tbody></table></div>\n",
+        escape(name)
     )
 }
 
