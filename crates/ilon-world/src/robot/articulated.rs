@@ -123,7 +123,7 @@ impl Articulated {
             asked: vec![MotorTorque::constant(0.0); wheels],
             rates_asked_rad_s: vec![0.0; wheels],
             counts: vec![WheelCounts::default(); wheels],
-            wheel_inertia_kg_m2: wheel_inertia_kg_m2(&robot),
+            wheel_inertia_kg_m2: wheel_inertia_kg_m2(&robot, 0.0),
             robot,
             assembly,
             rapier,
@@ -181,8 +181,8 @@ impl Articulated {
 }
 
 /// The inertia that a wheel of a robot feels on the ground, in kg m^2: its hub's and its rollers' about its axis, and its share
-/// of the robot's mass at its rim. The mean of the wheels.
-fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
+/// of the robot's mass, with what it carries in kg, at its rim. The mean of the wheels.
+pub(crate) fn wheel_inertia_kg_m2(robot: &Robot, carried_kg: f64) -> f64 {
     let count = robot.wheels.len() as f64;
     let of = |wheel: &Wheel| {
         let rollers = wheel.rollers.iter();
@@ -193,7 +193,7 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
         wheel.hub.inertia_kg_m2[(2, 2)]
             + wheel.drive.reflected_inertia_kg_m2()
             + at_ring.sum::<f64>()
-            + robot.mass_kg() / count * wheel.radius_m * wheel.radius_m
+            + (robot.mass_kg() + carried_kg) / count * wheel.radius_m * wheel.radius_m
     };
     robot.wheels.iter().map(of).sum::<f64>() / count
 }

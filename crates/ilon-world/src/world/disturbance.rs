@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Energies, World};
 use crate::engine::convert;
-use crate::robot::articulated::Articulated;
+use crate::robot::articulated::{Articulated, wheel_inertia_kg_m2};
 use crate::{Patch, WorldError};
 
 /// A force on the chassis for one step.
@@ -93,6 +93,8 @@ impl World {
         robot.before.recenter(moved_m);
         robot.middle.recenter(moved_m);
         robot.ahead.recenter(moved_m);
+        let carried_kg = payloads.iter().map(|payload| payload.mass_kg).sum();
+        robot.wheel_inertia_kg_m2 = wheel_inertia_kg_m2(&robot.robot, carried_kg);
         robot.payloads = payloads.to_vec();
         robot.rebuild(contacts);
     }
