@@ -2,6 +2,7 @@
 
 pub(crate) mod between;
 pub(crate) mod candidates;
+pub(crate) mod handover;
 pub(crate) mod jump;
 pub(crate) mod linear;
 pub(crate) mod nearest;

@@ -331,7 +331,7 @@ fn cylinders_drive_over_bumps_as_barrels_do() {
     let way_m = |robot: &Robot| {
         let mut world = World::new(robot, &floor, Pose::default(), &settings(2e-3)).unwrap();
         let targets = ideal_rates(robot, Twist::new(0.0, 0.2, 0.0));
-        while world.time_s() < 2.0 {
+        while world.time_s() < 0.8 {
             let rates = world.wheel_rates_rad_s().to_vec();
             let motor =
                 |(target, rate): (&f64, &f64)| MotorTorque::with_droop(0.3 * (target - rate), 0.3);

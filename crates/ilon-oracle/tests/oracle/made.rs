@@ -44,7 +44,10 @@ fn on_treads_made_rollers_drive_as_on_springs() {
 
 #[test]
 fn rigid_made_rollers_drive_as_on_the_stiffest_springs() {
-    for case in cases() {
+    // The ends of flat neighbours are equally low for degrees of a turn: springs of any stiffness share the load there, and rub
+    // sideways, where a rigid wheel stands on one. That case is of treads, above.
+    let shared = |case: &Case| case.name.contains("flatter") && case.name.contains("sideways");
+    for case in cases().into_iter().filter(|case| !shared(case)) {
         let arm_m = case.arm_m();
         let springs = [2e7, 8e7].map(|stiffness| on_springs(&case, Springs::of(stiffness)));
         let steps = [5e-4, 2.5e-4].map(|step_s| in_ilon(&case, step_s, None));

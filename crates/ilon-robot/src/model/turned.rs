@@ -183,7 +183,7 @@ impl Turned {
         for i in 0..=corners.len() {
             let pair = [chain(i), chain(i + 1)];
             let along = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
-            let length = libm::hypot(along[0], along[1]);
+            let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
             if length == 0.0 {
                 continue;
             }
@@ -196,7 +196,7 @@ impl Turned {
             }
             let at_m = (along[0] * off[0] + along[1] * off[1]).clamp(0.0, length);
             let away = [off[0] - at_m * along[0], off[1] - at_m * along[1]];
-            let away_m = libm::hypot(away[0], away[1]);
+            let away_m = (away[0] * away[0] + away[1] * away[1]).sqrt();
             if away_m < outside.0 {
                 let direction = if away_m > 0.0 {
                     away.map(|x| x / away_m)

@@ -4,19 +4,20 @@ use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use crate::RollerBodies;
+use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
 use crate::contact::turned::PlacedTurned;
 use crate::engine::convert;
 use crate::robot::roller::RollerState;
-use crate::robot::state::{HubPose, State};
+use crate::robot::state::State;
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///
 /// Upright, the outline of barrels that hand over is a circle, and only the lowest one touches. Leaning, the next one comes
 /// down with a slope that grows with the lean: within this angle by less than 3 um in a step of 0.02 rad of the wheel.
-const UPRIGHT: f64 = 0.01;
+pub(super) const UPRIGHT: f64 = 0.01;
 
 /// A place where a part of body A is near its partner B.
 ///
@@ -442,85 +443,6 @@ impl Scene<'_> {
                     show(place_m, normal, f64::from(point.dist));
                 }
             }
-        }
-    }
-}
-
-/// Leaves out the rollers of a wheel that have handed it over to another, which stands on the same plane and is nearer
-/// to it.
-///
-/// Barrels that follow each other without a gap make an upright wheel round, and rigid: beyond its end a roller is higher
-/// than the next one and carries nothing. But in the step of the hand-over both are within a micrometre of the ground, and
-/// two that stick in one step rub against each other's way. A wheel that leans on the plane has several to stand on.
-fn leave_out_handed_over(found: &mut Vec<Candidate>, hub_axis: &Vector3<f64>) {
-    let handed_over = |one: &Candidate, other: &Candidate| {
-        let nearer = other.gap_m < one.gap_m || other.gap_m == one.gap_m && other.a < one.a;
-        one.a != other.a
-            && one.on_barrel
-            && other.on_barrel
-            && nearer
-            && stand_on_one_plane(one, other, hub_axis)
-    };
-    leave_out(found, handed_over);
-}
-
-/// Leaves out the rollers of a wheel whose outline is no circle that another roller keeps off the ground: one that stands on the
-/// same plane and is nearer to it, now and at the end of the step.
-///
-/// In the step of a landing both stay, the roller that carries the wheel and the one that comes down. Else one carries it: the ends
-/// of two neighbours can be equally low for degrees of a turn, and two that stick rub against each other's way. Of equals that one
-/// stays which is nearer to straight down, as the contact kinematics has it.
-fn leave_out_higher(found: &mut Vec<Candidate>, hub: &HubPose, rollers: &[RollerState]) {
-    /// Micrometres by which a robot leans or sags decide nothing: below this two are equally low.
-    const EQUAL_M: f64 = 2e-6;
-    let axis = hub.axis();
-    let below_hub_m = |place: &Candidate| match place.a.part {
-        Part::Roller(_, roller) => {
-            let from_hub_m = rollers[roller].center_m(hub) - hub.center_m;
-            -from_hub_m.dot(&place.normal)
-        }
-        _ => f64::NEG_INFINITY,
-    };
-    let nearer_to_down = |one: &Candidate, other: &Candidate| {
-        let (one_m, other_m) = (below_hub_m(one), below_hub_m(other));
-        other_m > one_m || other_m == one_m && other.a < one.a
-    };
-    let higher = |one: &Candidate, other: &Candidate| {
-        let lower = |of_one: f64, of_other: f64| {
-            if (of_other - of_one).abs() < EQUAL_M {
-                nearer_to_down(one, other)
-            } else {
-                of_other < of_one
-            }
-        };
-        one.a != other.a
-            && one.on_barrel
-            && other.on_barrel
-            && lower(one.gap_m, other.gap_m)
-            && lower(one.gap_ahead_m, other.gap_ahead_m)
-            && stand_on_one_plane(one, other, &axis)
-    };
-    leave_out(found, higher);
-}
-
-/// Whether two places of an upright wheel lie on one plane.
-fn stand_on_one_plane(one: &Candidate, other: &Candidate, hub_axis: &Vector3<f64>) -> bool {
-    /// Far above the rounding of a plane's places, and far below any step in a ground.
-    const ONE_PLANE_M: f64 = 1e-5;
-    one.normal.dot(hub_axis).abs() < UPRIGHT
-        && one.normal.dot(&other.normal) > 1.0 - 1e-6
-        && one.normal.dot(&(other.place_m - one.place_m)).abs() < ONE_PLANE_M
-}
-
-/// Leaves out the places that another outdoes. The best always stays, and leaving one out makes nobody else better.
-fn leave_out(found: &mut Vec<Candidate>, outdone: impl Fn(&Candidate, &Candidate) -> bool) {
-    let mut index = 0;
-    while index < found.len() {
-        let gone = found.iter().any(|other| outdone(&found[index], other));
-        if gone {
-            found.swap_remove(index);
-        } else {
-            index += 1;
         }
     }
 }
