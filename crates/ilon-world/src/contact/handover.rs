@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::contact::candidates::{Candidate, UPRIGHT};
 use crate::contact::reaction::Part;
+use crate::robot::roller::RollerState;
 use crate::robot::state::HubPose;
-use crate::robot::wheel::RollerState;
 
 /// Leaves out the rollers of a wheel that have handed it over to another, which stands on the same plane and is nearer
 /// to it.

@@ -174,13 +174,13 @@ fn figure(x: f64) -> String {
     short(x, 3).to_string()
 }
 
-/// The pen of a robot in one of its two kinds: colours by robot, dashes by kind.
+/// The pen of a robot in one of its kinds: colours by robot, dashes by kind.
 fn pen(robot: usize, roller_bodies: &str) -> Pen {
     const COLORS: [&str; 6] = ["@w0", "@w1", "@w2", "@w3", "@w5", "@w4"];
-    let dash = if roller_bodies == "near" {
-        DashKind::Solid
-    } else {
-        DashKind::Dash
+    let dash = match roller_bodies {
+        "near" => DashKind::Solid,
+        "rapier" => DashKind::Dot,
+        _ => DashKind::Dash,
     };
     Pen {
         dash,
@@ -192,10 +192,11 @@ fn pen(robot: usize, roller_bodies: &str) -> Pen {
 fn work_precision(bench: &Bench) -> Figure {
     let mut curves: Vec<Curve> = Vec::new();
     for (index, (name, robot)) in bench.robots.iter().enumerate() {
-        // Both kinds of a robot may lie on each other: the figures at their points do not.
+        // The first two of a robot may lie on each other: the figures at their points do not.
         for (kind, words, below) in [
             ("all", "all rollers", false),
             ("near", "contact window", true),
+            ("rapier", "contacts by rapier", false),
         ] {
             let of_kind = robot
                 .configurations
@@ -376,7 +377,17 @@ fn headings_table(name: &str, robot: &RobotBench) -> String {
 
 fn cell(value: Option<f64>, decimals: usize) -> String {
     match value {
-        Some(x) => format!("<td>{x:.decimals$}</td>"),
+        Some(x) => {
+            // What rounds to nothing has no sign.
+            let text = format!("{x:.decimals$}");
+            let is_zero = text.parse() == Ok(0.0);
+            let shown = if is_zero {
+                text.trim_start_matches('-')
+            } else {
+                &text
+            };
+            format!("<td>{shown}</td>")
+        }
         None => "<td class=\"none\">—</td>".to_owned(),
     }
 }

@@ -150,7 +150,7 @@ class Frame {
 
   widen([low, high], axis, tight) {
     if (axis.range) return axis.range;
-    if (!Number.isFinite(low)) return [0, 1];
+    if (!Number.isFinite(low)) return axis.log ? [1, 10] : [0, 1];
     if (axis.log) {
       const room = Math.pow(high / low, 0.08) * 1.05;
       return [low / room, high * room];
