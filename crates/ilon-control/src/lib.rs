@@ -13,7 +13,7 @@
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
 //! 3. A [`TorqueLaw`] turns wheel rates into torques (section III-A): [`WheelLoop`] by one PID a wheel, [`ComputedTorque`] for all
 //!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip.
-//! 4. [`Motor::limit`] says what of a torque the motor can give.
+//! 4. [`Motor::range`] says between which torques the motor can give one.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
 //! [`ContactKinematics`], the same constraint taken at the roller that really touches.
