@@ -180,4 +180,15 @@ fn a_place_has_as_many_numbers_as_it_has_axes() {
         let wanted = format!("invalid length {count}, expected 3 numbers");
         assert!(said.contains(&wanted), "{said}");
     }
+    let text = SPEC.replace(
+        "[wheels.ring]",
+        "profile_m = [[-0.01, 0.01], [0.01, 0.01, 0.02]]\n[wheels.ring]",
+    );
+    let said = Spec::from_toml_str(&text, "r.toml")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("invalid length 3, expected 2 numbers"),
+        "{said}"
+    );
 }

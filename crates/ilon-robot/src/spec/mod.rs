@@ -159,7 +159,11 @@ pub struct RollerSpec {
     pub crown: f64,
     /// `[[t, radius], ...]`: the outline of a roller by numbers, in place of a barrel: places along its axis from its middle, and
     /// the radius there, in metres, joined by straight lines. Two points make a cylinder.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "pairs"
+    )]
     pub profile_m: Option<Vec<[f64; 2]>>,
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -395,6 +399,14 @@ fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N
     entries
         .try_into()
         .map_err(|_| D::Error::invalid_length(count, &wanted.as_str()))
+}
+
+/// Reads an array of pairs, as [`exactly`].
+fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D::Error> {
+    #[derive(Deserialize)]
+    struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+    let pairs = Vec::<Pair>::deserialize(from)?;
+    Ok(Some(pairs.into_iter().map(|Pair(pair)| pair).collect()))
 }
 
 fn of_toml(e: &toml::de::Error, text: &str, file: &str) -> RobotError {
