@@ -5,14 +5,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::Matrix3;
 use roxmltree::Node;
 
 use super::faults::Faults;
+use super::inertial::check_inertial;
 use super::source::{Source, child, describe};
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
-use crate::model::mass::principal_moments;
 
 /// What the numbers of an attribute may be.
 #[derive(Clone, Copy, PartialEq)]
@@ -260,7 +259,7 @@ fn check_link(source: &Source, link: Node, remarks: &mut Vec<Remark>, faults: &m
 }
 
 /// Says which elements stand a second time.
-fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Remark>) {
+pub(super) fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Remark>) {
     let tag = node.tag_name().name();
     let singles = SINGLE.iter().find(|(outer, _)| *outer == tag);
     for single in singles.map_or(&[][..], |s| s.1) {
@@ -279,7 +278,7 @@ fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Remark>) {
 }
 
 /// Adds the faults of an element's numbers; whether there are none.
-fn check_numbers(source: &Source, node: Node, faults: &mut Faults) -> bool {
+pub(super) fn check_numbers(source: &Source, node: Node, faults: &mut Faults) -> bool {
     let tag = node.tag_name().name();
     let rows = NUMBERS.iter().filter(|row| row.0 == tag);
     let mut good = true;
@@ -345,90 +344,10 @@ fn check_number(
     })
 }
 
-fn check_inertial(source: &Source, inertial: Node, remarks: &mut Vec<Remark>, faults: &mut Faults) {
-    remark_repeated(source, inertial, remarks);
-    if let Some(origin) = child(inertial, "origin") {
-        check_numbers(source, origin, faults);
-    }
-    let missing = |tag| source.error(inertial, Fault::MissingElement { child: tag });
-    let Some(mass) = child(inertial, "mass") else {
-        faults.push(missing("mass"));
-        return;
-    };
-    let mass_is_good = check_numbers(source, mass, faults);
-    let massless = mass_is_good && number(mass, "value") == 0.0;
-    let Some(inertia) = child(inertial, "inertia") else {
-        // A placeholder without substance; that it stands for nothing is said where bodies are merged.
-        if !massless {
-            faults.push(missing("inertia"));
-        }
-        return;
-    };
-    if !check_numbers(source, inertia, faults) {
-        return;
-    }
-    let tensor = tensor(inertia);
-    if massless {
-        if tensor != Matrix3::zeros() {
-            let fault = Fault::OutOfRange {
-                key: "value".to_owned(),
-                value: "0".to_owned(),
-                range: "above 0",
-            };
-            faults.push(source.attribute_error(mass, "value", fault));
-        }
-        return;
-    }
-    let products = ["ixy", "ixz", "iyz"];
-    let left_out: Vec<&str> = products
-        .into_iter()
-        .filter(|product| inertia.attribute(*product).is_none())
-        .collect();
-    if !left_out.is_empty() {
-        let words = format!("{} left out: taken as 0", left_out.join(", "));
-        let mut remark = Remark::new(describe(inertia), words);
-        source.place_at(&mut remark, inertia);
-        remarks.push(remark);
-    }
-    if mass_is_good && let Some(fault) = impossible(tensor) {
-        faults.push(source.error(inertia, fault));
-    }
-}
-
 /// The number of an attribute that was checked; 0 where it is left out.
 pub(super) fn number(node: Node, attribute: &str) -> f64 {
     let text = node.attribute(attribute).unwrap_or_default();
     text.trim().parse().unwrap_or_default()
-}
-
-/// The inertia that an `<inertia>` holds.
-fn tensor(inertia: Node) -> Matrix3<f64> {
-    let i = |attribute| number(inertia, attribute);
-    Matrix3::new(
-        i("ixx"),
-        i("ixy"),
-        i("ixz"),
-        i("ixy"),
-        i("iyy"),
-        i("iyz"),
-        i("ixz"),
-        i("iyz"),
-        i("izz"),
-    )
-}
-
-/// Why no body with mass has such an inertia, if none has.
-fn impossible(tensor: Matrix3<f64>) -> Option<Fault> {
-    let [least, middle, most] = principal_moments(tensor);
-    if least <= 0.0 {
-        return Some(Fault::InertiaNotPositive { least });
-    }
-    // A mass per mille of slack lets through numbers that were rounded to three digits.
-    (least + middle < most * (1.0 - 1e-3)).then_some(Fault::InertiaImpossible {
-        least,
-        middle,
-        most,
-    })
 }
 
 fn check_geometry(source: &Source, shape: Node, faults: &mut Faults) {

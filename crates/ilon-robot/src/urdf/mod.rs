@@ -19,6 +19,7 @@ mod geometry;
 mod given;
 mod handover;
 mod hub;
+mod inertial;
 mod infer;
 mod looks;
 mod measure;
