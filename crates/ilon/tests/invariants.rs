@@ -67,15 +67,24 @@ fn bits(world: &World) -> Vec<u64> {
 }
 
 /// The lowest and the highest that a hub can be, in metres: on the lowest and the highest ground, and where three wheels
-/// stand on the lowest, the highest and the lowest, the fourth hangs as far above the highest as that is above the lowest.
+/// stand on the lowest, the highest and the lowest, the fourth hangs as far above the highest as that is above the lowest. What
+/// a wheel's outline lifts its hub by in a turn counts as ground does.
 fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let floor = &simulation.scenario().world.floor;
     let boxes = floor.boxes.iter().map(|solid| solid.height_m);
     let highest_m = boxes.chain(floor.rough.iter().map(|rough| rough.height_m));
-    let relief_m = highest_m.fold(0.0, f64::max);
+    let ground_m = highest_m.fold(0.0, f64::max);
     let world = simulation.world();
-    let radii = (0..world.wheel_angles_rad().len()).map(|wheel| world.hub_height_m(wheel));
-    let radius_m = radii.fold(f64::INFINITY, f64::min);
+    let standing = (0..world.wheel_angles_rad().len()).map(|wheel| world.hub_height_m(wheel));
+    // A look every tenth of a degree: a roller passes in some forty degrees.
+    let turned = simulation.plant().robot().wheels.iter().flat_map(|wheel| {
+        (0..3600).map(|look| wheel.hub_height_m(f64::from(look) * 0.1_f64.to_radians()))
+    });
+    let (low_m, high_m) = turned.fold((f64::INFINITY, 0.0_f64), |(low, high), height| {
+        (low.min(height), high.max(height))
+    });
+    let radius_m = standing.fold(low_m, f64::min);
+    let relief_m = ground_m + (high_m - low_m);
     // A wheel whose rollers do not quite make a circle comes lower between two of them, by less than this.
     let outline_m = 2e-4;
     [
