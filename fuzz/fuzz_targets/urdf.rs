@@ -41,6 +41,12 @@ fuzz_target!(|text: &str| {
     }
 });
 
+fn options(change: impl FnOnce(&mut LoadOptions)) -> LoadOptions {
+    let mut options = LoadOptions::default();
+    change(&mut options);
+    options
+}
+
 fn use_it(robot: &Robot) {
     if let Ok(inspection) = Inspection::of(robot) {
         assert!(inspection.wheels.iter().all(|wheel| wheel.radius_m > 0.0));
