@@ -95,17 +95,14 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             "rollers with a tread or rolling resistance (wheel `{}`)",
             wheel.name
         );
-        return refused(
-            what,
-            "leave the rollers rigid, or let ilon solve the contacts",
-        );
+        return refused(what, "leave the rollers rigid");
     }
     let turned = |roller: &Roller| matches!(roller.form, RollerForm::Turned(_));
     let of_profile = |wheel: &&Wheel| wheel.rollers.iter().any(turned);
     if let Some(wheel) = robot.wheels.iter().find(of_profile) {
         return refused(
             format!("rollers with a profile by numbers (wheel `{}`)", wheel.name),
-            "take barrels, or let ilon solve the contacts",
+            "take barrels",
         );
     }
     let patches = floor.patches.iter().map(|patch| patch.surface);
@@ -113,7 +110,7 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
     if surfaces.any(|surface| surface != FloorSurface::default()) {
         return refused(
             "a floor that drags, creeps, or whose friction falls".to_owned(),
-            "leave the floor hard, or let ilon solve the contacts",
+            "leave the floor hard",
         );
     }
     let lossy = |wheel: &&Wheel| wheel.drive.gear_efficiency < 1.0;

@@ -48,23 +48,29 @@ fn momentum_about_origin(body: &Articulated) -> Vector3<f64> {
     sum
 }
 
-/// By how much of its angular momentum a robot changes it in half a second of floating and tumbling, while the rollers of
-/// one wheel spin at 1e4 rad/s.
-fn lost_tumbling(dt_s: f64) -> f64 {
-    let robot = shipped("mecanum4");
+/// A robot that floats and tumbles, one of its wheels turning.
+fn tumbling(robot: &Robot, dt_s: f64, angular_rad_s: Vector3<f64>) -> World {
     let settings = Settings {
         dt_s,
         gravity_m_s2: 0.0,
         roller_bodies: RollerBodies::Near,
         ..Settings::default()
     };
-    let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
+    let mut world = World::new(robot, &Floor::default(), PlanarPose::default(), &settings)
         .expect("a robot above a plane");
     let mut pose = *world.bodies[0].state.floor_from_chassis();
     pose.translation.z += 1.0;
     world.bodies[0].state.place(pose);
-    world.bodies[0].state.angular_rad_s = Vector3::new(0.3, -0.2, 0.5);
+    world.bodies[0].state.angular_rad_s = angular_rad_s;
     world.bodies[0].state.wheel_rates_rad_s[1] = 5.0;
+    world.bodies[0].rebuild(ContactSolver::Ilon);
+    world
+}
+
+/// By how much of its angular momentum a robot changes it in half a second of floating and tumbling, while the rollers of
+/// one wheel spin at 1e4 rad/s.
+fn lost_tumbling(dt_s: f64) -> f64 {
+    let mut world = tumbling(&shipped("mecanum4"), dt_s, Vector3::new(0.3, -0.2, 0.5));
     for roller in &mut world.bodies[0].assembly.wheels[0].rollers {
         roller.axial_rate_rad_s = 1e4;
     }
@@ -99,20 +105,7 @@ fn gained_tumbling(dt_s: f64) -> f64 {
             (roller.joint.friction_n_m, roller.joint.damping_n_m_s) = (0.0, 0.0);
         }
     }
-    let settings = Settings {
-        dt_s,
-        gravity_m_s2: 0.0,
-        roller_bodies: RollerBodies::Near,
-        ..Settings::default()
-    };
-    let mut world = World::new(&robot, &Floor::default(), PlanarPose::default(), &settings)
-        .expect("a robot above a plane");
-    let mut pose = *world.bodies[0].state.floor_from_chassis();
-    pose.translation.z += 1.0;
-    world.bodies[0].state.place(pose);
-    world.bodies[0].state.angular_rad_s = Vector3::new(1.5, -1.0, 2.5);
-    world.bodies[0].state.wheel_rates_rad_s[1] = 5.0;
-    world.bodies[0].rebuild(ContactSolver::Ilon);
+    let mut world = tumbling(&robot, dt_s, Vector3::new(1.5, -1.0, 2.5));
     let from_j = world.energy().kinetic_j;
     for _ in 0..(0.5 / dt_s).round() as usize {
         world.step();
