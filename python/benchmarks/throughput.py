@@ -137,7 +137,7 @@ def main() -> None:
         figures[name] = {"steps_per_s": rates[0], "steps_per_cpu_s": rates[1]}
         print(f"{name:55} {rates[0]:9.0f} control steps/s {rates[1]:9.0f} a core {further}")
 
-    for dt_s in (None, 0.004, 0.005, 0.01):
+    for dt_s in (None, 0.004, 0.005, 0.01, 0.02):
         step = ilon.Simulation(
             ilon.gym.FIGURE_EIGHT, settings={} if dt_s is None else {"run.physics_dt_s": dt_s}
         ).physics_dt_s
