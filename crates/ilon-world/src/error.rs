@@ -16,7 +16,7 @@ pub enum WorldError {
     },
     /// The robot cannot begin where it is put: boxes or bumps of the ground are in its way.
     #[error(
-        "the robot cannot stand where it starts: put down there, {reason}; start it elsewhere, or move the boxes beneath it"
+        "the robot cannot stand where it starts: put down there, {reason}; start it elsewhere, or move what is in its way"
     )]
     NoPlaceToStand {
         /// What would be wrong.
@@ -30,6 +30,9 @@ pub enum WorldError {
         /// What to do without it.
         remedy: &'static str,
     },
+    /// A world shall have no robot.
+    #[error("a world of no robots; give it one or more")]
+    NoBodies,
     /// A robot without wheels has nothing to stand on.
     #[error("the robot has no wheels")]
     NoWheels,

@@ -1,7 +1,7 @@
 //! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
 //!
-//! [`World`] holds a robot on a floor: torques in, truth out. Inside it is a list of articulated bodies, each with a rapier world and an f32
-//! anchor of its own, and of contacts between pairs of them and the ground.
+//! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an articulated body with an identity, a rapier world and
+//! an f32 anchor of its own; contacts are between pairs of them and the ground.
 //!
 //! Only this crate of the project names rapier or parry.
 
@@ -21,4 +21,4 @@ pub use motor_torque::MotorTorque;
 pub use robot::energy::Energy;
 pub use robot::shared::SharedRobot;
 pub use settings::{ContactSolver, RollerBodies, Settings};
-pub use world::{BodyState, Payload, Push, World};
+pub use world::{Body, BodyId, BodyMut, BodyState, Payload, Push, World};

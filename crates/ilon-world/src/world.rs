@@ -1,6 +1,7 @@
 //! The world: bodies on the ground, stepped by rapier.
 
 mod advance;
+mod body;
 mod check;
 pub(crate) mod disturbance;
 mod reference;
@@ -20,13 +21,13 @@ use crate::ground::Ground;
 use crate::robot::articulated::{Articulated, WheelCounts};
 use crate::robot::shared::SharedRobot;
 use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
+pub use body::{Body, BodyId, BodyMut, BodyState};
 pub use disturbance::{Payload, Push};
-pub use truth::BodyState;
 
-/// A robot in a rapier world.
+/// Robots in a rapier world; in most of them one.
 ///
-/// One step is: [`World::apply`] the wheel torques, then [`World::step`]. What can be read afterwards is the truth, in
-/// f64 and in the project's frames; what a robot's sensors make of it is not this crate's business.
+/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read afterwards is the truth; what a
+/// robot's sensors make of it is not this crate's business.
 ///
 /// rapier computes in f32. Positions and wheel angles that only ever grow would lose their small increments there, so
 /// the world sums them in f64 and hands rapier the rounded sum before every step. A copy goes on to the bit as the original does.
@@ -34,7 +35,7 @@ pub use truth::BodyState;
 pub struct World {
     ground: Ground,
     settings: Settings,
-    /// What moves on the ground: here the one robot that all questions are about.
+    /// What moves on the ground, in the order of identities.
     bodies: Vec<Articulated>,
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
@@ -43,9 +44,6 @@ pub struct World {
     residual_m_s: f64,
     steps: u64,
 }
-
-/// The place of the robot among the bodies of its world.
-const ROBOT: usize = 0;
 
 thread_local! {
     /// Where the worlds of a thread work their reactions out, one after the other: so they are smaller, and what they all write to
@@ -84,61 +82,45 @@ impl World {
         start: PlanarPose,
         settings: &Settings,
     ) -> Result<Self, WorldError> {
-        Self::build(robot.into(), floor, start, settings)
+        Self::of_bodies([(robot.into(), start)], floor, settings)
     }
 
-    fn build(
-        robot: SharedRobot,
+    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each other; rollers touch the ground
+    /// alone. [`World::bodies`] gives their identities in the same order.
+    ///
+    /// # Errors
+    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at all, or contacts are rapier's,
+    /// which are solved for one robot alone.
+    pub fn of_bodies(
+        robots: impl IntoIterator<Item = (SharedRobot, PlanarPose)>,
         floor: &Floor,
-        start: PlanarPose,
         settings: &Settings,
     ) -> Result<Self, WorldError> {
-        check::check(&robot, floor, settings)?;
         let ground = floor.ground();
-        let (mut rapier, mut anchor) = Articulated::empty_engine(&ground, settings);
-        let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
-        anchor.follow(&start_m, &ground, &mut rapier.colliders);
-        let stands = standing::standing(&robot, floor, (&ground, &anchor), start)?;
-        let robot = Articulated::build(robot, (rapier, anchor), &stands, settings);
+        let mut bodies = Vec::with_capacity(1);
+        for (robot, start) in robots {
+            check::check(&robot, floor, settings)?;
+            let (mut rapier, mut anchor) = Articulated::empty_engine(&ground, settings);
+            let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
+            anchor.follow(&start_m, &ground, &mut rapier.colliders);
+            let stands = standing::standing(&robot, floor, (&ground, &anchor), start)?;
+            bodies.push(Articulated::build(
+                robot,
+                (rapier, anchor),
+                &stands,
+                settings,
+            ));
+        }
+        check::check_together(&bodies, &ground, settings)?;
         Ok(Self {
             ground,
             settings: settings.clone(),
-            bodies: vec![robot],
+            bodies,
             reactions: Reactions::default(),
             energies: Energies::default(),
             residual_m_s: 0.0,
             steps: 0,
         })
-    }
-
-    /// The robot that the world was built for.
-    fn robot(&self) -> &Articulated {
-        &self.bodies[ROBOT]
-    }
-
-    fn robot_mut(&mut self) -> &mut Articulated {
-        &mut self.bodies[ROBOT]
-    }
-
-    /// Sets the torques that the motors put on the wheels during the next step, in N m, one a wheel; the chassis takes
-    /// the opposite. They hold for one step.
-    ///
-    /// # Panics
-    /// Where there are more or fewer torques than wheels.
-    pub fn apply(&mut self, torques_n_m: &[f64]) {
-        let motors = &mut self.robot_mut().motors;
-        assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
-        for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
-            *motor = MotorTorque::constant(*torque_n_m);
-        }
-    }
-
-    /// As [`World::apply`], with torques that depend on the rates of the wheels within the step.
-    ///
-    /// # Panics
-    /// Where there are more or fewer torques than wheels.
-    pub fn drive(&mut self, motors: &[MotorTorque]) {
-        self.robot_mut().motors.copy_from_slice(motors);
     }
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.

@@ -14,7 +14,7 @@ fn driven(build: impl FnOnce() -> World) -> (World, usize) {
     let region = Region::new(ALLOCATOR);
     let mut world = build();
     for _ in 0..300 {
-        world.apply(&[0.1, -0.1, -0.1, 0.1]);
+        world.robot_mut().apply(&[0.1, -0.1, -0.1, 0.1]);
         world.step();
     }
     let change = region.change();
@@ -41,7 +41,7 @@ fn worlds_of_a_shared_robot_keep_what_changes_alone() {
     let (first, of_its_own) = driven(|| World::new(&robot, &floor, start, &settings).unwrap());
     let (second, of_shared) = driven(|| World::new(&shared, &floor, start, &settings).unwrap());
     println!("{of_its_own} bytes, {of_shared} of a shared robot");
-    assert_eq!(first.body(), second.body());
+    assert_eq!(first.robot().state(), second.robot().state());
     assert!(of_its_own > of_shared + 36 * 18 * size_of::<f64>());
     // Most of it is rapier's: sets of bodies, joints and pairs. What they are stepped in belongs to the thread.
     assert!(of_shared < 54_000, "{of_shared}");

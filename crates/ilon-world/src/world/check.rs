@@ -2,7 +2,10 @@
 
 use ilon_robot::{Robot, Roller, RollerForm, RollerSurface, Wheel};
 
+use crate::contact::scene::Scenes;
 use crate::engine::shapes::shape_of_roller;
+use crate::ground::Ground;
+use crate::robot::articulated::Articulated;
 use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldError};
 
 /// Refuses what cannot be simulated.
@@ -55,6 +58,40 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
         check_wheel(wheel)?;
         check_tread(wheel, load_n)
     })
+}
+
+/// Refuses bodies that cannot begin together.
+pub(super) fn check_together(
+    bodies: &[Articulated],
+    ground: &Ground,
+    settings: &Settings,
+) -> Result<(), WorldError> {
+    if bodies.is_empty() {
+        return Err(WorldError::NoBodies);
+    }
+    if bodies.len() == 1 {
+        return Ok(());
+    }
+    if settings.contacts == ContactSolver::Rapier {
+        return Err(WorldError::NotInRapier {
+            what: "several robots".to_owned(),
+            remedy: "give each a world of its own",
+        });
+    }
+    let scenes = Scenes {
+        ground,
+        settings,
+        dt_s: settings.dt_s,
+        bodies,
+    };
+    let mut near = Vec::new();
+    scenes.find_between(&mut near);
+    match near.iter().find(|place| place.gap_m < 0.0) {
+        Some(_) => Err(WorldError::NoPlaceToStand {
+            reason: "its chassis would lie in another robot's".to_owned(),
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the wheel are thick.

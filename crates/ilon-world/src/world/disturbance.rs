@@ -6,7 +6,7 @@
 use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
-use super::{Energies, World};
+use super::{BodyMut, Energies, World};
 use crate::engine::convert;
 use crate::robot::articulated::{Articulated, wheel_inertia_kg_m2};
 use crate::{Patch, WorldError};
@@ -62,10 +62,10 @@ pub(crate) struct ActingPush {
     lever_m: Vector3<f64>,
 }
 
-impl World {
+impl BodyMut<'_> {
     /// Pushes the chassis during the next step, and only then. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
-        let robot = self.robot_mut();
+        let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
         let floor_from_body = robot.state.floor_from_chassis().rotation;
         robot.pushes.push(ActingPush {
@@ -80,12 +80,16 @@ impl World {
     /// moves on as it did. The energy that it has then comes from outside, or goes there.
     pub fn carry(&mut self, payloads: &[Payload]) {
         let outside_j = |payload: &Payload| self.payload_energy_j(payload);
-        let gone_j: f64 = self.robot().payloads.iter().map(outside_j).sum();
+        let gone_j: f64 = self.world.bodies[self.index]
+            .payloads
+            .iter()
+            .map(outside_j)
+            .sum();
         let come_j: f64 = payloads.iter().map(outside_j).sum();
-        self.energies.outside_j += come_j - gone_j;
+        self.world.energies.outside_j += come_j - gone_j;
 
-        let contacts = self.settings.contacts;
-        let robot = self.robot_mut();
+        let contacts = self.world.settings.contacts;
+        let robot = self.articulated();
         let center_before_m = robot.chassis_mass.center_of_mass_m;
         robot.chassis_mass = loaded(&robot.robot.chassis.mass, payloads);
         let moved_m = robot.chassis_mass.center_of_mass_m - center_before_m;
@@ -103,9 +107,9 @@ impl World {
     ///
     /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
-        let kinetic_before_j = self.kinetic_j();
-        let contacts = self.settings.contacts;
-        let robot = self.robot_mut();
+        let kinetic_before_j = self.world.kinetic_j();
+        let contacts = self.world.settings.contacts;
+        let robot = self.articulated();
         let hubs = &mut robot.assembly.wheels;
         let Some(state) = hubs
             .get_mut(wheel)
@@ -115,9 +119,25 @@ impl World {
         };
         state.seize(seized, &robot.state.hub_rate_in_hub(wheel));
         robot.rebuild(contacts);
-        self.energies.bearing_j += kinetic_before_j - self.kinetic_j();
+        self.world.energies.bearing_j += kinetic_before_j - self.world.kinetic_j();
     }
 
+    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
+    fn payload_energy_j(&self, payload: &Payload) -> f64 {
+        let robot = &self.world.bodies[self.index];
+        let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
+        let lever_m = state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
+        let place_m = state.center_m() + lever_m;
+        let velocity_m_s = state.velocity_m_s + state.angular_rad_s.cross(&lever_m);
+        let gravity = self
+            .world
+            .ground
+            .gravity_in_floor(self.world.settings.gravity_m_s2);
+        payload.mass_kg * (0.5 * velocity_m_s.norm_squared() - gravity.dot(&place_m))
+    }
+}
+
+impl World {
     /// Changes how slippery the ground is from now on: everywhere, and in places, later ones over earlier ones. A
     /// coefficient below 0 counts as 0.
     pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
@@ -127,17 +147,6 @@ impl World {
     /// Energy that pushes and payloads have brought since the start, in J; negative where they took some.
     pub fn outside_energy_j(&self) -> f64 {
         self.energies.outside_j
-    }
-
-    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
-    fn payload_energy_j(&self, payload: &Payload) -> f64 {
-        let robot = self.robot();
-        let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
-        let lever_m = state.floor_from_chassis().rotation * (payload.place_in_body_m - center_m);
-        let place_m = state.center_m() + lever_m;
-        let velocity_m_s = state.velocity_m_s + state.angular_rad_s.cross(&lever_m);
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        payload.mass_kg * (0.5 * velocity_m_s.norm_squared() - gravity.dot(&place_m))
     }
 }
 

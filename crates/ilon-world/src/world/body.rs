@@ -1,0 +1,229 @@
+//! The bodies of a world, each by its identity: what is done to one, and what can be read of it, the truth, in f64 and in the
+//! project's frames.
+
+use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
+use nalgebra::{Translation3, UnitQuaternion};
+
+use super::World;
+use crate::MotorTorque;
+use crate::contact::wheel_contact::WheelContact;
+use crate::robot::articulated::Articulated;
+
+/// Which body of its world: a robot keeps its identity as long as the world exists, and in the world's copies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BodyId(pub(super) usize);
+
+/// A robot of a world, as it is after the last step.
+#[derive(Clone, Copy)]
+pub struct Body<'a> {
+    world: &'a World,
+    index: usize,
+}
+
+/// A robot of a world, to be driven or disturbed.
+pub struct BodyMut<'a> {
+    pub(super) world: &'a mut World,
+    pub(super) index: usize,
+}
+
+impl World {
+    /// The identities of all bodies, in the order in which the world was given them.
+    pub fn bodies(&self) -> impl Iterator<Item = BodyId> + use<> {
+        (0..self.bodies.len()).map(BodyId)
+    }
+
+    /// A body as it is now.
+    ///
+    /// # Panics
+    /// Where the identity is another world's, and this one has fewer bodies.
+    pub fn body(&self, id: BodyId) -> Body<'_> {
+        let index = self.checked(id);
+        Body { world: self, index }
+    }
+
+    /// A body, to be driven or disturbed.
+    ///
+    /// # Panics
+    /// Where the identity is another world's, and this one has fewer bodies.
+    pub fn body_mut(&mut self, id: BodyId) -> BodyMut<'_> {
+        let index = self.checked(id);
+        BodyMut { world: self, index }
+    }
+
+    /// The robot that the world was built for; of several the first.
+    pub fn robot(&self) -> Body<'_> {
+        self.body(ROBOT)
+    }
+
+    /// As [`World::robot`], to be driven or disturbed.
+    pub fn robot_mut(&mut self) -> BodyMut<'_> {
+        self.body_mut(ROBOT)
+    }
+
+    fn checked(&self, BodyId(index): BodyId) -> usize {
+        let count = self.bodies.len();
+        assert!(index < count, "body {index} of a world of {count}");
+        index
+    }
+}
+
+/// The robot that a world was built for.
+const ROBOT: BodyId = BodyId(0);
+
+/// The chassis as seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BodyState {
+    /// Position of the body frame's origin in the ground plane and heading.
+    pub pose: PlanarPose,
+    /// Height of the body frame's origin, in metres.
+    pub height_m: f64,
+    /// Roll about the body's x axis, in radians.
+    pub roll_rad: f64,
+    /// Pitch about the body's y axis, in radians.
+    pub pitch_rad: f64,
+    /// Velocity of the body frame's origin and yaw rate, in the body frame.
+    pub twist_in_body: Twist,
+}
+
+impl<'a> Body<'a> {
+    fn articulated(&self) -> &'a Articulated {
+        &self.world.bodies[self.index]
+    }
+
+    /// Pose and velocity of the chassis.
+    pub fn state(&self) -> BodyState {
+        let robot = self.articulated();
+        let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
+        let floor_from_body = state.floor_from_chassis() * Translation3::from(-center_m);
+        let position = floor_from_body.translation.vector;
+        let rotation = floor_from_body.rotation.to_rotation_matrix();
+        let [roll_rad, pitch_rad, heading_rad] = roll_pitch_yaw(&rotation);
+        let body_from_floor = self.rates_from().inverse();
+        let angular_in_body = body_from_floor * state.angular_rad_s;
+        let velocity_in_body =
+            body_from_floor * state.velocity_m_s - angular_in_body.cross(&center_m);
+        BodyState {
+            pose: PlanarPose {
+                x_m: position.x,
+                y_m: position.y,
+                heading_rad,
+            },
+            height_m: position.z,
+            roll_rad,
+            pitch_rad,
+            twist_in_body: Twist::new(velocity_in_body.x, velocity_in_body.y, angular_in_body.z),
+        }
+    }
+
+    /// How the chassis was turned where its rates hold: as it is now, or, after a step that did not see rollers pass, as in the
+    /// middle of that step. At its end such rates would seem to drift sideways, by v omega dt / 2.
+    fn rates_from(&self) -> UnitQuaternion<f64> {
+        let robot = self.articulated();
+        let state = if robot.sees_rollers_pass {
+            &robot.state
+        } else {
+            &robot.middle
+        };
+        state.floor_from_chassis().rotation
+    }
+
+    /// Angles of the wheels about their hub axes since the start, in rad, not wrapped.
+    pub fn wheel_angles_rad(&self) -> &'a [f64] {
+        self.articulated().state.wheel_angles_rad()
+    }
+
+    /// Rates of the wheels about their hub axes, in rad/s.
+    pub fn wheel_rates_rad_s(&self) -> &'a [f64] {
+        &self.articulated().state.wheel_rates_rad_s
+    }
+
+    /// Torques that the motors put on the wheels during the last step, in N m.
+    pub fn motor_torques_n_m(&self) -> &'a [f64] {
+        &self.articulated().acted_n_m
+    }
+
+    /// Height of a wheel's centre above the floor's plane, level or not, in metres.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn hub_height_m(&self, wheel: usize) -> f64 {
+        self.articulated().state.hubs()[wheel].center_m.z
+    }
+
+    /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
+    /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing is caught within a
+    /// step; anything more would be an error of the simulation. Rollers with shapes of their file do not count.
+    pub fn penetration_m(&self) -> f64 {
+        let mut pieces = Vec::new();
+        let mut deepest_m = 0.0;
+        let robot = self.articulated();
+        let hubs = robot.state.hubs().iter();
+        for (body, hub) in robot.assembly.wheels.iter().zip(hubs) {
+            self.world
+                .ground
+                .pieces_near(&hub.center_m, body.reach_m, &mut pieces);
+            let barrels = body.rollers.iter().filter_map(|r| r.placed_barrel(hub));
+            for placed in barrels {
+                let gaps = pieces.iter().map(|piece| placed.nearest_to(piece).gap_m);
+                deepest_m = gaps.fold(deepest_m, |deepest: f64, gap_m| deepest.max(-gap_m));
+            }
+        }
+        deepest_m
+    }
+
+    /// What each wheel's rollers did to the ground during the last step.
+    pub fn contacts(&self) -> &'a [WheelContact] {
+        &self.articulated().contacts
+    }
+
+    /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
+        let robot = self.articulated();
+        let hub_rate_in_hub = robot.state.hub_rate_in_hub(wheel);
+        let rollers = robot.assembly.wheels[wheel].rollers.iter();
+        rollers
+            .map(|roller| roller.spin_rad_s(&hub_rate_in_hub))
+            .collect()
+    }
+
+    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in rad, not wrapped, in the robot's
+    /// order.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
+        let rollers = self.articulated().assembly.wheels[wheel].rollers.iter();
+        rollers.map(|roller| roller.angle_rad)
+    }
+}
+
+impl BodyMut<'_> {
+    pub(super) fn articulated(&mut self) -> &mut Articulated {
+        &mut self.world.bodies[self.index]
+    }
+
+    /// Sets the torques that the motors put on the wheels during the next step, in N m, one a wheel; the chassis takes
+    /// the opposite. They hold for one step.
+    ///
+    /// # Panics
+    /// Where there are more or fewer torques than wheels.
+    pub fn apply(&mut self, torques_n_m: &[f64]) {
+        let motors = &mut self.articulated().motors;
+        assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
+        for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
+            *motor = MotorTorque::constant(*torque_n_m);
+        }
+    }
+
+    /// As [`BodyMut::apply`], with torques that depend on the rates of the wheels within the step.
+    ///
+    /// # Panics
+    /// Where there are more or fewer torques than wheels.
+    pub fn drive(&mut self, motors: &[MotorTorque]) {
+        self.articulated().motors.copy_from_slice(motors);
+    }
+}
