@@ -86,8 +86,9 @@ fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     hold(&mut world, &[0.0; 4], 0.2, |_| ());
     let energy_before_j = world.energy().kinetic_j;
     let (impulse_n_s, arm_m) = (2.0, 0.2);
+    let dt_s = world.dt_s();
     world.robot_mut().push(&Push {
-        force_in_world_n: Vector3::y() * (impulse_n_s / world.dt_s()),
+        force_in_world_n: Vector3::y() * (impulse_n_s / dt_s),
         // At the height of the centre of mass, so that nothing tips.
         place_in_body_m: Vector3::new(arm_m, 0.0, 0.06),
     });
@@ -229,8 +230,9 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
             seize_all(&mut world, &robot);
         }
         hold(&mut world, &[0.0; 4], 0.2, |_| ());
+        let dt_s = world.dt_s();
         world.robot_mut().push(&Push {
-            force_in_world_n: Vector3::y() * (m * 0.5 / world.dt_s()),
+            force_in_world_n: Vector3::y() * (m * 0.5 / dt_s),
             place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
         });
         let free = |world: &mut World, duration_s: f64| {
