@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use rapier3d::prelude::*;
 
-/// rapier's world but for the pipeline that steps it, which is room to work in: nothing in it lasts from one step to the next.
+/// rapier's world but for the room in which it is stepped, of which nothing lasts from one step to the next.
 ///
-/// A copy goes on to the bit as the original does. All worlds of a thread are stepped by one pipeline, so that those of a fleet
+/// A copy goes on to the bit as the original does. All worlds of a thread are stepped in one room, so that those of a fleet
 /// are smaller, and the room is in the processor's cache for every one of them.
 #[derive(Clone)]
 pub(crate) struct Engine {
@@ -17,14 +17,24 @@ pub(crate) struct Engine {
     pub narrow_phase: NarrowPhase,
     pub bodies: RigidBodySet,
     pub colliders: ColliderSet,
-    pub impulse_joints: ImpulseJointSet,
     pub multibody_joints: MultibodyJointSet,
-    pub soft_bodies: SoftBodySet,
-    pub ccd_solver: CCDSolver,
+}
+
+/// Where rapier works a step out, and sets of what no world here has: rapier asks for them, and they take room though they are empty.
+struct Room {
+    pipeline: PhysicsPipeline,
+    impulse_joints: ImpulseJointSet,
+    soft_bodies: SoftBodySet,
+    ccd_solver: CCDSolver,
 }
 
 thread_local! {
-    static PIPELINE: RefCell<PhysicsPipeline> = RefCell::new(PhysicsPipeline::new());
+    static ROOM: RefCell<Room> = RefCell::new(Room {
+        pipeline: PhysicsPipeline::new(),
+        impulse_joints: ImpulseJointSet::new(),
+        soft_bodies: SoftBodySet::new(),
+        ccd_solver: CCDSolver::new(),
+    });
 }
 
 impl Engine {
@@ -44,17 +54,14 @@ impl Engine {
             broad_phase: BroadPhaseBvh::new(),
             bodies: RigidBodySet::with_capacity(BODIES),
             colliders: ColliderSet::new(),
-            impulse_joints: ImpulseJointSet::new(),
             multibody_joints: MultibodyJointSet::new(),
-            soft_bodies: SoftBodySet::new(),
-            ccd_solver: CCDSolver::new(),
         }
     }
 
     /// Takes a step.
     pub fn step(&mut self, hooks: &dyn PhysicsHooks) {
-        PIPELINE.with_borrow_mut(|pipeline| {
-            pipeline.step(
+        ROOM.with_borrow_mut(|room| {
+            room.pipeline.step(
                 self.gravity,
                 &self.integration_parameters,
                 &mut self.islands,
@@ -62,10 +69,10 @@ impl Engine {
                 &mut self.narrow_phase,
                 &mut self.bodies,
                 &mut self.colliders,
-                &mut self.impulse_joints,
+                &mut room.impulse_joints,
                 &mut self.multibody_joints,
-                &mut self.soft_bodies,
-                &mut self.ccd_solver,
+                &mut room.soft_bodies,
+                &mut room.ccd_solver,
                 hooks,
                 &(),
             );
@@ -94,14 +101,16 @@ impl Engine {
 
     /// Takes a body out, with its colliders and joints.
     pub fn remove_body(&mut self, body: RigidBodyHandle) {
-        self.bodies.remove(
-            body,
-            &mut self.islands,
-            &mut self.colliders,
-            &mut self.impulse_joints,
-            &mut self.multibody_joints,
-            &mut self.soft_bodies,
-            true,
-        );
+        ROOM.with_borrow_mut(|room| {
+            self.bodies.remove(
+                body,
+                &mut self.islands,
+                &mut self.colliders,
+                &mut room.impulse_joints,
+                &mut self.multibody_joints,
+                &mut room.soft_bodies,
+                true,
+            )
+        });
     }
 }
