@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod rig;
+
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_robot::*;

@@ -1,0 +1,131 @@
+//! Robots under wheel loops, stepped by hand.
+
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_world::{Floor, Relief, RollerBodies, Settings, World};
+
+use super::{Drive, drive, ideal_rates, mecanum4};
+
+/// Gravity, in m/s^2.
+pub const G: f64 = 9.81;
+
+/// Steps at a rate in Hz, with the rollers near the ground alone.
+pub fn near(hz: f64) -> Settings {
+    Settings {
+        dt_s: 1.0 / hz,
+        roller_bodies: RollerBodies::Near,
+        ..Settings::default()
+    }
+}
+
+/// As [`near`], with all rollers.
+pub fn all(hz: f64) -> Settings {
+    Settings {
+        roller_bodies: RollerBodies::All,
+        ..near(hz)
+    }
+}
+
+/// Drives with loops that act within the step, so that they are stable at any.
+pub fn run(
+    robot: &Robot,
+    command: [f64; 3],
+    heading_deg: f64,
+    floor: &Floor,
+    settings: &Settings,
+) -> Drive {
+    drive(
+        robot,
+        command,
+        heading_deg.to_radians(),
+        floor,
+        settings,
+        0.1,
+        1.0,
+    )
+}
+
+/// A robot under per-wheel PI loops, stepped by hand.
+pub struct Rig {
+    pub world: World,
+    pub integral: Vec<f64>,
+    pub targets: Vec<f64>,
+    pub proportional_n_m_s: f64,
+}
+
+impl Rig {
+    pub fn new(robot: &Robot, floor: &Floor, heading_deg: f64, settings: &Settings) -> Self {
+        let start = Pose {
+            heading_rad: heading_deg.to_radians(),
+            ..Pose::default()
+        };
+        let n = robot.wheels.len();
+        Self {
+            world: World::new(robot, floor, start, settings).expect("a valid world"),
+            integral: vec![0.0; n],
+            targets: vec![0.0; n],
+            proportional_n_m_s: 0.1,
+        }
+    }
+
+    pub fn run_s(&mut self, duration_s: f64) {
+        let dt_s = self.world.dt_s();
+        for _ in 0..(duration_s / dt_s).round() as usize {
+            let rates = self.world.robot().wheel_rates_rad_s().to_vec();
+            let torques: Vec<f64> = (0..rates.len())
+                .map(|i| {
+                    let error = self.targets[i] - rates[i];
+                    self.integral[i] += error * dt_s;
+                    self.proportional_n_m_s * error + self.integral[i]
+                })
+                .collect();
+            self.world.robot_mut().apply(&torques);
+            self.world.step();
+        }
+    }
+
+    pub fn push_s(&mut self, torques: &[f64], duration_s: f64) {
+        for _ in 0..(duration_s / self.world.dt_s()).round() as usize {
+            self.world.robot_mut().apply(torques);
+            self.world.step();
+        }
+    }
+
+    pub fn twist(&self) -> Twist {
+        self.world.robot().state().twist_in_body
+    }
+
+    pub fn pose(&self) -> Pose {
+        self.world.robot().state().pose
+    }
+}
+
+/// A bumpy surface, 2 mm high, from a small linear congruential generator.
+pub fn bumps(seed: u64) -> Floor {
+    let mut state = seed;
+    let mut height_m = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        0.002 * (state >> 33) as f64 / f64::from(1u32 << 31)
+    };
+    let heights_m = (0..61)
+        .map(|_| (0..61).map(|_| height_m()).collect())
+        .collect();
+    Floor {
+        relief: Some(Relief {
+            cell_m: 0.05,
+            heights_m,
+        }),
+        ..Floor::default()
+    }
+}
+
+/// Drives ahead for 4 s at 0.3 m/s and gives back where the robot ends.
+pub fn end_of_course(floor: &Floor, settings: &Settings) -> (Pose, Rig) {
+    let robot = mecanum4();
+    let mut rig = Rig::new(&robot, floor, 0.0, settings);
+    rig.run_s(0.5);
+    rig.targets = ideal_rates(&robot, Twist::new(0.3, 0.0, 0.0));
+    rig.run_s(3.0);
+    (rig.pose(), rig)
+}
