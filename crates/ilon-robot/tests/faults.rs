@@ -1,6 +1,6 @@
 //! Bad robots: each fault is told with its file, line, element and mend.
 //!
-//! Every case is a good robot with one thing changed, so that the fault told is the change.
+//! Every case is a good robot with one thing changed, so that the fault told is the change. A list of cases, and as long as there are faults.
 
 mod common;
 

@@ -1,5 +1,5 @@
 //! A robot in SDF or MJCF is the robot that it is in URDF: the same one is written in all three, each in its own way of placing
-//! things, and read back.
+//! things, and read back. As long as three formats are.
 
 mod common;
 

@@ -1,5 +1,5 @@
 //! Bad input, as a person meets it: each fault is told with what, where and how to mend it, ends with exit code 2, and
-//! leaves nothing behind.
+//! leaves nothing behind. A list of cases, and as long as there are faults.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

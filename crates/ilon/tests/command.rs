@@ -1,4 +1,6 @@
 //! What scripts may rely on: files, streams, exit codes, and runs that repeat to the bit.
+//!
+//! A list of promises, and as long as there are some.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

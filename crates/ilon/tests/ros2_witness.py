@@ -1,4 +1,5 @@
-"""Speaks with `ilon live --ros2` as ROS 2 does: by rclpy over Fast DDS, and by CycloneDDS, which share nothing with ilon.
+"""Speaks with `ilon live --ros2` as ROS 2 does: by rclpy over Fast DDS, and by CycloneDDS, which share nothing with ilon. One file,
+though long: each case begins it anew, as a process of its own.
 
     ros2_witness.py ILON CASE      with the loopback interface up; each case starts ilon for itself
 """
