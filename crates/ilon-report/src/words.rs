@@ -245,43 +245,51 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     )
 }
 
+/// The parts of the energy balance by their keys, what comes in first and then where it went, in the order in which they are shown.
+pub(super) const BALANCE: [&str; 8] = [
+    "energy.motor_j",
+    "energy.outside_j",
+    "energy.stored_j",
+    "energy.slip_j",
+    "energy.spin_up_j",
+    "energy.bearing_j",
+    "energy.impact_j",
+    "energy.unexplained_j",
+];
+
 /// The energy balance in numbers, as HTML.
 pub(super) fn energy_table(summary: &Summary) -> String {
-    let e = &summary.energy;
-    let row = |name: &str, value: Option<f64>, because: &str| {
-        let cell = value.map_or("<td class=\"none\">—</td>".to_owned(), |j| {
-            format!("<td>{j:.4}</td>")
-        });
+    let share = summary.energy.unexplained_share.map(percent);
+    let row = |quantity: &Quantity| {
+        let cell = quantity.shown(summary).map_or_else(
+            || "<td class=\"none\">—</td>".to_owned(),
+            |j| format!("<td>{j:.*}</td>", quantity.decimals),
+        );
+        let further = match (quantity.key, &share) {
+            ("energy.unexplained_j", Some(share)) => {
+                format!(": {share} of the energy turned over, the solver's own")
+            }
+            _ => String::new(),
+        };
         format!(
-            "<tr><th scope=\"row\">{name}</th>{cell}<td style=\"text-align:left\">{because}</td></tr>"
+            "<tr><th scope=\"row\">{}{further}</th>{cell}</tr>",
+            quantity.label
         )
     };
-    let share = e.unexplained_share.map_or_else(String::new, |share| {
-        format!(
-            "its own loss or gain: {} of the energy turned over",
-            percent(share)
-        )
-    });
+    let rows: String = BALANCE
+        .iter()
+        .filter_map(|key| quantities::by_key(key))
+        .map(row)
+        .collect();
     format!(
-        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Motors and outside = stored + sliding + roller spin-up + bearings + landing + solver</caption>\
-         <thead><tr><th></th><th>J</th><th style=\"text-align:left\">is</th></tr></thead><tbody>{}{}{}{}{}{}{}{}</tbody></table></div>\n",
-        row("motors", e.motor_j, "work at the wheels"),
-        row("outside", e.outside_j, "brought by pushes and payloads"),
-        row("stored", e.stored_j, "gain of kinetic and potential energy"),
-        row("sliding", e.slip_j, "turned into heat where contacts slide"),
-        row(
-            "roller spin-up",
-            e.spin_up_j,
-            "rollers that come down at rest and are brought up to their spin at hand-over"
-        ),
-        row("bearings", e.bearing_j, "of wheels and rollers"),
-        row(
-            "landing",
-            e.impact_j,
-            "rollers that meet the floor and do not bounce"
-        ),
-        row("solver", e.unexplained_j, &share),
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>What the motors did and what came from outside, and where it \
+         went: the last six add up to the first two</caption><thead><tr><th></th><th>J</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
     )
+}
+
+/// The words for a part of the energy balance, or for any other quantity, by its key.
+pub(super) fn label(key: &str) -> &'static str {
+    quantities::by_key(key).map_or("", |quantity| quantity.label)
 }
 
 /// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
@@ -439,9 +447,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_tile_shows_a_quantity_that_there_is() {
+    fn tiles_and_balance_show_quantities_that_there_are() {
         let tiles = TILES.iter().chain(&TRACKING_TILES).chain(&OPEN_LOOP_TILES);
         for (key, _) in tiles {
+            assert!(quantities::by_key(key).is_some(), "{key}");
+        }
+        for key in BALANCE {
             assert!(quantities::by_key(key).is_some(), "{key}");
         }
     }

@@ -2,6 +2,7 @@
 
 use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::ledger::Integral;
+use ilon_trace::quantities::by_key;
 use ilon_trace::{Record, Summary, WheelSample};
 
 use crate::compare::{Compared, Comparison};
@@ -170,24 +171,28 @@ fn ledger(
 
 /// Where the motors' work of each run went.
 pub(super) fn energy(comparison: &Comparison) -> Figure {
-    type Part = fn(&Summary) -> Option<f64>;
-    let parts: [(&str, &str, Part); 5] = [
-        ("slip", "@slip", |s| s.energy.slip_j),
-        ("bearings", "@servo", |s| s.energy.bearing_j),
-        ("landing", "@w3", |s| s.energy.impact_j),
-        ("stored", "@contact", |s| s.energy.stored_j),
-        ("the solver's", "@asked", |s| s.energy.unexplained_j),
+    const WENT: [(&str, &str); 6] = [
+        ("energy.slip_j", "@slip"),
+        ("energy.spin_up_j", "@w1"),
+        ("energy.bearing_j", "@servo"),
+        ("energy.impact_j", "@w3"),
+        ("energy.stored_j", "@contact"),
+        ("energy.unexplained_j", "@asked"),
     ];
-    let traces = parts.into_iter().map(|(name, color, of)| {
-        let values: Vec<_> = comparison.runs.iter().map(|run| of(&run.summary)).collect();
-        bars(name, &values, color)
+    let quantities = WENT
+        .iter()
+        .filter_map(|(key, color)| Some((by_key(key)?, *color)));
+    let traces = quantities.map(|(quantity, color)| {
+        let runs = comparison.runs.iter();
+        let values: Vec<_> = runs.map(|run| quantity.shown(&run.summary)).collect();
+        bars(quantity.label, &values, color)
     });
     let traces = traces.collect();
     bars_of_runs(
         "energy",
         "Where the motors' work went",
-        "Lost to slip, bearings and rollers that land, or stored as motion. The last is the solver's own loss or \
-         gain.",
+        "Lost to sliding, to spinning up rollers, in bearings and impacts, or stored as motion. What is unexplained is the \
+         solver's own loss or gain.",
         axis("J").least_span(0.01),
         comparison,
         false,

@@ -10,7 +10,7 @@ use crate::gathered::{OfRobot, Way};
 use crate::shown::Shown;
 use crate::story::{Budget, PARTS};
 use crate::thin::evenly;
-use crate::words::length;
+use crate::words::{label, length};
 
 /// A quantity of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;
@@ -138,16 +138,28 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
         exact_curve(name, kept, solid(color).width(0.8)).stacked()
     };
     let traces = vec![
-        stacked("sliding", &mut of(|r, _| r.slip_energy_j), "@slip"),
         stacked(
-            "roller spin-up at hand-over",
+            label("energy.slip_j"),
+            &mut of(|r, _| r.slip_energy_j),
+            "@slip",
+        ),
+        stacked(
+            label("energy.spin_up_j"),
             &mut of(|r, _| r.spin_up_energy_j),
             "@w1",
         ),
-        stacked("bearings", &mut of(|r, _| r.bearing_energy_j), "@servo"),
-        stacked("landing", &mut of(|r, _| r.impact_energy_j), "@w3"),
         stacked(
-            "stored",
+            label("energy.bearing_j"),
+            &mut of(|r, _| r.bearing_energy_j),
+            "@servo",
+        ),
+        stacked(
+            label("energy.impact_j"),
+            &mut of(|r, _| r.impact_energy_j),
+            "@w3",
+        ),
+        stacked(
+            label("energy.stored_j"),
             &mut of(|r, first| {
                 r.kinetic_energy_j + r.potential_energy_j
                     - first.kinetic_energy_j
@@ -161,7 +173,7 @@ pub(crate) fn energy(shown: &Shown) -> Figure {
             solid("@asked").width(2.2),
         ),
         curve(
-            "solver",
+            label("energy.unexplained_j"),
             shown.all.robot(OfRobot::Unexplained),
             dashed("@limit"),
         ),
