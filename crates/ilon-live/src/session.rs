@@ -102,7 +102,7 @@ impl Session {
             position_gain_per_s: section.position_gain_per_s,
             heading_gain_per_s: section.heading_gain_per_s,
             settings,
-            friction: scenario.world.floor.friction,
+            friction: plant.floor_friction(),
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
             duration_s: scenario.run.duration_s,
