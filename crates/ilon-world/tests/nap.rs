@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use ilon_robot::{Pose, Robot, Tread, Twist};
 use ilon_world::{
     ContactSolver, Floor, FloorSurface, Footing, MotorTorque, Nap, Patch, Push, Settings, World,
@@ -80,7 +82,7 @@ fn drag_over_a_nap_is_that_of_the_direction_of_motion() {
         }),
         ..surface
     };
-    for way_rad in [0.5, 0.5 + 1.570_796, 0.5 + std::f64::consts::PI, 1.1, -1.7] {
+    for way_rad in [0.5, 0.5 + FRAC_PI_2, 0.5 + PI, 1.1, -1.7] {
         let twist = Twist::new(v * f64::cos(way_rad), v * f64::sin(way_rad), 0.0);
         let force_n = |surface: FloorSurface| {
             let mut world = world(&robot, &on(surface), Pose::default());
@@ -136,7 +138,7 @@ fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
     };
     for (angle_rad, effective) in [
         (0.0, 0.75 * along + 0.25 * across),
-        (std::f64::consts::FRAC_PI_2, 0.25 * along + 0.75 * across),
+        (FRAC_PI_2, 0.25 * along + 0.75 * across),
     ] {
         let expected = effective * -pull_n / (1.5 * load_n);
         let rigid = short(&robot, angle_rad);
@@ -181,7 +183,7 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
     };
     let robot = mecanum4();
     let weight_n = robot.mass_kg() * G;
-    for pull_rad in [0.3, 1.1, 1.870_796, 2.6] {
+    for pull_rad in [0.3, 1.1, 0.3 + FRAC_PI_2, 2.6] {
         let (s, c) = f64::sin_cos(pull_rad - angle_rad);
         let limit_n = weight_n / (c / mu).hypot(s / (ratio * mu));
         let pulled = |share: f64| {
@@ -264,7 +266,7 @@ fn a_robot_that_is_turned_is_a_floor_that_is_turned_back() {
                 Vector3::new(c * x + s * y, c * y - s * x, pose.heading_rad - heading_rad);
             (in_body, world.slip_energy_j(), world.bearing_energy_j())
         };
-        let quarter = std::f64::consts::FRAC_PI_2;
+        let quarter = FRAC_PI_2;
         for angle_rad in [quarter, -0.6] {
             let (turned, slip_j, bearing_j) = drive(angle_rad, 0.4 + angle_rad);
             let (straight, straight_slip_j, straight_bearing_j) = drive(0.0, 0.4);
