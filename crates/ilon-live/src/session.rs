@@ -377,10 +377,10 @@ impl Session {
     pub fn frame(&self) -> Frame {
         let truth = self.plant.truth();
         let world = self.plant.world();
-        let wheels = world.contacts().iter().enumerate().map(|(wheel, contact)| {
+        let wheels = world.robot().contacts().iter().enumerate().map(|(wheel, contact)| {
             let place = contact.place_in_body_m;
             WheelFrame {
-                angle_rad: world.wheel_angles_rad()[wheel],
+                angle_rad: world.robot().wheel_angles_rad()[wheel],
                 contact: contact.touching.then_some(Contact {
                     place_m: [place.x, place.y],
                     normal_force_n: contact.normal_force_n,
@@ -389,7 +389,7 @@ impl Session {
                     friction: contact.friction,
                 }),
                 roller: contact.roller,
-                roller_angles_rad: world.roller_angles_rad(wheel).collect(),
+                roller_angles_rad: world.robot().roller_angles_rad(wheel).collect(),
             }
         });
         Frame {
@@ -414,6 +414,7 @@ impl Session {
         let contacts = || {
             self.plant
                 .world()
+                .robot()
                 .contacts()
                 .iter()
                 .filter(|contact| contact.touching)

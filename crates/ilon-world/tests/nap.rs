@@ -47,13 +47,13 @@ fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f
     let steps = (time_s / world.dt_s()).round() as usize;
     for _ in 0..steps {
         let share = (world.time_s() / 0.5).min(1.0);
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let motor =
             |(target, rate): (&f64, &f64)| MotorTorque::with_droop(share * target - rate, 1.0);
         let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.drive(&motors);
-        let heading_rad = world.body().pose.heading_rad;
-        world.push(&Push {
+        world.robot_mut().drive(&motors);
+        let heading_rad = world.robot().state().pose.heading_rad;
+        world.robot_mut().push(&Push {
             force_in_world_n: share
                 * pull_n
                 * Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0),
@@ -87,9 +87,9 @@ fn drag_over_a_nap_is_that_of_the_direction_of_motion() {
         let force_n = |surface: FloorSurface| {
             let mut world = world(&robot, &on(surface), Pose::default());
             follow(&mut world, &robot, twist, 1.0, 0.0);
-            let (began_j, from) = (world.motor_energy_j(), world.body().pose);
+            let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
             follow(&mut world, &robot, twist, 1.0, 0.0);
-            let way_m = (world.body().pose.position_m() - from.position_m()).norm();
+            let way_m = (world.robot().state().pose.position_m() - from.position_m()).norm();
             (world.motor_energy_j() - began_j) / way_m
         };
         let (s, c) = (way_rad - angle_rad).sin_cos();
@@ -128,11 +128,11 @@ fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
             };
             let mut world = world(robot, &on(surface), Pose::default());
             follow(&mut world, robot, twist, 1.0, pull_n);
-            let (x_m, angles) = (world.body().pose.x_m, world.wheel_angles_rad().to_vec());
+            let (x_m, angles) = (world.robot().state().pose.x_m, world.robot().wheel_angles_rad().to_vec());
             follow(&mut world, robot, twist, 1.0, pull_n);
-            let turned = world.wheel_angles_rad().iter().zip(&angles);
+            let turned = world.robot().wheel_angles_rad().iter().zip(&angles);
             let rates: Vec<f64> = turned.map(|(a, b)| a - b).collect();
-            (world.body().pose.x_m - x_m) / support::ideal_twist(robot, &rates).vx_m_s
+            (world.robot().state().pose.x_m - x_m) / support::ideal_twist(robot, &rates).vx_m_s
         };
         of(0.0) - of(pull_n)
     };
@@ -161,7 +161,7 @@ fn sledge(robot: &Robot, floor: &Floor) -> World {
     }
     let mut world = world(&robot, floor, Pose::default());
     for (wheel, of) in robot.wheels.iter().enumerate() {
-        (0..of.rollers.len()).for_each(|roller| world.seize_roller(wheel, roller, true));
+        (0..of.rollers.len()).for_each(|roller| world.robot_mut().seize_roller(wheel, roller, true));
     }
     world
 }
@@ -190,14 +190,14 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
             let mut world = sledge(&robot, &floor);
             let (y, x) = f64::sin_cos(pull_rad);
             for _ in 0..100 {
-                world.push(&Push {
+                world.robot_mut().push(&Push {
                     force_in_world_n: share * limit_n * Vector3::new(x, y, 0.0),
                     place_in_body_m: Vector3::zeros(),
                 });
-                world.apply(&[0.0; 4]);
+                world.robot_mut().apply(&[0.0; 4]);
                 world.step();
             }
-            let (twist, contacts) = (world.body().twist_in_body, world.contacts().to_vec());
+            let (twist, contacts) = (world.robot().state().twist_in_body, world.robot().contacts().to_vec());
             (
                 Vector2::new(twist.vx_m_s, twist.vy_m_s),
                 contacts,
@@ -259,7 +259,7 @@ fn a_robot_that_is_turned_is_a_floor_that_is_turned_back() {
             };
             let mut world = world(&robot, &floor, start);
             follow(&mut world, &robot, Twist::new(0.3, 0.4, 0.8), 1.5, 3.0);
-            let pose = world.body().pose;
+            let pose = world.robot().state().pose;
             let (s, c) = heading_rad.sin_cos();
             let (x, y) = (pose.x_m, pose.y_m);
             let in_body =
@@ -302,7 +302,7 @@ fn a_nap_that_is_the_same_in_all_directions_is_none_to_the_bit() {
         }
         let mut world = world(&robot, &on(surface), Pose::default());
         follow(&mut world, &robot, Twist::new(0.2, 0.3, 0.5), 1.0, 0.0);
-        world.body()
+        world.robot().state()
     };
     for tread in [false, true] {
         assert_eq!(end(true, tread), end(false, tread));
@@ -363,16 +363,16 @@ fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
         };
         let mut world = world(&robot, &floor, start);
         follow(&mut world, &robot, Twist::new(0.2, 0.0, 0.0), 0.5, 0.0);
-        let frictions: Vec<f64> = world.contacts().iter().map(|c| c.friction).collect();
+        let frictions: Vec<f64> = world.robot().contacts().iter().map(|c| c.friction).collect();
         assert_eq!(frictions, [of_rubber, of_steel, of_rubber, of_steel]);
         // Another friction from outside is that of all; without it, each has its own again.
         world.set_friction(Some(0.5), &floor.patches);
         world.step();
         let of_all = if x_m == 0.0 { 0.5 } else { of_rubber };
-        assert_eq!(world.contacts()[0].friction, of_all);
+        assert_eq!(world.robot().contacts()[0].friction, of_all);
         world.set_friction(None, &floor.patches);
         world.step();
-        assert_eq!(world.contacts()[0].friction, of_rubber);
+        assert_eq!(world.robot().contacts()[0].friction, of_rubber);
     }
 }
 
