@@ -132,7 +132,9 @@ fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
     let mut world = world(&robot, 0.6, roller_bodies);
     let (carried_kg, at_m) = (3.0, Vector3::new(0.1, -0.05, 0.15));
     hold(&mut world, &[0.0; 3], 0.3, |_| ());
-    world.robot_mut().carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
+    world
+        .robot_mut()
+        .carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
     hold(&mut world, &[0.0; 3], 0.5, |_| ());
     let mut sums_n = [0.0; 3];
     hold(&mut world, &[0.0; 3], 0.2, |world| {
@@ -169,7 +171,9 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
 
     let (carried_kg, at_m) = (4.0, Vector3::new(0.1, 0.05, 0.2));
     let (before, energy_before) = (world.robot().state(), world.energy());
-    world.robot_mut().carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
+    world
+        .robot_mut()
+        .carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
     let (after, energy_after) = (world.robot().state(), world.energy());
     let off = after.twist_in_body - before.twist_in_body;
     // The centre of mass moves by d = 0.03 m. Twists are told in the frame at the start of the last step, which differs
@@ -236,7 +240,10 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
             }
         };
         free(&mut world, 0.02);
-        let (fast, slip_j) = (world.robot().state().twist_in_body.vy_m_s, world.slip_energy_j());
+        let (fast, slip_j) = (
+            world.robot().state().twist_in_body.vy_m_s,
+            world.slip_energy_j(),
+        );
         free(&mut world, 0.1);
         let slow = world.robot().state().twist_in_body.vy_m_s;
         let lost_j = 0.5 * m * (fast * fast - slow * slow);
@@ -307,7 +314,9 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodi
         place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
     };
     let pulled = |world: &mut World, duration_s: f64| {
-        hold(world, &[0.0; 4], duration_s, |world| world.robot_mut().push(&pull));
+        hold(world, &[0.0; 4], duration_s, |world| {
+            world.robot_mut().push(&pull)
+        });
     };
     hold(&mut world, &[0.0; 4], 0.2, |_| ());
     pulled(&mut world, 0.5);

@@ -28,9 +28,16 @@ impl Driven {
     /// All that is seen of it, to the bit.
     fn bits(&self) -> String {
         let (world, wheels) = (&self.world, self.world.robot().contacts().len());
-        let spins: Vec<_> = (0..wheels).map(|w| world.robot().roller_spins_rad_s(w)).collect();
+        let spins: Vec<_> = (0..wheels)
+            .map(|w| world.robot().roller_spins_rad_s(w))
+            .collect();
         let energies = [world.slip_energy_j(), world.impact_energy_j()];
-        let seen = (world.robot().state(), world.robot().contacts(), spins, energies);
+        let seen = (
+            world.robot().state(),
+            world.robot().contacts(),
+            spins,
+            energies,
+        );
         // Rust writes as many digits as tell a number from its neighbours.
         format!("{seen:?} {:?}", world.robot().wheel_angles_rad())
     }

@@ -297,7 +297,11 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
             world.robot_mut().drive(&motors);
             world.step();
             highest_m = highest_m.max(world.robot().hub_height_m(0));
-            assert!(world.robot().penetration_m() < 5e-4, "{}", world.robot().penetration_m());
+            assert!(
+                world.robot().penetration_m() < 5e-4,
+                "{}",
+                world.robot().penetration_m()
+            );
         }
         // Up on the kerb, and no higher than wheel and kerb are by a hop of a fifth of it.
         assert!((0.0535..0.0568).contains(&highest_m), "{highest_m}");
@@ -402,7 +406,10 @@ fn neighbours_that_are_equally_low_do_not_rub() {
                     from_m = world.robot().state().pose.y_m;
                     continue;
                 }
-                let (angles, rates) = (world.robot().wheel_angles_rad(), world.robot().wheel_rates_rad_s());
+                let (angles, rates) = (
+                    world.robot().wheel_angles_rad(),
+                    world.robot().wheel_rates_rad_s(),
+                );
                 expected_m += support::contact_twist(&robot, angles, rates).vy_m_s * dt_s;
             }
             let ratio = (world.robot().state().pose.y_m - from_m) / expected_m;

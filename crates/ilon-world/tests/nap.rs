@@ -128,7 +128,10 @@ fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
             };
             let mut world = world(robot, &on(surface), Pose::default());
             follow(&mut world, robot, twist, 1.0, pull_n);
-            let (x_m, angles) = (world.robot().state().pose.x_m, world.robot().wheel_angles_rad().to_vec());
+            let (x_m, angles) = (
+                world.robot().state().pose.x_m,
+                world.robot().wheel_angles_rad().to_vec(),
+            );
             follow(&mut world, robot, twist, 1.0, pull_n);
             let turned = world.robot().wheel_angles_rad().iter().zip(&angles);
             let rates: Vec<f64> = turned.map(|(a, b)| a - b).collect();
@@ -161,7 +164,8 @@ fn sledge(robot: &Robot, floor: &Floor) -> World {
     }
     let mut world = world(&robot, floor, Pose::default());
     for (wheel, of) in robot.wheels.iter().enumerate() {
-        (0..of.rollers.len()).for_each(|roller| world.robot_mut().seize_roller(wheel, roller, true));
+        (0..of.rollers.len())
+            .for_each(|roller| world.robot_mut().seize_roller(wheel, roller, true));
     }
     world
 }
@@ -197,7 +201,10 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
                 world.robot_mut().apply(&[0.0; 4]);
                 world.step();
             }
-            let (twist, contacts) = (world.robot().state().twist_in_body, world.robot().contacts().to_vec());
+            let (twist, contacts) = (
+                world.robot().state().twist_in_body,
+                world.robot().contacts().to_vec(),
+            );
             (
                 Vector2::new(twist.vx_m_s, twist.vy_m_s),
                 contacts,
@@ -363,7 +370,12 @@ fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
         };
         let mut world = world(&robot, &floor, start);
         follow(&mut world, &robot, Twist::new(0.2, 0.0, 0.0), 0.5, 0.0);
-        let frictions: Vec<f64> = world.robot().contacts().iter().map(|c| c.friction).collect();
+        let frictions: Vec<f64> = world
+            .robot()
+            .contacts()
+            .iter()
+            .map(|c| c.friction)
+            .collect();
         assert_eq!(frictions, [of_rubber, of_steel, of_rubber, of_steel]);
         // Another friction from outside is that of all; without it, each has its own again.
         world.set_friction(Some(0.5), &floor.patches);

@@ -50,7 +50,12 @@ fn the_wheels_carry_the_weight() {
         for _ in 0..1000 {
             world.step();
         }
-        let loads_n: Vec<f64> = world.robot().contacts().iter().map(|c| c.normal_force_n).collect();
+        let loads_n: Vec<f64> = world
+            .robot()
+            .contacts()
+            .iter()
+            .map(|c| c.normal_force_n)
+            .collect();
         let weight_n = robot.mass_kg() * G;
         let share_n = weight_n / loads_n.len() as f64;
         println!("{}: {loads_n:.3?} of {share_n:.3} N", robot.name);
@@ -198,7 +203,10 @@ fn a_copy_goes_on_as_the_original_does() {
     sideways(&mut copy, &robot, 200);
     assert_eq!(original.robot().state(), copy.robot().state());
     assert_eq!(original.robot().contacts(), copy.robot().contacts());
-    assert_eq!(original.robot().roller_spins_rad_s(2), copy.robot().roller_spins_rad_s(2));
+    assert_eq!(
+        original.robot().roller_spins_rad_s(2),
+        copy.robot().roller_spins_rad_s(2)
+    );
 }
 
 /// A payload that is put on in passing changes no velocity of chassis, wheels and rollers.
@@ -219,7 +227,12 @@ fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
     }
     let kilograms = robot.mass_kg() + 4.0;
     sideways(&mut world, &robot, 500);
-    let carried_n: f64 = world.robot().contacts().iter().map(|c| c.normal_force_n).sum();
+    let carried_n: f64 = world
+        .robot()
+        .contacts()
+        .iter()
+        .map(|c| c.normal_force_n)
+        .sum();
     // Sideways the load swings by what the robot's tilt does with it.
     assert!(
         (carried_n / (kilograms * G) - 1.0).abs() < 0.05,

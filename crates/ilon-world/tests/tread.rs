@@ -60,7 +60,10 @@ fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f
 
 /// Means of velocity ahead and of the wheels' rates over a second.
 fn means(world: &mut World, robot: &Robot, twist: Twist, pull_n: f64) -> (f64, Vec<f64>) {
-    let (x_m, angles) = (world.robot().state().pose.x_m, world.robot().wheel_angles_rad().to_vec());
+    let (x_m, angles) = (
+        world.robot().state().pose.x_m,
+        world.robot().wheel_angles_rad().to_vec(),
+    );
     follow(world, robot, twist, 1.0, pull_n);
     let rates = world.robot().wheel_angles_rad().iter().zip(&angles);
     (

@@ -75,7 +75,8 @@ fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let highest_m = boxes.chain(floor.rough.iter().map(|rough| rough.height_m));
     let ground_m = highest_m.fold(0.0, f64::max);
     let world = simulation.world();
-    let standing = (0..world.robot().wheel_angles_rad().len()).map(|wheel| world.robot().hub_height_m(wheel));
+    let standing =
+        (0..world.robot().wheel_angles_rad().len()).map(|wheel| world.robot().hub_height_m(wheel));
     // A look every tenth of a degree: a roller passes in some forty degrees.
     let turned = simulation.plant().robot().wheels.iter().flat_map(|wheel| {
         (0..3600).map(|look| wheel.hub_height_m(f64::from(look) * 0.1_f64.to_radians()))

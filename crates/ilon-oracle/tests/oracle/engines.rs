@@ -182,7 +182,12 @@ fn course_in_ilon(
 /// The wheels' torques for one step, falling with the rates that they gain within it.
 fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
     let Some(targets) = targets else { return };
-    let rates = world.robot().wheel_rates_rad_s().iter().zip(targets).enumerate();
+    let rates = world
+        .robot()
+        .wheel_rates_rad_s()
+        .iter()
+        .zip(targets)
+        .enumerate();
     let motors: Vec<MotorTorque> = rates
         .map(|(wheel, (rate, target))| {
             let locked = case.locked_wheel == Some(wheel);
@@ -195,7 +200,11 @@ fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
 
 fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
     let body = world.robot().state();
-    let touching = world.robot().contacts().iter().filter(|contact| contact.touching);
+    let touching = world
+        .robot()
+        .contacts()
+        .iter()
+        .filter(|contact| contact.touching);
     Row {
         t_s: world.time_s(),
         position_m: body.pose.position_m(),

@@ -160,7 +160,9 @@ impl Disturbances {
         for seizure in &mut self.seizures {
             let seized = seizure.fault.is_on(t_s);
             if seized != seizure.seized {
-                world.robot_mut().seize_roller(seizure.wheel, seizure.roller, seized);
+                world
+                    .robot_mut()
+                    .seize_roller(seizure.wheel, seizure.roller, seized);
                 seizure.seized = seized;
             }
         }

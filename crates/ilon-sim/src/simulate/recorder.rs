@@ -119,7 +119,11 @@ impl Recorder {
 
     /// Sums what happened during the last physics step.
     pub fn count(&mut self, world: &World, dt_s: f64) {
-        let acted = world.robot().contacts().iter().zip(world.robot().motor_torques_n_m());
+        let acted = world
+            .robot()
+            .contacts()
+            .iter()
+            .zip(world.robot().motor_torques_n_m());
         for (sums, (contact, torque_n_m)) in self.sums.iter_mut().zip(acted) {
             sums.slip_j += contact.slip_power_w * dt_s;
             sums.spin_up_j += contact.spin_up_power_w * dt_s;
@@ -231,7 +235,11 @@ impl Recorder {
     }
 
     fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {
-        for (index, (sample, contact)) in self.samples.iter_mut().zip(world.robot().contacts()).enumerate()
+        for (index, (sample, contact)) in self
+            .samples
+            .iter_mut()
+            .zip(world.robot().contacts())
+            .enumerate()
         {
             let sums = &mut self.sums[index];
             let (angular_n_m_s, time_s) = (sums.angular_n_m_s, sums.time_s);

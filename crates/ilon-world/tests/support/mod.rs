@@ -297,7 +297,10 @@ pub fn drive(
             .map(|t| MotorTorque::with_droop(*t, kp))
             .collect();
         world.robot_mut().drive(&motors);
-        let (before, angles_before) = (world.robot().state().pose, world.robot().wheel_angles_rad().to_vec());
+        let (before, angles_before) = (
+            world.robot().state().pose,
+            world.robot().wheel_angles_rad().to_vec(),
+        );
         world.step();
         let b = world.robot().state();
         if (t - 0.5).abs() < 0.5 * dt {
