@@ -18,7 +18,7 @@ fn main() -> Result<(), ilon::Error> {
     let mut scenario = Scenario::from_toml(SIDEWAYS, "sideways", ".")?;
     println!("friction  real/ideal  real/touching rollers");
     for friction in [0.2, 0.6, 1.0] {
-        scenario.world.floor.friction = friction;
+        scenario.world.floor.friction = Some(friction);
         let summary = ilon::run(&scenario)?.summary;
         let ideal = summary.twist_ratio_ideal.vy.unwrap_or(f64::NAN);
         let contact = summary.twist_ratio_contact.vy.unwrap_or(f64::NAN);

@@ -41,16 +41,21 @@ def optiodom(source, target, wheels, counts_per_unit, every, until_s=math.inf):
 
 
 def robotino(source, target, every):
-    """Keeps every so many rows: time, positions and currents of the motors, and the camera's pose."""
-    rows = []
+    """Keeps every so many rows: time and positions of the motors, the means of their currents since the row before, and the camera's pose."""
+    rows, currents = [], []
     with open(source, newline="") as file:
         for index, row in enumerate(csv.reader(file, delimiter=";")):
-            if index >= 3 and (index - 3) % every == 0:
-                x = [float(cell) for cell in row if cell]
+            if index < 3:
+                continue
+            x = [float(cell) for cell in row if cell]
+            currents.append(x[13:16])
+            if (index - 3) % every == 0:
+                means = [sum(column) / len(currents) for column in zip(*currents)]
                 rows.append(
-                    [plain(x[0], 1)] + [plain(count, 0) for count in x[7:10]] + [plain(current, 3) for current in x[13:16]]
+                    [plain(x[0], 1)] + [plain(count, 0) for count in x[7:10]] + [plain(mean, 3) for mean in means]
                     + [plain(x[19], 2), plain(x[20], 2), plain(x[21], 2)]
                 )
+                currents = []
     header = ["t_ms", "ticks_1", "ticks_2", "ticks_3", "current_1_a", "current_2_a", "current_3_a", "x_px", "y_px", "angle_deg"]
     write(target, header, rows)
 

@@ -39,7 +39,7 @@ fn errors(trace: &Trace) -> Errors {
 fn side_by_side(what: &str, friction: f64) -> [Errors; 2] {
     let found = ["pid", "computed_torque"].map(|law| {
         let mut scenario = scenario(what, law);
-        scenario.world.floor.friction = friction;
+        scenario.world.floor.friction = Some(friction);
         errors(&ilon::run(&scenario).unwrap().trace)
     });
     for (law, e) in ["PID", "computed torque"].iter().zip(found) {

@@ -109,6 +109,7 @@ impl WheelSpec {
             joint: Joint::default(),
             drive: ilon_robot::DriveTrain::default(),
             surface: ilon_robot::RollerSurface::default(),
+            material: None,
             made: ilon_robot::RollersAsMade::default(),
         }
     }

@@ -56,4 +56,7 @@ pub use identify::{Progress, identify};
 pub use least_squares::{Found, Search, least_squares};
 pub use log::Log;
 pub use outcome::Identified;
-pub use study::{ModelFile, RippleFile, RunFile, Simulate, Study, StudyFile};
+pub use study::{
+    BesideFile, CurrentsFile, HeadingFile, ModelFile, RippleFile, RunFile, Simulate, Study,
+    StudyFile,
+};

@@ -163,10 +163,10 @@ pub struct Direction {
 /// What the fit of a simulation left.
 #[derive(Clone, Debug, Serialize)]
 pub struct Simulation {
-    /// Root mean square of measured less simulated way over the way asked for, of drives that were fitted.
-    pub ratio_rms_fit: Option<f64>,
+    /// What is left of drives that were fitted.
+    pub fit: Misses,
     /// The same of drives that were not.
-    pub ratio_rms_held_out: Option<f64>,
+    pub held_out: Misses,
     /// The common factor on measured ways, of the first series that was fitted; 1 where none was free.
     pub scale: f64,
     /// Whether the search ended by itself.
@@ -186,6 +186,59 @@ pub struct Simulation {
     pub series: Vec<SimulatedSeries>,
     /// Each drive.
     pub drives: Vec<Drive>,
+    /// What other values of keys come to.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Beside>,
+}
+
+/// Root mean squares over drives of what was measured less what was simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Misses {
+    /// Of the way made over the way asked for; null where there is no drive.
+    pub ratio: Option<f64>,
+    /// Of the heading's drift, in rad/m.
+    pub drift_rad_per_m: Option<f64>,
+    /// Of the torques of wheels that turn, in N m; null where the log has no currents.
+    pub torque_n_m: Option<f64>,
+}
+
+/// What other values of keys come to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Beside {
+    /// What the study calls them.
+    pub name: String,
+    /// What they leave of drives that were fitted.
+    pub fit: Misses,
+    /// The same of drives that were not.
+    pub held_out: Misses,
+    /// What they make of each drive, in the order of [`Simulation::drives`].
+    pub drives: Vec<OtherDrive>,
+}
+
+/// What other values of keys make of a drive.
+#[derive(Clone, Debug, Serialize)]
+pub struct OtherDrive {
+    /// The way made over the way asked for.
+    pub simulated: f64,
+    /// The way made across it, to the left.
+    pub simulated_across: f64,
+    /// The drift of the heading, in rad/m.
+    pub simulated_drift_rad_per_m: f64,
+    /// The torque of each wheel, in N m.
+    pub simulated_torques_n_m: Vec<f64>,
+}
+
+/// The torque of a wheel in a drive.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriveTorque {
+    /// The wheel.
+    pub wheel: String,
+    /// By the current of its motor, in N m at the wheel.
+    pub measured_n_m: f64,
+    /// Its standard error.
+    pub measured_error_n_m: f64,
+    /// The same as simulated.
+    pub simulated_n_m: f64,
 }
 
 /// What a series comes to sideways over what it comes to ahead, measured and simulated.
@@ -241,6 +294,15 @@ pub struct Drive {
     pub measured_across: f64,
     /// The same as simulated.
     pub simulated_across: f64,
+    /// By how much the robot turned beyond what its wheels asked for, over the way that they asked for, in rad/m.
+    pub measured_drift_rad_per_m: f64,
+    /// Its standard error.
+    pub measured_drift_error_rad_per_m: f64,
+    /// The same as simulated.
+    pub simulated_drift_rad_per_m: f64,
+    /// The torques of the wheels that turn, where the log has currents.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub torques: Vec<DriveTorque>,
     /// What wheels and body do once a roller, where it was compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple: Option<DriveRipple>,

@@ -111,6 +111,15 @@ pub struct Simulate {
     /// What wheels and body do once a roller is compared too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ripple: Option<RippleFile>,
+    /// How the drift of the heading is compared; left out, it is shown and not fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<HeadingFile>,
+    /// How the currents of the log's motors are compared, as torques of the wheels; left out, they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub currents: Option<CurrentsFile>,
+    /// Other values of keys that are simulated beside what is fitted, without being fitted themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<BesideFile>,
     /// Most steps of the search.
     #[serde(default = "twelve")]
     #[schemars(range(min = 1, max = 1000))]
@@ -130,6 +139,65 @@ pub struct RippleFile {
     /// phase, the body ripples along its way and not across it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub together: Vec<Vec<String>>,
+}
+
+/// How the heading's drift is compared: by how much the robot turns beyond what its wheels ask for, over the way that they ask for.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeadingFile {
+    /// Whether the free keys are fitted to it too, and not to the ways alone.
+    #[serde(default)]
+    pub fitted: bool,
+    /// It is believed to no better than this, in rad/m.
+    #[serde(default = "least_drift")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error_rad_per_m: f64,
+}
+
+/// How a motor's current I becomes the torque on its wheel: (k I - f) n, against the motor's own friction f.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentsFile {
+    /// k: torque of the motor for its current, in N m/A.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub torque_constant_n_m_a: f64,
+    /// f: friction of the motor and its gear at the motor, in N m.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub friction_n_m: f64,
+    /// n: turns of the motor for a turn of the wheel; left out, what the robot's file says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub gear_ratio: Option<f64>,
+    /// Whether the log has the size of the currents alone: the motors are then taken to push as their wheels turn.
+    #[serde(default)]
+    pub unsigned: bool,
+    /// Whether the free keys are fitted to the torques too, and not to the ways alone.
+    #[serde(default)]
+    pub fitted: bool,
+    /// Torques are believed to no better than this, in N m at the wheel.
+    #[serde(default = "least_torque")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error_n_m: f64,
+}
+
+/// Other values of keys, simulated beside what was fitted.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BesideFile {
+    /// What it is called.
+    pub name: String,
+    /// The keys that are otherwise, of the scenario or of the robot's description below `robot.spec`.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub set: Table,
+}
+
+fn least_drift() -> f64 {
+    0.03
+}
+
+fn least_torque() -> f64 {
+    0.02
 }
 
 fn least_error() -> f64 {
@@ -289,6 +357,55 @@ impl Study {
         crate::log::check(&file.log, &self.robot)
     }
 
+    /// What is compared beside the ways must have numbers that can be.
+    fn check_beside(&self, section: &Simulate) -> Result<(), Error> {
+        let mut numbers = Vec::new();
+        if let Some(heading) = &section.heading {
+            let error = heading.least_error_rad_per_m;
+            numbers.push(("heading.least_error_rad_per_m", error, true));
+        }
+        if let Some(currents) = &section.currents {
+            if self.file.log.currents.is_empty() {
+                return Err(Error::invalid(
+                    "`[simulate.currents]` stands, but the log has no currents",
+                    "name their columns in `[log.currents]`, or leave the section out",
+                ));
+            }
+            let gear_ratio = currents.gear_ratio.unwrap_or(1.0);
+            let constant = currents.torque_constant_n_m_a;
+            numbers.push(("currents.torque_constant_n_m_a", constant, true));
+            numbers.push(("currents.gear_ratio", gear_ratio, true));
+            numbers.push(("currents.friction_n_m", currents.friction_n_m, false));
+            let error = currents.least_error_n_m;
+            numbers.push(("currents.least_error_n_m", error, true));
+        }
+        let is_bad = |(_, value, positive): &(&str, f64, bool)| {
+            !(value.is_finite() && (*value > 0.0 || (!positive && *value == 0.0)))
+        };
+        if let Some((key, value, positive)) = numbers.into_iter().find(is_bad) {
+            let range = if positive { "above 0" } else { "0 or more" };
+            return Err(Error::invalid(
+                format!("`simulate.{key}` = {value} cannot be"),
+                format!("give it a number that is {range}"),
+            ));
+        }
+        for (index, beside) in section.beside.iter().enumerate() {
+            let twice = section.beside[..index]
+                .iter()
+                .any(|b| b.name == beside.name);
+            if twice || beside.name.trim().is_empty() {
+                return Err(Error::invalid(
+                    format!(
+                        "`[[simulate.beside]]` {} needs a name of its own",
+                        index + 1
+                    ),
+                    "give each another `name`",
+                ));
+            }
+        }
+        Ok(())
+    }
+
     fn check_simulate(&self, section: &Simulate) -> Result<(), Error> {
         let invalid = |message: String, help: String| Err(Error::invalid(message, help));
         if !(1..=MOST_PHASES).contains(&section.phases) {
@@ -306,6 +423,7 @@ impl Study {
                 "give it a share of the way above 0, such as 0.003".to_owned(),
             );
         }
+        self.check_beside(section)?;
         let Some(ripple) = &section.ripple else {
             return Ok(());
         };

@@ -111,3 +111,21 @@ fn a_model_without_anything_free_is_judged_as_it_is() {
     assert!(found.parameters.is_empty(), "{:?}", found.parameters);
     assert!((found.fit.over_noise - found.nominal.over_noise).abs() < 1e-9);
 }
+
+/// Three minutes of a core: creep and drag of the soft mat, by ways, heading and currents at once.
+#[test]
+#[ignore = "minutes, with --release: the floor of docs/reality.md"]
+fn the_gray_mat_is_known_by_ways_heading_and_currents_from_one_set() {
+    let found = found("robotino_gray_floor.toml");
+    let simulation = found.simulation.as_ref().unwrap();
+    let (kept_back, coulomb) = (&simulation.held_out, &simulation.beside[0].held_out);
+    // What docs/reality.md says, and that friction alone explains none of it.
+    assert!(kept_back.ratio.unwrap() < 0.03 && coulomb.ratio.unwrap() > 0.19);
+    assert!(kept_back.drift_rad_per_m.unwrap() < 0.5 * coulomb.drift_rad_per_m.unwrap());
+    assert!(kept_back.torque_n_m.unwrap() < 0.2 * coulomb.torque_n_m.unwrap());
+    let creep = &found.parameters["world.floor.creep"];
+    assert!(
+        creep.ci95[0].unwrap() > 0.4 && creep.ci95[1].unwrap() < 0.6,
+        "{creep:?}"
+    );
+}

@@ -89,6 +89,7 @@ impl Session {
         };
         let plant = Plant::new(&resolved, &robot)?;
         let kinematics = plant.kinematics().clone();
+        let friction = plant.floor_friction();
         Ok(Self {
             name: scenario.name.clone(),
             recorder: Recorder::of_plant(&plant, &urdf)?,
@@ -102,7 +103,7 @@ impl Session {
             position_gain_per_s: section.position_gain_per_s,
             heading_gain_per_s: section.heading_gain_per_s,
             settings,
-            friction: scenario.world.floor.friction,
+            friction,
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
             duration_s: scenario.run.duration_s,

@@ -15,6 +15,10 @@
 //! friction of a steady slide is mu N against **u** whatever the damping, and F . slip is never positive: the slider only
 //! takes energy.
 //!
+//! **A nap.** On a floor that grips otherwise across a direction than along it the slider holds |M^-1 F| <= N with the coefficients of the two
+//! directions in M, and slips along the ellipse's normal, -M^-2 F. Then F = F* + (k_t + c_t / h) slip gives each of the two its share
+//! F*_i / (1 + s / m_i^2), with the s >= 0 for which F lies on the ellipse, found by halving.
+//!
 //! The force acts at the roller's lowest point, so that the rolling radius is that of the rigid wheel. As k_n and k_t grow, the
 //! law tends to that of rigid contacts with Coulomb friction and without rebound.
 
@@ -34,8 +38,19 @@ pub struct ContactLaw {
     pub bristle_stiffness_n_m: f64,
     /// c_t, in N s/m.
     pub bristle_damping_n_s_m: f64,
-    /// mu.
+    /// mu; along the nap, where there is one.
     pub friction: f64,
+    /// A direction of the floor across which it grips otherwise.
+    pub nap: Option<Nap>,
+}
+
+/// A direction of the floor, and how it grips across that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nap {
+    /// From the world's x axis, counter-clockwise, in radians.
+    pub angle_rad: f64,
+    /// Friction across it over that along it, > 0.
+    pub ratio: f64,
 }
 
 /// Bristles of two thirds of the normal stiffness: what an incompressible half-space has (Mindlin: 2 (1 - nu) / (2 - nu) at
@@ -64,6 +79,7 @@ impl ContactLaw {
             bristle_damping_n_s_m: BRISTLE_DAMPING_RATIO
                 * critical(bristle_stiffness_n_m, lightest_kg),
             friction,
+            nap: None,
         }
     }
 
@@ -74,13 +90,16 @@ impl ContactLaw {
             bristle_stiffness_n_m,
             bristle_damping_n_s_m,
             friction,
+            nap,
         } = *self;
+        let ratio = nap.map_or(1.0, |nap| nap.ratio);
         for (setting, value, positive) in [
             ("normal_stiffness_n_m", normal_stiffness_n_m, true),
             ("normal_damping_n_s_m", normal_damping_n_s_m, false),
             ("bristle_stiffness_n_m", bristle_stiffness_n_m, true),
             ("bristle_damping_n_s_m", bristle_damping_n_s_m, false),
             ("friction", friction, false),
+            ("nap.ratio", ratio, true),
         ] {
             let range = if positive { "above 0" } else { "0 or more" };
             let allowed = value.is_finite() && value >= 0.0 && (value > 0.0 || !positive);
@@ -113,11 +132,11 @@ impl ContactLaw {
         let limit = self.friction * normal_n;
         let before = *z;
         let trial = -k * (before + h * u) - c * u;
-        let size = trial.norm();
-        let (force, after, slip) = if size <= limit {
+        let held = self.held(trial, limit);
+        let (force, after, slip) = if held.is_none() {
             (trial, before + h * u, Vector2::zeros())
         } else {
-            let force = trial * (limit / size);
+            let force = held.unwrap_or(trial);
             let after = (before * (c / h) - force) / (k + c / h);
             (force, after, h * u - (after - before))
         };
@@ -126,8 +145,50 @@ impl ContactLaw {
             force,
             slip_j: -force.dot(&slip),
             damping_j: c * (after - before).norm_squared() / h,
-            slides: size > limit,
+            slides: held.is_some(),
         }
+    }
+}
+
+impl ContactLaw {
+    /// The force of a slider for a trial that is more than it holds; `None` where it holds. `limit_n` is mu N.
+    fn held(&self, trial: Vector2<f64>, limit_n: f64) -> Option<Vector2<f64>> {
+        let Some(nap) = self.nap else {
+            let size = trial.norm();
+            return (size > limit_n).then(|| trial * (limit_n / size));
+        };
+        let (s, c) = nap.angle_rad.sin_cos();
+        let own = Vector2::new(c * trial.x + s * trial.y, c * trial.y - s * trial.x);
+        let limits = Vector2::new(limit_n, nap.ratio * limit_n);
+        let over = |force: Vector2<f64>| force.component_div(&limits).norm();
+        if limit_n <= 0.0 {
+            return Some(Vector2::zeros());
+        }
+        if over(own) <= 1.0 {
+            return None;
+        }
+        let scale = limits.component_mul(&limits);
+        let at = |share: f64| {
+            Vector2::new(
+                own.x / (1.0 + share / scale.x),
+                own.y / (1.0 + share / scale.y),
+            )
+        };
+        // The force of a larger share is smaller in both: at this one it lies in the ellipse.
+        let (mut low, mut high) = (0.0, scale.max() * over(own));
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if over(at(middle)) > 1.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let force = at(high);
+        Some(Vector2::new(
+            c * force.x - s * force.y,
+            s * force.x + c * force.y,
+        ))
     }
 }
 
@@ -154,6 +215,7 @@ mod tests {
         bristle_stiffness_n_m: 5e5,
         bristle_damping_n_s_m: 50.0,
         friction: 0.4,
+        nap: None,
     };
 
     #[test]
@@ -205,5 +267,42 @@ mod tests {
         }
         // A hundred roundings of 2 um each way.
         assert!(z.norm() < 1e-18);
+    }
+
+    #[test]
+    fn a_steady_slide_over_a_nap_has_the_force_that_takes_most() {
+        // 0.4 along x and 0.2 across it, under 20 N: an ellipse of 8 and 4 N. Of the forces (8 cos t, 4 sin t) the one against u takes
+        // most where tan t = 4 u_y / 8 u_x.
+        let law = ContactLaw {
+            nap: Some(Nap {
+                angle_rad: 0.0,
+                ratio: 0.5,
+            }),
+            ..LAW
+        };
+        let (mut z, u, h) = (Vector2::zeros(), Vector2::new(0.3, -0.4), 1e-5);
+        let mut force = Vector2::zeros();
+        for _ in 0..4000 {
+            let friction = law.bend(&mut z, u, 20.0, h);
+            assert!(friction.slip_j >= -1e-18);
+            force = friction.force;
+        }
+        let t = (4.0_f64 * 0.4).atan2(8.0 * 0.3);
+        let most = Vector2::new(-8.0 * t.cos(), 4.0 * t.sin());
+        assert!((force - most).norm() < 1e-9, "{force} {most}");
+        // The same in axes that are turned.
+        let turned = ContactLaw {
+            nap: Some(Nap {
+                angle_rad: 0.7,
+                ratio: 0.5,
+            }),
+            ..LAW
+        };
+        let turn = nalgebra::Rotation2::new(0.7);
+        let mut z = Vector2::zeros();
+        for _ in 0..4000 {
+            force = turned.bend(&mut z, turn * u, 20.0, h).force;
+        }
+        assert!((force - turn * most).norm() < 1e-9, "{force}");
     }
 }

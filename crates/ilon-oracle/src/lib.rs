@@ -43,7 +43,7 @@ mod stability;
 mod step;
 mod tree;
 
-pub use contact::ContactLaw;
+pub use contact::{ContactLaw, Nap};
 pub use dynamics::{Generalised, Motion};
 pub use energy::Energy;
 pub use engine::{Contact, Engine, LEVEL_GRAVITY_M_S2, Settings};

@@ -192,7 +192,9 @@ fn write_drive(out: &mut String, wheel: &Described) -> std::fmt::Result {
 fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
     let surface = wheel.rollers.surface();
     let (made, factor) = (wheel.rollers.made(), wheel.rollers.length_factor);
-    if surface == RollerSurface::default() && made.is_ideal() && factor >= 1.0 {
+    let material = wheel.rollers.material.as_deref();
+    let is_plain = surface == RollerSurface::default() && material.is_none();
+    if is_plain && made.is_ideal() && factor >= 1.0 {
         return Ok(());
     }
     write!(
@@ -201,6 +203,9 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
         attribute(&wheel.placed.name),
         num(surface.rolling_resistance)
     )?;
+    if let Some(material) = material {
+        write!(out, " material=\"{}\"", attribute(material))?;
+    }
     if let Some(tread) = &surface.tread {
         let said = [
             ("tread_stiffness", Some(tread.stiffness_n_m)),

@@ -89,6 +89,8 @@ prop_compose! {
                 radius_seed: 0,
                 radius_offsets_m: BTreeMap::new(),
                 rolling_resistance: surface.0,
+                // Letters that XML has to escape.
+                material: (longer > 0.5).then(|| "rubber <60> & \"cord\"".to_owned()),
                 tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
                     stiffness_n_m,
                     damping_n_s_m,
@@ -148,6 +150,7 @@ proptest! {
             let ring_m = spec.wheel.radius_m - spec.rollers.radius_m;
             let gap_free_m = 2.0 * ring_m * (PI / count as f64).tan() / placed.gamma_deg.to_radians().cos();
             let length_m = spec.rollers.length_factor * gap_free_m;
+            prop_assert_eq!(&wheel.material, &spec.rollers.material);
             let (found, said) = (wheel.surface, spec.rollers.surface());
             prop_assert!(close(found.rolling_resistance, said.rolling_resistance));
             prop_assert_eq!(found.tread.is_some(), said.tread.is_some());

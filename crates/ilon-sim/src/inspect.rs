@@ -64,6 +64,9 @@ pub struct WheelInspection {
     pub effort_n_m: Option<f64>,
     /// The largest rate of its motor, in rad/s; `None` where the file sets none.
     pub velocity_rad_s: Option<f64>,
+    /// What its rollers are made of; `None` where nobody says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
     /// What its rollers touch the ground with; `None` of rigid rollers that roll without loss.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceInspection>,
@@ -256,6 +259,7 @@ impl WheelInspection {
             mass_kg: wheel.hub.mass_kg + rollers_kg,
             effort_n_m: finite(wheel.motor.effort_n_m),
             velocity_rad_s: finite(wheel.motor.velocity_rad_s),
+            material: wheel.material.clone(),
             surface: SurfaceInspection::of(&wheel.surface, load_kg),
             made: MadeInspection::of(wheel),
         }

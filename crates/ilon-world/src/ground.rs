@@ -2,6 +2,7 @@
 
 mod anchor;
 mod floor;
+mod surface;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::bounding_volume::Aabb;
@@ -11,14 +12,20 @@ use crate::contact::nearest::{Piece, SolidBox, Triangle};
 use crate::engine::convert;
 
 pub(crate) use anchor::{Anchor, Grip};
-pub use floor::{Floor, FloorSurface, GroundBox, Patch, Relief, Stribeck};
+pub use floor::{Floor, GroundBox, Patch, Relief};
+pub use surface::{FloorSurface, Footing, Nap, Stribeck};
 
 /// What a running world needs to know of its ground: a body that never moves.
 #[derive(Clone)]
 pub(crate) struct Ground {
     has_plane: bool,
-    friction: f64,
-    surface: FloorSurface,
+    /// What it is where there is no patch, to all of no material that `materials` names.
+    built: Footing,
+    /// The friction that holds in place of all that it was built with, but on patches.
+    set_friction: Option<f64>,
+    /// Materials of rollers, and what the ground is to each of them where there is no patch.
+    materials: Vec<String>,
+    footings: Vec<Footing>,
     patches: Vec<Patch>,
     solids: Vec<Solid>,
     /// The boxes among them.
@@ -109,22 +116,36 @@ impl Ground {
         self.down * gravity_m_s2
     }
 
-    /// Changes the friction from now on.
-    pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
-        self.friction = friction;
+    /// Changes the patches from now on, and the friction elsewhere; `None` for what it was built with.
+    pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
+        self.set_friction = friction;
         self.patches = patches.to_vec();
     }
 
-    /// The friction coefficient at a place in the floor's frame.
-    pub fn friction_at(&self, in_floor_m: &Vector3<f64>) -> f64 {
-        let patch = self.patch_at(in_floor_m);
-        patch.map_or(self.friction, |p| p.friction).max(0.0)
-    }
-
-    /// What the ground is made of at a place in the floor's frame.
-    pub fn surface_at(&self, in_floor_m: &Vector3<f64>) -> FloorSurface {
-        self.patch_at(in_floor_m)
-            .map_or(self.surface, |p| p.surface)
+    /// What the ground is at a place in the floor's frame, to rollers of a material.
+    pub fn footing_at(&self, in_floor_m: &Vector3<f64>, material: Option<&str>) -> Footing {
+        // Nearly all floors are the same to all rollers.
+        let index = if self.materials.is_empty() {
+            None
+        } else {
+            material.and_then(|name| self.materials.iter().position(|known| known == name))
+        };
+        let of_material = |footings: &[Footing]| footings.get(index?).copied();
+        let mut footing = match self.patch_at(in_floor_m) {
+            Some(patch) => of_material(&patch.footings).unwrap_or(Footing {
+                friction: patch.friction,
+                surface: patch.surface,
+            }),
+            None => {
+                let built = of_material(&self.footings).unwrap_or(self.built);
+                Footing {
+                    friction: self.set_friction.unwrap_or(built.friction),
+                    ..built
+                }
+            }
+        };
+        footing.friction = footing.friction.max(0.0);
+        footing
     }
 
     /// The patch that a place in the floor's frame lies on, of several the last.

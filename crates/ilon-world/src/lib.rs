@@ -16,7 +16,7 @@ mod world;
 
 pub use contact::wheel_contact::WheelContact;
 pub use error::WorldError;
-pub use ground::{Floor, FloorSurface, GroundBox, Patch, Relief, Stribeck};
+pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::MotorTorque;
 pub use robot::energy::Energy;
 pub use robot::shared::SharedRobot;

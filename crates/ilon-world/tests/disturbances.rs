@@ -325,7 +325,7 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodi
     let held_m_s = world.robot().state().twist_in_body.vy_m_s;
     assert!(held_m_s.abs() < 1e-4, "{held_m_s} m/s on dry ground");
 
-    world.set_friction(0.3, &[]);
+    world.set_friction(Some(0.3), &[]);
     pulled(&mut world, 0.1);
     let start_m_s = world.robot().state().twist_in_body.vy_m_s;
     pulled(&mut world, 0.2);
@@ -340,8 +340,9 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodi
         half_sides_m: Vector2::new(10.0, 10.0),
         friction: 0.6,
         surface: FloorSurface::default(),
+        footings: Vec::new(),
     };
-    world.set_friction(0.3, &[dry]);
+    world.set_friction(Some(0.3), &[dry]);
     let start_m_s = world.robot().state().twist_in_body.vy_m_s;
     pulled(&mut world, 0.2);
     let acceleration = (world.robot().state().twist_in_body.vy_m_s - start_m_s) / 0.2;

@@ -160,6 +160,7 @@ fn rapier_sees_how_slippery_each_place_is() {
         half_sides_m: Vector2::new(0.05, 0.05),
         friction: 0.02,
         surface: FloorSurface::default(),
+        footings: Vec::new(),
     };
     let floor = Floor {
         patches: vec![patch],

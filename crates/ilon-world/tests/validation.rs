@@ -366,6 +366,7 @@ fn a_wheel_on_ice_pulls_with_mu_n_at_most() {
         half_sides_m: Vector2::new(0.06, 0.06),
         friction: 0.02,
         surface: FloorSurface::default(),
+        footings: Vec::new(),
     };
     let floor = Floor {
         patches: vec![ice],

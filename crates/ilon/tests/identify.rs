@@ -239,6 +239,44 @@ fn bad_studies_and_logs_end_with_code_2_their_place_and_nothing_written() {
         ),
         "world.floor.creep",
     );
+    let simulated = "[simulate.free]\nworld.floor.creep = { from = 0.1, to = 1.0 }\n";
+    let motors = "[simulate.currents]\ntorque_constant_n_m_a = 0.05\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\n{motors}{simulated}"),
+        "[log.currents]",
+    );
+    let own = STUDY.replace(
+        "[[runs]]",
+        "[log.currents]\nwheel_1 = { column = \"w1\", unit = \"A\" }\nwheel_2 = { column = \"w2\", unit = \"A\" }\nwheel_3 = { column = \"w3\", unit = \"A\" }\n\n[[runs]]",
+    );
+    for (bad, said) in [
+        ("torque_constant_n_m_a = 0.0", "torque_constant_n_m_a"),
+        (
+            "torque_constant_n_m_a = 0.05\ngear_ratio = -3",
+            "gear_ratio",
+        ),
+        (
+            "torque_constant_n_m_a = 0.05\nfriction_n_m = -1",
+            "friction_n_m",
+        ),
+    ] {
+        let study = format!("{own}\n[simulate]\n[simulate.currents]\n{bad}\n{simulated}");
+        refused(&study, said);
+    }
+    refused(
+        &format!("{STUDY}\n[simulate]\nheading = {{ least_error_rad_per_m = 0 }}\n{simulated}"),
+        "least_error_rad_per_m",
+    );
+    let twice = "[[simulate.beside]]\nname = \"same\"\nset = {}\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\n{simulated}{twice}{twice}"),
+        "simulate.beside",
+    );
+    let unknown = "[[simulate.beside]]\nname = \"ice\"\nset = { world.flor.friction = 0.1 }\n";
+    refused(
+        &format!("{STUDY}\n[simulate]\ndrive_s = 0.5\n{simulated}{unknown}"),
+        "world.flor",
+    );
     // A clock that was set back, in the middle.
     let mut rows: Vec<String> = table().lines().map(str::to_owned).collect();
     rows.swap(700, 760);

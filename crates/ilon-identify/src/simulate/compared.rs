@@ -4,7 +4,7 @@ use nalgebra::Matrix3xX;
 
 use super::drive::Made;
 use super::legs::{Leg, asked};
-use crate::outcome::{Drive, DriveRipple, SimulatedSeries, Value};
+use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
 use crate::resample::Interval;
 use crate::study::{Simulate, Study};
 
@@ -83,7 +83,7 @@ impl<'a> Compared<'a> {
             .iter()
             .filter_map(|leg| {
                 Some(Row {
-                    made: made[leg.drive]?,
+                    made: made[leg.drive].clone()?,
                     scale: scales.of(leg, values),
                     is_held_out: study.file.runs[leg.run].held_out,
                     leg,
@@ -124,14 +124,20 @@ impl<'a> Compared<'a> {
         self.first_scale
     }
 
-    /// Root mean square of measured less simulated way over the way asked for.
-    pub fn ratio_rms(&self, held_out: bool) -> Option<f64> {
-        let rows = self.rows.iter().filter(|row| row.is_held_out == held_out);
-        let squares: Vec<f64> = rows
-            .map(|row| (row.leg.along / row.scale - row.made.along).powi(2))
-            .collect();
-        let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-        (!squares.is_empty()).then(|| mean.sqrt())
+    /// What is left, root mean square over drives that were fitted or not.
+    pub fn misses(&self, held_out: bool) -> Misses {
+        let rows = || self.rows.iter().filter(|row| row.is_held_out == held_out);
+        let ways = rows().map(|row| row.leg.along / row.scale - row.made.along);
+        let drifts = rows().map(|row| row.leg.drift_rad_per_m[0] - row.made.drift_rad_per_m);
+        let torques = rows().flat_map(|row| {
+            let seen = row.leg.torques_n_m.iter().zip(&row.made.torques_n_m);
+            seen.filter_map(|(seen, made)| Some(seen.as_ref()?[0] - made))
+        });
+        Misses {
+            ratio: rms(ways),
+            drift_rad_per_m: rms(drifts),
+            torque_n_m: rms(torques),
+        }
     }
 
     /// Each drive.
@@ -152,6 +158,10 @@ impl<'a> Compared<'a> {
                 simulated: row.made.along,
                 measured_across: row.leg.across / row.scale,
                 simulated_across: row.made.across,
+                measured_drift_rad_per_m: row.leg.drift_rad_per_m[0],
+                measured_drift_error_rad_per_m: row.leg.drift_rad_per_m[1],
+                simulated_drift_rad_per_m: row.made.drift_rad_per_m,
+                torques: self.torques(study, row),
                 ripple: row.leg.ripple.map(|ripple| DriveRipple {
                     stretches: ripple.stretches,
                     rollers_counted: ripple.line,
@@ -162,6 +172,36 @@ impl<'a> Compared<'a> {
                     body_error_m: ripple.body_m[1],
                     body_simulated_m: row.made.body_m,
                 }),
+            })
+            .collect()
+    }
+
+    /// The torques of the wheels that turn in a drive.
+    fn torques(&self, study: &Study, row: &Row<'_>) -> Vec<DriveTorque> {
+        let wheels = study.robot.wheels.iter().zip(&row.leg.torques_n_m);
+        wheels
+            .zip(&row.made.torques_n_m)
+            .filter_map(|((wheel, seen), made)| {
+                let [measured_n_m, measured_error_n_m] = (*seen)?;
+                Some(DriveTorque {
+                    wheel: wheel.name.clone(),
+                    measured_n_m,
+                    measured_error_n_m,
+                    simulated_n_m: *made,
+                })
+            })
+            .collect()
+    }
+
+    /// What other values of keys come to in each drive.
+    pub fn others(&self) -> Vec<OtherDrive> {
+        self.rows
+            .iter()
+            .map(|row| OtherDrive {
+                simulated: row.made.along,
+                simulated_across: row.made.across,
+                simulated_drift_rad_per_m: row.made.drift_rad_per_m,
+                simulated_torques_n_m: row.made.torques_n_m.clone(),
             })
             .collect()
     }
@@ -218,6 +258,13 @@ impl<'a> Compared<'a> {
         }
         found
     }
+}
+
+/// The root mean square of some values; `None` where there are none.
+fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let squares: Vec<f64> = values.map(|value| value * value).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (!squares.is_empty()).then(|| mean.sqrt())
 }
 
 /// The direction in the body frame in which wheel rates drive the robot, in degrees.

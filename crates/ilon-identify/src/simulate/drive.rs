@@ -19,12 +19,16 @@ use crate::study::{Simulate, Study, flat};
 const SETTLE_S: f64 = 0.7;
 
 /// What a simulated drive made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Made {
     /// The way along the direction that the wheels ask for, over the way that they ask for by the study's robot.
     pub along: f64,
     /// The same across it, to the left.
     pub across: f64,
+    /// By how much it turned beyond what the wheels ask for, over the way that they ask for, in rad/m.
+    pub drift_rad_per_m: f64,
+    /// The mean torque of each wheel's motor, in N m at the wheel.
+    pub torques_n_m: Vec<f64>,
     /// The ripple of the wheels' rates in rad/s and of the body's way in metres, root mean square; 0 where none is compared.
     pub wheels_rad_s: f64,
     pub body_m: f64,
@@ -33,34 +37,49 @@ pub(super) struct Made {
 impl Made {
     /// What drives from several wheel angles made together: the mean of ways and of the squares of ripples.
     pub fn together(all: &[Option<Self>]) -> Option<Self> {
-        let all: Vec<Self> = all.iter().copied().collect::<Option<_>>()?;
+        let all: Vec<Self> = all.iter().cloned().collect::<Option<_>>()?;
         let mean = |of: &dyn Fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
         Some(Self {
             along: mean(&|made| made.along),
             across: mean(&|made| made.across),
+            drift_rad_per_m: mean(&|made| made.drift_rad_per_m),
+            torques_n_m: (0..all.first()?.torques_n_m.len())
+                .map(|wheel| mean(&|made| made.torques_n_m[wheel]))
+                .collect(),
             wheels_rad_s: mean(&|made| made.wheels_rad_s.powi(2)).sqrt(),
             body_m: mean(&|made| made.body_m.powi(2)).sqrt(),
         })
     }
 }
 
+/// The keys of a simulation: those of the study, with free ones at some values, and with others in their place.
+pub(super) fn keys(
+    study: &Study,
+    free: &[Free],
+    values: &[f64],
+    beside: &[(String, Toml)],
+) -> Vec<(String, Toml)> {
+    let mut keys = flat(&study.file.set);
+    let free = free.iter().zip(values);
+    keys.extend(free.map(|(free, value)| (free.key.clone(), Toml::Float(*value))));
+    keys.retain(|(key, _)| beside.iter().all(|(other, _)| other != key));
+    keys.extend(beside.iter().cloned());
+    keys
+}
+
 /// Drives the simulated robot at wheel rates, from the wheel angles of a phase; `None` where these values cannot be simulated.
 pub(super) fn made(
     study: &Study,
     section: &Simulate,
-    free: &[Free],
-    values: &[f64],
+    keys: &[(String, Toml)],
     rates: &[f64],
     phase: u32,
     nominal: &Matrix3xX<f64>,
 ) -> Result<Option<Made>, Error> {
-    let mut settings: Vec<Setting> = flat(&study.file.set)
+    let settings: Vec<Setting> = keys
         .iter()
         .map(|(key, value)| Setting::new(key, value))
         .collect();
-    for (free, value) in free.iter().zip(values) {
-        settings.push(Setting::new(&free.key, &Toml::Float(*value)));
-    }
     let text = crate::study::scenario_text(&study.file.robot);
     let scenario = Scenario::from_text(&text, &study.path, &settings, &study.files)?;
     let robot = load_robot(&scenario)?;
@@ -76,14 +95,18 @@ pub(super) fn made(
         .map(|(rate, offset_rad)| rate + offset_rad / (settle as f64 * period_s))
         .collect();
     let mut log = Log::default();
+    let mut torques_n_m = vec![0.0; robot.wheels.len()];
     for row in 0..settle + rows {
         let rates = if row < settle { &settling[..] } else { rates };
-        match plant.advance(WheelCommand::Rates(rates), period_s) {
-            Ok(_) => {}
+        let outcome = match plant.advance(WheelCommand::Rates(rates), period_s) {
+            Ok(outcome) => outcome,
             Err(Error::Diverged { .. }) => return Ok(None),
             Err(error) => return Err(error),
-        }
+        };
         if row >= settle {
+            for (sum, torque) in torques_n_m.iter_mut().zip(&outcome.torques_n_m) {
+                *sum += torque / rows as f64;
+            }
             let pose = plant.truth().pose;
             log.times_s.push((row - settle) as f64 * period_s);
             log.angles_rad
@@ -124,6 +147,8 @@ pub(super) fn made(
     Ok(Some(Made {
         along: (seen[0] * asked[0] + seen[1] * asked[1]) / (size * size),
         across: (seen[1] * asked[0] - seen[0] * asked[1]) / (size * size),
+        drift_rad_per_m: (seen[2] - asked[2]) / size,
+        torques_n_m,
         wheels_rad_s,
         body_m,
     }))

@@ -5,6 +5,7 @@ use nalgebra::Matrix3xX;
 use super::Seen;
 use super::drive::Made;
 use crate::directions::of_body;
+use crate::log::Log;
 use crate::motion::Window;
 use crate::ripple::{Ripple, Stretches, ripple};
 use crate::study::{Simulate, Study};
@@ -13,6 +14,13 @@ use crate::study::{Simulate, Study};
 const ALIKE: f64 = 0.06;
 /// Ripple is believed to no better than this share of it: it is not the same of all wheels, nor of all runs.
 const LEAST_RIPPLE_ERROR: f64 = 0.1;
+
+/// What counts in the fit beside the ways.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fits {
+    pub heading: bool,
+    pub currents: bool,
+}
 
 /// A drive at constant wheel rates, as several stretches of one run made it.
 #[derive(Clone, Debug)]
@@ -23,6 +31,13 @@ pub(super) struct Leg {
     pub along: f64,
     pub across: f64,
     pub error: f64,
+    /// By how much the robot turned beyond what its wheels asked for, over the way that they asked for, and its standard error, in rad/m.
+    pub drift_rad_per_m: [f64; 2],
+    /// The torque of each wheel by its motor's current and its standard error, in N m at the wheel; `None` of wheels that hardly turn, and
+    /// where the log has no currents.
+    pub torques_n_m: Vec<Option<[f64; 2]>>,
+    /// Whether drift and torques count in the fit.
+    pub fits: Fits,
     /// The ripple of the log, where it is compared.
     pub ripple: Option<Ripple>,
 }
@@ -30,7 +45,10 @@ pub(super) struct Leg {
 impl Leg {
     /// How many numbers of it are compared.
     pub fn equations(&self) -> usize {
+        let torques = self.torques_n_m.iter().flatten().count();
         2 + if self.ripple.is_some() { 2 } else { 0 }
+            + usize::from(self.fits.heading)
+            + if self.fits.currents { torques } else { 0 }
     }
 
     /// What is left of it beside what a simulated drive made, over how well it is known; `scale` is the common factor on its ways.
@@ -41,6 +59,15 @@ impl Leg {
             let [wheels, body] = sure(ripple);
             left.push((ripple.wheels_rad_s[0] - made.wheels_rad_s) / wheels);
             left.push((ripple.body_m[0] - made.body_m) / body);
+        }
+        if self.fits.heading {
+            let [drift, error] = self.drift_rad_per_m;
+            left.push((drift - made.drift_rad_per_m) / error);
+        }
+        if self.fits.currents {
+            for (seen, made) in self.torques_n_m.iter().zip(&made.torques_n_m) {
+                left.extend(seen.map(|[torque, error]| (torque - made) / error));
+            }
         }
     }
 }
@@ -65,6 +92,13 @@ pub(super) fn legs(
     let (windows, trackers, window_s) = (all.windows, all.trackers, study.file.window_s);
     let rollers = study.robot.wheels.iter().map(|wheel| wheel.rollers.len());
     let rollers = rollers.max().unwrap_or(0);
+    let fits = Fits {
+        heading: section.heading.is_some_and(|heading| heading.fitted),
+        currents: section.currents.is_some_and(|currents| currents.fitted),
+    };
+    let least_drift = section
+        .heading
+        .map_or(0.0, |heading| heading.least_error_rad_per_m);
     let mut drives: Vec<(Vec<f64>, usize)> = Vec::new();
     let mut legs: Vec<Leg> = Vec::new();
     let rates = |window: &Window| -> Vec<f64> {
@@ -100,6 +134,7 @@ pub(super) fn legs(
                 .collect();
             let (mut way, mut along, mut across) = (0.0, 0.0, 0.0);
             let mut ratios = Vec::new();
+            let mut drifts = Vec::new();
             for window in kind {
                 let asked = window.of_wheels(nominal);
                 let size = libm::hypot(asked[0], asked[1]);
@@ -109,6 +144,7 @@ pub(super) fn legs(
                 along += here;
                 across += (seen[1] * asked[0] - seen[0] * asked[1]) / size;
                 ratios.push(here / size);
+                drifts.push((seen[2] - asked[2]) / size);
             }
             // Turns in place make no way.
             let reach = libm::hypot(asked(nominal, &mean)[0], asked(nominal, &mean)[1]);
@@ -142,6 +178,9 @@ pub(super) fn legs(
                 along,
                 across,
                 error: libm::hypot(error, section.least_error),
+                drift_rad_per_m: mean_of(&drifts, least_drift),
+                torques_n_m: torques(study, section, (kind, &all.logs[run]), &mean),
+                fits,
                 ripple: seen_ripple,
             });
         }
@@ -156,4 +195,67 @@ pub(super) fn asked(nominal: &Matrix3xX<f64>, rates: &[f64]) -> [f64; 3] {
         (0..3).for_each(|axis| twist[axis] += column[axis] * rate);
     }
     twist
+}
+
+/// The mean of some values and its standard error, to which that is added in squares below which nothing is believed.
+fn mean_of(values: &[f64], least_error: f64) -> [f64; 2] {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let error = (squares / (count * (count - 1.0).max(1.0))).sqrt();
+    [mean, libm::hypot(error, least_error)]
+}
+
+/// Wheels that turn slower than this share of the fastest do not say in which way their motors push.
+const TURNS: f64 = 0.1;
+
+/// The torques of the wheels over some stretches of a log, by the currents of their motors.
+fn torques(
+    study: &Study,
+    section: &Simulate,
+    (stretches, log): (&[&Window], &Log),
+    rates_rad_s: &[f64],
+) -> Vec<Option<[f64; 2]>> {
+    let Some(motors) = &section.currents else {
+        return Vec::new();
+    };
+    let half_s = 0.5 * study.file.window_s;
+    let fastest = rates_rad_s
+        .iter()
+        .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+    rates_rad_s
+        .iter()
+        .enumerate()
+        .map(|(wheel, rate)| {
+            if rate.abs() < TURNS * fastest {
+                return None;
+            }
+            let gear_ratio = study.robot.wheels[wheel].drive.gear_ratio;
+            let gear_ratio = motors.gear_ratio.unwrap_or(gear_ratio);
+            let means: Vec<f64> = stretches
+                .iter()
+                .filter_map(|stretch| {
+                    let rows = |at_s: f64| log.times_s.partition_point(|t_s| *t_s < at_s);
+                    let rows = rows(stretch.at_s - half_s)..rows(stretch.at_s + half_s);
+                    let count = rows.len() as f64;
+                    let sum: f64 = log.currents_a.get(rows)?.iter().map(|row| row[wheel]).sum();
+                    (count > 0.0).then_some(sum / count)
+                })
+                .collect();
+            if means.is_empty() {
+                return None;
+            }
+            let way = rate.signum();
+            let torque = |current_a: f64| {
+                let signed_a = if motors.unsigned {
+                    way * current_a.abs()
+                } else {
+                    current_a
+                };
+                gear_ratio * (motors.torque_constant_n_m_a * signed_a - way * motors.friction_n_m)
+            };
+            let torques: Vec<f64> = means.into_iter().map(torque).collect();
+            Some(mean_of(&torques, motors.least_error_n_m))
+        })
+        .collect()
 }

@@ -12,6 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use ilon_sim::Error;
 use nalgebra::{Matrix3xX, RowDVector};
 use rayon::prelude::*;
+use toml::Value as Toml;
 
 use self::compared::{Compared, Scales};
 use self::drive::{Made, made};
@@ -20,9 +21,9 @@ use self::legs::{Leg, legs};
 use crate::least_squares::{Search, least_squares};
 use crate::log::Log;
 use crate::motion::{Tracker, Window};
-use crate::outcome::{Simulation, Value};
+use crate::outcome::{Beside, Simulation, Value};
 use crate::resample::{Cluster, Draws};
-use crate::study::{Simulate, Study};
+use crate::study::{Simulate, Study, flat};
 
 /// What simulating found.
 pub(crate) struct Found {
@@ -71,7 +72,7 @@ pub(crate) fn simulate(
     wanted.dedup();
 
     let simulated = AtomicU32::new(0);
-    let run_drives = |values: &[f64], which: &[usize]| -> Result<Vec<Option<Made>>, Error> {
+    let run_with = |keys: &[(String, Toml)], which: &[usize]| -> Result<Vec<Option<Made>>, Error> {
         let each: Vec<(usize, u32)> = which
             .iter()
             .flat_map(|drive| (0..section.phases).map(|phase| (*drive, phase)))
@@ -79,15 +80,7 @@ pub(crate) fn simulate(
         let all: Result<Vec<Option<Made>>, Error> = each
             .par_iter()
             .map(|(drive, phase)| {
-                let made = made(
-                    study,
-                    section,
-                    &free,
-                    values,
-                    &drives[*drive],
-                    *phase,
-                    nominal,
-                );
+                let made = made(study, section, keys, &drives[*drive], *phase, nominal);
                 count(simulated.fetch_add(1, Ordering::Relaxed) + 1);
                 made
             })
@@ -98,6 +91,8 @@ pub(crate) fn simulate(
             .map(Made::together)
             .collect())
     };
+    let run_drives =
+        |values: &[f64], which: &[usize]| run_with(&drive::keys(study, &free, values, &[]), which);
     let keys = free.len();
     let shown = |seen: &[f64]| -> Vec<f64> {
         free.iter()
@@ -198,6 +193,18 @@ pub(crate) fn simulate(
     let every: Vec<usize> = (0..drives.len()).collect();
     let made = run_drives(&values, &every)?;
     let compared = Compared::new(study, &legs, &made, &scales, &found.values[keys..]);
+    let mut beside = Vec::new();
+    for other in &section.beside {
+        let keys = drive::keys(study, &free, &values, &flat(&other.set));
+        let made = run_with(&keys, &every)?;
+        let compared = Compared::new(study, &legs, &made, &scales, &found.values[free.len()..]);
+        beside.push(Beside {
+            name: other.name.clone(),
+            fit: compared.misses(false),
+            held_out: compared.misses(true),
+            drives: compared.others(),
+        });
+    }
     let insensitive: Vec<String> = free
         .iter()
         .enumerate()
@@ -221,8 +228,8 @@ pub(crate) fn simulate(
     Ok(Found {
         parameters,
         simulation: Simulation {
-            ratio_rms_fit: compared.ratio_rms(false),
-            ratio_rms_held_out: compared.ratio_rms(true),
+            fit: compared.misses(false),
+            held_out: compared.misses(true),
             scale: compared.scale(),
             has_converged: found.has_converged,
             drives_simulated: simulated.load(Ordering::Relaxed),
@@ -239,6 +246,7 @@ pub(crate) fn simulate(
             at_bounds,
             series: compared.series(study, &drives, nominal),
             drives: compared.drives(study, &drives, nominal),
+            beside,
         },
     })
 }

@@ -35,6 +35,8 @@ pub struct Case {
     pub wheels: Box<dyn Fn(f64) -> Wheels + Sync>,
     pub locked_wheel: Option<usize>,
     pub shove: Option<Shove>,
+    /// The direction of a nap in the world, in radians, and friction across it over that along it.
+    pub nap: Option<(f64, f64)>,
 }
 
 /// A robot of the project's assets.
@@ -60,6 +62,7 @@ impl Case {
             wheels: Box::new(wheels),
             locked_wheel: None,
             shove: None,
+            nap: None,
         }
     }
 

@@ -1,8 +1,8 @@
 //! A case in either engine.
 
-use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Push};
+use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Nap, Push};
 use ilon_robot::{Pose, Robot, Tread};
-use ilon_world::{Floor, MotorTorque, RollerBodies, World};
+use ilon_world::{Floor, FloorSurface, MotorTorque, RollerBodies, World};
 use nalgebra::Vector2;
 
 use crate::case::{Case, GAIN_N_M_S, TICK_S};
@@ -28,9 +28,13 @@ impl Springs {
 /// The oracle's course.
 pub fn on_springs(case: &Case, springs: Springs) -> Course {
     let steps = (TICK_S / springs.step_s).ceil();
+    let nap = case.nap.map(|(angle_rad, ratio)| Nap { angle_rad, ratio });
     let settings = ilon_oracle::Settings {
         step_s: TICK_S / steps,
-        contact: ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot),
+        contact: ContactLaw {
+            nap,
+            ..ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot)
+        },
         gravity_m_s2: LEVEL_GRAVITY_M_S2,
     };
     let mut engine = Engine::new(&case.robot, settings).expect("the oracle takes the robot");
@@ -128,8 +132,19 @@ fn course_in_ilon(
     if let Some(wheel) = case.locked_wheel {
         robot.wheels[wheel].joint.friction_n_m = LOCK_N_M;
     }
+    let nap = case.nap.map(|(angle_rad, ratio)| ilon_world::Nap {
+        angle_rad,
+        friction_ratio: ratio,
+        creep_across: 0.0,
+        resistance_across: 0.0,
+        resistance_against: 0.0,
+    });
     let floor = Floor {
         friction: case.friction,
+        surface: FloorSurface {
+            nap,
+            ..FloorSurface::default()
+        },
         ..Floor::default()
     };
     let default = ilon_world::Settings::default();

@@ -1,4 +1,4 @@
-//! Three transients with real slip.
+//! Transients with real slip.
 
 use crate::case::{Case, TICK_S};
 use crate::cases;
@@ -52,4 +52,21 @@ fn a_robot_on_three_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
 #[test]
 fn a_robot_on_four_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
     agree(&cases::push_mecanum());
+}
+
+/// Over a nap at 20 degrees, across which it grips half as much: three wheels slide each in its own direction.
+#[test]
+fn a_robot_on_held_wheels_is_pushed_over_a_nap_as_far_as_an_elliptical_cone_lets_it() {
+    let mut case = cases::push_volksbot();
+    case.name = "push 60 N, mu 0.6 and 0.3 across 20 deg".to_owned();
+    case.nap = Some((20.0_f64.to_radians(), 0.5));
+    agree(&case);
+}
+
+#[test]
+fn a_hard_start_over_a_nap_slides_as_far_as_an_elliptical_cone_lets_it() {
+    let mut case = cases::hard_start_diagonal();
+    case.name = "hard start 4 m/s^2, mu 0.3 and 0.18 across 20 deg".to_owned();
+    case.nap = Some((20.0_f64.to_radians(), 0.6));
+    agree(&case);
 }

@@ -32,6 +32,8 @@ pub struct Wheel {
     pub drive: DriveTrain,
     /// What its rollers touch the ground with.
     pub surface: RollerSurface,
+    /// What its rollers are made of, by a name that a world's pairs of materials know; `None` where nobody says.
+    pub material: Option<String>,
     /// How its rollers are made, from which their forms follow (see [`Wheel::make_rollers`]).
     pub made: RollersAsMade,
 }

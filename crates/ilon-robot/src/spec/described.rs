@@ -37,6 +37,9 @@ impl Spec {
             set(&mut rollers.radius_m, over.roller_radius_m);
             set(&mut rollers.mass_kg, over.roller_mass_kg);
             set(&mut placed.gamma_deg, over.gamma_deg);
+            if over.roller_material.is_some() {
+                rollers.material.clone_from(&over.roller_material);
+            }
             rollers.per_row = over.per_row.unwrap_or(rollers.per_row);
             phase_rad = over.phase_deg.unwrap_or_default().to_radians();
         }

@@ -184,6 +184,10 @@ pub struct RollerSpec {
     /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
+    /// What the rollers are made of: a name that `[materials]` of a scenario knows. Where floor and patches are of a material too, the
+    /// pair of the two says how they grip, drag and creep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
 }
 
 /// What rollers that give are covered with.
@@ -280,6 +284,9 @@ pub struct WheelOverride {
     /// Mass of one of its rollers, in kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_mass_kg: Option<f64>,
+    /// What its rollers are made of: a name that `[materials]` of a scenario knows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roller_material: Option<String>,
     /// Mass of its hub without rollers, in kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hub_mass_kg: Option<f64>,

@@ -216,6 +216,7 @@ pub(super) fn wheel(
         joint: joint.losses,
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
+        material: None,
         made: RollersAsMade::default(),
     })
 }

@@ -75,6 +75,7 @@ pub(super) fn measure(
         joint: joint.losses,
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
+        material: None,
         made: RollersAsMade::default(),
     })
 }

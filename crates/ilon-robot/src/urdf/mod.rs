@@ -208,6 +208,7 @@ fn wheels(
     let mut drives = transmission::drives(loading.source, tree);
     drives.extend(loading.source.prepared.drives.clone());
     let surfaces = transmission::surfaces(loading.source);
+    let mut materials = transmission::materials(loading.source);
     wheels
         .into_iter()
         .map(|(_, mut wheel)| {
@@ -217,6 +218,7 @@ fn wheels(
             if let Some(surface) = surfaces.get(&wheel.name) {
                 wheel.surface = *surface;
             }
+            wheel.material = materials.remove(&wheel.name);
             transmission::make_rollers(loading.source, &mut wheel).map(|()| wheel)
         })
         .collect()

@@ -81,6 +81,18 @@ pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
     .collect()
 }
 
+/// What the rollers of those wheels of which the file says so are made of, by the wheels' joints.
+pub(super) fn materials(source: &Source) -> BTreeMap<String, String> {
+    let elements = source.robot().children();
+    let said = elements.filter(|n| n.has_tag_name("ilon_rollers"));
+    said.filter_map(|node| {
+        let material = node.attribute("material")?.trim();
+        let joint = node.attribute("joint")?;
+        (!material.is_empty()).then(|| (joint.to_owned(), material.to_owned()))
+    })
+    .collect()
+}
+
 /// Makes the rollers of a wheel as the file says that they are, where it says something.
 pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), RobotError> {
     let mut elements = source.robot().children();

@@ -267,8 +267,9 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
             span,
         }))
     })?;
-    let scenario = Scenario::deserialize(toml::Deserializer::from(document.clone()))
+    let mut scenario = Scenario::deserialize(toml::Deserializer::from(document.clone()))
         .map_err(|error| Error::toml_value(&error, NamedSource::new(name, text.to_owned())))?;
+    scenario.world.floor.fill();
     scenario.object().map_err(|objection| {
         let Some((path, span)) = objection.place(document.get_ref()) else {
             return objection.into();

@@ -8,6 +8,7 @@ mod faults;
 mod guidance;
 mod keys;
 mod load;
+mod materials;
 pub(crate) use load::toml_span;
 pub use load::{MAX_BYTES, read_toml};
 mod motion;
@@ -28,6 +29,7 @@ pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
 pub(crate) use keys::{SIZES, is_computable};
+pub use materials::{Across, Against, MaterialPair, Materials};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
@@ -75,6 +77,10 @@ pub struct Scenario {
     /// What the rollers touch the ground with, in place of what the robot's file says.
     #[serde(default, skip_serializing_if = "RollerSurface::is_empty")]
     pub rollers: RollerSurface,
+    /// `[materials.ROLLERS.FLOOR]`: what rollers of one material do on a floor of another, for each pair of names that `rollers.material`
+    /// and `material` of floor and patches give.
+    #[serde(default, skip_serializing_if = "Materials::is_empty")]
+    pub materials: Materials,
     /// What the robot knows of its own motion.
     #[serde(default)]
     pub sensors: Sensors,

@@ -45,6 +45,12 @@ pub struct RollerSurface {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
+    /// What the rollers of all wheels are made of: a name that `[materials]` knows; left out, what the robot's file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// What the rollers of single wheels are made of, by the names of the wheels' joints, in place of `material`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub wheel_materials: BTreeMap<String, String>,
     /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tread: Option<Tread>,
@@ -100,6 +106,7 @@ impl RollerSurface {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }
         }
+        self.apply_materials(robot)?;
         self.check_names(robot)?;
         for wheel in &mut robot.wheels {
             let made = self.made_over(&wheel.made);
@@ -111,6 +118,29 @@ impl RollerSurface {
             made.map_err(|fault| of_wheel(&name, &fault))?;
         }
         Ok(())
+    }
+
+    /// Says what the rollers are made of.
+    fn apply_materials(&self, robot: &mut Robot) -> Result<(), Error> {
+        for wheel in &mut robot.wheels {
+            let said = self.wheel_materials.get(&wheel.name);
+            if let Some(material) = said.or(self.material.as_ref()) {
+                wheel.material = Some(material.clone());
+            }
+        }
+        let is_wheel = |name: &&String| robot.wheels.iter().any(|wheel| wheel.name == **name);
+        match self.wheel_materials.keys().find(|name| !is_wheel(name)) {
+            None => Ok(()),
+            Some(name) => {
+                let wheels: Vec<&str> = robot.wheels.iter().map(|w| w.name.as_str()).collect();
+                Err(Error::invalid(
+                    format!(
+                        "`rollers.wheel_materials` names `{name}`, which is no wheel of the robot"
+                    ),
+                    format!("its wheels are {}", wheels.join(", ")),
+                ))
+            }
+        }
     }
 
     /// How rollers are made, with what is left out here from what the robot's file says.

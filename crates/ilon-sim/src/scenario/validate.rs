@@ -36,6 +36,7 @@ impl Scenario {
             ));
         }
         self.object_to_solver()?;
+        self.object_to_materials()?;
         self.object_to_windows()?;
         if self.wheel_loop.friction.is_some()
             && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
@@ -73,10 +74,15 @@ impl Scenario {
             ),
             (
                 "world.floor.rolling_resistance",
-                floor.rolling_resistance > 0.0,
+                floor.rolling_resistance.is_some_and(|drag| drag > 0.0),
             ),
-            ("world.floor.creep", floor.creep > 0.0),
+            (
+                "world.floor.creep",
+                floor.creep.is_some_and(|creep| creep > 0.0),
+            ),
             ("world.floor.sliding", floor.sliding.is_some()),
+            ("world.floor.across", floor.across.is_some()),
+            ("world.floor.against", floor.against.is_some()),
         ];
         if let Some((key, _)) = gives.into_iter().find(|(_, gives)| *gives) {
             return Err(Objection::to(

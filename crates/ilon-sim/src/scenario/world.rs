@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::materials::{Across, Against};
+
 /// The world that the robot stands in.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -22,9 +24,14 @@ pub struct World {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FloorSection")]
 pub struct Floor {
-    /// Coulomb's coefficient of friction between rollers and floor.
+    /// Coulomb's coefficient of friction between rollers and floor; 0.6 unless given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub friction: f64,
+    pub friction: Option<f64>,
+    /// What the floor is made of: a name that `[materials]` knows below that of the rollers. The pair then says how the floor grips,
+    /// drags and creeps, in place of `friction`, `rolling_resistance`, `creep`, `sliding`, `across` and `against`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
     /// The angle by which the floor falls towards +x, in degrees; 0 is level. All places of a scenario and of its trace count
     /// in the sloping plane, heights along its normal.
     #[schemars(range(min = -60.0, max = 60.0))]
@@ -42,15 +49,48 @@ pub struct Floor {
     /// That of the rollers comes on top.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
-    pub rolling_resistance: f64,
+    pub rolling_resistance: Option<f64>,
     /// Creep of the floor: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
     /// Force against slip is then a line up to the grip, as on carpets and mats.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 100.0))]
-    pub creep: f64,
+    pub creep: Option<f64>,
     /// How friction falls as a roller slides; left out, it does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
+    /// Which way the floor's nap or weave lies, as an angle from the floor's x axis, counter-clockwise, in degrees. What is said of the
+    /// floor holds along it, `across` and `against` say what is otherwise; 0 unless given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nap_deg: Option<f64>,
+    /// What is otherwise across the nap; left out, nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub across: Option<Across>,
+    /// What is otherwise against the nap; left out, nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
+}
+
+impl Floor {
+    /// Friction where nothing is said.
+    const FRICTION: f64 = 0.6;
+
+    /// Coulomb's coefficient of friction of a floor that is of no material.
+    pub fn friction(&self) -> f64 {
+        self.friction.unwrap_or(Self::FRICTION)
+    }
+
+    /// Whether the floor or a patch is of a material.
+    pub fn is_of_material(&self) -> bool {
+        let mut patches = self.patches.iter().map(|patch| &patch.material);
+        self.material.is_some() || patches.any(Option::is_some)
+    }
+
+    /// Spells out what it grips like where it is of no material.
+    pub(crate) fn fill(&mut self) {
+        if self.material.is_none() {
+            self.friction.get_or_insert(Self::FRICTION);
+        }
+    }
 }
 
 /// Friction that falls with the speed of sliding (Stribeck): `friction` of the floor at rest, this one at speed.
@@ -65,8 +105,8 @@ pub struct Sliding {
     pub speed_m_s: f64,
 }
 
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
+fn is_zero(number: &Option<f64>) -> bool {
+    number.is_none_or(|number| number == 0.0)
 }
 
 /// A rectangle of floor with a friction of its own.
@@ -83,9 +123,13 @@ pub struct FloorPatch {
     /// Its length along y, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub length_y_m: f64,
-    /// Coulomb's coefficient of friction there.
+    /// Coulomb's coefficient of friction there; needed where the patch is of no material.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub friction: f64,
+    pub friction: Option<f64>,
+    /// What it is made of, in place of all that says how it grips, drags and creeps: a name that `[materials]` knows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
     /// Rolling resistance there; left out, that of the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
@@ -97,6 +141,15 @@ pub struct FloorPatch {
     /// How friction falls there as a roller slides; left out, as on the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
+    /// Which way its nap lies, in degrees; left out, as on the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nap_deg: Option<f64>,
+    /// What is otherwise across its nap; left out, as on the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<Across>,
+    /// What is otherwise against its nap; left out, as on the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
     /// When it appears, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
@@ -196,14 +249,18 @@ impl Default for World {
 impl Default for Floor {
     fn default() -> Self {
         Self {
-            friction: 0.6,
+            friction: None,
+            material: None,
             slope_deg: 0.0,
             patches: Vec::new(),
             boxes: Vec::new(),
             rough: None,
-            rolling_resistance: 0.0,
-            creep: 0.0,
+            rolling_resistance: None,
+            creep: None,
             sliding: None,
+            nap_deg: None,
+            across: None,
+            against: None,
         }
     }
 }

@@ -4,9 +4,9 @@ use ilon_robot::Robot;
 use ilon_world::{Patch, Payload, Push, World};
 use nalgebra::{Rotation3, Vector3};
 
-use super::floor::patches;
+use super::floor::{TimedPatch, patches};
 use crate::Error;
-use crate::scenario::{Fault, Floor, Frame, within};
+use crate::scenario::{Fault, Frame, Scenario, within};
 
 /// The disturbances of a run.
 #[derive(Clone)]
@@ -16,11 +16,11 @@ pub(super) struct Disturbances {
     /// What was put on from outside the scenario.
     put_on: Option<Payload>,
     seizures: Vec<Seizure>,
-    floor: Floor,
+    patches: Vec<TimedPatch>,
     frictions: Vec<Fault>,
     /// What holds now of payloads and friction, so that the world is told of changes alone.
     carried: Vec<Payload>,
-    slippery: (f64, Vec<Patch>),
+    slippery: (Option<f64>, Vec<Patch>),
 }
 
 /// An impulse on the chassis, spread evenly over a time.
@@ -44,8 +44,10 @@ struct Seizure {
 
 impl Disturbances {
     /// # Errors
-    /// [`Error::Invalid`] for a roller that the robot does not have, and where the world refuses a payload.
-    pub fn new(faults: &[Fault], floor: &Floor, robot: &Robot) -> Result<Self, Error> {
+    /// [`Error::Invalid`] for a roller that the robot does not have, a pair of materials that is not named, and where the world refuses a
+    /// payload.
+    pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let patches = patches(scenario, robot)?;
         let center_m = robot.chassis.mass.center_of_mass_m;
         let place = |x_m: Option<f64>, y_m: Option<f64>, z_m: Option<f64>| {
             Vector3::new(
@@ -61,10 +63,10 @@ impl Disturbances {
             seizures: Vec::new(),
             frictions: Vec::new(),
             carried: Vec::new(),
-            slippery: (floor.friction, patches(floor, 0.0).collect()),
-            floor: floor.clone(),
+            slippery: (None, TimedPatch::those_at(&patches, 0.0)),
+            patches,
         };
-        for fault in faults {
+        for fault in &scenario.faults {
             match *fault {
                 Fault::Push {
                     impulse_x_n_s,
@@ -177,9 +179,8 @@ impl Disturbances {
                 } if within(t_s, *from_s, *until_s) => Some(*friction),
                 _ => None,
             })
-            .next()
-            .unwrap_or(self.floor.friction);
-        let slippery = (friction, patches(&self.floor, t_s).collect());
+            .next();
+        let slippery = (friction, TimedPatch::those_at(&self.patches, t_s));
         if slippery != self.slippery {
             world.set_friction(slippery.0, &slippery.1);
             self.slippery = slippery;

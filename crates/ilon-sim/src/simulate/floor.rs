@@ -1,22 +1,25 @@
 //! The scenario's floor as the world's.
 
+use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRelief};
-use ilon_world::{Floor, FloorSurface, GroundBox, Patch, Relief, Stribeck};
-use nalgebra::{Vector2, Vector3};
+use ilon_world::{Floor, Footing, GroundBox, Patch, Relief};
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use super::footings::Footings;
 use crate::Error;
-use crate::scenario::{self, FloorPatch, Rough, Sliding};
+use crate::scenario::{self, Rough, Scenario};
 
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
 
-/// The floor of a scenario.
+/// The floor of a scenario under a robot, with the patches that are there when it begins.
 ///
 /// # Errors
-/// Where a rough floor has too many cells, or fewer than one.
-pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
+/// Where a rough floor has too many cells, or fewer than one, or a pair of materials is not named.
+pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> {
+    let section = &scenario.world.floor;
     let slope_rad = section.slope_deg.to_radians();
     // A box is as deep in the ground as it is high above it.
     let boxes = section.boxes.iter().map(|solid| GroundBox {
@@ -28,66 +31,64 @@ pub(super) fn floor(section: &scenario::Floor) -> Result<Floor, Error> {
         ),
         heading_rad: solid.heading_deg.to_radians(),
     });
+    let footings = Footings::new(scenario, robot)?;
+    let Footing { friction, surface } = footings.floor()[0];
     Ok(Floor {
-        friction: section.friction,
+        friction,
         slope_rad,
-        patches: patches(section, 0.0).collect(),
+        patches: TimedPatch::those_at(&footings.patches()?, 0.0),
         boxes: boxes.collect(),
         relief: section.rough.as_ref().map(relief).transpose()?,
-        surface: surface(section),
+        surface,
+        materials: footings.materials(),
+        footings: footings.each_of(footings.floor()),
     })
 }
 
-/// What the floor is made of where there is no patch.
-fn surface(section: &scenario::Floor) -> FloorSurface {
-    FloorSurface {
-        rolling_resistance: section.rolling_resistance,
-        creep: section.creep,
-        sliding: section.sliding.as_ref().map(stribeck),
+/// A patch, and when it is there.
+#[derive(Clone, Debug)]
+pub(super) struct TimedPatch {
+    pub patch: Patch,
+    pub from_s: f64,
+    pub until_s: Option<f64>,
+}
+
+impl TimedPatch {
+    /// The patches that are there at a time in seconds.
+    pub fn those_at(all: &[Self], t_s: f64) -> Vec<Patch> {
+        let there = |timed: &&Self| scenario::within(t_s, timed.from_s, timed.until_s);
+        let patches = all.iter().filter(there);
+        patches.map(|timed| timed.patch.clone()).collect()
     }
 }
 
-fn stribeck(sliding: &Sliding) -> Stribeck {
-    Stribeck {
-        friction: sliding.friction,
-        speed_m_s: sliding.speed_m_s,
-    }
+/// The patches of a scenario under a robot.
+///
+/// # Errors
+/// Where a pair of materials is not named.
+pub(super) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPatch>, Error> {
+    Footings::new(scenario, robot)?.patches()
 }
 
-/// The patches that are there at a time in seconds.
-pub(super) fn patches(section: &scenario::Floor, t_s: f64) -> impl Iterator<Item = Patch> {
-    let floor = surface(section);
-    let there = move |patch: &&FloorPatch| scenario::within(t_s, patch.from_s, patch.until_s);
-    section
-        .patches
-        .iter()
-        .filter(there)
-        .map(move |patch| Patch {
-            center_m: Vector2::new(patch.x_m, patch.y_m),
-            half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
-            friction: patch.friction,
-            surface: FloorSurface {
-                rolling_resistance: patch.rolling_resistance.unwrap_or(floor.rolling_resistance),
-                creep: patch.creep.unwrap_or(floor.creep),
-                sliding: patch.sliding.as_ref().map(stribeck).or(floor.sliding),
-            },
-        })
-}
-
-/// The ground of a scenario as a trace keeps it.
-pub(super) fn ground(section: &scenario::Floor) -> Ground {
-    Ground {
-        friction: section.friction,
+/// The ground of a scenario under a robot as a trace keeps it.
+///
+/// # Errors
+/// Where a pair of materials is not named.
+pub(super) fn ground(scenario: &Scenario, robot: &Robot) -> Result<Ground, Error> {
+    let section = &scenario.world.floor;
+    let footings = Footings::new(scenario, robot)?;
+    Ok(Ground {
+        friction: footings.floor()[0].friction,
         slope_rad: section.slope_deg.to_radians(),
-        patches: section
-            .patches
+        patches: footings
+            .patches()?
             .iter()
-            .map(|patch| GroundPatch {
-                center_m: [patch.x_m, patch.y_m],
-                sides_m: [patch.length_x_m, patch.length_y_m],
-                friction: patch.friction,
-                from_s: patch.from_s,
-                until_s: patch.until_s,
+            .map(|timed| GroundPatch {
+                center_m: timed.patch.center_m.into(),
+                sides_m: (2.0 * timed.patch.half_sides_m).into(),
+                friction: timed.patch.friction,
+                from_s: timed.from_s,
+                until_s: timed.until_s,
             })
             .collect(),
         boxes: section
@@ -105,7 +106,7 @@ pub(super) fn ground(section: &scenario::Floor) -> Ground {
             seed: rough.seed,
             height_m: rough.height_m,
         }),
-    }
+    })
 }
 
 /// The heights of a bumpy ground above its lowest possible point, in metres: rows along x, points of a row along y.

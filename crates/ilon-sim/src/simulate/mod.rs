@@ -5,6 +5,7 @@ mod disturbances;
 mod drive;
 mod faults;
 mod floor;
+mod footings;
 mod fusion;
 mod pilot;
 mod plant;
@@ -415,7 +416,7 @@ fn header(
         measured: pilot.is_measured(),
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
-        ground: Some(floor::ground(&scenario.world.floor)),
+        ground: Some(floor::ground(scenario, robot)?),
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         ..Header::of_robot(robot)
     })

@@ -110,7 +110,7 @@ impl Plant {
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let plan = Plan {
             kinematics: Kinematics::new(robot)?,
-            floor: floor::floor(&resolved.scenario().world.floor)?,
+            floor: floor::floor(resolved.scenario(), robot)?,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
             robot: SharedRobot::from(robot),
@@ -142,7 +142,7 @@ impl Plant {
             sensors: Sensors::new(&section, start, kinematics, &scenario.run)?,
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
-            disturbances: Disturbances::new(&scenario.faults, &scenario.world.floor, robot)?,
+            disturbances: Disturbances::new(scenario, robot)?,
             motors: vec![MotorTorque::constant(0.0); wheel_count],
             sensed: 0,
             outcome: Outcome {
@@ -331,11 +331,17 @@ impl Plant {
         self.clock.tick();
     }
 
+    /// Coulomb's coefficient of friction with which the floor was built, where there is no patch; of a floor of a material, to the rollers
+    /// of the first wheel.
+    pub fn floor_friction(&self) -> f64 {
+        self.plan.floor.friction
+    }
+
     /// Changes how slippery the floor is from now on, but on its patches. A fault of the scenario that changes it too has the
     /// last word from its own time on.
     pub fn set_friction(&mut self, friction: f64) {
         let patches = self.plan.floor.patches.clone();
-        self.world.set_friction(friction.max(0.0), &patches);
+        self.world.set_friction(Some(friction.max(0.0)), &patches);
     }
 
     /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes

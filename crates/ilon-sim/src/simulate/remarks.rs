@@ -21,8 +21,11 @@ const MOST_AIRBORNE: f64 = 0.5;
 /// Of a floor that grips like none there is.
 pub(super) fn of_friction(scenario: &Scenario) -> Option<String> {
     let floor = &scenario.world.floor;
-    let patches = floor.patches.iter().map(|patch| patch.friction);
-    let most = patches.fold(floor.friction, f64::max);
+    let own = floor.material.is_none().then(|| floor.friction());
+    let patches = floor.patches.iter().filter_map(|patch| patch.friction);
+    let pairs = scenario.materials.values().flat_map(|on| on.values());
+    let all = patches.chain(own).chain(pairs.map(|pair| pair.friction));
+    let most = all.fold(0.0, f64::max);
     (most > MOST_FRICTION).then(|| {
         format!(
             "a friction of {most} is beyond that of any floor: rubber on dry concrete has about 1; nothing will ever slide"

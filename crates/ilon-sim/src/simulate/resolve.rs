@@ -52,6 +52,7 @@ pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
 pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved, Error> {
     scenario.validate()?;
     let mut scenario = scenario.clone();
+    scenario.world.floor.fill();
     let kinematics = Kinematics::new(robot)?;
     let contact_kinematics = ContactKinematics::new(robot)?;
 

@@ -18,6 +18,7 @@
 
 mod newton;
 mod one_contact;
+mod stretch;
 #[cfg(test)]
 mod tests;
 
@@ -25,6 +26,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use newton::Newton;
 use one_contact::contact_impulse;
+use stretch::Stretch;
 
 /// What holds between an impulse and the velocity where it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +72,10 @@ pub(crate) struct ImpulseProblem {
     softness: Vec<f64>,
     /// W, row by row.
     delassus: Vec<f64>,
+    /// Of contacts that grip otherwise by direction.
+    stretches: Vec<Stretch>,
+    /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
+    coupled: Vec<(usize, f64)>,
     newton: Newton,
     /// The impulses that broke the laws least so far.
     best: Vec<f64>,
@@ -102,6 +108,8 @@ impl ImpulseProblem {
         self.impulses.clear();
         self.velocities.clear();
         self.softness.clear();
+        self.stretches.clear();
+        self.coupled.clear();
     }
 
     /// Adds a law, with the velocity that there would be without any impulse: normal and two tangents of a contact, the
@@ -140,11 +148,22 @@ impl ImpulseProblem {
                 other[row] = *w;
             }
         }
+        for (at, coupled) in &self.coupled {
+            self.delassus[at * rows + at + 1] += coupled;
+            self.delassus[(at + 1) * rows + at] += coupled;
+        }
+        self.stretch_response();
     }
 
     /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
     /// bearing only the first number counts.
     pub fn warm_start(&mut self, law: usize, asked: Vector3<f64>) {
+        let rubs = self.in_disc(self.laws[law].0, asked.yz());
+        self.bring(law, Vector3::new(asked.x, rubs.x, rubs.y));
+    }
+
+    /// Sets the impulse of a law to the nearest that it allows.
+    fn bring(&mut self, law: usize, asked: Vector3<f64>) {
         let (at, law) = self.laws[law];
         match law {
             Law::Joint {
@@ -192,7 +211,7 @@ impl ImpulseProblem {
             }
             Law::Contact { friction, .. } => {
                 let p = self.contact_impulse(at);
-                p.yz().norm() < friction * p.x * (1.0 - 1e-9)
+                self.in_disc(at, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
             }
         }
     }
@@ -210,6 +229,14 @@ impl ImpulseProblem {
     /// Solves for the impulses, from those that are supposed. Gives back by how much the laws are broken in the end, in
     /// m/s or rad/s.
     pub fn solve(&mut self) -> f64 {
+        let error = self.solve_in_discs();
+        if !self.stretches.is_empty() {
+            self.take_back();
+        }
+        error
+    }
+
+    fn solve_in_discs(&mut self) -> f64 {
         let gives = self.softness.iter().any(|softness| *softness > 0.0);
         let mut error = self.error();
         if error <= TOLERANCE {
@@ -273,7 +300,7 @@ impl ImpulseProblem {
         match law {
             Law::Joint { .. } => {
                 let impulse = self.impulses[at] - share * self.velocities[at] / self.w(at, at);
-                self.warm_start(index, Vector3::new(impulse, 0.0, 0.0));
+                self.bring(index, Vector3::new(impulse, 0.0, 0.0));
             }
             Law::Contact {
                 friction,

@@ -1,6 +1,6 @@
 //! What bodies, the ground and dry bearings did to one another in a step.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::contact::tread::{Press, Shear, Softness};
 
@@ -81,8 +81,10 @@ pub(crate) struct Reaction {
     /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first lies along the
     /// roller of A.
     pub frame: [Vector3<f64>; 3],
-    /// Coulomb friction coefficient of a contact.
+    /// Coulomb friction coefficient of a contact, in the direction in which its friction pulls.
     pub friction: f64,
+    /// The direction of the ground's nap among the tangents, and its friction across it over that along it, where these differ.
+    pub nap: Option<(Vector2<f64>, f64)>,
     /// Impulse on A along `frame`, in N s, and on B the opposite; of a bearing in N m s.
     pub impulse: Vector3<f64>,
     /// Velocity of A against B along `frame` when the step began, in m/s; of a bearing in rad/s.
@@ -104,8 +106,49 @@ pub(crate) struct Reaction {
 pub(crate) struct Gives {
     /// Along the two tangents.
     pub softness: [Softness; 2],
+    /// By how much the velocity along each tangent gives for the impulse along the other, in m/s per N s.
+    pub coupled: f64,
+    /// The direction of the ground's nap among the tangents, where that counts: a tread is sheared along it and across it.
+    pub along: Option<Vector2<f64>>,
     /// The tread between roller and ground; without one it only creeps.
     pub tread: Option<Tread>,
+}
+
+impl Gives {
+    /// What gives along a unit vector among the tangents, and across it, by so much; along the tangents themselves where there is none.
+    pub fn turned(
+        softness: [Softness; 2],
+        along: Option<Vector2<f64>>,
+        tread: Option<Tread>,
+    ) -> Self {
+        let Some(direction) = along else {
+            return Self {
+                softness,
+                coupled: 0.0,
+                along,
+                tread,
+            };
+        };
+        let turn = turned_to(direction);
+        let compliances = Vector2::from(softness.map(|softness| softness.compliance));
+        let biases = Vector2::from(softness.map(|softness| softness.bias_m_s));
+        let compliance = turn.transpose() * Matrix2::from_diagonal(&compliances) * turn;
+        let bias_m_s = turn.transpose() * biases;
+        Self {
+            softness: [0, 1].map(|i| Softness {
+                compliance: compliance[(i, i)],
+                bias_m_s: bias_m_s[i],
+            }),
+            coupled: compliance[(0, 1)],
+            along,
+            tread,
+        }
+    }
+}
+
+/// What turns the tangents of a contact so that the first lies along a unit vector among them.
+pub(crate) fn turned_to(along: Vector2<f64>) -> Matrix2<f64> {
+    Matrix2::new(along.x, along.y, -along.y, along.x)
 }
 
 /// A tread that is pressed on the ground.
@@ -139,22 +182,35 @@ impl Reaction {
     pub fn take(&mut self, impulse: Vector3<f64>, velocity: Vector3<f64>, slides: bool, dt_s: f64) {
         self.impulse = impulse;
         self.velocity_after = velocity;
+        if let Some((along, ratio)) = self.nap
+            && impulse.yz() != Vector2::zeros()
+        {
+            // Where the friction's direction meets the ellipse.
+            let pull = turned_to(along) * impulse.yz().normalize();
+            self.friction /= libm::hypot(pull.x, pull.y / ratio);
+        }
         let Some(gives) = &mut self.gives else {
             return;
         };
         for (i, softness) in gives.softness.iter().enumerate() {
             self.velocity_after[1 + i] -= softness.bias_m_s + softness.compliance * impulse[1 + i];
         }
+        if gives.coupled != 0.0 {
+            self.velocity_after.y -= gives.coupled * impulse.z;
+            self.velocity_after.z -= gives.coupled * impulse.y;
+        }
+        let turn = gives.along.map(turned_to);
         let Some(tread) = &mut gives.tread else {
             return;
         };
         let pushes = impulse.x > 0.0;
         let friction_n = impulse.yz() / dt_s;
         let bend_m = if pushes {
-            let after_m_s = self.velocity_after.yz();
-            tread
-                .shear
-                .bent_m(after_m_s, slides.then_some(friction_n), dt_s)
+            let turned = |of: Vector2<f64>| turn.map_or(of, |turn| turn * of);
+            let after_m_s = turned(self.velocity_after.yz());
+            let friction_n = slides.then_some(turned(friction_n));
+            let bend_m = tread.shear.bent_m(after_m_s, friction_n, dt_s);
+            turn.map_or(bend_m, |turn| turn.transpose() * bend_m)
         } else {
             Vector2::zeros()
         };

@@ -127,12 +127,12 @@ impl TreadLaw {
     }
 
     /// Across the normal, in a step of `dt_s`: from a bend in metres that the surface changes at a rate in m/s, along each of two
-    /// tangents, across which the contact answers to an impulse by so much, in 1/kg; `renewed_1_s` is nu.
+    /// tangents, across which the contact answers to an impulse by so much, in 1/kg; `renewed_1_s` is nu of each.
     pub fn shear(
         &self,
         (bend_m, rate_m_s): (Vector2<f64>, Vector2<f64>),
         per_kg: [f64; 2],
-        renewed_1_s: f64,
+        renewed_1_s: [f64; 2],
         dt_s: f64,
     ) -> Shear {
         Shear::new(&self.shear, (bend_m, rate_m_s), per_kg, renewed_1_s, dt_s)
@@ -157,8 +157,8 @@ pub(crate) struct Shear {
     stiffness_n_m: f64,
     bend_m: Vector2<f64>,
     rate_m_s: Vector2<f64>,
-    /// What renewal leaves of the bend.
-    left: f64,
+    /// What renewal leaves of the bend along each tangent.
+    left: [f64; 2],
     /// How much of the bend's change goes with the velocity after the step, along each tangent; the rest goes with that before it.
     after: [f64; 2],
     pub softness: [Softness; 2],
@@ -169,14 +169,15 @@ impl Shear {
         spring: &Spring,
         (bend_m, rate_m_s): (Vector2<f64>, Vector2<f64>),
         per_kg: [f64; 2],
-        renewed_1_s: f64,
+        renewed_1_s: [f64; 2],
         dt_s: f64,
     ) -> Self {
         let (k, c) = (spring.stiffness_n_m, spring.damping_n_s_m);
-        let left = 1.0 / (1.0 + renewed_1_s * dt_s);
+        let left = renewed_1_s.map(|renewed_1_s| 1.0 / (1.0 + renewed_1_s * dt_s));
         let mut softness = [Softness::default(); 2];
         let mut after = [0.5; 2];
         for i in 0..2 {
+            let left = left[i];
             let blend = Blend::for_spring(spring, per_kg[i], dt_s);
             let d = left * (k * dt_s * blend.b + c * blend.q);
             let d = d.max(LEAST_N_S_M);
@@ -216,7 +217,7 @@ impl Shear {
                 let bent = |i: usize| {
                     let mean_m_s =
                         (1.0 - self.after[i]) * self.rate_m_s[i] + self.after[i] * after_m_s[i];
-                    self.left * (self.bend_m[i] + dt_s * mean_m_s)
+                    self.left[i] * (self.bend_m[i] + dt_s * mean_m_s)
                 };
                 Vector2::new(bent(0), bent(1))
             }
@@ -287,7 +288,7 @@ mod tests {
         let (mass_kg, rate) = (2e-3, 0.1);
         for h in [1e-4, 5e-4, 2.5e-3, 1e-2] {
             let start = (Vector2::zeros(), Vector2::new(rate, 0.0));
-            let shear = LAW.shear(start, [1.0 / mass_kg; 2], 0.0, h);
+            let shear = LAW.shear(start, [1.0 / mass_kg; 2], [0.0; 2], h);
             let softness = shear.softness[0];
             let p = -(rate + softness.bias_m_s) / (1.0 / mass_kg + softness.compliance);
             let after = rate + p / mass_kg;
@@ -309,10 +310,10 @@ mod tests {
         let mut bend = Vector2::zeros();
         let steady = Vector2::new(u, 0.0);
         for _ in 0..2000 {
-            let shear = LAW.shear((bend, steady), [0.5, 500.0], nu, h);
+            let shear = LAW.shear((bend, steady), [0.5, 500.0], [nu; 2], h);
             bend = shear.bent_m(steady, None, h);
         }
-        let shear = LAW.shear((bend, steady), [0.5, 500.0], nu, h);
+        let shear = LAW.shear((bend, steady), [0.5, 500.0], [nu; 2], h);
         let p = -(u + shear.softness[0].bias_m_s) / shear.softness[0].compliance;
         // Steady for 2000 steps of a twelfth each; what remains is rounding.
         assert!((bend.x - 25e-6).abs() < 1e-15, "{}", bend.x);

@@ -99,7 +99,7 @@ impl PhysicsHooks for Grip<'_> {
                 point.local_p2
             };
             let place_m = self.anchor.origin_m + convert::to_f64(rapier_from_ground * on_ground);
-            *contact.friction = self.ground.friction_at(&place_m) as Real;
+            *contact.friction = self.ground.footing_at(&place_m, None).friction as Real;
         }
     }
 }

@@ -5,7 +5,7 @@ use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
-use super::{Ground, Solid};
+use super::{FloorSurface, Footing, Ground, Solid};
 use crate::WorldError;
 use crate::contact::nearest::SolidBox;
 
@@ -27,72 +27,15 @@ pub struct Floor {
     pub relief: Option<Relief>,
     /// What it is made of, where there is no patch.
     pub surface: FloorSurface,
-}
-
-/// What ground is made of, beside its friction. The default is hard ground under Coulomb's law.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FloorSurface {
-    /// Rolling resistance: energy that each metre takes by which a place of contact moves over the ground, per newton of load;
-    /// dimensionless, >= 0. It adds to that of the rollers.
-    pub rolling_resistance: f64,
-    /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
-    /// >= 0. Force against slip is then a line up to the grip.
-    pub creep: f64,
-    /// How friction falls as a roller slides; `None` where it does not.
-    pub sliding: Option<Stribeck>,
-}
-
-/// Friction that falls with the speed v of sliding, from the floor's mu at rest: mu' + (mu - mu') exp(-(v / speed)^2).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stribeck {
-    /// mu', the coefficient at speed, >= 0.
-    pub friction: f64,
-    /// The speed over which it falls, in m/s, > 0.
-    pub speed_m_s: f64,
-}
-
-impl FloorSurface {
-    /// The friction coefficient of a roller that slides at a speed in m/s, from that at rest.
-    pub(crate) fn friction_at_speed(&self, at_rest: f64, sliding_m_s: f64) -> f64 {
-        match &self.sliding {
-            None => at_rest,
-            Some(stribeck) => {
-                let share = libm::exp(-(sliding_m_s / stribeck.speed_m_s).powi(2));
-                stribeck.friction + (at_rest - stribeck.friction) * share
-            }
-        }
-    }
-
-    /// Refuses what makes no sense.
-    fn check(&self) -> Result<(), WorldError> {
-        let mut numbers = vec![
-            ("rolling_resistance", self.rolling_resistance),
-            ("creep", self.creep),
-        ];
-        if let Some(sliding) = &self.sliding {
-            numbers.push(("sliding.friction", sliding.friction));
-            if !(sliding.speed_m_s.is_finite() && sliding.speed_m_s > 0.0) {
-                return Err(WorldError::Setting {
-                    name: "sliding.speed_m_s",
-                    value: sliding.speed_m_s,
-                    range: "finite and above 0",
-                });
-            }
-        }
-        let bad = |(_, value): &(&str, f64)| !(value.is_finite() && *value >= 0.0);
-        match numbers.into_iter().find(bad) {
-            None => Ok(()),
-            Some((name, value)) => Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and not below 0",
-            }),
-        }
-    }
+    /// Materials of rollers ([`ilon_robot::Wheel::material`]) for which `footings`, here and on each patch, say what the ground is to
+    /// them; `friction` and `surface` stand for all else.
+    pub materials: Vec<String>,
+    /// What the ground is to rollers of each of `materials`, where there is no patch.
+    pub footings: Vec<Footing>,
 }
 
 /// A rectangle of ground, along the world's axes, with a friction of its own.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     /// Its middle in the world, in metres.
     pub center_m: Vector2<f64>,
@@ -102,6 +45,8 @@ pub struct Patch {
     pub friction: f64,
     /// What it is made of.
     pub surface: FloorSurface,
+    /// What it is to rollers of each of the floor's [`Floor::materials`].
+    pub footings: Vec<Footing>,
 }
 
 /// A box in the world.
@@ -133,6 +78,8 @@ impl Default for Floor {
             boxes: Vec::new(),
             relief: None,
             surface: FloorSurface::default(),
+            materials: Vec::new(),
+            footings: Vec::new(),
         }
     }
 }
@@ -171,17 +118,15 @@ impl Floor {
     /// Refuses floors that make no sense.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let setting = |name, value, range| Err(WorldError::Setting { name, value, range });
-        let frictions = self.patches.iter().map(|p| p.friction);
-        if let Some(bad) = std::iter::once(self.friction)
-            .chain(frictions)
-            .find(|f| !(f.is_finite() && *f >= 0.0))
-        {
-            return setting("friction", bad, "finite and not below 0");
+        for footing in self.all_footings() {
+            footing.check()?;
         }
-        let patches = self.patches.iter().map(|patch| &patch.surface);
-        patches
-            .chain([&self.surface])
-            .try_for_each(FloorSurface::check)?;
+        let of_patches = self.patches.iter().map(|patch| patch.footings.len());
+        let mut counts = of_patches.chain([self.footings.len()]);
+        if let Some(count) = counts.find(|count| *count != self.materials.len()) {
+            let range = "one of each of the floor's materials";
+            return setting("footings", count as f64, range);
+        }
         let upright = std::f64::consts::FRAC_PI_2;
         if !(-upright..=upright).contains(&self.slope_rad) {
             return setting("slope_rad", self.slope_rad, "between -pi/2 and pi/2");
@@ -213,6 +158,17 @@ impl Floor {
         Ok(())
     }
 
+    /// What it is to all rollers, everywhere.
+    pub(crate) fn all_footings(&self) -> impl Iterator<Item = Footing> {
+        let plain = |friction, surface| Footing { friction, surface };
+        let floor = std::iter::once(plain(self.friction, self.surface));
+        let patches = self.patches.iter().flat_map(move |patch| {
+            let own = std::iter::once(plain(patch.friction, patch.surface));
+            own.chain(patch.footings.iter().copied())
+        });
+        floor.chain(self.footings.iter().copied()).chain(patches)
+    }
+
     /// The ground that a world has of it.
     pub(crate) fn ground(&self) -> Ground {
         let solids = self.solids().into_iter();
@@ -229,8 +185,13 @@ impl Floor {
                 })
                 .collect(),
             has_plane: self.relief.is_none(),
-            friction: self.friction,
-            surface: self.surface,
+            built: Footing {
+                friction: self.friction,
+                surface: self.surface,
+            },
+            set_friction: None,
+            materials: self.materials.clone(),
+            footings: self.footings.clone(),
             patches: self.patches.clone(),
             down: self.down(),
         }

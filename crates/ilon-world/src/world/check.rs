@@ -142,9 +142,14 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             "take barrels",
         );
     }
-    let patches = floor.patches.iter().map(|patch| patch.surface);
-    let mut surfaces = patches.chain([floor.surface]);
-    if surfaces.any(|surface| surface != FloorSurface::default()) {
+    if !floor.materials.is_empty() {
+        return refused(
+            "a floor that is something else to rollers of another material".to_owned(),
+            "say its friction instead",
+        );
+    }
+    let mut footings = floor.all_footings();
+    if footings.any(|footing| footing.surface != FloorSurface::default()) {
         return refused(
             "a floor that drags, creeps, or whose friction falls".to_owned(),
             "leave the floor hard",

@@ -138,9 +138,9 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Changes how slippery the ground is from now on: everywhere, and in places, later ones over earlier ones. A
-    /// coefficient below 0 counts as 0.
-    pub fn set_friction(&mut self, friction: f64, patches: &[Patch]) {
+    /// Changes how slippery the ground is from now on: everywhere, to rollers of all materials, or with `None` as it was built; and in
+    /// places, later ones over earlier ones, with footings for all of the floor's materials. A coefficient below 0 counts as 0.
+    pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.ground.set_friction(friction, patches);
     }
 

@@ -271,6 +271,7 @@ impl Touch {
             at_m: self.at_m,
             frame: *axes,
             friction: self.friction,
+            nap: None,
             impulse,
             velocity_before: before,
             velocity_after: after,

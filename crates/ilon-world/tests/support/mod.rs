@@ -61,6 +61,7 @@ pub fn wheel(position_m: Vector3<f64>, axis_yaw_rad: f64, gamma_rad: f64, count:
         joint: Joint::default(),
         drive: DriveTrain::default(),
         surface: RollerSurface::default(),
+        material: None,
         made: RollersAsMade::default(),
     }
 }

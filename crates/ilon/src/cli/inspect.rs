@@ -180,6 +180,19 @@ fn as_modelled(robot: &Inspection) -> Table {
     table
 }
 
+/// What the rollers of wheels are made of.
+fn materials(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading(
+        "materials of the rollers, which `[materials]` of a scenario pairs with those of the floor",
+    );
+    for wheel in &robot.wheels {
+        let material = wheel.material.as_deref().unwrap_or("-");
+        table.words(&wheel.name, &[material.to_owned()]);
+    }
+    table
+}
+
 /// What rollers that give or drag touch the ground with.
 fn surfaces(robot: &Inspection) -> Table {
     let mut table = Table::new();
@@ -309,6 +322,9 @@ fn text(robot: &Inspection) -> String {
     }
     text.push_str(&format!("\n{table}"));
 
+    if robot.wheels.iter().any(|wheel| wheel.material.is_some()) {
+        text.push_str(&format!("\n{}", materials(robot)));
+    }
     if robot.wheels.iter().any(|wheel| wheel.surface.is_some()) {
         text.push_str(&format!("\n{}", surfaces(robot)));
     }

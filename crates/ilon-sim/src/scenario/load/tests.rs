@@ -29,7 +29,7 @@ fn told(text: &str, settings: &[&str]) -> (String, String, usize) {
 #[test]
 fn what_is_left_out_takes_its_documented_default() {
     let scenario = parse(CIRCLE, "test.toml", &[]).unwrap();
-    assert_eq!(scenario.world.floor.friction, 0.6);
+    assert_eq!(scenario.world.floor.friction, Some(0.6));
     assert_eq!(scenario.run.physics_dt_s, Step::default());
 }
 
@@ -50,7 +50,7 @@ fn a_setting_changes_any_key_and_needs_no_quotes() {
     ]
     .map(|s| s.parse().unwrap());
     let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
-    assert_eq!(scenario.world.floor.friction, 0.2);
+    assert_eq!(scenario.world.floor.friction, Some(0.2));
     assert_eq!(
         scenario.robot.roller_bodies,
         super::super::RollerBodies::Near

@@ -132,7 +132,7 @@ impl ImpulseProblem {
                 Law::Joint { .. } => Vector3::new(there(0), 0.0, 0.0),
                 Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
             };
-            self.warm_start(law, asked);
+            self.bring(law, asked);
         }
         true
     }

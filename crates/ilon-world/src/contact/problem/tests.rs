@@ -335,3 +335,126 @@ fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
         assert!(let_down < 1e-4, "{let_down:e}");
     }
 }
+
+/// Ground with a nap: (direction among the tangents, friction across over along).
+fn over_a_nap(
+    laws: &[Law],
+    free: &[f64],
+    response: &[f64],
+    (along, ratio): (Vector2<f64>, f64),
+) -> ImpulseProblem {
+    let mut problem = ImpulseProblem::default();
+    let mut rest = free;
+    for law in laws {
+        let (own, others) = rest.split_at(law.rows());
+        problem.push(*law, own);
+        if matches!(law, Law::Contact { .. }) {
+            problem.stretch(along, ratio);
+        }
+        rest = others;
+    }
+    problem.set_delassus(|row, w| w.copy_from_slice(&response[row * free.len()..][..w.len()]));
+    problem
+}
+
+/// A block of 2 kg that falls by 0.4 m/s and slides by 1 m/s grips mu along the nap and r mu across it. At an angle its friction lies on the
+/// ellipse, and what is left of the sliding along the ellipse's normal: u = -k (p_a / mu^2, p_c / (r mu)^2).
+#[test]
+fn friction_over_a_nap_lies_on_its_ellipse_and_takes_the_most_it_can() {
+    let (mass_kg, fall, mu, ratio) = (2.0, 0.4, 0.3, 0.5);
+    let response: Vec<f64> = (0..9)
+        .map(|i| if i % 4 == 0 { 1.0 / mass_kg } else { 0.0 })
+        .collect();
+    let (y, x) = 0.4_f64.sin_cos();
+    let (along, across) = (Vector2::new(x, y), Vector2::new(-y, x));
+    let mut draw = Draw(11);
+    for _ in 0..200 {
+        let slide = Vector2::new(draw.next(), draw.next()).normalize();
+        let free = [-fall, slide.x, slide.y];
+        let mut block = over_a_nap(&[contact(mu)], &free, &response, (along, ratio));
+        assert!(block.solve() <= TOLERANCE);
+        let (p, u) = (block.contact_impulse(0), block.contact_velocity(0).yz());
+        let rubs = Vector2::new(p.yz().dot(&along), p.yz().dot(&across));
+        let left = Vector2::new(u.dot(&along), u.dot(&across));
+        assert!((p.x - mass_kg * fall).abs() < 1e-7);
+        let size = (rubs.x / mu).hypot(rubs.y / (ratio * mu)) / p.x;
+        // 2 kg at 1 m/s have 2 N s, and friction takes 0.24 at most: it slides. Solved to 1e-8 m/s.
+        assert!((size - 1.0).abs() < 1e-6, "{size}");
+        let normal = -Vector2::new(rubs.x, rubs.y / (ratio * ratio)).normalize();
+        assert!(left.perp(&normal).abs() < 1e-6 && left.dot(&normal) > 0.0);
+        // No other impulse of the ellipse takes more.
+        for step in 0..24 {
+            let (s, c) = (f64::from(step) * 0.27).sin_cos();
+            let other = (c * along + ratio * s * across) * mu * p.x;
+            assert!(p.yz().dot(&u) <= other.dot(&u) + 1e-9);
+        }
+        // What was solved for is what was asked: u = u_free + W p.
+        assert!((u - slide - p.yz() / mass_kg).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn random_problems_over_a_nap_never_gain_power() {
+    let mut draw = Draw(3);
+    let mut unsolved = 0;
+    for _ in 0..500 {
+        let (mu, ratio) = (draw.next().abs(), 2.0_f64.powf(2.0 * draw.next()));
+        let (y, x) = (3.0 * draw.next()).sin_cos();
+        let nap = (Vector2::new(x, y), ratio);
+        let free: Vec<f64> = (0..12).map(|_| draw.next()).collect();
+        let response = draw.response(12, 9, 1e-3);
+        let mut random = over_a_nap(&[contact(mu); 4], &free, &response, nap);
+        let error = random.solve();
+        unsolved += usize::from(error > TOLERANCE);
+        for row in 0..12 {
+            let of_impulses: f64 = (0..12)
+                .map(|k| response[row * 12 + k] * random.impulses[k])
+                .sum();
+            let apart = random.velocities[row] - free[row] - of_impulses;
+            // As without a nap; S and its inverse, of sizes up to 4, round once more.
+            assert!(apart.abs() < 1e-9, "{apart:e}");
+        }
+        for at in [0, 3, 6, 9] {
+            let (p, u) = (random.contact_impulse(at), random.contact_velocity(at));
+            let disc = random.in_disc(at, p.yz());
+            assert!(disc.norm() <= mu * p.x * (1.0 + 1e-9));
+            // What is left of a contact that holds is the error, which S scales by up to 4.
+            assert!(p.yz().dot(&u.yz()) <= 8.0 * error * p.yz().norm() + 1e-12);
+        }
+    }
+    // As without a nap.
+    assert!(unsolved <= 25, "{unsolved} of 500");
+}
+
+/// Tangents that are turned by an angle, and a nap that is turned back by it, are the same contact.
+#[test]
+fn a_nap_turned_against_the_tangents_is_the_same() {
+    let mut draw = Draw(4);
+    let response = draw.response(3, 3, 0.1);
+    let free = [-0.5, 0.8, 0.3];
+    let turn = |angle: f64, of: Vector2<f64>| {
+        let (s, c) = angle.sin_cos();
+        Vector2::new(c * of.x - s * of.y, s * of.x + c * of.y)
+    };
+    let found = |angle: f64| {
+        let w = nalgebra::Matrix3::from_row_slice(&response);
+        let (s, c) = angle.sin_cos();
+        let r = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+        let (turned, u) = (r * w * r.transpose(), r * Vector3::from(free));
+        let nap = (turn(angle, Vector2::new(0.8, 0.6)), 0.4);
+        let mut problem = over_a_nap(
+            &[contact(0.3)],
+            u.as_slice(),
+            turned.transpose().as_slice(),
+            nap,
+        );
+        assert!(problem.solve() <= TOLERANCE);
+        let p = problem.contact_impulse(0);
+        (p.x, turn(-angle, p.yz()))
+    };
+    let (normal, rubs) = found(0.0);
+    for angle in [0.3, 1.2, 2.5] {
+        let (other_normal, other) = found(angle);
+        assert!((other_normal - normal).abs() < 1e-7 && (other - rubs).norm() < 1e-7);
+    }
+}

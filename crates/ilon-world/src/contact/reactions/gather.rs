@@ -1,15 +1,16 @@
 //! Which laws hold in a step: contacts of bodies with the ground and with one another, dry bearings, motors at their rate limits.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::Reactions;
 use super::give::stays_open;
+use crate::contact::candidates::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
-use crate::contact::reaction::{Member, Part, Partner, Reaction};
+use crate::contact::reaction::{Member, Part, Partner, Reaction, turned_to};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
-use crate::ground::FloorSurface;
+use crate::ground::{FloorSurface, Nap};
 
 /// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
 /// change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts.
@@ -24,6 +25,23 @@ fn own_resistance(scene: &Scene<'_>, part: Part) -> f64 {
         Part::Roller(wheel, _) => scene.assembly.wheels[wheel].surface.rolling_resistance,
         _ => 0.0,
     }
+}
+
+/// What the roller of a part is made of.
+fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
+    match part {
+        Part::Roller(wheel, _) => scene.robot.wheels[wheel].material.as_deref(),
+        _ => None,
+    }
+}
+
+/// The direction of a nap among the tangents of a contact; `None` where the ground there stands upright along it.
+fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
+    /// Ground that is steeper than this, as the cosine of an angle, has no nap.
+    const LEAST: f64 = 1e-3;
+    let (y, x) = libm::sincos(nap.angle_rad);
+    let lies = along_frame(frame, &Vector3::new(x, y, 0.0)).yz();
+    lies.try_normalize(LEAST)
 }
 
 impl Reactions {
@@ -117,12 +135,14 @@ impl Reactions {
                 }
             };
             // Bodies grip one another as they grip the floor beneath, and are hard.
+            let material = material_of(scene, place.a.part);
+            let footing = scene.ground.footing_at(&place.place_m, material);
             let ground = match place.b {
-                Partner::Ground => scene.ground.surface_at(&place.place_m),
+                Partner::Ground => footing.surface,
                 _ => FloorSurface::default(),
             };
-            let at_rest = scene.ground.friction_at(&place.place_m);
-            let friction = ground.friction_at_speed(at_rest, contact.before.yz().norm());
+            let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
+            let friction = ground.friction_at_speed(footing.friction, contact.before.yz().norm());
             let law = Law::Contact {
                 friction,
                 approach_m_s,
@@ -140,28 +160,43 @@ impl Reactions {
                 at_m: place.place_m,
                 frame: contact.frame,
                 friction,
+                nap: along.and_then(|along| {
+                    let ratio = ground.nap?.friction_ratio;
+                    (ratio != 1.0).then_some((along, ratio))
+                }),
                 impulse: Vector3::zeros(),
                 velocity_before: contact.before,
                 velocity_after: Vector3::zeros(),
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
                 rolling_radius_m: rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
-                gives: self.gives(scene, (place, contact), (press, load_n), &ground),
+                gives: self.gives(scene, (place, contact), (press, load_n), (&ground, along)),
             };
             let mut free = contact.free;
             if let Some(gives) = &reaction.gives {
                 free.y += gives.softness[0].bias_m_s;
                 free.z += gives.softness[1].bias_m_s;
             }
-            let softened = reaction
-                .gives
-                .map(|gives| gives.softness.map(|s| s.compliance));
+            let (gives, nap) = (reaction.gives, reaction.nap);
             self.push(law, reaction, &rows, free.as_slice());
-            if let Some(tangents) = softened {
-                self.problem.soften(tangents);
+            if let Some(gives) = gives {
+                self.problem.soften(gives.softness.map(|s| s.compliance));
+                if gives.coupled != 0.0 {
+                    self.problem.couple(gives.coupled);
+                }
+            }
+            if let Some((along, ratio)) = nap {
+                self.problem.stretch(along, ratio);
             }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
-            let resistance = ground.rolling_resistance + own_resistance(scene, place.a.part);
+            let of_ground = match along {
+                None => ground.rolling_resistance,
+                Some(along) => {
+                    let way = along_frame(&contact.frame, &place.travel_m_s).yz();
+                    ground.resistance_towards(turned_to(along) * way)
+                }
+            };
+            let resistance = of_ground + own_resistance(scene, place.a.part);
             if resistance > 0.0 {
                 let axle = rows[2].a.axle.map(|(index, _)| index);
                 self.resist_rolling(scene, (place, axle), resistance * load_n);
@@ -268,6 +303,7 @@ impl Reactions {
             at_m: Vector3::zeros(),
             frame: [Vector3::zeros(); 3],
             friction: 0.0,
+            nap: None,
             impulse: Vector3::zeros(),
             velocity_before: Vector3::new(before - from_rad_s, 0.0, 0.0),
             velocity_after: Vector3::zeros(),

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Reactions;
 use crate::contact::candidates::Candidate;
 use crate::contact::potential::PotentialContact;
-use crate::contact::reaction::{Gives, Part, Tread};
+use crate::contact::reaction::{Gives, Part, Tread, turned_to};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
@@ -66,29 +66,28 @@ impl Reactions {
         )
     }
 
-    /// How a contact gives across its normal: by its tread, and by what the ground creeps.
+    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along` is the direction of the ground's nap
+    /// among the tangents.
     pub(super) fn gives(
         &self,
         scene: &Scene<'_>,
         (place, contact): (&Candidate, &PotentialContact),
         (press, load_n): (Option<Press>, f64),
-        ground: &FloorSurface,
+        (ground, along): (&FloorSurface, Option<Vector2<f64>>),
     ) -> Option<Gives> {
         let part = place.a.part;
         let travel_m_s = place.travel_m_s.norm();
         let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
-        // Slip per way, for each newton of pull.
-        let creep_1_n = ground.creep / load_n;
+        // Slip per way, for each newton of pull, along the nap and across it.
+        let creep_1_n = ground.creeps().map(|creep| creep / load_n);
+        let along = along.filter(|_| creep_1_n[0] != creep_1_n[1]);
         let Some((tread, press)) = tread_of(scene, part).zip(press) else {
-            let creeps = matches!(part, Part::Roller(..)) && ground.creep > 0.0;
-            let softness = Softness {
+            let creeps = matches!(part, Part::Roller(..)) && creep_1_n.iter().any(|c| *c > 0.0);
+            let softness = creep_1_n.map(|creep_1_n| Softness {
                 compliance: creep_1_n * travel_m_s / scene.dt_s,
                 bias_m_s: 0.0,
-            };
-            return creeps.then_some(Gives {
-                softness: [softness; 2],
-                tread: None,
             });
+            return creeps.then(|| Gives::turned(softness, along, None));
         };
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
@@ -110,24 +109,30 @@ impl Reactions {
             (Some((_, share)), Some(axle)) => share * share * axle.response.unwrap_or(0.0),
             _ => 0.0,
         };
-        let per_kg = [1, 2].map(|k| 1.0 / tread.load_kg + of_axle(&contact.rows[k]));
-        let renewed_1_s = travel_m_s * (tread.renewal_1_m + creep_1_n * tread.shear.stiffness_n_m);
-        let shear = tread.shear(
-            (bend_m, contact.before.yz()),
-            per_kg,
-            renewed_1_s,
-            scene.dt_s,
-        );
-        Some(Gives {
-            softness: shear.softness,
-            tread: Some(Tread {
-                press,
-                shear,
-                bend_m: Vector3::zeros(),
-                stored_before_j: before.map_or([0.0; 2], |tread| tread.stored_j),
-                stored_j: [0.0; 2],
-            }),
-        })
+        let mut per_kg = [1, 2].map(|k| 1.0 / tread.load_kg + of_axle(&contact.rows[k]));
+        let renewed_1_s = creep_1_n.map(|creep_1_n| {
+            travel_m_s * (tread.renewal_1_m + creep_1_n * tread.shear.stiffness_n_m)
+        });
+        let (mut bend_m, mut rate_m_s) = (bend_m, contact.before.yz());
+        if let Some(along) = along {
+            let turn = turned_to(along);
+            (bend_m, rate_m_s) = (turn * bend_m, turn * rate_m_s);
+            let shares = along.component_mul(&along);
+            let [first, second] = per_kg;
+            per_kg = [
+                shares.x * first + shares.y * second,
+                shares.y * first + shares.x * second,
+            ];
+        }
+        let shear = tread.shear((bend_m, rate_m_s), per_kg, renewed_1_s, scene.dt_s);
+        let tread = Tread {
+            press,
+            shear,
+            bend_m: Vector3::zeros(),
+            stored_before_j: before.map_or([0.0; 2], |tread| tread.stored_j),
+            stored_j: [0.0; 2],
+        };
+        Some(Gives::turned(shear.softness, along, Some(tread)))
     }
 
     /// Lets rolling over the ground cost something: a moment on the roller, along the ground and against its turning, that takes

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use ilon_identify::Identified;
-use ilon_identify::outcome::{JudgedBy, Simulation, Value};
+use ilon_identify::outcome::{JudgedBy, Misses, Simulation, Value};
 use ilon_identify::plan::Plan;
 use ilon_report::sweep::figure as number;
 
@@ -114,17 +114,25 @@ fn tables(found: &Identified) -> Table {
         table.words(&name, &words);
     }
     if let Some(simulation) = &found.simulation {
-        table.heading("simulated: rms of measured less simulated over asked");
-        let known =
-            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
-        table.words(
-            "of drives that were fitted",
-            &[known(simulation.ratio_rms_fit)],
+        table.heading(
+            "simulated, rms of measured less simulated: way over asked, drift in mrad/m, torque in mN m",
         );
-        table.words(
-            "of drives that were not",
-            &[known(simulation.ratio_rms_held_out)],
-        );
+        let words = |misses: &Misses| {
+            let milli = |value: Option<f64>| value.map_or("-".to_owned(), |v| number(1e3 * v));
+            let ratio = misses.ratio.map_or("-".to_owned(), |v| format!("{v:.4}"));
+            [
+                ratio,
+                milli(misses.drift_rad_per_m),
+                milli(misses.torque_n_m),
+            ]
+        };
+        table.words("of drives that were fitted", &words(&simulation.fit));
+        table.words("of drives that were not", &words(&simulation.held_out));
+        for beside in &simulation.beside {
+            let name = |which: &str| format!("{}, {which}", beside.name);
+            table.words(&name("fitted"), &words(&beside.fit));
+            table.words(&name("not fitted"), &words(&beside.held_out));
+        }
     }
     if let Some(simulation) = &found.simulation {
         simulated(&mut table, simulation);

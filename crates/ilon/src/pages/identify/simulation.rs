@@ -1,6 +1,6 @@
 //! What simulating found, on the page of an identification.
 
-use ilon_identify::outcome::{Drive, DriveRipple, Simulation};
+use ilon_identify::outcome::{Drive, DriveRipple, DriveTorque, Misses, Simulation};
 use ilon_report::figure::{Figure, Layout, Span, axis, dots, plot};
 use ilon_report::page::{Section, card, escape};
 use ilon_report::sweep::figure as number;
@@ -16,11 +16,15 @@ pub(super) fn section(simulation: &Simulation) -> Section {
             "Each steady drive of the logs, driven by the simulated robot at the same wheel rates."
                 .to_owned(),
         body: format!(
-            "{}<div class=\"grid\">\n{}</div>\n{}{}{}",
+            "{}<div class=\"grid\">\n{}{}{}</div>\n{}{}{}{}{}",
             story(simulation),
             card(&left(&simulation.drives)),
+            card(&drift(simulation)),
+            pull(simulation).map_or(String::new(), |figure| card(&figure)),
+            misses(simulation),
             series(simulation),
             ripple(simulation),
+            torques(simulation),
             drives(simulation)
         ),
     }
@@ -33,8 +37,8 @@ fn story(simulation: &Simulation) -> String {
     lines.push(format!(
         "Measured less simulated way over the way asked for is {} (root mean square) over the drives that were fitted, and {} over those that \
          were kept back.",
-        rms(simulation.ratio_rms_fit),
-        rms(simulation.ratio_rms_held_out)
+        rms(simulation.fit.ratio),
+        rms(simulation.held_out.ratio)
     ));
     for [a, b] in &simulation.alike {
         lines.push(format!(
@@ -100,6 +104,135 @@ fn left(drives: &[Drive]) -> Figure {
             ),
         ),
     }
+}
+
+/// The heading's drift in each drive, measured and simulated.
+fn drift(simulation: &Simulation) -> Figure {
+    let of = |value: fn(&Drive) -> f64| {
+        let drives = simulation.drives.iter();
+        drives.map(move |drive| (drive.direction_deg, value(drive)))
+    };
+    let curves = vec![
+        dots(
+            "simulated",
+            of(|d| d.simulated_drift_rad_per_m),
+            "@guidance",
+            8,
+        ),
+        dots("measured", of(|d| d.measured_drift_rad_per_m), "@slip", 8),
+    ];
+    Figure {
+        id: "simulated-drift".to_owned(),
+        title: "Drift of the heading".to_owned(),
+        caption: "By how much the robot turns beyond what its wheels ask for, over the way that they ask for.".to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(
+                axis("direction of motion in degrees"),
+                axis("rad/m").least_span(0.05),
+            ),
+        ),
+    }
+}
+
+/// The torques of the wheels in each drive, measured and simulated; `None` where the log has no currents.
+fn pull(simulation: &Simulation) -> Option<Figure> {
+    let of = |value: fn(&DriveTorque) -> f64| {
+        let drives = simulation.drives.iter();
+        drives.flat_map(move |drive| {
+            let torques = drive.torques.iter();
+            torques.map(move |torque| (drive.direction_deg, value(torque).abs()))
+        })
+    };
+    if simulation
+        .drives
+        .iter()
+        .all(|drive| drive.torques.is_empty())
+    {
+        return None;
+    }
+    let curves = vec![
+        dots("simulated", of(|t| t.simulated_n_m), "@guidance", 8),
+        dots("measured", of(|t| t.measured_n_m), "@slip", 8),
+    ];
+    Some(Figure {
+        id: "simulated-torques".to_owned(),
+        title: "Torques of the wheels".to_owned(),
+        caption: "Of the wheels that turn, by the currents of their motors; sizes.".to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(
+                axis("direction of motion in degrees"),
+                axis("N m").least_span(0.05),
+            ),
+        ),
+    })
+}
+
+/// What is left, of the fitted keys and of others beside them.
+fn misses(simulation: &Simulation) -> String {
+    let row = |name: &str, which: bool, misses: &Misses| {
+        let known = |value: Option<f64>| value.map_or("-".to_owned(), fine);
+        vec![
+            name.to_owned(),
+            whether(which),
+            known(misses.ratio),
+            known(misses.drift_rad_per_m),
+            known(misses.torque_n_m),
+        ]
+    };
+    let mut rows = vec![
+        row("with the values found", false, &simulation.fit),
+        row("with the values found", true, &simulation.held_out),
+    ];
+    for beside in &simulation.beside {
+        rows.push(row(&beside.name, false, &beside.fit));
+        rows.push(row(&beside.name, true, &beside.held_out));
+    }
+    table(
+        "Measured less simulated, root mean square over drives",
+        &["model", "", "way over asked", "drift, rad/m", "torque, N m"],
+        &rows,
+    )
+}
+
+fn torques(simulation: &Simulation) -> String {
+    let rows: Vec<Vec<String>> = simulation
+        .drives
+        .iter()
+        .flat_map(|drive| {
+            drive.torques.iter().map(|torque| {
+                vec![
+                    drive.file.clone(),
+                    whether(drive.held_out),
+                    format!("{:.0}", drive.direction_deg),
+                    torque.wheel.clone(),
+                    fine(torque.measured_n_m),
+                    fine(torque.measured_error_n_m),
+                    fine(torque.simulated_n_m),
+                ]
+            })
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head = [
+        "log",
+        "",
+        "degrees",
+        "wheel",
+        "measured",
+        "standard error",
+        "simulated",
+    ];
+    table("Torques of the wheels that turn, in N m", &head, &rows)
 }
 
 fn series(simulation: &Simulation) -> String {
@@ -180,6 +313,15 @@ fn drives(simulation: &Simulation) -> String {
             ("simulated", &|drive| fine(drive.simulated)),
             ("measured across", &|drive| fine(drive.measured_across)),
             ("simulated across", &|drive| fine(drive.simulated_across)),
+            ("measured drift, rad/m", &|drive| {
+                fine(drive.measured_drift_rad_per_m)
+            }),
+            ("standard error", &|drive| {
+                fine(drive.measured_drift_error_rad_per_m)
+            }),
+            ("simulated drift", &|drive| {
+                fine(drive.simulated_drift_rad_per_m)
+            }),
         ],
         &simulation.drives,
     )

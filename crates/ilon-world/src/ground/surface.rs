@@ -1,0 +1,208 @@
+//! What ground is made of: how it drags, creeps and grips, in which direction.
+
+use nalgebra::Vector2;
+
+use crate::WorldError;
+
+/// What ground is to a roller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footing {
+    /// Coulomb friction coefficient, >= 0; along its nap, where it has one.
+    pub friction: f64,
+    /// What else it does.
+    pub surface: FloorSurface,
+}
+
+impl Footing {
+    /// Refuses what makes no sense.
+    pub(super) fn check(&self) -> Result<(), WorldError> {
+        if !(self.friction.is_finite() && self.friction >= 0.0) {
+            return Err(WorldError::Setting {
+                name: "friction",
+                value: self.friction,
+                range: "finite and not below 0",
+            });
+        }
+        self.surface.check()
+    }
+}
+
+/// What ground is made of, beside its friction. The default is hard ground under Coulomb's law.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FloorSurface {
+    /// Rolling resistance: energy that each metre takes by which a place of contact moves over the ground, per newton of load;
+    /// dimensionless, >= 0. It adds to that of the rollers.
+    pub rolling_resistance: f64,
+    /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
+    /// >= 0. Force against slip is then a line up to the grip.
+    pub creep: f64,
+    /// How friction falls as a roller slides; `None` where it does not.
+    pub sliding: Option<Stribeck>,
+    /// How it differs by direction; `None` where it is the same in all.
+    pub nap: Option<Nap>,
+}
+
+/// A nap or a weave: ground that grips, drags and creeps otherwise across a direction of it than along it, and drags otherwise against it.
+/// What stands beside it in [`FloorSurface`], and its friction, are those along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nap {
+    /// The way in which it lies, as an angle from the floor's x axis, counter-clockwise, in radians.
+    pub angle_rad: f64,
+    /// Friction across it over that along it, > 0.
+    pub friction_ratio: f64,
+    /// Creep across it, >= 0.
+    pub creep_across: f64,
+    /// Rolling resistance across it, >= 0.
+    pub resistance_across: f64,
+    /// Rolling resistance against it, >= 0.
+    pub resistance_against: f64,
+}
+
+/// Friction that falls with the speed v of sliding, from the floor's mu at rest: mu' + (mu - mu') exp(-(v / speed)^2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stribeck {
+    /// mu', the coefficient at speed, >= 0.
+    pub friction: f64,
+    /// The speed over which it falls, in m/s, > 0.
+    pub speed_m_s: f64,
+}
+
+impl FloorSurface {
+    /// The friction coefficient of a roller that slides at a speed in m/s, from that at rest.
+    pub(crate) fn friction_at_speed(&self, at_rest: f64, sliding_m_s: f64) -> f64 {
+        match &self.sliding {
+            None => at_rest,
+            Some(stribeck) => {
+                let share = libm::exp(-(sliding_m_s / stribeck.speed_m_s).powi(2));
+                stribeck.friction + (at_rest - stribeck.friction) * share
+            }
+        }
+    }
+
+    /// Creep along its nap and across it; of one without, the same twice.
+    pub(crate) fn creeps(&self) -> [f64; 2] {
+        let across = self.nap.map_or(self.creep, |nap| nap.creep_across);
+        [self.creep, across]
+    }
+
+    /// The rolling resistance of a place of contact that moves along a direction, given along the nap and across it: the c for which
+    /// c |V| = sqrt(c_along^2 V_along^2 + c_across^2 V_across^2), with what holds against the nap in the place of c_along where V goes
+    /// against it. Where it rests the most of all.
+    pub(crate) fn resistance_towards(&self, way: Vector2<f64>) -> f64 {
+        let differs = |nap: &&Nap| {
+            [nap.resistance_across, nap.resistance_against] != [self.rolling_resistance; 2]
+        };
+        let Some(nap) = self.nap.as_ref().filter(differs) else {
+            return self.rolling_resistance;
+        };
+        let size = way.norm();
+        if size <= f64::MIN_POSITIVE {
+            let most = self.rolling_resistance.max(nap.resistance_across);
+            return most.max(nap.resistance_against);
+        }
+        let along = if way.x >= 0.0 {
+            self.rolling_resistance
+        } else {
+            nap.resistance_against
+        };
+        libm::hypot(along * way.x, nap.resistance_across * way.y) / size
+    }
+
+    /// Refuses what makes no sense.
+    fn check(&self) -> Result<(), WorldError> {
+        let mut numbers = vec![
+            ("rolling_resistance", self.rolling_resistance),
+            ("creep", self.creep),
+        ];
+        if let Some(sliding) = &self.sliding {
+            numbers.push(("sliding.friction", sliding.friction));
+            if !(sliding.speed_m_s.is_finite() && sliding.speed_m_s > 0.0) {
+                return Err(WorldError::Setting {
+                    name: "sliding.speed_m_s",
+                    value: sliding.speed_m_s,
+                    range: "finite and above 0",
+                });
+            }
+        }
+        if let Some(nap) = &self.nap {
+            numbers.push(("nap.creep_across", nap.creep_across));
+            numbers.push(("nap.resistance_across", nap.resistance_across));
+            numbers.push(("nap.resistance_against", nap.resistance_against));
+            if !nap.angle_rad.is_finite() {
+                return Err(WorldError::Setting {
+                    name: "nap.angle_rad",
+                    value: nap.angle_rad,
+                    range: "finite",
+                });
+            }
+            if !(nap.friction_ratio.is_finite() && nap.friction_ratio > 0.0) {
+                return Err(WorldError::Setting {
+                    name: "nap.friction_ratio",
+                    value: nap.friction_ratio,
+                    range: "finite and above 0",
+                });
+            }
+        }
+        let bad = |(_, value): &(&str, f64)| !(value.is_finite() && *value >= 0.0);
+        match numbers.into_iter().find(bad) {
+            None => Ok(()),
+            Some((name, value)) => Err(WorldError::Setting {
+                name,
+                value,
+                range: "finite and not below 0",
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CARPET: FloorSurface = FloorSurface {
+        rolling_resistance: 0.1,
+        creep: 0.3,
+        sliding: None,
+        nap: Some(Nap {
+            angle_rad: 0.0,
+            friction_ratio: 0.8,
+            creep_across: 0.5,
+            resistance_across: 0.2,
+            resistance_against: 0.15,
+        }),
+    };
+
+    /// c |V|, the power of rolling over the load.
+    fn power(way: Vector2<f64>) -> f64 {
+        CARPET.resistance_towards(way) * way.norm()
+    }
+
+    #[test]
+    fn along_across_and_against_a_nap_it_drags_as_stated() {
+        let towards = |x, y| CARPET.resistance_towards(Vector2::new(x, y));
+        assert!((towards(0.3, 0.0) - 0.1).abs() < 1e-15);
+        assert!((towards(0.0, 0.3) - 0.2).abs() < 1e-15);
+        assert!((towards(0.0, -0.3) - 0.2).abs() < 1e-15);
+        assert!((towards(-0.3, 0.0) - 0.15).abs() < 1e-15);
+        // Half way: sqrt((0.1^2 + 0.2^2) / 2).
+        assert!((towards(0.2, 0.2) - 0.025_f64.sqrt()).abs() < 1e-15);
+        // At rest nothing says in which way: the most of all.
+        assert_eq!(towards(0.0, 0.0), 0.2);
+    }
+
+    #[test]
+    fn rolling_over_a_nap_always_takes_power_and_is_convex() {
+        // A convex power is what makes rest the only thing that costs nothing, and its mean over two ways no less than that of the mean way.
+        let mut state = 7_u32;
+        let mut draw = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 23) - 1.0
+        };
+        for _ in 0..10_000 {
+            let (a, b) = (Vector2::new(draw(), draw()), Vector2::new(draw(), draw()));
+            assert!(power(a) > 0.0);
+            assert!((power(2.0 * a) - 2.0 * power(a)).abs() < 1e-14);
+            assert!(power(0.5 * (a + b)) <= 0.5 * (power(a) + power(b)) + 1e-15);
+        }
+    }
+}
