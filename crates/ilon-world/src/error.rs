@@ -78,6 +78,29 @@ pub enum WorldError {
         /// The wheel's name.
         wheel: String,
     },
+    /// Play along the axles of rollers that no bearing has.
+    #[error(
+        "wheel `{wheel}`: its rollers have a play of {play_m} m along their axles; write one in metres from 0 to their radius, \
+         {most_m} m: 0.2 mm is 0.0002"
+    )]
+    NoSuchPlay {
+        /// The wheel's name.
+        wheel: String,
+        /// The play, in metres.
+        play_m: f64,
+        /// The least radius of the wheel's rollers, in metres.
+        most_m: f64,
+    },
+    /// Friction of rollers along their axles that is none.
+    #[error(
+        "wheel `{wheel}`: its rollers have a friction coefficient of {friction} along their axles; write a finite number, 0 or above"
+    )]
+    NoSuchAxialFriction {
+        /// The wheel's name.
+        wheel: String,
+        /// The coefficient.
+        friction: f64,
+    },
     /// A tread is so soft that the robot's weight alone would press it deeper than its rollers are thick.
     #[error(
         "wheel `{wheel}`: its tread of {stiffness_n_m} N/m would be pressed by {sag_mm:.1} mm under its share of the weight, deeper than its \

@@ -57,8 +57,8 @@ impl Tread {
     }
 }
 
-/// What the rollers of a wheel are covered with, and what it costs them to roll. The default is the rigid roller that rolls
-/// without loss.
+/// What the rollers of a wheel are covered with, what it costs them to roll, and how far they can slide along their axles. The
+/// default is the rigid roller that rolls without loss and without play.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RollerSurface {
@@ -67,6 +67,10 @@ pub struct RollerSurface {
     /// Rolling resistance: energy that each metre takes by which the place of contact moves over the ground, per newton of
     /// load; dimensionless, >= 0. On a level floor the drag is this times the load.
     pub rolling_resistance: f64,
+    /// Play of each roller along its axle, from stop to stop, in metres, >= 0.
+    pub axial_play_m: f64,
+    /// Coulomb friction coefficient of the bearing against sliding along the axle within that play, dimensionless, >= 0.
+    pub axial_friction: f64,
 }
 
 #[cfg(test)]

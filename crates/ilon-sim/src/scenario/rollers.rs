@@ -45,6 +45,15 @@ pub struct RollerSurface {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
+    /// Play of each roller along its axle, from stop to stop, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub axial_play_m: Option<f64>,
+    /// Coulomb friction coefficient of a roller's bearing against sliding along the axle within its play. Left out, what the
+    /// robot's file says, or else none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub axial_friction: Option<f64>,
     /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tread: Option<Tread>,
@@ -96,6 +105,8 @@ impl RollerSurface {
             surface.rolling_resistance = self
                 .rolling_resistance
                 .unwrap_or(surface.rolling_resistance);
+            surface.axial_play_m = self.axial_play_m.unwrap_or(surface.axial_play_m);
+            surface.axial_friction = self.axial_friction.unwrap_or(surface.axial_friction);
             if let Some(tread) = &self.tread {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }

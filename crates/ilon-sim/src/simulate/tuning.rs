@@ -40,11 +40,11 @@ pub(super) fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
     (by_ilon && is_open_plane(scenario, robot)).then_some(SPLIT_DT_S)
 }
 
-/// Whether wheels that are round roll on nothing but a plane.
+/// Whether wheels that are round, wherever their rollers are on their axles, roll on nothing but a plane.
 fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
-    let round =
-        scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(Wheel::is_round);
+    let is_round = |wheel: &Wheel| wheel.is_round() && wheel.surface.axial_play_m == 0.0;
+    let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
     round && floor.boxes.is_empty() && floor.rough.is_none()
 }
 

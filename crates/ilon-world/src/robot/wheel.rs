@@ -4,7 +4,7 @@
 //! flywheel with a rate of its own (`roller`).
 
 use ilon_robot::{MassProperties as RobotMass, RollerForm, RollerSurface, Tread, Wheel};
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
@@ -32,8 +32,10 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// What the rollers touch the ground with.
     pub surface: Surface,
-    /// Whether its rollers make a circle of its outline.
+    /// Whether its rollers make a circle of its outline, wherever they are on their axles.
     pub is_round: bool,
+    /// Whether its rollers can slide along their axles.
+    pub has_play: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
@@ -229,8 +231,10 @@ pub(crate) fn insert(
         let collider = rapier.insert_collider(collider, hub);
         colliders.push(RollerCollider { collider, roller });
     }
+    let play_m = wheel.surface.axial_play_m;
     let reach_m = |roller: &RollerState| {
-        roller.hub_from_roller.translation.vector.norm() + roller.bounding_radius_m
+        let center_m = roller.hub_from_roller.translation.vector.norm();
+        center_m + roller.bounding_radius_m + 0.5 * play_m
     };
     WheelBody {
         hub,
@@ -240,7 +244,8 @@ pub(crate) fn insert(
         bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         surface: Surface::under(&wheel.surface, load_kg),
-        is_round: wheel.is_round(),
+        is_round: wheel.is_round() && play_m == 0.0,
+        has_play: play_m > 0.0,
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
     }
@@ -271,6 +276,18 @@ impl WheelBody {
         lost_j
     }
 
+    /// Moves rollers with play along their axles to the end of a step, with gravity in the hub's frame, in m/s^2. Gives the energy that
+    /// is lost as they leave the ground, in J.
+    pub fn slide_rollers(&mut self, gravity_in_hub: &Vector3<f64>, dt_s: f64) -> f64 {
+        let mut lost_j = 0.0;
+        for roller in &mut self.rollers {
+            let along = gravity_in_hub.dot(&roller.axis_in_hub);
+            let across = gravity_in_hub - along * roller.axis_in_hub;
+            lost_j += roller.end_slide((along, across.norm()), dt_s);
+        }
+        lost_j
+    }
+
     /// Places the bodies of rollers on a hub.
     pub fn place_bodies(&self, rapier: &mut Engine, rapier_from_hub: &Isometry3<f64>) {
         for part in &self.bodies {
@@ -282,12 +299,16 @@ impl WheelBody {
         }
     }
 
-    /// Turns the colliders of rollers with the shapes of their file to where the rollers are.
+    /// Turns the colliders of rollers with the shapes of their file to where the rollers are, on their axles too.
     pub fn turn_rollers(&self, rapier: &mut Engine) {
         for RollerCollider { collider, roller } in &self.colliders {
             let roller = &self.rollers[*roller];
             let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
-            let pose = convert::pose(&(roller.hub_from_roller * turned));
+            let placed = match roller.place_m() {
+                0.0 => roller.hub_from_roller * turned,
+                place_m => roller.hub_from_roller * Translation3::new(0.0, 0.0, place_m) * turned,
+            };
+            let pose = convert::pose(&placed);
             rapier.colliders[*collider].set_position_wrt_parent(pose);
         }
     }

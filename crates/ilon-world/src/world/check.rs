@@ -1,6 +1,6 @@
 //! What cannot be simulated.
 
-use ilon_robot::{Robot, Roller, RollerForm, RollerSurface, Wheel};
+use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use crate::engine::shapes::shape_of_roller;
 use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldError};
@@ -77,6 +77,25 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     })
 }
 
+/// Refuses play that is none: rollers slide along their axles by a part of their own size.
+fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
+    let (play_m, friction) = (wheel.surface.axial_play_m, wheel.surface.axial_friction);
+    let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
+    let most_m = radii_m.fold(f64::INFINITY, f64::min);
+    let wheel = wheel.name.clone();
+    if !(play_m >= 0.0 && play_m <= most_m) {
+        return Err(WorldError::NoSuchPlay {
+            wheel,
+            play_m,
+            most_m,
+        });
+    }
+    if friction.is_finite() && friction >= 0.0 {
+        return Ok(());
+    }
+    Err(WorldError::NoSuchAxialFriction { wheel, friction })
+}
+
 /// Refuses what rapier's own solver does not know.
 fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
@@ -89,7 +108,18 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             "take all of them: each is a body of its own",
         );
     }
-    let gives = |wheel: &&Wheel| wheel.surface != RollerSurface::default();
+    let has_play = |wheel: &&Wheel| wheel.surface.axial_play_m > 0.0;
+    if let Some(wheel) = robot.wheels.iter().find(has_play) {
+        return refused(
+            format!(
+                "rollers with play along their axles (wheel `{}`)",
+                wheel.name
+            ),
+            "leave the play out",
+        );
+    }
+    let gives =
+        |wheel: &&Wheel| wheel.surface.tread.is_some() || wheel.surface.rolling_resistance > 0.0;
     if let Some(wheel) = robot.wheels.iter().find(gives) {
         let what = format!(
             "rollers with a tread or rolling resistance (wheel `{}`)",
@@ -132,6 +162,7 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
             wheel: wheel.name.clone(),
         });
     }
+    check_play(wheel)?;
     for roller in &wheel.rollers {
         if let RollerForm::AsModelled(modelled) = &roller.form {
             if wheel.surface.tread.is_some() {

@@ -69,6 +69,60 @@ pub(super) fn contact_impulse(
     Vector3::new(normal, rubbed.x, rubbed.y)
 }
 
+/// A roller's row along its axle, as it stands beside its contact.
+pub(super) struct OnAxle {
+    /// What its unit impulse does to the contact's velocities, and what the contact's do to it.
+    pub coupling: Vector3<f64>,
+    /// What its unit impulse does to itself.
+    pub own: f64,
+    /// Its velocity without impulses of both.
+    pub free: f64,
+    /// The velocities that take it to its stops, in m/s.
+    pub stops_m_s: (f64, f64),
+    /// The largest impulse of its friction, in N s.
+    pub friction_n_s: f64,
+}
+
+/// The impulses of one contact of a roller that slides along its axle, alone: of the contact, whose law is as in [`contact_impulse`],
+/// and along the axle.
+///
+/// Held at a velocity along the axle, the roller is a part of its hub, and what holds it there follows from the contact. If that is more
+/// than friction can do, it slides the one way or the other, under an impulse that is known; and no further than to a stop.
+pub(super) fn impulses_on_axle(
+    w: &Matrix3<f64>,
+    free: &Vector3<f64>,
+    friction: f64,
+    give: (f64, f64),
+    axle: &OnAxle,
+) -> (Vector3<f64>, f64) {
+    let held = w - axle.coupling * axle.coupling.transpose() / axle.own;
+    let at = |velocity_m_s: f64| {
+        let gains = (velocity_m_s - axle.free) / axle.own;
+        let contact = contact_impulse(&held, &(free + gains * axle.coupling), friction, give);
+        (contact, gains - axle.coupling.dot(&contact) / axle.own)
+    };
+    let against = |impulse: f64| {
+        let contact = contact_impulse(w, &(free + impulse * axle.coupling), friction, give);
+        (
+            contact,
+            axle.free + axle.coupling.dot(&contact) + axle.own * impulse,
+        )
+    };
+    let (contact, holds) = at(0.0);
+    if holds.abs() <= axle.friction_n_s {
+        return (contact, holds);
+    }
+    let rubs = axle.friction_n_s.copysign(holds);
+    let (contact, velocity_m_s) = against(rubs);
+    let (least_m_s, most_m_s) = axle.stops_m_s;
+    let stop_m_s = if holds > 0.0 { least_m_s } else { most_m_s };
+    // On its way to that stop, and short of it.
+    if velocity_m_s * stop_m_s >= 0.0 && velocity_m_s.abs() <= stop_m_s.abs() {
+        return (contact, rubs);
+    }
+    at(stop_m_s)
+}
+
 /// The friction impulse of one contact: W p + free = 0 where |p| may be that large, and else the p of size `most` that
 /// opposes the sliding W p + free, which is (W + a 1) p = -free for the a > 0 that makes it that large.
 ///

@@ -335,3 +335,87 @@ fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
         assert!(let_down < 1e-4, "{let_down:e}");
     }
 }
+
+fn slide(stops_m_s: [f64; 2], friction_n_s: f64) -> Law {
+    let [least_m_s, most_m_s] = stops_m_s;
+    Law::Slide {
+        least_m_s,
+        most_m_s,
+        friction_n_s,
+    }
+}
+
+/// A bead of 0.5 kg on a rod: slowed by friction, held by it, or stopped at a stop of the step.
+#[test]
+fn a_bead_between_stops_does_what_follows_on_paper() {
+    for (free, impulse, left) in [
+        (0.3, -0.05, 0.2),
+        (-0.3, 0.05, -0.2),
+        (0.08, -0.04, 0.0),
+        (-0.02, 0.01, 0.0),
+        (0.9, -0.2, 0.5),
+        (-0.9, 0.25, -0.4),
+    ] {
+        let mut bead = problem(&[slide([-0.4, 0.5], 0.05)], &[free], &[2.0]);
+        assert!(bead.solve() <= TOLERANCE);
+        assert!((bead.impulses[0] - impulse).abs() < 1e-8, "{free}");
+        assert!((bead.velocities[0] - left).abs() < 2e-8, "{free}");
+        assert_eq!(bead.holds(0), left == 0.0 || left == 0.5 || left == -0.4);
+    }
+}
+
+/// Rollers on the ground with play, drawn at random: each contact's row along the axle hands on to a light row of its own. All laws
+/// hold, and no impulse gives energy but what stops ask for.
+#[test]
+fn contacts_with_play_are_solved_whatever_stands_between_their_stops() {
+    let mut draw = Draw(11);
+    for _ in 0..300 {
+        let contacts = 1 + (draw.next().abs() * 4.0) as usize;
+        let rows = 4 * contacts;
+        // The robot's own response to the contacts, and that of light rollers along their axles, which lean.
+        let robot = draw.response(3 * contacts, 6, 0.05);
+        let mut response = vec![0.0; rows * rows];
+        for i in 0..3 * contacts {
+            for j in 0..3 * contacts {
+                let (row, column) = (i / 3 * 4 + i % 3, j / 3 * 4 + j % 3);
+                response[row * rows + column] = robot[i * 3 * contacts + j];
+            }
+        }
+        let mut laws = Vec::new();
+        for k in 0..contacts {
+            let lean = 0.25 * draw.next();
+            let along = [lean, (1.0 - lean * lean).sqrt(), 0.0, 1.0];
+            for i in 0..4 {
+                for j in 0..4 {
+                    response[(4 * k + i) * rows + 4 * k + j] += 100.0 * along[i] * along[j];
+                }
+            }
+            laws.push(contact(0.6));
+            let stops = [-draw.next().abs(), draw.next().abs()];
+            laws.push(slide(stops, 0.02 * draw.next().abs()));
+        }
+        let mut free: Vec<f64> = (0..rows).map(|_| 0.3 * draw.next()).collect();
+        for k in 0..contacts {
+            free[4 * k] = -free[4 * k].abs();
+            // A roller begins between its stops, at rest or at a rate that the contact feels.
+            free[4 * k + 3] = 0.0;
+        }
+        let mut problem = problem(&laws, &free, &response);
+        let error = problem.solve();
+        assert!(error <= TOLERANCE, "{contacts}: {error}");
+        for k in 0..contacts {
+            let Law::Slide {
+                least_m_s,
+                most_m_s,
+                ..
+            } = laws[2 * k + 1]
+            else {
+                unreachable!("every second law is a slide");
+            };
+            let rate = problem.velocities[4 * k + 3];
+            assert!((least_m_s - 1e-7..most_m_s + 1e-7).contains(&rate));
+            // A roller that is stopped or rubbed loses by it.
+            assert!(problem.impulses[4 * k + 3] * rate <= 1e-9);
+        }
+    }
+}

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Reactions;
 use crate::contact::candidates::Candidate;
 use crate::contact::potential::PotentialContact;
-use crate::contact::reaction::{Gives, Part, Tread};
+use crate::contact::reaction::{Gives, Member, Part, Reaction, Tread};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
@@ -66,6 +66,20 @@ impl Reactions {
         )
     }
 
+    /// What a roller carried in the last step, in N, or else its wheel, or else the mean load of the wheels.
+    pub(super) fn carried_n(&self, scene: &Scene<'_>, roller: Member) -> f64 {
+        let carried = |is: &dyn Fn(&Reaction) -> bool| {
+            let of = self.before.iter().filter(|reaction| is(reaction));
+            of.map(|reaction| reaction.impulse.x).reduce(|a, b| a + b)
+        };
+        let own = carried(&|reaction| reaction.a == roller);
+        let carried = own.or_else(|| carried(&|reaction| roller.follows(reaction.a)));
+        match carried {
+            Some(impulse) if self.before_dt_s > 0.0 => impulse / self.before_dt_s,
+            _ => mean_load_n(scene, roller.part),
+        }
+    }
+
     /// How a contact gives across its normal: by its tread, and by what the ground creeps.
     pub(super) fn gives(
         &self,
@@ -107,7 +121,10 @@ impl Reactions {
             )
         });
         let of_axle = |row: &Row| match (row.a.axle, contact.axles[0]) {
-            (Some((_, share)), Some(axle)) => share * share * axle.response.unwrap_or(0.0),
+            (Some((_, share)), Some(axle)) => {
+                let [about, along] = axle.responses();
+                share * share * about + row.a.slide * row.a.slide * along
+            }
             _ => 0.0,
         };
         let per_kg = [1, 2].map(|k| 1.0 / tread.load_kg + of_axle(&contact.rows[k]));
@@ -166,6 +183,7 @@ impl Reactions {
             chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
             hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
             axle: axle.map(|index| (index, of_axle)),
+            slide: 0.0,
         };
         self.hold_bearing(scene, Part::Rolling(wheel, roller), side, drag_n);
     }
