@@ -14,14 +14,6 @@ pub enum OracleError {
         /// The roller's joint.
         roller: String,
     },
-    /// A roller slides along its axle against friction.
-    #[error(
-        "roller `{roller}` has play along its axle with friction: the oracle knows play without friction only; leave the friction out"
-    )]
-    AxialFriction {
-        /// The roller's joint.
-        roller: String,
-    },
     /// A part has no inertia about an axis that it can turn about.
     #[error("`{part}` has no inertia about its own axis: give it one")]
     NoInertia {

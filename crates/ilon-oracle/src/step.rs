@@ -159,8 +159,11 @@ impl Engine {
                 let bristle = &mut self.bristles[j];
                 let play = &mut self.plays[j];
                 if depth <= 0.0 {
-                    let a = world_from_body * self.posture.axes[j];
-                    play.fall(a.dot(&self.settings.gravity_m_s2), h);
+                    if play.half_m > 0.0 {
+                        let a = world_from_body * self.posture.axes[j];
+                        let gravity = a.dot(&self.settings.gravity_m_s2);
+                        self.energy.roller_bearings_j -= play.go(&stops, h, gravity, |_| 0.0);
+                    }
                     // A bristle without mass straightens at once; what it held is lost.
                     self.energy.bristles_j +=
                         0.5 * law.bristle_stiffness_n_m * bristle.norm_squared();
@@ -175,14 +178,15 @@ impl Engine {
                         + a.cross(&(point - c)) * self.speeds.rollers[j]);
                 let velocity = if play.half_m > 0.0 {
                     let axis = world_from_body * a;
-                    let (rate, stop_n) = play.go(&stops, h, |rate| {
+                    let gravity = axis.dot(&self.settings.gravity_m_s2);
+                    let work_j = play.go(&stops, h, gravity, |rate| {
                         let velocity = held + rate * axis;
                         let normal = law.normal_n(depth, -velocity.z);
                         let friction = law.bend(&mut bristle.clone(), velocity.xy(), normal, h);
                         axis.xy().dot(&friction.force) + axis.z * normal
                     });
-                    self.energy.roller_bearings_j -= stop_n * rate * h;
-                    held + rate * axis
+                    self.energy.roller_bearings_j -= work_j;
+                    held + play.rate_m_s * axis
                 } else {
                     held
                 };

@@ -112,10 +112,6 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
         let part = roller.name.clone();
         return Err(OracleError::NoInertia { part });
     }
-    if wheel.surface.axial_play_m > 0.0 && wheel.surface.axial_friction > 0.0 {
-        let roller = roller.name.clone();
-        return Err(OracleError::AxialFriction { roller });
-    }
     Ok(RollerPart {
         center_in_hub: roller.center_in_hub_m,
         axis_in_hub: roller.axis_in_hub.into_inner(),
@@ -126,6 +122,7 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
         bearing: roller.joint,
         play: Play {
             half_m: 0.5 * wheel.surface.axial_play_m,
+            mass_kg: roller.mass_kg,
             ..Play::default()
         },
     })

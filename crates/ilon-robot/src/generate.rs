@@ -215,13 +215,8 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
             }
         }
     }
-    for (name, value) in [
-        ("axial_play", surface.axial_play_m),
-        ("axial_friction", surface.axial_friction),
-    ] {
-        if value != 0.0 {
-            write!(out, " {name}=\"{}\"", num(value))?;
-        }
+    if surface.axial_play_m != 0.0 {
+        write!(out, " axial_play=\"{}\"", num(surface.axial_play_m))?;
     }
     if factor < 1.0 {
         write!(out, " length_factor=\"{}\"", num(factor))?;

@@ -90,7 +90,6 @@ prop_compose! {
                 radius_offsets_m: BTreeMap::new(),
                 rolling_resistance: surface.0,
                 axial_play_m: 0.1 * surface.0 * roller_radius_m,
-                axial_friction: 0.5 * surface.0,
                 tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
                     stiffness_n_m,
                     damping_n_s_m,

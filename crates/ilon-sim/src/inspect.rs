@@ -130,8 +130,6 @@ pub struct SurfaceInspection {
     pub rolling_resistance: f64,
     /// Play of each roller along its axle, from stop to stop, in metres.
     pub axial_play_m: f64,
-    /// Friction coefficient of a roller's bearing along the axle.
-    pub axial_friction: f64,
     /// The tread; `None` of rigid rollers.
     pub tread: Option<TreadInspection>,
 }
@@ -167,7 +165,6 @@ impl SurfaceInspection {
         (*surface != RollerSurface::default()).then_some(Self {
             rolling_resistance: surface.rolling_resistance,
             axial_play_m: surface.axial_play_m,
-            axial_friction: surface.axial_friction,
             tread,
         })
     }

@@ -69,8 +69,24 @@ pub struct RollerSurface {
     pub rolling_resistance: f64,
     /// Play of each roller along its axle, from stop to stop, in metres, >= 0.
     pub axial_play_m: f64,
-    /// Coulomb friction coefficient of the bearing against sliding along the axle within that play, dimensionless, >= 0.
-    pub axial_friction: f64,
+}
+
+/// Stiffness of rollers with play that have no tread of their own, in N/m, and their damping as a share of what is critical: they do not
+/// bounce.
+const STIFF_N_M: f64 = 1e7;
+const STIFF_DAMPING: f64 = 0.7;
+
+impl RollerSurface {
+    /// What its rollers touch the ground with under a load in kg: its tread, or, where they have none and can slide along their axles, one
+    /// of 1e7 N/m. About a hand-over two of them carry the wheel while one slides, and of rigid ones it cannot be said which carries
+    /// what.
+    pub fn touching_tread(&self, load_kg: f64) -> Option<Tread> {
+        let stiff = (self.axial_play_m > 0.0).then(|| Tread {
+            damping_n_s_m: Some(2.0 * STIFF_DAMPING * (STIFF_N_M * load_kg).sqrt()),
+            ..Tread::new(STIFF_N_M)
+        });
+        self.tread.or(stiff)
+    }
 }
 
 #[cfg(test)]

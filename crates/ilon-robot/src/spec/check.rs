@@ -109,7 +109,6 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.row_spacing_m", r.row_spacing_m),
         ("rollers.rolling_resistance", r.rolling_resistance),
         ("rollers.axial_play_m", r.axial_play_m),
-        ("rollers.axial_friction", r.axial_friction),
     ] {
         not_negative(key, value)?;
     }

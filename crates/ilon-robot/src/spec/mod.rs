@@ -184,9 +184,6 @@ pub struct RollerSpec {
     /// Play of each roller along its axle, from stop to stop, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub axial_play_m: f64,
-    /// Coulomb friction coefficient of a roller's bearing against sliding along the axle within its play.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub axial_friction: f64,
     /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
@@ -239,7 +236,6 @@ impl RollerSpec {
             tread,
             rolling_resistance: self.rolling_resistance,
             axial_play_m: self.axial_play_m,
-            axial_friction: self.axial_friction,
         }
     }
 }

@@ -49,11 +49,6 @@ pub struct RollerSurface {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub axial_play_m: Option<f64>,
-    /// Coulomb friction coefficient of a roller's bearing against sliding along the axle within its play. Left out, what the
-    /// robot's file says, or else none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub axial_friction: Option<f64>,
     /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tread: Option<Tread>,
@@ -106,7 +101,6 @@ impl RollerSurface {
                 .rolling_resistance
                 .unwrap_or(surface.rolling_resistance);
             surface.axial_play_m = self.axial_play_m.unwrap_or(surface.axial_play_m);
-            surface.axial_friction = self.axial_friction.unwrap_or(surface.axial_friction);
             if let Some(tread) = &self.tread {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }

@@ -158,7 +158,10 @@ fn solver_need(scenario: &Scenario) -> Need {
 /// What rollers that give need: a step that sees the robot bounce on them.
 fn tread_need(robot: &Robot) -> Need {
     let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
-    let treads = robot.wheels.iter().filter_map(|wheel| wheel.surface.tread);
+    let treads = robot
+        .wheels
+        .iter()
+        .filter_map(|wheel| wheel.surface.touching_tread(load_kg));
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     Need {
         longest_s: seen_s

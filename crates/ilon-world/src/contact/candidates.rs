@@ -211,7 +211,7 @@ impl Scene<'_> {
         }
         if !body.is_round {
             self.find_turned(wheel, (prediction_m, room), found);
-            if !gives && !body.has_play && found.len() > 1 {
+            if !gives && found.len() > 1 {
                 leave_out_higher(found, hub, &body.rollers);
             }
         }

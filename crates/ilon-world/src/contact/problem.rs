@@ -11,7 +11,7 @@
 //!   contact);
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
 //! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning;
-//! - *slide*, between two stops: least <= u <= most; |p| <= f where it sticks, p = f or -f against the sliding, and more at a stop.
+//! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes.
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
@@ -47,24 +47,22 @@ pub(crate) enum Law {
         /// The impulse while it turns backwards, in N m s, >= 0.
         most_n_m_s: f64,
     },
-    /// One row: a roller along its axle, between two stops, with dry friction.
+    /// One row: a roller along its axle, between two stops.
     Slide {
         /// The velocity that takes it to the stop behind within the step, in m/s, <= 0.
         least_m_s: f64,
         /// The velocity that takes it to the stop ahead, in m/s, >= 0.
         most_m_s: f64,
-        /// The largest impulse of its friction, in N s, >= 0.
-        friction_n_s: f64,
     },
 }
 
-/// What holds of one row that slides between stops: its velocity, or its impulse.
+/// What holds of one row that slides between stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sliding {
-    /// It sticks, or is at a stop: the velocity in m/s.
+    /// It is at a stop, to which this velocity takes it, in m/s.
     At(f64),
-    /// It slides against friction: the impulse in N s.
-    Against(f64),
+    /// It slides, without impulse.
+    Free,
 }
 
 impl Law {
@@ -79,17 +77,13 @@ impl Law {
 impl Sliding {
     /// What holds of a row of a response `own` in 1/kg, on a `line` p - u / own: as the velocity falls from stop to stop, the
     /// impulse grows, so that each of these lines meets the law once.
-    fn on_line(line: f64, own: f64, (least_m_s, most_m_s): (f64, f64), friction_n_s: f64) -> Self {
-        if line > friction_n_s - least_m_s / own {
+    fn on_line(line: f64, own: f64, (least_m_s, most_m_s): (f64, f64)) -> Self {
+        if line > -least_m_s / own {
             Self::At(least_m_s)
-        } else if line > friction_n_s {
-            Self::Against(friction_n_s)
-        } else if line >= -friction_n_s {
-            Self::At(0.0)
-        } else if line >= -friction_n_s - most_m_s / own {
-            Self::Against(-friction_n_s)
-        } else {
+        } else if line < -most_m_s / own {
             Self::At(most_m_s)
+        } else {
+            Self::Free
         }
     }
 }
@@ -311,15 +305,13 @@ impl ImpulseProblem {
         let Law::Slide {
             least_m_s,
             most_m_s,
-            friction_n_s,
         } = law
         else {
             return None;
         };
         let own = self.w(at, at);
         let line = self.impulses[at] - self.velocities[at] / own;
-        let stops_m_s = (least_m_s, most_m_s);
-        Some(Sliding::on_line(line, own, stops_m_s, friction_n_s))
+        Some(Sliding::on_line(line, own, (least_m_s, most_m_s)))
     }
 
     /// The row along its axle of the roller of a contact, with its velocity as it is now; `None` where it does not slide there.
@@ -328,14 +320,12 @@ impl ImpulseProblem {
             Law::Slide {
                 least_m_s,
                 most_m_s,
-                friction_n_s,
             } if self.w(contact + 1, *row) != 0.0 => {
                 let axle = OnAxle {
                     coupling: Vector3::from_fn(|k, _| self.w(contact + k, *row)),
                     own: self.w(*row, *row),
                     free: self.velocities[*row],
                     stops_m_s: (least_m_s, most_m_s),
-                    friction_n_s,
                 };
                 Some((*row, axle))
             }
@@ -356,7 +346,7 @@ impl ImpulseProblem {
                 // The line is that of the solution: alone, a row moves along it.
                 let there = match self.sliding((at, law)) {
                     Some(Sliding::At(stop_m_s)) => now + (stop_m_s - velocity) / self.w(at, at),
-                    Some(Sliding::Against(impulse)) => impulse,
+                    Some(Sliding::Free) => 0.0,
                     None => now,
                 };
                 self.set(at, now + share * (there - now));
@@ -412,7 +402,7 @@ impl ImpulseProblem {
             // How far the nearest point of the law on the row's line is: in velocity as in what the impulse makes of one.
             Law::Slide { .. } => match self.sliding((at, law)) {
                 Some(Sliding::At(stop_m_s)) => (self.velocities[at] - stop_m_s).abs(),
-                Some(Sliding::Against(p)) => (self.impulses[at] - p).abs() * self.w(at, at),
+                Some(Sliding::Free) => self.impulses[at].abs() * self.w(at, at),
                 None => 0.0,
             },
             Law::Contact {

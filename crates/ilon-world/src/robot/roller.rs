@@ -7,7 +7,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{Barrel, Roller, RollerForm, RollerSurface, Turned, Wheel};
+use ilon_robot::{Barrel, Roller, RollerForm, Turned, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::nearest::PlacedBarrel;
@@ -65,11 +65,7 @@ impl FixedRoller {
             RollerForm::Turned(turned) => (None, Some(turned.clone())),
             _ => (Some(wheel.barrel(roller)), None),
         };
-        let RollerSurface {
-            axial_play_m: play_m,
-            axial_friction,
-            ..
-        } = wheel.surface;
+        let play_m = wheel.surface.axial_play_m;
         let bounding_radius_m = match (&barrel, &turned) {
             (Some(barrel), _) => PlacedBarrel::bounding_radius_m(barrel),
             (None, Some(turned)) => turned.bounding_radius_m(),
@@ -84,8 +80,7 @@ impl FixedRoller {
             axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
-            slide: (play_m > 0.0)
-                .then(|| Slide::in_the_middle(play_m, axial_friction, roller.mass_kg)),
+            slide: (play_m > 0.0).then(|| Slide::in_the_middle(play_m, roller.mass_kg)),
         }
     }
 }
@@ -171,9 +166,9 @@ impl RollerState {
         })
     }
 
-    /// Moves it along its axle to the end of a step, with gravity along and across its axis in m/s^2. Gives the energy that is lost
-    /// as it leaves the ground, in J.
-    pub fn end_slide(&mut self, gravity: (f64, f64), dt_s: f64) -> f64 {
+    /// Moves it along its axle to the end of a step, with gravity along its axis in m/s^2. Gives the energy that is lost as it leaves
+    /// the ground, in J.
+    pub fn end_slide(&mut self, gravity: f64, dt_s: f64) -> f64 {
         let pressed = self.pressed;
         match &mut self.slide {
             Some(slide) if !self.seized => slide.end_step(pressed, gravity, dt_s),

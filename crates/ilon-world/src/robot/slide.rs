@@ -4,12 +4,13 @@
 //! side of the middle.
 //!
 //! **On the ground** its rate q' is a degree of freedom of the contact problem, with the roller's mass m. The ground holds the roller,
-//! and the hub slides along the axle: friction of the bearing acts against that, and a stop that is reached within the step holds
-//! on ([`Law::Slide`](crate::contact::problem::Law)). What the ground puts on the roller along its axle, of the friction and of the load
-//! where the axle leans, only stops and friction hand on to the hub. The hub carries the roller's mass along the axle too,
+//! and the hub slides along the axle, until a stop that is reached within the step holds on
+//! ([`Law::Slide`](crate::contact::problem::Law)). What the ground puts on the roller along its axle, of the friction and of the load where
+//! the axle leans, only stops hand on to the hub: a roller that spins uses up its bearing's friction across the axle, and what little acts
+//! along it is left out. The hub carries the roller's mass along the axle too,
 //! as it does where there is no play: while the axle slides under a roller, robot and wheel are heavier along it by up to 2 m.
 //!
-//! **In the air** it slides under its weight along the leaning axle against the bearing's friction, and stops at a stop. What
+//! **In the air** it slides under its weight along the leaning axle, and stops at a stop. What
 //! the robot's acceleration adds moves it sooner or later, and not to another end before it comes down; the circular motion
 //! adds nothing at the middle of the axle, which is square to the radius there, and omega^2 q elsewhere. The hub feels nothing of it: per turn
 //! of the wheel that leaves out less than 2 m g p a roller.
@@ -21,8 +22,6 @@ pub(crate) struct Slide {
     half_m: f64,
     /// The roller's mass, in kg.
     mass_kg: f64,
-    /// Friction coefficient of the bearing along the axle.
-    pub friction: f64,
     /// Place along the axis from the middle of the play, in metres: within a step that in its middle, as its rate takes it there.
     pub place_m: f64,
     /// The same when the last step began.
@@ -37,11 +36,10 @@ pub(crate) struct Slide {
 
 impl Slide {
     /// A roller of a mass in kg at rest in the middle of its play, which is given in metres.
-    pub fn in_the_middle(play_m: f64, friction: f64, mass_kg: f64) -> Self {
+    pub fn in_the_middle(play_m: f64, mass_kg: f64) -> Self {
         Self {
             half_m: 0.5 * play_m,
             mass_kg,
-            friction,
             place_m: 0.0,
             began_m: 0.0,
             rate_m_s: 0.0,
@@ -86,9 +84,8 @@ impl Slide {
         0.5 * self.mass_kg * self.rate_on_ground_m_s().powi(2)
     }
 
-    /// Ends a step, with gravity along the axis and across it in m/s^2: moves the roller. Gives what is lost as it leaves the ground, in
-    /// J.
-    pub fn end_step(&mut self, pressed: bool, (along, across): (f64, f64), dt_s: f64) -> f64 {
+    /// Ends a step, with gravity along the axis in m/s^2: moves the roller. Gives what is lost as it leaves the ground, in J.
+    pub fn end_step(&mut self, pressed: bool, gravity: f64, dt_s: f64) -> f64 {
         let before_j = self.kinetic_j();
         let solved_m_s = self.solved_m_s.take();
         if pressed {
@@ -106,9 +103,7 @@ impl Slide {
             self.rate_m_s = 0.0;
         }
         self.on_ground = false;
-        let driven_m_s = self.rate_m_s + along * dt_s;
-        let held_m_s = self.friction * across * dt_s;
-        self.rate_m_s = driven_m_s.signum() * (driven_m_s.abs() - held_m_s).max(0.0);
+        self.rate_m_s += gravity * dt_s;
         self.place_m = self.after_m(self.rate_m_s, dt_s);
         if self.place_m.abs() >= self.half_m {
             self.rate_m_s = 0.0;
@@ -126,47 +121,38 @@ impl Slide {
 mod tests {
     use super::*;
 
-    /// On an axle that leans by 30 degrees: t = sqrt(2 p / (g (sin - mu cos))).
+    /// On an axle that leans by 30 degrees: t = sqrt(2 p / (g sin)).
     #[test]
     fn in_the_air_a_roller_slides_to_its_lower_end_as_on_an_inclined_plane() {
         const DT_S: f64 = 1e-5;
-        let gravity = (9.81 * 0.5, 9.81 * 0.75_f64.sqrt());
-        for friction in [0.0, 0.3] {
-            let mut slide = Slide::in_the_middle(4e-4, friction, 0.01);
-            let mut steps = 0;
-            while slide.place_m < 2e-4 {
-                slide.begin_step(DT_S);
-                assert_eq!(slide.end_step(false, gravity, DT_S), 0.0);
-                steps += 1;
-            }
-            let expected_s = (2.0 * 2e-4 / (gravity.0 - friction * gravity.1)).sqrt();
-            // Of first order in the step.
-            assert!((f64::from(steps) * DT_S - expected_s).abs() < 2.0 * DT_S);
-            assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
+        let gravity = 9.81 * 0.5;
+        let mut slide = Slide::in_the_middle(4e-4, 0.01);
+        let mut steps = 0;
+        while slide.place_m < 2e-4 {
+            slide.begin_step(DT_S);
+            assert_eq!(slide.end_step(false, gravity, DT_S), 0.0);
+            steps += 1;
         }
-        // tan(30 deg) is 0.58.
-        let mut held = Slide::in_the_middle(4e-4, 0.6, 0.01);
-        for _ in 0..1000 {
-            held.begin_step(DT_S);
-            assert_eq!(held.end_step(false, gravity, DT_S), 0.0);
-        }
-        assert_eq!(held.place_m, 0.0);
+        let expected_s = (2.0 * 2e-4 / gravity).sqrt();
+        // Of first order in the step.
+        assert!((f64::from(steps) * DT_S - expected_s).abs() < 2.0 * DT_S);
+        assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
     }
 
     #[test]
     fn what_a_roller_has_when_it_leaves_the_ground_is_lost() {
-        let mut slide = Slide::in_the_middle(1e-3, 0.0, 0.02);
+        let mut slide = Slide::in_the_middle(1e-3, 0.02);
         slide.begin_step(1e-3);
         assert_eq!(slide.to_stops_m_s(1e-3), [-0.5, 0.5]);
         slide.solved(0.03);
-        assert_eq!(slide.end_step(true, (0.0, 9.81), 1e-3), 0.0);
+        assert_eq!(slide.end_step(true, 0.0, 1e-3), 0.0);
         assert_eq!(
             (slide.place_m, slide.kinetic_j()),
             (3e-5, 0.5 * 0.02 * 0.03_f64.powi(2))
         );
         slide.begin_step(1e-3);
         assert_eq!(slide.place_m, 4.5e-5);
-        let lost_j = slide.end_step(false, (0.0, 9.81), 1e-3);
+        let lost_j = slide.end_step(false, 0.0, 1e-3);
         assert_eq!(
             (lost_j, slide.kinetic_j()),
             (0.5 * 0.02 * 0.03_f64.powi(2), 0.0)

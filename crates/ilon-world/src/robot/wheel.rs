@@ -4,7 +4,7 @@
 //! flywheel with a rate of its own (`roller`).
 
 use ilon_robot::{MassProperties as RobotMass, RollerForm, RollerSurface, Tread, Wheel};
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::ContactSolver;
@@ -46,7 +46,7 @@ pub(crate) struct WheelBody {
 /// What the rollers of a wheel touch the ground with, under the load of their robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
-    /// The tread of rollers that give.
+    /// The tread of rollers that give, or that have play.
     pub tread: Option<TreadLaw>,
     /// Drag per load.
     pub rolling_resistance: f64,
@@ -71,7 +71,7 @@ impl Surface {
             load_kg,
         };
         Self {
-            tread: surface.tread.as_ref().map(law),
+            tread: surface.touching_tread(load_kg).as_ref().map(law),
             rolling_resistance: surface.rolling_resistance,
             load_kg,
         }
@@ -282,8 +282,7 @@ impl WheelBody {
         let mut lost_j = 0.0;
         for roller in &mut self.rollers {
             let along = gravity_in_hub.dot(&roller.axis_in_hub);
-            let across = gravity_in_hub - along * roller.axis_in_hub;
-            lost_j += roller.end_slide((along, across.norm()), dt_s);
+            lost_j += roller.end_slide(along, dt_s);
         }
         lost_j
     }
@@ -299,16 +298,12 @@ impl WheelBody {
         }
     }
 
-    /// Turns the colliders of rollers with the shapes of their file to where the rollers are, on their axles too.
+    /// Turns the colliders of rollers with the shapes of their file to where the rollers are.
     pub fn turn_rollers(&self, rapier: &mut Engine) {
         for RollerCollider { collider, roller } in &self.colliders {
             let roller = &self.rollers[*roller];
             let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
-            let placed = match roller.place_m() {
-                0.0 => roller.hub_from_roller * turned,
-                place_m => roller.hub_from_roller * Translation3::new(0.0, 0.0, place_m) * turned,
-            };
-            let pose = convert::pose(&placed);
+            let pose = convert::pose(&(roller.hub_from_roller * turned));
             rapier.colliders[*collider].set_position_wrt_parent(pose);
         }
     }

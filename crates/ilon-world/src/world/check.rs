@@ -79,21 +79,23 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
 
 /// Refuses play that is none: rollers slide along their axles by a part of their own size.
 fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
-    let (play_m, friction) = (wheel.surface.axial_play_m, wheel.surface.axial_friction);
+    let play_m = wheel.surface.axial_play_m;
     let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
     let most_m = radii_m.fold(f64::INFINITY, f64::min);
-    let wheel = wheel.name.clone();
-    if !(play_m >= 0.0 && play_m <= most_m) {
-        return Err(WorldError::NoSuchPlay {
-            wheel,
-            play_m,
-            most_m,
-        });
+    let is_barrel =
+        |roller: &Roller| matches!(roller.form, RollerForm::Barrel | RollerForm::Made(_));
+    if play_m > 0.0 && !wheel.rollers.iter().all(is_barrel) {
+        let wheel = wheel.name.clone();
+        return Err(WorldError::PlayOfNoBarrel { wheel });
     }
-    if friction.is_finite() && friction >= 0.0 {
+    if play_m >= 0.0 && play_m <= most_m {
         return Ok(());
     }
-    Err(WorldError::NoSuchAxialFriction { wheel, friction })
+    Err(WorldError::NoSuchPlay {
+        wheel: wheel.name.clone(),
+        play_m,
+        most_m,
+    })
 }
 
 /// Refuses what rapier's own solver does not know.

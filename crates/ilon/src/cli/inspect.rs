@@ -185,13 +185,12 @@ fn surfaces(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
         "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
-         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in \
-         mm, and friction there",
+         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm",
     );
     columns(
         &mut table,
         &[
-            "along", "across", "damped", "across", "sag", "renewed", "drag", "play", "friction",
+            "along", "across", "damped", "across", "sag", "renewed", "drag", "play",
         ],
     );
     for wheel in &robot.wheels {
@@ -213,7 +212,6 @@ fn surfaces(robot: &Inspection) -> Table {
                 of_tread(|tread| Some(1e3 * tread.relaxation_length_m?), 1),
                 format!("{:.3}", surface.rolling_resistance),
                 format!("{:.3}", 1e3 * surface.axial_play_m),
-                format!("{:.2}", surface.axial_friction),
             ],
         );
     }

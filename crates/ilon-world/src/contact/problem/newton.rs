@@ -21,9 +21,9 @@ enum Regime {
         /// Impulse per velocity, in N s per m/s.
         scale: f64,
     },
-    /// A joint that turns against this impulse, in N m s, or a roller that slides along its axle against it, in N s.
+    /// A joint that turns against this impulse, in N m s; 0 of a roller that slides along its axle.
     Turns(f64),
-    /// A roller that moves along its axle at this velocity, in m/s: to a stop, or not at all.
+    /// A roller that moves along its axle at this velocity, in m/s: to a stop.
     Moves(f64),
 }
 
@@ -55,7 +55,7 @@ impl ImpulseProblem {
             }
             Law::Slide { .. } => match self.sliding((at, law)) {
                 Some(Sliding::At(stop_m_s)) => Regime::Moves(stop_m_s),
-                Some(Sliding::Against(impulse)) => Regime::Turns(impulse),
+                Some(Sliding::Free) => Regime::Turns(0.0),
                 None => Regime::Sticks,
             },
             Law::Contact {

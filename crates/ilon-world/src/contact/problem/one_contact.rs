@@ -79,15 +79,13 @@ pub(super) struct OnAxle {
     pub free: f64,
     /// The velocities that take it to its stops, in m/s.
     pub stops_m_s: (f64, f64),
-    /// The largest impulse of its friction, in N s.
-    pub friction_n_s: f64,
 }
 
 /// The impulses of one contact of a roller that slides along its axle, alone: of the contact, whose law is as in [`contact_impulse`],
 /// and along the axle.
 ///
-/// Held at a velocity along the axle, the roller is a part of its hub, and what holds it there follows from the contact. If that is more
-/// than friction can do, it slides the one way or the other, under an impulse that is known; and no further than to a stop.
+/// Held at a stop, the roller is a part of its hub, and what holds it there follows from the contact. It is at that stop if this
+/// pushes it off, and else it slides freely.
 pub(super) fn impulses_on_axle(
     w: &Matrix3<f64>,
     free: &Vector3<f64>,
@@ -101,26 +99,16 @@ pub(super) fn impulses_on_axle(
         let contact = contact_impulse(&held, &(free + gains * axle.coupling), friction, give);
         (contact, gains - axle.coupling.dot(&contact) / axle.own)
     };
-    let against = |impulse: f64| {
-        let contact = contact_impulse(w, &(free + impulse * axle.coupling), friction, give);
-        (
-            contact,
-            axle.free + axle.coupling.dot(&contact) + axle.own * impulse,
-        )
-    };
-    let (contact, holds) = at(0.0);
-    if holds.abs() <= axle.friction_n_s {
-        return (contact, holds);
-    }
-    let rubs = axle.friction_n_s.copysign(holds);
-    let (contact, velocity_m_s) = against(rubs);
+    let contact = contact_impulse(w, free, friction, give);
+    let velocity_m_s = axle.free + axle.coupling.dot(&contact);
     let (least_m_s, most_m_s) = axle.stops_m_s;
-    let stop_m_s = if holds > 0.0 { least_m_s } else { most_m_s };
-    // On its way to that stop, and short of it.
-    if velocity_m_s * stop_m_s >= 0.0 && velocity_m_s.abs() <= stop_m_s.abs() {
-        return (contact, rubs);
+    if velocity_m_s < least_m_s {
+        at(least_m_s)
+    } else if velocity_m_s > most_m_s {
+        at(most_m_s)
+    } else {
+        (contact, 0.0)
     }
-    at(stop_m_s)
 }
 
 /// The friction impulse of one contact: W p + free = 0 where |p| may be that large, and else the p of size `most` that

@@ -336,41 +336,37 @@ fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
     }
 }
 
-fn slide(stops_m_s: [f64; 2], friction_n_s: f64) -> Law {
-    let [least_m_s, most_m_s] = stops_m_s;
+fn slide([least_m_s, most_m_s]: [f64; 2]) -> Law {
     Law::Slide {
         least_m_s,
         most_m_s,
-        friction_n_s,
     }
 }
 
-/// A bead of 0.5 kg on a rod: slowed by friction, held by it, or stopped at a stop of the step.
+/// A bead of 0.5 kg on a rod goes on, or is stopped at a stop of the step.
 #[test]
 fn a_bead_between_stops_does_what_follows_on_paper() {
     for (free, impulse, left) in [
-        (0.3, -0.05, 0.2),
-        (-0.3, 0.05, -0.2),
-        (0.08, -0.04, 0.0),
-        (-0.02, 0.01, 0.0),
+        (0.3, 0.0, 0.3),
+        (-0.3, 0.0, -0.3),
         (0.9, -0.2, 0.5),
         (-0.9, 0.25, -0.4),
     ] {
-        let mut bead = problem(&[slide([-0.4, 0.5], 0.05)], &[free], &[2.0]);
+        let mut bead = problem(&[slide([-0.4, 0.5])], &[free], &[2.0]);
         assert!(bead.solve() <= TOLERANCE);
         assert!((bead.impulses[0] - impulse).abs() < 1e-8, "{free}");
         assert!((bead.velocities[0] - left).abs() < 2e-8, "{free}");
-        assert_eq!(bead.holds(0), left == 0.0 || left == 0.5 || left == -0.4);
+        assert_eq!(bead.holds(0), impulse != 0.0);
     }
 }
 
-/// Rollers on the ground with play, drawn at random: each contact's row along the axle hands on to a light row of its own. All laws
-/// hold, and no impulse gives energy but what stops ask for.
+/// A roller on the ground with play, drawn at random: the contact's rows along the axle hand on to a light row of its own. All laws
+/// hold, and stops take energy.
 #[test]
-fn contacts_with_play_are_solved_whatever_stands_between_their_stops() {
+fn a_contact_with_play_is_solved_wherever_the_roller_is_between_its_stops() {
     let mut draw = Draw(11);
     for _ in 0..300 {
-        let contacts = 1 + (draw.next().abs() * 4.0) as usize;
+        let contacts = 1;
         let rows = 4 * contacts;
         // The robot's own response to the contacts, and that of light rollers along their axles, which lean.
         let robot = draw.response(3 * contacts, 6, 0.05);
@@ -392,7 +388,7 @@ fn contacts_with_play_are_solved_whatever_stands_between_their_stops() {
             }
             laws.push(contact(0.6));
             let stops = [-draw.next().abs(), draw.next().abs()];
-            laws.push(slide(stops, 0.02 * draw.next().abs()));
+            laws.push(slide(stops));
         }
         let mut free: Vec<f64> = (0..rows).map(|_| 0.3 * draw.next()).collect();
         for k in 0..contacts {
@@ -407,14 +403,13 @@ fn contacts_with_play_are_solved_whatever_stands_between_their_stops() {
             let Law::Slide {
                 least_m_s,
                 most_m_s,
-                ..
             } = laws[2 * k + 1]
             else {
                 unreachable!("every second law is a slide");
             };
             let rate = problem.velocities[4 * k + 3];
             assert!((least_m_s - 1e-7..most_m_s + 1e-7).contains(&rate));
-            // A roller that is stopped or rubbed loses by it.
+            // A roller that is stopped loses by it.
             assert!(problem.impulses[4 * k + 3] * rate <= 1e-9);
         }
     }

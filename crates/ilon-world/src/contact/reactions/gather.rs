@@ -225,13 +225,10 @@ impl Reactions {
         let Some(slide) = roller.slide.as_ref().filter(|_| !roller.seized) else {
             return;
         };
-        let part = Part::Roller(axle.wheel, axle.roller);
-        let load_n = self.carried_n(scene, scene.member(part));
         let [least_m_s, most_m_s] = slide.to_stops_m_s(scene.dt_s);
         let law = Law::Slide {
             least_m_s,
             most_m_s,
-            friction_n_s: slide.friction * load_n * scene.dt_s,
         };
         let side = Side {
             body: scene.index,

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Reactions;
 use crate::contact::candidates::Candidate;
 use crate::contact::potential::PotentialContact;
-use crate::contact::reaction::{Gives, Member, Part, Reaction, Tread};
+use crate::contact::reaction::{Gives, Part, Tread};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
@@ -64,20 +64,6 @@ impl Reactions {
             || mean_load_n(scene, a.part),
             |impulse| impulse.x / self.before_dt_s,
         )
-    }
-
-    /// What a roller carried in the last step, in N, or else its wheel, or else the mean load of the wheels.
-    pub(super) fn carried_n(&self, scene: &Scene<'_>, roller: Member) -> f64 {
-        let carried = |is: &dyn Fn(&Reaction) -> bool| {
-            let of = self.before.iter().filter(|reaction| is(reaction));
-            of.map(|reaction| reaction.impulse.x).reduce(|a, b| a + b)
-        };
-        let own = carried(&|reaction| reaction.a == roller);
-        let carried = own.or_else(|| carried(&|reaction| roller.follows(reaction.a)));
-        match carried {
-            Some(impulse) if self.before_dt_s > 0.0 => impulse / self.before_dt_s,
-            _ => mean_load_n(scene, roller.part),
-        }
     }
 
     /// How a contact gives across its normal: by its tread, and by what the ground creeps.
