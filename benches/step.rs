@@ -44,9 +44,9 @@ fn bench(bencher: Bencher, robot: &str, roller_bodies: RollerBodies) {
     let mut step = || {
         for (i, torque_n_m) in torques_n_m.iter_mut().enumerate() {
             let asked_rad_s = if i % 2 == 0 { 4.0 } else { -4.0 };
-            *torque_n_m = 0.05 * (asked_rad_s - world.wheel_rates_rad_s()[i]);
+            *torque_n_m = 0.05 * (asked_rad_s - world.robot().wheel_rates_rad_s()[i]);
         }
-        world.apply(&torques_n_m);
+        world.robot_mut().apply(&torques_n_m);
         world.step();
     };
     for _ in 0..1000 {

@@ -28,14 +28,14 @@ fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, T
     let n = robot.wheels.len();
     let settle = (0.2 / settings.dt_s) as usize;
     for _ in 0..settle {
-        world.apply(&vec![0.0; n]);
+        world.robot_mut().apply(&vec![0.0; n]);
         world.step();
     }
     let steps = (time_s / settings.dt_s).round() as usize;
     let mut twist = Vector3::zeros();
     let (mut rates, mut scratch) = (vec![0.0; n], vec![0.0; n]);
     for _ in 0..steps {
-        world.apply(&torques);
+        world.robot_mut().apply(&torques);
         world.step();
         let now = Twist::new(twist.x, twist.y, twist.z);
         model.kinematics().wheel_rates(now, &mut rates);
@@ -44,7 +44,7 @@ fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, T
     }
     (
         Twist::new(twist.x, twist.y, twist.z),
-        world.body().twist_in_body,
+        world.robot().state().twist_in_body,
     )
 }
 
@@ -125,11 +125,11 @@ fn a_gear_takes_its_share_of_the_torque() {
         let settings = Settings::default();
         let mut world = World::new(&robot, &Floor::default(), Pose::default(), &settings).unwrap();
         while world.time_s() < 0.5 {
-            world.apply(&[torque_n_m; 4]);
+            world.robot_mut().apply(&[torque_n_m; 4]);
             world.step();
         }
         let energies = (world.motor_energy_j(), world.bearing_energy_j());
-        (world.body().twist_in_body.vx_m_s, energies)
+        (world.robot().state().twist_in_body.vx_m_s, energies)
     };
     let (geared, (motor_j, geared_j)) = speed_m_s(0.7, 0.02, 0.2);
     let (bare, (_, bearing_j)) = speed_m_s(1.0, 0.0, 0.7 * 0.2 - 0.02);

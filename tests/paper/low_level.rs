@@ -70,12 +70,17 @@ fn drive(
     for k in 0..((0.2 + ramp_s) / settings.dt_s).round() as usize {
         let t_s = (k as f64 * settings.dt_s - 0.2).max(0.0);
         kinematics.wheel_rates(acceleration.scaled(t_s), &mut targets);
-        let torques = law.update(&targets, world.wheel_rates_rad_s(), &limits, settings.dt_s);
-        world.apply(torques);
+        let torques = law.update(
+            &targets,
+            world.robot().wheel_rates_rad_s(),
+            &limits,
+            settings.dt_s,
+        );
+        world.robot_mut().apply(torques);
         world.step();
     }
     Outcome {
-        twist: world.body().twist_in_body,
+        twist: world.robot().state().twist_in_body,
         slip_energy_j: world.slip_energy_j(),
     }
 }

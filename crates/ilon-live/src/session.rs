@@ -376,21 +376,26 @@ impl Session {
     pub fn frame(&self) -> Frame {
         let truth = self.plant.truth();
         let world = self.plant.world();
-        let wheels = world.contacts().iter().enumerate().map(|(wheel, contact)| {
-            let place = contact.place_in_body_m;
-            WheelFrame {
-                angle_rad: world.wheel_angles_rad()[wheel],
-                contact: contact.touching.then_some(Contact {
-                    place_m: [place.x, place.y],
-                    normal_force_n: contact.normal_force_n,
-                    force_n: [contact.force_in_body_n.x, contact.force_in_body_n.y],
-                    slip_m_s: [contact.sliding_in_body_m_s.x, contact.sliding_in_body_m_s.y],
-                    friction: contact.friction,
-                }),
-                roller: contact.roller,
-                roller_angles_rad: world.roller_angles_rad(wheel).collect(),
-            }
-        });
+        let wheels = world
+            .robot()
+            .contacts()
+            .iter()
+            .enumerate()
+            .map(|(wheel, contact)| {
+                let place = contact.place_in_body_m;
+                WheelFrame {
+                    angle_rad: world.robot().wheel_angles_rad()[wheel],
+                    contact: contact.touching.then_some(Contact {
+                        place_m: [place.x, place.y],
+                        normal_force_n: contact.normal_force_n,
+                        force_n: [contact.force_in_body_n.x, contact.force_in_body_n.y],
+                        slip_m_s: [contact.sliding_in_body_m_s.x, contact.sliding_in_body_m_s.y],
+                        friction: contact.friction,
+                    }),
+                    roller: contact.roller,
+                    roller_angles_rad: world.robot().roller_angles_rad(wheel).collect(),
+                }
+            });
         Frame {
             t_s: self.t_s,
             pose: truth.pose,
@@ -413,6 +418,7 @@ impl Session {
         let contacts = || {
             self.plant
                 .world()
+                .robot()
                 .contacts()
                 .iter()
                 .filter(|contact| contact.touching)

@@ -151,8 +151,8 @@ fn a_snapshot_is_of_the_energies_and_contacts_too() {
         (
             world.slip_energy_j(),
             world.motor_energy_j(),
-            world.contacts().to_vec(),
-            world.roller_spins_rad_s(0),
+            world.robot().contacts().to_vec(),
+            world.robot().roller_spins_rad_s(0),
         )
     };
     drive(&mut plant, 20);
@@ -274,7 +274,7 @@ fn encoder_errors_rad_s(steps_a_sample: u32) -> Vec<f64> {
     let mut errors_rad_s = Vec::new();
     for _ in 0..100 {
         let seen = plant.observe().wheel_rates_rad_s.clone();
-        let real = plant.world().wheel_rates_rad_s();
+        let real = plant.world().robot().wheel_rates_rad_s();
         errors_rad_s.extend(seen.iter().zip(real).map(|(seen, real)| seen - real));
         let command = WheelCommand::Rates(&[2.0; 4]);
         plant.advance(command, PERIOD_S).expect("it drives");
@@ -313,7 +313,7 @@ fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
     let mut steps = Vec::new();
     let outcome = plant
         .advance_watched(WheelCommand::Rates(&[5.0; 4]), PERIOD_S, |world, dt_s| {
-            steps.push((world.motor_torques_n_m()[0], dt_s));
+            steps.push((world.robot().motor_torques_n_m()[0], dt_s));
         })
         .expect("it drives")
         .clone();
@@ -346,7 +346,7 @@ fn a_dc_motor_ends_at_its_no_load_rate_at_any_step() {
             let mut fastest_rad_s = 0.0_f64;
             plant
                 .advance_watched(command, 0.1, |world, _| {
-                    let rates = world.wheel_rates_rad_s().iter();
+                    let rates = world.robot().wheel_rates_rad_s().iter();
                     fastest_rad_s = rates.fold(fastest_rad_s, |most, rate| most.max(rate.abs()));
                 })
                 .expect("it drives");

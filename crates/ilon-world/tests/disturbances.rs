@@ -28,7 +28,7 @@ fn hold(world: &mut World, targets: &[f64], duration_s: f64, mut each: impl FnMu
     let dt_s = world.dt_s();
     let mut integral = vec![0.0; targets.len()];
     for _ in 0..(duration_s / dt_s).round() as usize {
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let torques: Vec<f64> = (0..rates.len())
             .map(|i| {
                 let error = targets[i] - rates[i];
@@ -36,7 +36,7 @@ fn hold(world: &mut World, targets: &[f64], duration_s: f64, mut each: impl FnMu
                 0.1 * error + integral[i]
             })
             .collect();
-        world.apply(&torques);
+        world.robot_mut().apply(&torques);
         each(world);
         world.step();
     }
@@ -71,7 +71,7 @@ fn yaw_inertia_kg_m2(robot: &Robot) -> f64 {
 fn seize_all(world: &mut World, robot: &Robot) {
     for (wheel, of) in robot.wheels.iter().enumerate() {
         for roller in 0..of.rollers.len() {
-            world.seize_roller(wheel, roller, true);
+            world.robot_mut().seize_roller(wheel, roller, true);
         }
     }
 }
@@ -86,15 +86,15 @@ fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     hold(&mut world, &[0.0; 4], 0.2, |_| ());
     let energy_before_j = world.energy().kinetic_j;
     let (impulse_n_s, arm_m) = (2.0, 0.2);
-    world.push(&Push {
+    world.robot_mut().push(&Push {
         force_in_world_n: Vector3::y() * (impulse_n_s / world.dt_s()),
         // At the height of the centre of mass, so that nothing tips.
         place_in_body_m: Vector3::new(arm_m, 0.0, 0.06),
     });
-    world.apply(&[0.0; 4]);
+    world.robot_mut().apply(&[0.0; 4]);
     world.step();
     // In the world's frame: by the end of the step the body has turned by omega dt / 2.
-    let body = world.body();
+    let body = world.robot().state();
     let twist = body.twist_in_body.rotated(body.pose.heading_rad);
     let (m, i) = (mass_kg(&robot), yaw_inertia_kg_m2(&robot));
     let (vy, omega) = (impulse_n_s / m, arm_m * impulse_n_s / i);
@@ -118,10 +118,10 @@ fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     );
 
     // A push lasts one step: nothing acts any more.
-    let before = world.body().twist_in_body;
-    world.apply(&[0.0; 4]);
+    let before = world.robot().state().twist_in_body;
+    world.robot_mut().apply(&[0.0; 4]);
     world.step();
-    assert!((world.body().twist_in_body.vy_m_s - before.vy_m_s).abs() < 1e-4 * vy);
+    assert!((world.robot().state().twist_in_body.vy_m_s - before.vy_m_s).abs() < 1e-4 * vy);
 }
 
 /// Three wheels carry a load as statics says: N_i = W/3 + 2/(3 b^2) b_i . (first moment of the weight).
@@ -132,11 +132,13 @@ fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
     let mut world = world(&robot, 0.6, roller_bodies);
     let (carried_kg, at_m) = (3.0, Vector3::new(0.1, -0.05, 0.15));
     hold(&mut world, &[0.0; 3], 0.3, |_| ());
-    world.carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
+    world
+        .robot_mut()
+        .carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
     hold(&mut world, &[0.0; 3], 0.5, |_| ());
     let mut sums_n = [0.0; 3];
     hold(&mut world, &[0.0; 3], 0.2, |world| {
-        for (sum, contact) in sums_n.iter_mut().zip(world.contacts()) {
+        for (sum, contact) in sums_n.iter_mut().zip(world.robot().contacts()) {
             *sum += contact.normal_force_n;
         }
     });
@@ -168,9 +170,11 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
     hold(&mut world, &targets, 1.0, |_| ());
 
     let (carried_kg, at_m) = (4.0, Vector3::new(0.1, 0.05, 0.2));
-    let (before, energy_before) = (world.body(), world.energy());
-    world.carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
-    let (after, energy_after) = (world.body(), world.energy());
+    let (before, energy_before) = (world.robot().state(), world.energy());
+    world
+        .robot_mut()
+        .carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
+    let (after, energy_after) = (world.robot().state(), world.energy());
     let off = after.twist_in_body - before.twist_in_body;
     // The centre of mass moves by d = 0.03 m. Twists are told in the frame at the start of the last step, which differs
     // by omega dt: omega d omega dt = 1.6e-5 m/s.
@@ -197,13 +201,13 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
         "{gained_j} J instead of {own_j} J"
     );
 
-    world.apply(&[0.0; 4]);
+    world.robot_mut().apply(&[0.0; 4]);
     world.step();
-    let next = world.body().twist_in_body - after.twist_in_body;
+    let next = world.robot().state().twist_in_body - after.twist_in_body;
     // One step of rolling friction and of contacts that take up the weight: millimetres per second.
     assert!(next.vx_m_s.abs() < 5e-3, "{next:?}");
 
-    world.carry(&[]);
+    world.robot_mut().carry(&[]);
     let left_j = carried_kg * 0.5 * velocity.norm_squared() * 0.1;
     assert!(
         world.outside_energy_j().abs() < left_j,
@@ -225,24 +229,27 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
             seize_all(&mut world, &robot);
         }
         hold(&mut world, &[0.0; 4], 0.2, |_| ());
-        world.push(&Push {
+        world.robot_mut().push(&Push {
             force_in_world_n: Vector3::y() * (m * 0.5 / world.dt_s()),
             place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
         });
         let free = |world: &mut World, duration_s: f64| {
             for _ in 0..(duration_s / world.dt_s()).round() as usize {
-                world.apply(&[0.0; 4]);
+                world.robot_mut().apply(&[0.0; 4]);
                 world.step();
             }
         };
         free(&mut world, 0.02);
-        let (fast, slip_j) = (world.body().twist_in_body.vy_m_s, world.slip_energy_j());
+        let (fast, slip_j) = (
+            world.robot().state().twist_in_body.vy_m_s,
+            world.slip_energy_j(),
+        );
         free(&mut world, 0.1);
-        let slow = world.body().twist_in_body.vy_m_s;
+        let slow = world.robot().state().twist_in_body.vy_m_s;
         let lost_j = 0.5 * m * (fast * fast - slow * slow);
         let heat_j = world.slip_energy_j() - slip_j;
         free(&mut world, 0.3);
-        let end = world.body().twist_in_body.vy_m_s;
+        let end = world.robot().state().twist_in_body.vy_m_s;
         ((fast - slow) / 0.1, heat_j / lost_j, end)
     };
     let (deceleration, heat_share, end) = slowed_by(true);
@@ -267,16 +274,16 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
 fn a_seized_roller_does_not_spin_and_its_neighbours_do(roller_bodies: RollerBodies) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.6, roller_bodies);
-    world.seize_roller(1, 4, true);
+    world.robot_mut().seize_roller(1, 4, true);
     // Of a wheel or roller that does not exist nothing seizes.
-    world.seize_roller(9, 0, true);
-    world.seize_roller(0, 99, true);
+    world.robot_mut().seize_roller(9, 0, true);
+    world.robot_mut().seize_roller(0, 99, true);
     let targets = ideal_rates(&robot, Twist::new(0.0, 0.2, 0.0));
     let (mut seized_spin, mut seized_slip) = (0.0f64, 0.0f64);
     let mut others_spin = f64::INFINITY;
     hold(&mut world, &targets, 0.5, |_| ());
     hold(&mut world, &targets, 2.0, |world| {
-        let contact = world.contacts()[1];
+        let contact = world.robot().contacts()[1];
         if !contact.touching {
             return;
         }
@@ -307,18 +314,20 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodi
         place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
     };
     let pulled = |world: &mut World, duration_s: f64| {
-        hold(world, &[0.0; 4], duration_s, |world| world.push(&pull));
+        hold(world, &[0.0; 4], duration_s, |world| {
+            world.robot_mut().push(&pull)
+        });
     };
     hold(&mut world, &[0.0; 4], 0.2, |_| ());
     pulled(&mut world, 0.5);
-    let held_m_s = world.body().twist_in_body.vy_m_s;
+    let held_m_s = world.robot().state().twist_in_body.vy_m_s;
     assert!(held_m_s.abs() < 1e-4, "{held_m_s} m/s on dry ground");
 
     world.set_friction(0.3, &[]);
     pulled(&mut world, 0.1);
-    let start_m_s = world.body().twist_in_body.vy_m_s;
+    let start_m_s = world.robot().state().twist_in_body.vy_m_s;
     pulled(&mut world, 0.2);
-    let acceleration = (world.body().twist_in_body.vy_m_s - start_m_s) / 0.2;
+    let acceleration = (world.robot().state().twist_in_body.vy_m_s - start_m_s) / 0.2;
     assert!(
         (acceleration / (0.15 * G) - 1.0).abs() < 0.01,
         "{acceleration} m/s^2"
@@ -331,9 +340,9 @@ fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodi
         surface: FloorSurface::default(),
     };
     world.set_friction(0.3, &[dry]);
-    let start_m_s = world.body().twist_in_body.vy_m_s;
+    let start_m_s = world.robot().state().twist_in_body.vy_m_s;
     pulled(&mut world, 0.2);
-    let acceleration = (world.body().twist_in_body.vy_m_s - start_m_s) / 0.2;
+    let acceleration = (world.robot().state().twist_in_body.vy_m_s - start_m_s) / 0.2;
     assert!(
         (acceleration / (-0.15 * G) - 1.0).abs() < 0.01,
         "{acceleration} m/s^2"

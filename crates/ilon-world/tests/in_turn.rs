@@ -15,24 +15,31 @@ struct Driven {
 
 impl Driven {
     fn step(&mut self, times: usize) {
-        let wheels = self.world.wheel_rates_rad_s().len();
+        let wheels = self.world.robot().wheel_rates_rad_s().len();
         let torques_n_m: Vec<f64> = (0..wheels)
             .map(|wheel| self.torque_n_m * (1.0 - 0.7 * wheel as f64))
             .collect();
         for _ in 0..times {
-            self.world.apply(&torques_n_m);
+            self.world.robot_mut().apply(&torques_n_m);
             self.world.step();
         }
     }
 
     /// All that is seen of it, to the bit.
     fn bits(&self) -> String {
-        let (world, wheels) = (&self.world, self.world.contacts().len());
-        let spins: Vec<_> = (0..wheels).map(|w| world.roller_spins_rad_s(w)).collect();
+        let (world, wheels) = (&self.world, self.world.robot().contacts().len());
+        let spins: Vec<_> = (0..wheels)
+            .map(|w| world.robot().roller_spins_rad_s(w))
+            .collect();
         let energies = [world.slip_energy_j(), world.impact_energy_j()];
-        let seen = (world.body(), world.contacts(), spins, energies);
+        let seen = (
+            world.robot().state(),
+            world.robot().contacts(),
+            spins,
+            energies,
+        );
         // Rust writes as many digits as tell a number from its neighbours.
-        format!("{seen:?} {:?}", world.wheel_angles_rad())
+        format!("{seen:?} {:?}", world.robot().wheel_angles_rad())
     }
 }
 

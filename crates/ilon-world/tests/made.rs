@@ -62,19 +62,19 @@ fn drive(robot: &Robot, twist: Twist, turns: f64, dt_s: f64) -> Drive {
     let targets = ideal_rates(robot, twist);
     let began_j = world.energy().kinetic_j + world.energy().potential_j;
     let step = |world: &mut World, share: f64| {
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let motor = |(target, rate): (&f64, &f64)| {
             MotorTorque::with_droop(5.0 * (share * target - rate), 5.0)
         };
         let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.drive(&motors);
+        world.robot_mut().drive(&motors);
         world.step();
     };
     while world.time_s() < 0.5 {
         let share = (world.time_s() / 0.5).min(1.0);
         step(&mut world, share);
     }
-    let start = world.wheel_angles_rad()[0];
+    let start = world.robot().wheel_angles_rad()[0];
     let mut found = Drive {
         off_m: 0.0,
         mean_off_m: 0.0,
@@ -83,12 +83,12 @@ fn drive(robot: &Robot, twist: Twist, turns: f64, dt_s: f64) -> Drive {
         way_m_rad: 0.0,
         impact_j: 0.0,
     };
-    let (mut looks, from_m) = (0.0, world.body().pose.x_m);
-    while (world.wheel_angles_rad()[0] - start).abs() < turns * TAU {
+    let (mut looks, from_m) = (0.0, world.robot().state().pose.x_m);
+    while (world.robot().wheel_angles_rad()[0] - start).abs() < turns * TAU {
         step(&mut world, 1.0);
         for (index, wheel) in robot.wheels.iter().enumerate() {
-            let height_m = world.hub_height_m(index);
-            let exact_m = wheel.hub_height_m(world.wheel_angles_rad()[index]);
+            let height_m = world.robot().hub_height_m(index);
+            let exact_m = wheel.hub_height_m(world.robot().wheel_angles_rad()[index]);
             let off_m = (height_m - exact_m).abs();
             found.off_m = found.off_m.max(off_m);
             found.mean_off_m += off_m;
@@ -98,8 +98,8 @@ fn drive(robot: &Robot, twist: Twist, turns: f64, dt_s: f64) -> Drive {
         }
     }
     found.mean_off_m /= looks;
-    let turned = (world.wheel_angles_rad()[0] - start).abs();
-    found.way_m_rad = (world.body().pose.x_m - from_m) / turned;
+    let turned = (world.robot().wheel_angles_rad()[0] - start).abs();
+    found.way_m_rad = (world.robot().state().pose.x_m - from_m) / turned;
     let energy = world.energy();
     let lost_j = world.slip_energy_j()
         + world.spin_up_energy_j()
@@ -167,10 +167,10 @@ fn the_default_drives_bit_by_bit_as_the_ideal_barrel() {
         let mut world =
             World::new(robot, &Floor::default(), Pose::default(), &settings(1e-3)).unwrap();
         for _ in 0..300 {
-            world.apply(&[0.1, -0.05, 0.02, 0.07]);
+            world.robot_mut().apply(&[0.1, -0.05, 0.02, 0.07]);
             world.step();
         }
-        let pose = world.body().pose;
+        let pose = world.robot().state().pose;
         [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits)
     };
     let seeded = made(mecanum4(), |made| made.radius_seed = 9, None);
@@ -289,19 +289,23 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
         let began_j = world.energy().kinetic_j + world.energy().potential_j;
         let mut highest_m: f64 = 0.0;
         while world.time_s() < 4.0 {
-            let rates = world.wheel_rates_rad_s().to_vec();
+            let rates = world.robot().wheel_rates_rad_s().to_vec();
             let motor = |(target, rate): (&f64, &f64)| {
                 MotorTorque::with_droop(5.0 * (2.0 * target - rate), 5.0)
             };
             let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-            world.drive(&motors);
+            world.robot_mut().drive(&motors);
             world.step();
-            highest_m = highest_m.max(world.hub_height_m(0));
-            assert!(world.penetration_m() < 5e-4, "{}", world.penetration_m());
+            highest_m = highest_m.max(world.robot().hub_height_m(0));
+            assert!(
+                world.robot().penetration_m() < 5e-4,
+                "{}",
+                world.robot().penetration_m()
+            );
         }
         // Up on the kerb, and no higher than wheel and kerb are by a hop of a fifth of it.
         assert!((0.0535..0.0568).contains(&highest_m), "{highest_m}");
-        assert!(world.body().pose.x_m > 0.4);
+        assert!(world.robot().state().pose.x_m > 0.4);
         let energy = world.energy();
         let lost_j = world.slip_energy_j()
             + world.spin_up_energy_j()
@@ -332,14 +336,14 @@ fn cylinders_drive_over_bumps_as_barrels_do() {
         let mut world = World::new(robot, &floor, Pose::default(), &settings(2e-3)).unwrap();
         let targets = ideal_rates(robot, Twist::new(0.0, 0.2, 0.0));
         while world.time_s() < 0.8 {
-            let rates = world.wheel_rates_rad_s().to_vec();
+            let rates = world.robot().wheel_rates_rad_s().to_vec();
             let motor =
                 |(target, rate): (&f64, &f64)| MotorTorque::with_droop(0.3 * (target - rate), 0.3);
             let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-            world.drive(&motors);
+            world.robot_mut().drive(&motors);
             world.step();
         }
-        world.body().pose.y_m
+        world.robot().state().pose.y_m
     };
     let barrels_m = way_m(&mecanum4());
     let cylinders_m = way_m(&made(mecanum4(), cylinders(0.0138, 0.001), None));
@@ -391,21 +395,24 @@ fn neighbours_that_are_equally_low_do_not_rub() {
             let (mut expected_m, mut from_m) = (0.0, 0.0);
             while world.time_s() < 4.0 {
                 let share = (world.time_s() / 0.5).min(1.0);
-                let rates = world.wheel_rates_rad_s().to_vec();
+                let rates = world.robot().wheel_rates_rad_s().to_vec();
                 let motor = |(target, rate): (&f64, &f64)| {
                     MotorTorque::with_droop(0.3 * (share * target - rate), 0.3)
                 };
                 let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-                world.drive(&motors);
+                world.robot_mut().drive(&motors);
                 world.step();
                 if world.time_s() < 1.0 {
-                    from_m = world.body().pose.y_m;
+                    from_m = world.robot().state().pose.y_m;
                     continue;
                 }
-                let (angles, rates) = (world.wheel_angles_rad(), world.wheel_rates_rad_s());
+                let (angles, rates) = (
+                    world.robot().wheel_angles_rad(),
+                    world.robot().wheel_rates_rad_s(),
+                );
                 expected_m += support::contact_twist(&robot, angles, rates).vy_m_s * dt_s;
             }
-            let ratio = (world.body().pose.y_m - from_m) / expected_m;
+            let ratio = (world.robot().state().pose.y_m - from_m) / expected_m;
             // The sum takes the twist at the ends of steps: half a step of hand-overs that jump by a few per cent, 1e-4 together.
             assert!(
                 (ratio - 1.0).abs() < 2e-4,

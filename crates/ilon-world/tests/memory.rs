@@ -14,7 +14,7 @@ fn driven(build: impl FnOnce() -> World) -> (World, usize) {
     let region = Region::new(ALLOCATOR);
     let mut world = build();
     for _ in 0..300 {
-        world.apply(&[0.1, -0.1, -0.1, 0.1]);
+        world.robot_mut().apply(&[0.1, -0.1, -0.1, 0.1]);
         world.step();
     }
     let change = region.change();

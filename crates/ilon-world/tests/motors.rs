@@ -32,14 +32,14 @@ fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
                 ..MotorTorque::constant(20.0 * sign)
             });
             for _ in 0..20 {
-                world.drive(&motors);
+                world.robot_mut().drive(&motors);
                 world.step();
-                for (rate, sign) in world.wheel_rates_rad_s().iter().zip(signs) {
+                for (rate, sign) in world.robot().wheel_rates_rad_s().iter().zip(signs) {
                     // The solver ends at a residual far below this.
                     assert!(rate * sign < LIMIT_RAD_S + 1e-4, "{dt_s}: {rate}");
                 }
             }
-            for (rate, sign) in world.wheel_rates_rad_s().iter().zip(signs) {
+            for (rate, sign) in world.robot().wheel_rates_rad_s().iter().zip(signs) {
                 assert!((rate * sign - LIMIT_RAD_S).abs() < 1e-4, "{dt_s}: {rate}");
             }
         }
@@ -65,17 +65,17 @@ fn a_payload_is_driven_as_a_heavier_chassis_is() {
     let gained = |robot: &Robot, payloads: &[Payload]| {
         let mut world =
             World::new(robot, &Floor::default(), Pose::default(), &settings).expect("valid");
-        world.carry(payloads);
+        world.robot_mut().carry(payloads);
         let mut after = Vec::new();
         for step in 0..110 {
             let target_rad_s = if step < 100 { 0.0 } else { 2.0 };
-            let motors: Vec<MotorTorque> = (world.wheel_rates_rad_s().iter())
+            let motors: Vec<MotorTorque> = (world.robot().wheel_rates_rad_s().iter())
                 .map(|rate| MotorTorque::with_droop(0.7 * (target_rad_s - rate), 0.7))
                 .collect();
-            world.drive(&motors);
+            world.robot_mut().drive(&motors);
             world.step();
             if step >= 100 {
-                after.push(world.wheel_rates_rad_s()[0]);
+                after.push(world.robot().wheel_rates_rad_s()[0]);
             }
         }
         after
@@ -108,10 +108,10 @@ fn a_gear_takes_its_share_of_a_constant_torque_from_the_first_step_on() {
             ..MotorTorque::constant(0.01)
         };
         for _ in 0..20 {
-            world.drive(&[motor; 4]);
+            world.robot_mut().drive(&[motor; 4]);
             world.step();
         }
-        world.wheel_rates_rad_s()[0]
+        world.robot().wheel_rates_rad_s()[0]
     };
     let share = turned(0.8, 100.0) / turned(1.0, 100.0);
     // rapier's rates are f32, of some 1e-7; 20 of them.
@@ -136,14 +136,14 @@ fn the_twist_of_long_steps_is_that_of_the_motion() {
     let (mut read_m_s, mut moved_m_s, mut count) = (0.0, 0.0, 0.0);
     for step in 0..300 {
         let share = (f64::from(step) / 100.0).min(1.0);
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let motors: Vec<MotorTorque> = (target.iter().zip(rates))
             .map(|(target, rate)| MotorTorque::with_droop(2.0 * (share * target - rate), 2.0))
             .collect();
-        world.drive(&motors);
-        let before = world.body().pose;
+        world.robot_mut().drive(&motors);
+        let before = world.robot().state().pose;
         world.step();
-        let body = world.body();
+        let body = world.robot().state();
         if step >= 150 {
             read_m_s += body.twist_in_body.vy_m_s;
             moved_m_s += before.displacement_to(&body.pose).vy_m_s / DT_S;

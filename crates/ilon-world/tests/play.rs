@@ -34,7 +34,7 @@ fn world(robot: &Robot, dt_s: f64) -> World {
 }
 
 fn push_n(world: &mut World, x_n: f64, y_n: f64) {
-    world.push(&Push {
+    world.robot_mut().push(&Push {
         force_in_world_n: Vector3::new(x_n, y_n, 0.0),
         place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
     });
@@ -77,7 +77,7 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         while world.time_s() < 2.0 * half_s {
             push_n(&mut world, FORCE_N, 0.0);
             world.step();
-            let x_m = world.body().pose.x_m;
+            let x_m = world.robot().state().pose.x_m;
             if arrived_s.is_none() && x_m > half_m - 1e-6 {
                 arrived_s = Some(world.time_s());
             }
@@ -89,7 +89,7 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
             "{arrived_s} {half_s}"
         );
         // At the stop nothing gives but the hold of the floor, micrometres of a stiff contact.
-        let ahead_m = world.body().pose.x_m;
+        let ahead_m = world.robot().state().pose.x_m;
         assert!((ahead_m - half_m).abs() < 2e-6, "{ahead_m} {half_m}");
         // All lie at their stops, but for what the hit of the first of them moved the others on, over which the floor holds them.
         let from_stop_m = (0..4).map(|wheel| {
@@ -104,7 +104,7 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
             push_n(&mut world, -FORCE_N, 0.0);
             world.step();
         }
-        let back_m = world.body().pose.x_m;
+        let back_m = world.robot().state().pose.x_m;
         assert!((ahead_m - back_m - 2.0 * half_m).abs() < 2e-6, "{back_m}");
         // What the push did is lost at the stops, at once: F times the way.
         let pushed_j = FORCE_N * (ahead_m + (ahead_m - back_m));
@@ -122,12 +122,18 @@ fn a_robot_at_rest_stays_at_rest() {
         for _ in 0..500 {
             world.step();
         }
-        let body = world.body();
+        let body = world.robot().state();
         assert!(
             body.pose.position_m().norm() < 1e-7 && body.pose.heading_rad.abs() < 1e-6,
             "{body:?}"
         );
-        assert!(world.wheel_angles_rad().iter().all(|a| a.abs() < 1e-5));
+        assert!(
+            world
+                .robot()
+                .wheel_angles_rad()
+                .iter()
+                .all(|a| a.abs() < 1e-5)
+        );
     }
 }
 
@@ -155,12 +161,12 @@ fn went(robot: &Robot, pull: &Pull, dt_s: f64) -> Went {
     let way = Vector3::new(pull.twist.vx_m_s, pull.twist.vy_m_s, 0.0).normalize();
     let began_j = world.energy().kinetic_j + world.energy().potential_j;
     let step = |world: &mut World, share: f64| {
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let motor = |(target, rate): (&f64, &f64)| {
             MotorTorque::with_droop(GAIN_N_M_S * (share * target - rate), GAIN_N_M_S)
         };
         let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.drive(&motors);
+        world.robot_mut().drive(&motors);
         push_n(
             world,
             share * pull.force_n * way.x,
@@ -172,7 +178,7 @@ fn went(robot: &Robot, pull: &Pull, dt_s: f64) -> Went {
         let share = (world.time_s() / 0.4).min(1.0);
         step(&mut world, share);
     }
-    let turned = |world: &World| world.wheel_angles_rad()[0].abs();
+    let turned = |world: &World| world.robot().wheel_angles_rad()[0].abs();
     // From the middle of one roller to that of another, two turns on.
     let count = robot.wheels[0].rollers.len() as f64;
     let pitch_rad = TAU / count;
@@ -180,11 +186,11 @@ fn went(robot: &Robot, pull: &Pull, dt_s: f64) -> Went {
     while turned(&world) < next {
         step(&mut world, 1.0);
     }
-    let (from, from_rad) = (world.body().pose.position_m(), turned(&world));
+    let (from, from_rad) = (world.robot().state().pose.position_m(), turned(&world));
     while turned(&world) < next + 2.0 * TAU {
         step(&mut world, 1.0);
     }
-    let gone_m = (world.body().pose.position_m() - from).dot(&way.xy());
+    let gone_m = (world.robot().state().pose.position_m() - from).dot(&way.xy());
     let speed_m_s = pull.twist.vx_m_s.hypot(pull.twist.vy_m_s);
     let ideal_m = (turned(&world) - from_rad) * speed_m_s / targets[0].abs();
     let worked_j = world.motor_energy_j().abs() + world.outside_energy_j().abs();
@@ -263,13 +269,13 @@ fn less_play_nears_none_by_first_order() {
 }
 
 fn places(world: &World) -> Vec<u64> {
-    let wheels = 0..world.wheel_angles_rad().len();
+    let wheels = 0..world.robot().wheel_angles_rad().len();
     let rollers = wheels.flat_map(|wheel| world.roller_places_m(wheel));
     rollers.map(f64::to_bits).collect()
 }
 
 fn pose_bits(world: &World) -> [u64; 3] {
-    let pose = world.body().pose;
+    let pose = world.robot().state().pose;
     [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits)
 }
 
@@ -279,7 +285,7 @@ fn a_copy_goes_on_and_another_run_comes_out_bit_by_bit() {
     let torques = [0.1, -0.05, 0.02, 0.07];
     let go = |world: &mut World, steps: usize| {
         for _ in 0..steps {
-            world.apply(&torques);
+            world.robot_mut().apply(&torques);
             world.step();
         }
     };
@@ -311,7 +317,7 @@ fn rollers_near_the_ground_alone_do_as_all_do() {
         };
         let mut world = World::new(&robot, &Floor::default(), Pose::default(), &settings).unwrap();
         for _ in 0..800 {
-            world.apply(&[0.1, -0.05, 0.02, 0.07]);
+            world.robot_mut().apply(&[0.1, -0.05, 0.02, 0.07]);
             world.step();
         }
         (pose_bits(&world), places(&world))

@@ -50,7 +50,12 @@ fn the_wheels_carry_the_weight() {
         for _ in 0..1000 {
             world.step();
         }
-        let loads_n: Vec<f64> = world.contacts().iter().map(|c| c.normal_force_n).collect();
+        let loads_n: Vec<f64> = world
+            .robot()
+            .contacts()
+            .iter()
+            .map(|c| c.normal_force_n)
+            .collect();
         let weight_n = robot.mass_kg() * G;
         let share_n = weight_n / loads_n.len() as f64;
         println!("{}: {loads_n:.3?} of {share_n:.3} N", robot.name);
@@ -112,11 +117,11 @@ fn sideways_the_tilt_of_the_rollers_shows_in_both_solvers() {
 fn sideways(world: &mut World, robot: &Robot, steps: usize) {
     let targets = ideal_rates(robot, ilon_robot::Twist::new(0.0, 0.3, 0.0));
     for _ in 0..steps {
-        let rates = world.wheel_rates_rad_s().iter();
+        let rates = world.robot().wheel_rates_rad_s().iter();
         let motors: Vec<MotorTorque> = (targets.iter().zip(rates))
             .map(|(target, rate)| MotorTorque::with_droop(0.1 * (target - rate), 0.1))
             .collect();
-        world.drive(&motors);
+        world.robot_mut().drive(&motors);
         world.step();
     }
 }
@@ -165,9 +170,9 @@ fn rapier_sees_how_slippery_each_place_is() {
     let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("on a plane");
     let (mut pulled, mut touched) = ([0.0_f64; 2], [0; 4]);
     for _ in 0..100 {
-        world.apply(&[0.2; 4]);
+        world.robot_mut().apply(&[0.2; 4]);
         world.step();
-        for (index, contact) in world.contacts().iter().enumerate() {
+        for (index, contact) in world.robot().contacts().iter().enumerate() {
             if !contact.touching {
                 continue;
             }
@@ -195,9 +200,12 @@ fn a_copy_goes_on_as_the_original_does() {
     let mut copy = original.clone();
     sideways(&mut original, &robot, 200);
     sideways(&mut copy, &robot, 200);
-    assert_eq!(original.body(), copy.body());
-    assert_eq!(original.contacts(), copy.contacts());
-    assert_eq!(original.roller_spins_rad_s(2), copy.roller_spins_rad_s(2));
+    assert_eq!(original.robot().state(), copy.robot().state());
+    assert_eq!(original.robot().contacts(), copy.robot().contacts());
+    assert_eq!(
+        original.robot().roller_spins_rad_s(2),
+        copy.robot().roller_spins_rad_s(2)
+    );
 }
 
 /// A payload that is put on in passing changes no velocity of chassis, wheels and rollers.
@@ -206,19 +214,24 @@ fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
     let robot = mecanum4();
     let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
     sideways(&mut world, &robot, 500);
-    let (body, spins) = (world.body(), world.roller_spins_rad_s(1));
+    let (body, spins) = (world.robot().state(), world.robot().roller_spins_rad_s(1));
     let payload = Payload::new(4.0, Vector3::new(0.1, 0.0, 0.12)).expect("a payload");
-    world.carry(&[payload]);
-    let now = world.body();
+    world.robot_mut().carry(&[payload]);
+    let now = world.robot().state();
     // Sums of a few metres and seconds in f64.
     assert!((now.twist_in_body.vy_m_s - body.twist_in_body.vy_m_s).abs() < 1e-12);
     assert!((now.pose.y_m - body.pose.y_m).abs() < 1e-12);
-    for (now, before) in world.roller_spins_rad_s(1).iter().zip(&spins) {
+    for (now, before) in world.robot().roller_spins_rad_s(1).iter().zip(&spins) {
         assert!((now - before).abs() < 1e-9);
     }
     let kilograms = robot.mass_kg() + 4.0;
     sideways(&mut world, &robot, 500);
-    let carried_n: f64 = world.contacts().iter().map(|c| c.normal_force_n).sum();
+    let carried_n: f64 = world
+        .robot()
+        .contacts()
+        .iter()
+        .map(|c| c.normal_force_n)
+        .sum();
     // Sideways the load swings by what the robot's tilt does with it.
     assert!(
         (carried_n / (kilograms * G) - 1.0).abs() < 0.05,
@@ -231,9 +244,9 @@ fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
 fn a_seized_roller_stands_still() {
     let robot = mecanum4();
     let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
-    world.seize_roller(0, 3, true);
+    world.robot_mut().seize_roller(0, 3, true);
     sideways(&mut world, &robot, 1500);
-    let spins = world.roller_spins_rad_s(0);
+    let spins = world.robot().roller_spins_rad_s(0);
     assert_eq!(spins[3], 0.0);
     assert!(spins.iter().any(|spin| spin.abs() > 5.0), "{spins:?}");
 }

@@ -31,12 +31,12 @@ fn begin(robot: &Robot, floor: &Floor, start: Pose) -> Result<World, WorldError>
 
 /// The greatest height above the start and the fastest rise or fall within half a second, in metres and m/s.
 fn rises(world: &mut World) -> (f64, f64) {
-    let start_m = world.body().height_m;
+    let start_m = world.robot().state().height_m;
     let (mut rise_m, mut fastest_m_s) = (0.0_f64, 0.0_f64);
     while world.time_s() < 0.5 {
-        let before_m = world.body().height_m;
+        let before_m = world.robot().state().height_m;
         world.step();
-        let body = world.body();
+        let body = world.robot().state();
         rise_m = rise_m.max(body.height_m - start_m);
         fastest_m_s = fastest_m_s.max((body.height_m - before_m).abs() / world.dt_s());
     }
@@ -56,7 +56,7 @@ fn on_a_box_that_bears_all_wheels_it_stands_on_top_and_stays() {
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
         let radius_m = robot.wheels[0].radius_m;
         // The hub is as far above the top as above a floor, to what f32 makes of half a metre.
-        assert!((world.hub_height_m(0) - height_m - radius_m).abs() < 1e-7);
+        assert!((world.robot().hub_height_m(0) - height_m - radius_m).abs() < 1e-7);
         let (rise_m, fastest_m_s) = rises(&mut world);
         assert!(rise_m < 1e-6, "{height_m}: rose {rise_m:.1e} m");
         // Settling onto contacts that give way by micrometres is all the motion there is.
@@ -83,7 +83,7 @@ fn on_a_box_under_two_wheels_it_tips_onto_the_other_two_and_is_not_thrown() {
             fastest_m_s < 2.0 * (2.0 * 9.81 * height_m).sqrt(),
             "{fastest_m_s:.2} m/s"
         );
-        assert!(world.penetration_m() < 5e-5);
+        assert!(world.robot().penetration_m() < 5e-5);
     }
 }
 
@@ -111,7 +111,7 @@ fn on_bumps_the_first_wheel_touches_and_none_is_inside() {
             ..Pose::default()
         };
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
-        assert!(world.penetration_m() < 1e-8);
+        assert!(world.robot().penetration_m() < 1e-8);
         let (rise_m, _) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
     }
@@ -135,7 +135,7 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
         robot.chassis.mass.center_of_mass_m += Vector3::new(0.02, 0.03, 0.0);
         let stands = robot.standing_pose().expect("it can stand");
         let mut world = begin(&robot, &Floor::default(), Pose::default()).expect("a plane");
-        let body = world.body();
+        let body = world.robot().state();
         let at = [body.height_m, body.roll_rad, body.pitch_rad];
         let foretold = [stands.height_m, stands.roll_rad, stands.pitch_rad];
         for (at, foretold) in at.iter().zip(foretold) {
@@ -144,7 +144,7 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
         while world.time_s() < 0.5 {
             world.step();
         }
-        let body = world.body();
+        let body = world.robot().state();
         let left = [body.height_m, body.roll_rad, body.pitch_rad];
         let moved = at.iter().zip(left).map(|(at, left)| (at - left).abs());
         let moved = moved.fold(0.0, f64::max);
@@ -165,7 +165,7 @@ fn beside_a_wall_it_stands_on_the_floor() {
         + 0.06;
     let floor = floor(vec![solid([-1.0, 1.0], [reach_m, reach_m + 0.1], 0.5)]);
     let world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
-    assert!((world.hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
+    assert!((world.robot().hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
 }
 
 #[test]
@@ -181,12 +181,12 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
     for height_m in [3.0, 1e3, 1e6, 1e9] {
         let wall = solid([-1.0, 1.0], [outermost_m, outermost_m + 0.1], height_m);
         let world = begin(&robot, &floor(vec![wall]), Pose::default()).expect("a place to stand");
-        let off_m = world.hub_height_m(0) - robot.wheels[0].radius_m;
+        let off_m = world.robot().hub_height_m(0) - robot.wheels[0].radius_m;
         assert!(off_m.abs() < 1e-7, "{height_m}: {off_m}");
         // Beneath it: it stands there, or is refused, and either is soon known.
         let beneath = solid([-1.0, 1.0], [-1.0, 1.0], height_m);
         if let Ok(world) = begin(&robot, &floor(vec![beneath]), Pose::default()) {
-            let above_m = world.hub_height_m(0) - height_m;
+            let above_m = world.robot().hub_height_m(0) - height_m;
             assert!(
                 above_m >= 0.0 && above_m < 0.06 + 1e-6 * height_m,
                 "{height_m}: {above_m}"

@@ -45,12 +45,12 @@ fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f
     let steps = (time_s / world.dt_s()).round() as usize;
     for _ in 0..steps {
         let share = (world.time_s() / 0.5).min(1.0);
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let motor =
             |(target, rate): (&f64, &f64)| MotorTorque::with_droop(share * target - rate, 1.0);
         let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.drive(&motors);
-        world.push(&Push {
+        world.robot_mut().drive(&motors);
+        world.robot_mut().push(&Push {
             force_in_world_n: Vector3::new(share * pull_n, 0.0, 0.0),
             place_in_body_m: Vector3::zeros(),
         });
@@ -60,11 +60,14 @@ fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f
 
 /// Means of velocity ahead and of the wheels' rates over a second.
 fn means(world: &mut World, robot: &Robot, twist: Twist, pull_n: f64) -> (f64, Vec<f64>) {
-    let (x_m, angles) = (world.body().pose.x_m, world.wheel_angles_rad().to_vec());
+    let (x_m, angles) = (
+        world.robot().state().pose.x_m,
+        world.robot().wheel_angles_rad().to_vec(),
+    );
     follow(world, robot, twist, 1.0, pull_n);
-    let rates = world.wheel_angles_rad().iter().zip(&angles);
+    let rates = world.robot().wheel_angles_rad().iter().zip(&angles);
     (
-        world.body().pose.x_m - x_m,
+        world.robot().state().pose.x_m - x_m,
         rates.map(|(a, b)| a - b).collect(),
     )
 }
@@ -98,9 +101,9 @@ fn rolling_resistance_takes_its_share_of_the_load_for_each_metre() {
             let mut world = world(robot, surface, 1e-3);
             let rest_j = total_j(&world);
             follow(&mut world, robot, twist, 1.0, 0.0);
-            let (began_j, from) = (world.motor_energy_j(), world.body().pose);
+            let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
             follow(&mut world, robot, twist, 1.0, 0.0);
-            let way_m = (world.body().pose.position_m() - from.position_m()).norm();
+            let way_m = (world.robot().state().pose.position_m() - from.position_m()).norm();
             let unexplained = unexplained_j(&world, rest_j).abs() / world.motor_energy_j();
             assert!(unexplained < 1e-3, "{unexplained}");
             (world.motor_energy_j() - began_j) / way_m
@@ -199,16 +202,16 @@ fn friction_falls_with_the_speed_of_sliding_as_stribeck_has_it() {
     let mut checked = false;
     for step in 0..3000 {
         for (y, sign) in [(0.25, -1.0), (-0.25, 1.0)] {
-            world.push(&Push {
+            world.robot_mut().push(&Push {
                 force_in_world_n: world_x(&world) * (sign * couple_n_m / 0.5),
                 place_in_body_m: Vector3::new(0.0, y, 0.0),
             });
         }
         world.step();
-        let slides_m_s = world.contacts()[0].sliding_in_body_m_s.norm();
+        let slides_m_s = world.robot().contacts()[0].sliding_in_body_m_s.norm();
         if step > 10 && slides_m_s > 0.1 {
             let expected = 0.2 + 0.3 * (-1.0f64).exp();
-            for contact in world.contacts() {
+            for contact in world.robot().contacts() {
                 // One step of acceleration beyond 0.1 m/s: 2 %.
                 assert!(
                     (contact.friction / expected - 1.0).abs() < 0.03,
@@ -224,7 +227,7 @@ fn friction_falls_with_the_speed_of_sliding_as_stribeck_has_it() {
 }
 
 fn world_x(world: &World) -> Vector3<f64> {
-    let heading_rad = world.body().pose.heading_rad;
+    let heading_rad = world.robot().state().pose.heading_rad;
     Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0)
 }
 
@@ -238,7 +241,7 @@ fn long_rollers_share_the_load_and_the_wheel_carries_all_of_it() {
     let mut total_n = 0.0;
     for _ in 0..1000 {
         follow(&mut world, &robot, twist, 1e-3, 0.0);
-        for contact in world.contacts() {
+        for contact in world.robot().contacts() {
             assert!(contact.touching && contact.touching_rollers >= 1);
             shared += usize::from(contact.touching_rollers > 1);
             assert_eq!(contact.touching_rollers > 1, contact.load_share < 1.0);
@@ -273,7 +276,7 @@ fn the_energies_close_with_what_treads_store_and_lose() {
         follow(&mut world, &robot, twist, 3.0, 0.0);
         // Then it coasts.
         for _ in 0..1000 {
-            world.apply(&[0.0; 4]);
+            world.robot_mut().apply(&[0.0; 4]);
             world.step();
         }
         let unexplained = unexplained_j(&world, began_j).abs() / world.motor_energy_j();
@@ -289,7 +292,7 @@ fn the_stiffer_the_tread_the_nearer_the_rigid_roller() {
     let end = |robot: &Robot| {
         let mut world = world(robot, FloorSurface::default(), 5e-4);
         follow(&mut world, robot, Twist::new(0.2, 0.3, 0.5), 2.0, 0.0);
-        world.body().pose
+        world.robot().state().pose
     };
     let rigid = end(&mecanum4());
     let apart_m = |stiffness_n_m: f64| {
@@ -321,7 +324,7 @@ fn all_rollers_and_those_near_the_ground_do_the_same_to_the_bit() {
         let mut world =
             World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("valid");
         follow(&mut world, &robot, Twist::new(0.2, 0.3, 0.5), 1.0, 0.0);
-        world.body()
+        world.robot().state()
     };
     assert_eq!(end(RollerBodies::All), end(RollerBodies::Near));
 }
@@ -331,12 +334,12 @@ fn a_robot_stands_on_its_treads_as_deep_as_its_weight_presses_them() {
     let robot = on_treads(volksbot(), 2e5, 1.0);
     let mut world = world(&robot, FloorSurface::default(), 2e-3);
     for _ in 0..1000 {
-        world.apply(&[0.0; 3]);
+        world.robot_mut().apply(&[0.0; 3]);
         world.step();
     }
     // m g / (3 k) below where it touches; what is left of the landing has died out.
     let sag_m = robot.mass_kg() * G / 3.0 / 2e5;
-    let height_m = world.hub_height_m(0);
+    let height_m = world.robot().hub_height_m(0);
     assert!(
         (0.05 - height_m - sag_m).abs() < 1e-3 * sag_m,
         "{height_m} {sag_m}"

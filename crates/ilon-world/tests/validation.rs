@@ -76,7 +76,7 @@ impl Rig {
     fn run_s(&mut self, duration_s: f64) {
         let dt_s = self.world.dt_s();
         for _ in 0..(duration_s / dt_s).round() as usize {
-            let rates = self.world.wheel_rates_rad_s().to_vec();
+            let rates = self.world.robot().wheel_rates_rad_s().to_vec();
             let torques: Vec<f64> = (0..rates.len())
                 .map(|i| {
                     let error = self.targets[i] - rates[i];
@@ -84,24 +84,24 @@ impl Rig {
                     self.proportional_n_m_s * error + self.integral[i]
                 })
                 .collect();
-            self.world.apply(&torques);
+            self.world.robot_mut().apply(&torques);
             self.world.step();
         }
     }
 
     fn push_s(&mut self, torques: &[f64], duration_s: f64) {
         for _ in 0..(duration_s / self.world.dt_s()).round() as usize {
-            self.world.apply(torques);
+            self.world.robot_mut().apply(torques);
             self.world.step();
         }
     }
 
     fn twist(&self) -> Twist {
-        self.world.body().twist_in_body
+        self.world.robot().state().twist_in_body
     }
 
     fn pose(&self) -> Pose {
-        self.world.body().pose
+        self.world.robot().state().pose
     }
 }
 
@@ -402,7 +402,7 @@ fn rollers_spin_as_they_must_not_to_slide() {
     let mut rig = Rig::new(&robot, &Floor::default(), 0.0, &near(500.0));
     rig.targets = ideal_rates(&robot, Twist::new(0.2, 0.1, 0.0));
     rig.run_s(2.0);
-    for contact in rig.world.contacts() {
+    for contact in rig.world.robot().contacts() {
         assert!(contact.touching);
         let (spin, ideal) = (contact.roller_spin_rad_s, contact.roller_spin_ideal_rad_s);
         // f32's rounding of a wheel's 6 rad/s at 50 mm, over a radius of 10 mm: 2e-6 rad/s.
@@ -431,6 +431,7 @@ fn motors_pay_for_the_friction_of_the_roller_bearings() {
             rig.run_s(0.002);
             let spins = rig
                 .world
+                .robot()
                 .contacts()
                 .iter()
                 .map(|c| c.roller_spin_rad_s.abs());
@@ -465,7 +466,7 @@ fn a_wheel_on_ice_pulls_with_mu_n_at_most() {
     let mut rig = Rig::new(&mecanum4(), &floor, 0.0, &near(500.0));
     rig.run_s(0.5);
     rig.push_s(&[0.3; 4], 0.05);
-    let contacts = rig.world.contacts();
+    let contacts = rig.world.robot().contacts();
     for (i, contact) in contacts.iter().enumerate() {
         let used = contact.force_in_body_n.norm() / contact.normal_force_n;
         let limit = if i == 0 { 0.02 } else { 0.6 };
@@ -566,11 +567,11 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
             let (mut squares, mut count) = (0.0, 0.0);
             for step in 0..180 {
                 let share = (f64::from(step) / 30.0).min(1.0);
-                let rates = rig.world.wheel_rates_rad_s();
+                let rates = rig.world.robot().wheel_rates_rad_s();
                 // 0.42 N m s: 60 rad/s of the robot's share that a wheel feels.
                 let pull = |(target, rate): (&f64, &f64)| 0.42 * (share * target - rate);
                 let torques: Vec<f64> = targets.iter().zip(rates).map(pull).collect();
-                rig.world.drive(
+                rig.world.robot_mut().drive(
                     &torques
                         .iter()
                         .map(|t| MotorTorque::with_droop(*t, 0.42))
@@ -578,7 +579,7 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
                 );
                 rig.world.step();
                 if step >= 60 {
-                    for contact in rig.world.contacts() {
+                    for contact in rig.world.robot().contacts() {
                         squares += contact.sliding_in_body_m_s.norm_squared();
                         count += 1.0;
                     }
@@ -720,6 +721,7 @@ fn two_runs_are_the_same_to_the_bit() {
         (
             bits,
             rig.world
+                .robot()
                 .wheel_angles_rad()
                 .iter()
                 .map(|a| a.to_bits())

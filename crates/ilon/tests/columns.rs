@@ -57,19 +57,19 @@ struct Seen {
 
 fn look(simulation: &Simulation) -> Seen {
     let world = simulation.world();
-    let wheels = 0..world.wheel_angles_rad().len();
+    let wheels = 0..world.robot().wheel_angles_rad().len();
     Seen {
-        body: world.body(),
-        rates_rad_s: world.wheel_rates_rad_s().to_vec(),
-        angles_rad: world.wheel_angles_rad().to_vec(),
-        torques_n_m: world.motor_torques_n_m().to_vec(),
+        body: world.robot().state(),
+        rates_rad_s: world.robot().wheel_rates_rad_s().to_vec(),
+        angles_rad: world.robot().wheel_angles_rad().to_vec(),
+        torques_n_m: world.robot().motor_torques_n_m().to_vec(),
         hubs_m: wheels
             .clone()
-            .map(|wheel| world.hub_height_m(wheel))
+            .map(|wheel| world.robot().hub_height_m(wheel))
             .collect(),
-        contacts: world.contacts().to_vec(),
+        contacts: world.robot().contacts().to_vec(),
         spins_rad_s: wheels
-            .map(|wheel| world.roller_spins_rad_s(wheel))
+            .map(|wheel| world.robot().roller_spins_rad_s(wheel))
             .collect(),
         energy: world.energy(),
         slip_j: world.slip_energy_j(),

@@ -52,7 +52,7 @@ fn begin(path: &Path, about_s: f64, bodies: RollerBodies) -> Simulation {
 
 /// Everything that moves, to the last bit.
 fn bits(world: &World) -> Vec<u64> {
-    let body = world.body();
+    let body = world.robot().state();
     let pose = [
         body.pose.x_m,
         body.pose.y_m,
@@ -61,7 +61,7 @@ fn bits(world: &World) -> Vec<u64> {
         body.roll_rad,
         body.pitch_rad,
     ];
-    let wheels = world.wheel_angles_rad().iter();
+    let wheels = world.robot().wheel_angles_rad().iter();
     let all = pose.iter().chain(wheels);
     all.map(|number| number.to_bits()).collect()
 }
@@ -75,7 +75,8 @@ fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let highest_m = boxes.chain(floor.rough.iter().map(|rough| rough.height_m));
     let ground_m = highest_m.fold(0.0, f64::max);
     let world = simulation.world();
-    let standing = (0..world.wheel_angles_rad().len()).map(|wheel| world.hub_height_m(wheel));
+    let standing =
+        (0..world.robot().wheel_angles_rad().len()).map(|wheel| world.robot().hub_height_m(wheel));
     // A look every tenth of a degree: a roller passes in some forty degrees.
     let turned = simulation.plant().robot().wheels.iter().flat_map(|wheel| {
         (0..3600).map(|look| wheel.hub_height_m(f64::from(look) * 0.1_f64.to_radians()))
@@ -124,15 +125,15 @@ fn hold(path: &Path, about_s: f64) {
         );
         (slip_j, spin_up_j) = (world.slip_energy_j(), world.spin_up_energy_j());
         impact_j.push(world.impact_energy_j());
-        for wheel in 0..world.wheel_angles_rad().len() {
-            let hub_m = world.hub_height_m(wheel);
+        for wheel in 0..world.robot().wheel_angles_rad().len() {
+            let hub_m = world.robot().hub_height_m(wheel);
             assert!(
                 (lowest_m..=highest_m).contains(&hub_m),
                 "{name}, {t_s} s: hub {wheel} at {hub_m} m, out of {lowest_m} to {highest_m}"
             );
         }
         if step % 5 == 0 {
-            let deep_m = world.penetration_m();
+            let deep_m = world.robot().penetration_m();
             assert!(deep_m < deepest_m, "{name}, {t_s} s: {deep_m:.1e} m deep");
         }
         step += 1;

@@ -149,13 +149,13 @@ fn course_in_ilon(
         for _ in 0..steps as usize {
             drive(&mut world, case, targets.as_deref());
             if let Some(force_in_world_n) = case.force_n(t_s) {
-                world.push(&ilon_world::Push {
+                world.robot_mut().push(&ilon_world::Push {
                     force_in_world_n,
                     place_in_body_m: case.pushed_at_m(),
                 });
             }
             world.step();
-            for (load, contact) in loads_n.iter_mut().zip(world.contacts()) {
+            for (load, contact) in loads_n.iter_mut().zip(world.robot().contacts()) {
                 *load += contact.normal_force_n / steps;
             }
         }
@@ -167,7 +167,12 @@ fn course_in_ilon(
 /// The wheels' torques for one step, falling with the rates that they gain within it.
 fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
     let Some(targets) = targets else { return };
-    let rates = world.wheel_rates_rad_s().iter().zip(targets).enumerate();
+    let rates = world
+        .robot()
+        .wheel_rates_rad_s()
+        .iter()
+        .zip(targets)
+        .enumerate();
     let motors: Vec<MotorTorque> = rates
         .map(|(wheel, (rate, target))| {
             let locked = case.locked_wheel == Some(wheel);
@@ -175,12 +180,16 @@ fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
             MotorTorque::with_droop(gain * (target - rate), gain)
         })
         .collect();
-    world.drive(&motors);
+    world.robot_mut().drive(&motors);
 }
 
 fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
-    let body = world.body();
-    let touching = world.contacts().iter().filter(|contact| contact.touching);
+    let body = world.robot().state();
+    let touching = world
+        .robot()
+        .contacts()
+        .iter()
+        .filter(|contact| contact.touching);
     Row {
         t_s: world.time_s(),
         position_m: body.pose.position_m(),
@@ -190,7 +199,7 @@ fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
             .map(|contact| contact.sliding_in_body_m_s.norm())
             .fold(0.0, f64::max),
         loads_n,
-        wheels_rad: world.wheel_angles_rad().to_vec(),
+        wheels_rad: world.robot().wheel_angles_rad().to_vec(),
         sums: Sums {
             slip_j: world.slip_energy_j() + world.spin_up_energy_j(),
             other_j: world.impact_energy_j(),

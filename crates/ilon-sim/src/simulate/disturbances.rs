@@ -140,7 +140,7 @@ impl Disturbances {
         self.wet(t_s, world);
         for push in &self.pushes {
             if let Some(push) = push.during(t_s, dt_s, world) {
-                world.push(&push);
+                world.robot_mut().push(&push);
             }
         }
     }
@@ -149,7 +149,7 @@ impl Disturbances {
         let on = self.payloads.iter().filter(|(_, fault)| fault.is_on(t_s));
         let carried: Vec<Payload> = on.map(|(payload, _)| *payload).chain(self.put_on).collect();
         if carried != self.carried {
-            world.carry(&carried);
+            world.robot_mut().carry(&carried);
             self.carried = carried;
         }
     }
@@ -158,7 +158,9 @@ impl Disturbances {
         for seizure in &mut self.seizures {
             let seized = seizure.fault.is_on(t_s);
             if seized != seizure.seized {
-                world.seize_roller(seizure.wheel, seizure.roller, seized);
+                world
+                    .robot_mut()
+                    .seize_roller(seizure.wheel, seizure.roller, seized);
                 seizure.seized = seized;
             }
         }
@@ -196,7 +198,7 @@ impl TimedPush {
         let force_in_world_n = match self.frame {
             Frame::World => force_n,
             Frame::Body => {
-                let heading_rad = world.body().pose.heading_rad;
+                let heading_rad = world.robot().state().pose.heading_rad;
                 Rotation3::from_axis_angle(&Vector3::z_axis(), heading_rad) * force_n
             }
         };

@@ -215,7 +215,7 @@ impl Plant {
         for _ in 0..steps {
             self.actuate(command);
             self.step();
-            let acted = self.world.motor_torques_n_m();
+            let acted = self.world.robot().motor_torques_n_m();
             for (mean_n_m, torque_n_m) in self.outcome.torques_n_m.iter_mut().zip(acted) {
                 *mean_n_m += torque_n_m / steps as f64;
             }
@@ -326,7 +326,7 @@ impl Plant {
     pub(super) fn step(&mut self) {
         let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
         self.disturbances.act(t_s, dt_s, &mut self.world);
-        self.world.drive(&self.motors);
+        self.world.robot_mut().drive(&self.motors);
         self.world.step();
         self.clock.tick();
     }
@@ -377,7 +377,7 @@ impl Plant {
 
     /// Where the robot really is and how it really moves, whatever its sensors say.
     pub fn truth(&self) -> Truth {
-        let body = self.world.body();
+        let body = self.world.robot().state();
         Truth {
             pose: body.pose,
             height_m: body.height_m,

@@ -119,7 +119,11 @@ impl Recorder {
 
     /// Sums what happened during the last physics step.
     pub fn count(&mut self, world: &World, dt_s: f64) {
-        let acted = world.contacts().iter().zip(world.motor_torques_n_m());
+        let acted = world
+            .robot()
+            .contacts()
+            .iter()
+            .zip(world.robot().motor_torques_n_m());
         for (sums, (contact, torque_n_m)) in self.sums.iter_mut().zip(acted) {
             sums.slip_j += contact.slip_power_w * dt_s;
             sums.spin_up_j += contact.spin_up_power_w * dt_s;
@@ -132,8 +136,8 @@ impl Recorder {
     /// Adds a row: the state now, what was decided on it, and the torques that follow.
     pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
-        let angles_rad = world.wheel_angles_rad();
-        let rates_rad_s = world.wheel_rates_rad_s();
+        let angles_rad = world.robot().wheel_angles_rad();
+        let rates_rad_s = world.robot().wheel_rates_rad_s();
         let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
 
         let mut tasks = [TaskShare::default(); MAX_TASKS];
@@ -190,7 +194,7 @@ impl Recorder {
         if due > self.rollers_taken {
             self.rollers_taken = due;
             let wheels = 0..self.samples.len();
-            let angles = wheels.flat_map(|wheel| world.roller_angles_rad(wheel));
+            let angles = wheels.flat_map(|wheel| world.robot().roller_angles_rad(wheel));
             self.trace.push_roller_angles(angles);
         }
     }
@@ -231,7 +235,11 @@ impl Recorder {
     }
 
     fn sample_wheels(&mut self, world: &World, targets_rad_s: &[f64]) {
-        for (index, (sample, contact)) in self.samples.iter_mut().zip(world.contacts()).enumerate()
+        for (index, (sample, contact)) in self
+            .samples
+            .iter_mut()
+            .zip(world.robot().contacts())
+            .enumerate()
         {
             let sums = &mut self.sums[index];
             let (angular_n_m_s, time_s) = (sums.angular_n_m_s, sums.time_s);
@@ -239,14 +247,14 @@ impl Recorder {
             let place = contact.place_in_body_m;
             *sample = WheelSample {
                 target_rad_s: targets_rad_s[index],
-                rate_rad_s: world.wheel_rates_rad_s()[index],
-                angle_rad: world.wheel_angles_rad()[index],
+                rate_rad_s: world.robot().wheel_rates_rad_s()[index],
+                angle_rad: world.robot().wheel_angles_rad()[index],
                 torque_n_m: if time_s > 0.0 {
                     angular_n_m_s / time_s
                 } else {
                     0.0
                 },
-                hub_height_m: world.hub_height_m(index),
+                hub_height_m: world.robot().hub_height_m(index),
                 roller: contact.roller as u32,
                 touching: contact.touching,
                 load_share: 0.0,

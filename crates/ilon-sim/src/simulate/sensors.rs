@@ -121,7 +121,7 @@ impl Sensors {
         };
         if pose_is_due {
             self.poses_taken += 1;
-            let pose = self.noisy(faults.pose(t_s, world.body().pose));
+            let pose = self.noisy(faults.pose(t_s, world.robot().state().pose));
             if !faults.pose_is_lost(t_s) {
                 self.on_the_way.push_back(Taken {
                     taken_s: t_s,
@@ -132,8 +132,8 @@ impl Sensors {
         }
         for (wheel, miscount) in self.miscounts.iter_mut().enumerate() {
             let (angle_rad, rate_rad_s) = (
-                world.wheel_angles_rad()[wheel],
-                world.wheel_rates_rad_s()[wheel],
+                world.robot().wheel_angles_rad()[wheel],
+                world.robot().wheel_rates_rad_s()[wheel],
             );
             let factor = faults.encoder_factor(t_s, wheel);
             miscount.off_rad += (factor - 1.0) * (angle_rad - miscount.angle_rad);

@@ -283,7 +283,7 @@ pub fn drive(
     for k in 0..steps {
         let t = k as f64 * dt;
         let share = ((t - 1.0) / 0.5).clamp(0.0, 1.0);
-        let rates = world.wheel_rates_rad_s().to_vec();
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
         let torques: Vec<f64> = (0..n)
             .map(|i| {
                 let e = share * target[i] - rates[i];
@@ -295,10 +295,13 @@ pub fn drive(
             .iter()
             .map(|t| MotorTorque::with_droop(*t, kp))
             .collect();
-        world.drive(&motors);
-        let (before, angles_before) = (world.body().pose, world.wheel_angles_rad().to_vec());
+        world.robot_mut().drive(&motors);
+        let (before, angles_before) = (
+            world.robot().state().pose,
+            world.robot().wheel_angles_rad().to_vec(),
+        );
         world.step();
-        let b = world.body();
+        let b = world.robot().state();
         if (t - 0.5).abs() < 0.5 * dt {
             rest = b.pose;
         }
@@ -312,18 +315,18 @@ pub fn drive(
                 }
             };
             // What moved in the step, and not how it moves now: rollers that hand over within it change the velocity.
-            let angles = angles_before.iter().zip(world.wheel_angles_rad());
+            let angles = angles_before.iter().zip(world.robot().wheel_angles_rad());
             let middle: Vec<f64> = angles.clone().map(|(a, b)| 0.5 * (a + b)).collect();
             let rates: Vec<f64> = angles.map(|(a, b)| (b - a) / dt).collect();
             add(&mut real, before.displacement_to(&b.pose).scaled(1.0 / dt));
             add(&mut ideal, ideal_twist(robot, &rates));
             add(&mut contact, contact_twist(robot, &middle, &rates));
             count += 1.0;
-            for (i, c) in world.contacts().iter().enumerate() {
+            for (i, c) in world.robot().contacts().iter().enumerate() {
                 slip2 += c.sliding_in_body_m_s.norm_squared() / n as f64;
-                low[i] = low[i].min(world.hub_height_m(i));
-                high[i] = high[i].max(world.hub_height_m(i));
-                servo = servo.max((world.wheel_rates_rad_s()[i] - target[i]).abs());
+                low[i] = low[i].min(world.robot().hub_height_m(i));
+                high[i] = high[i].max(world.robot().hub_height_m(i));
+                servo = servo.max((world.robot().wheel_rates_rad_s()[i] - target[i]).abs());
             }
         }
     }

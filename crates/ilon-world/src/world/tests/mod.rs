@@ -78,7 +78,13 @@ fn lost_tumbling(dt_s: f64) -> f64 {
     let from = angular_momentum(&world);
     for _ in 0..(0.5 / dt_s).round() as usize {
         world.step();
-        assert!(world.contacts().iter().all(|contact| !contact.touching));
+        assert!(
+            world
+                .robot()
+                .contacts()
+                .iter()
+                .all(|contact| !contact.touching)
+        );
     }
     (angular_momentum(&world) - from).norm() / from.norm()
 }

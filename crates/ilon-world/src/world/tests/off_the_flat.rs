@@ -46,15 +46,15 @@ fn a_landing_does_not_bounce() {
             for phase in 0..8 {
                 let drop_m = drop_m + a_step_m * f64::from(phase) / 8.0;
                 let mut world = world(&robot, dt_s, bodies);
-                let rests_m = world.body().height_m;
+                let rests_m = world.robot().state().height_m;
                 place(&mut world, UnitQuaternion::identity(), drop_m);
-                while world.contacts().iter().all(|wheel| !wheel.touching) {
+                while world.robot().contacts().iter().all(|wheel| !wheel.touching) {
                     world.step();
                 }
                 let mut rebound_m = 0.0_f64;
                 for _ in 0..(0.3 / dt_s) as usize {
                     world.step();
-                    rebound_m = rebound_m.max(world.body().height_m - rests_m);
+                    rebound_m = rebound_m.max(world.robot().state().height_m - rests_m);
                 }
                 assert!(
                     rebound_m < 0.01 * drop_m,
@@ -75,15 +75,15 @@ fn a_heavy_robot_does_not_bounce_at_short_steps_either() {
     robot.chassis.mass.inertia_kg_m2 *= more;
     for dt_s in [1e-3, 2.5e-4] {
         let mut world = world(&robot, dt_s, RollerBodies::Near);
-        let rests_m = world.body().height_m;
+        let rests_m = world.robot().state().height_m;
         place(&mut world, UnitQuaternion::identity(), 0.02);
-        while world.contacts().iter().all(|wheel| !wheel.touching) {
+        while world.robot().contacts().iter().all(|wheel| !wheel.touching) {
             world.step();
         }
         let mut rebound_m = 0.0_f64;
         for _ in 0..(0.2 / dt_s) as usize {
             world.step();
-            rebound_m = rebound_m.max(world.body().height_m - rests_m);
+            rebound_m = rebound_m.max(world.robot().state().height_m - rests_m);
         }
         assert!(rebound_m < 0.01 * 0.02, "{dt_s} s: {rebound_m:.1e} m");
     }
@@ -107,7 +107,7 @@ fn tilted_it_comes_down_onto_what_is_lowest() {
                 let mut deepest_m = 0.0_f64;
                 while world.time_s() < 0.5 {
                     world.step();
-                    deepest_m = deepest_m.max(world.penetration_m());
+                    deepest_m = deepest_m.max(world.robot().penetration_m());
                     let said = format!("{dt_s} s, {tilt_deg} degrees, {:.3} s", world.time_s());
                     // It meets the ground at sqrt(2 g 0.1 mm) = 0.044 m/s, with 11 kg on a spring of 1e8 N/m:
                     // 0.044 sqrt(11 / 1e8) = 15 um. It falls over by some centimetres, at 0.5 m/s, onto two wheels:
@@ -134,7 +134,7 @@ fn the_angles_of_the_body_keep_their_digits_however_steep_it_stands() {
             UnitQuaternion::from_euler_angles(0.4, pitch_rad, 1.1),
             0.1,
         );
-        let body = world.body();
+        let body = world.robot().state();
         // The pitch keeps all its digits. Heading and roll are as uncertain as the last digit of what is left of the cosine of the
         // pitch.
         assert!(
