@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 
 use crate::dynamics::{Generalised, Motion, Posture};
 use crate::joint::Bearing;
+use crate::play::Play;
 use crate::step::Solution;
 use crate::tree::Tree;
 use crate::{ContactLaw, Drive, Energy, OracleError, Push, stability};
@@ -58,6 +59,8 @@ pub struct Engine {
     pub(crate) speeds: Generalised,
     /// Bend of each roller's bristle along the world's x and y, in metres.
     pub(crate) bristles: Vec<Vector2<f64>>,
+    /// Where each roller is on its axle.
+    pub(crate) plays: Vec<Play>,
 
     pub(crate) drives: Vec<Drive>,
     pub(crate) seized: Vec<bool>,
@@ -109,6 +112,7 @@ impl Engine {
             wheel_angles: vec![0.0; wheels],
             speeds: Generalised::zero(&tree),
             bristles: vec![Vector2::zeros(); rollers],
+            plays: tree.rollers.iter().map(|roller| roller.play).collect(),
             drives: vec![Drive::Free; wheels],
             seized: vec![false; rollers],
             push: None,
@@ -253,7 +257,8 @@ impl Engine {
         up: &Vector3<f64>,
     ) -> (Vector3<f64>, f64) {
         let outline = &self.tree.rollers[roller].outline;
-        let (c, a) = (&posture.centers[roller], &posture.axes[roller]);
+        let a = &posture.axes[roller];
+        let c = &(posture.centers[roller] + a * self.plays[roller].place_m);
         let height = self.origin.z + up.dot(c);
         if height > outline.bound_m() {
             return (*c, outline.bound_m() - height);

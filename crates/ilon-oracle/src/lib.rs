@@ -6,7 +6,7 @@
 //! that of rigid contacts with Coulomb friction, which ilon solves for at once by another way: no formula is shared. What is
 //! shared is the description of the robot, [`ilon_robot::Robot`].
 //!
-//! It knows a level or leaning floor and exact barrels. The chassis touches nothing.
+//! It knows a level or leaning floor, and exact barrels with or without play along their axles. The chassis touches nothing.
 //!
 //! Frames and signs are those of [`ilon_robot`].
 //!
@@ -39,6 +39,7 @@ mod engine;
 mod error;
 mod joint;
 mod outline;
+mod play;
 mod stability;
 mod step;
 mod tree;

@@ -9,6 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::dynamics::{ArrowSystem, Generalised, Prescribed};
 use crate::engine::Contact;
+use crate::play::Stops;
 use crate::tree::Tree;
 use crate::{Engine, OracleError};
 
@@ -146,13 +147,23 @@ impl Engine {
         let world_from_body = self.rotation.to_rotation_matrix();
         let up = world_from_body.inverse() * Vector3::z();
         let law = self.settings.contact;
+        let stops = Stops {
+            stiffness_n_m: law.normal_stiffness_n_m,
+            relaxes_s: law.normal_damping_n_s_m / law.normal_stiffness_n_m,
+        };
         self.contacts.clear();
         for (w, wheel) in self.tree.wheels.iter().enumerate() {
             let (o, e) = (&wheel.origin_in_body, &wheel.axis_in_body);
             for j in wheel.rollers.clone() {
                 let (point, depth) = self.lowest_of(&self.posture, j, &up);
                 let bristle = &mut self.bristles[j];
+                let play = &mut self.plays[j];
                 if depth <= 0.0 {
+                    if play.half_m > 0.0 {
+                        let a = world_from_body * self.posture.axes[j];
+                        let gravity = a.dot(&self.settings.gravity_m_s2);
+                        self.energy.roller_bearings_j -= play.go(&stops, h, gravity, |_| 0.0);
+                    }
                     // A bristle without mass straightens at once; what it held is lost.
                     self.energy.bristles_j +=
                         0.5 * law.bristle_stiffness_n_m * bristle.norm_squared();
@@ -160,11 +171,25 @@ impl Engine {
                     continue;
                 }
                 let (c, a) = (&self.posture.centers[j], &self.posture.axes[j]);
-                let velocity = world_from_body
+                let held = world_from_body
                     * (self.speeds.linear
                         + self.speeds.angular.cross(&point)
                         + e.cross(&(point - o)) * self.speeds.wheels[w]
                         + a.cross(&(point - c)) * self.speeds.rollers[j]);
+                let velocity = if play.half_m > 0.0 {
+                    let axis = world_from_body * a;
+                    let gravity = axis.dot(&self.settings.gravity_m_s2);
+                    let work_j = play.go(&stops, h, gravity, |rate| {
+                        let velocity = held + rate * axis;
+                        let normal = law.normal_n(depth, -velocity.z);
+                        let friction = law.bend(&mut bristle.clone(), velocity.xy(), normal, h);
+                        axis.xy().dot(&friction.force) + axis.z * normal
+                    });
+                    self.energy.roller_bearings_j -= work_j;
+                    held + play.rate_m_s * axis
+                } else {
+                    held
+                };
                 let normal = law.normal_n(depth, -velocity.z);
                 let friction = law.bend(bristle, velocity.xy(), normal, h);
                 let damper = normal - law.normal_stiffness_n_m * depth;

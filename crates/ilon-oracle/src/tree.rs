@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::OracleError;
 use crate::outline::Outline;
+use crate::play::Play;
 
 /// Mass, centre and inertia of a body, in the frame that it is fixed to.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,7 @@ pub(crate) struct RollerPart {
     pub transverse_inertia: f64,
     pub outline: Outline,
     pub bearing: Joint,
+    pub play: Play,
 }
 
 /// A hub, in the body frame.
@@ -118,5 +120,10 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
         transverse_inertia: roller.transverse_inertia_kg_m2,
         outline: Outline::new(&wheel.barrel(roller)),
         bearing: roller.joint,
+        play: Play {
+            half_m: 0.5 * wheel.surface.axial_play_m,
+            mass_kg: roller.mass_kg,
+            ..Play::default()
+        },
     })
 }

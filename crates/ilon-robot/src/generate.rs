@@ -220,6 +220,9 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
             }
         }
     }
+    if surface.axial_play_m != 0.0 {
+        write!(out, " axial_play=\"{}\"", num(surface.axial_play_m))?;
+    }
     if factor < 1.0 {
         write!(out, " length_factor=\"{}\"", num(factor))?;
     }

@@ -91,6 +91,7 @@ prop_compose! {
                 rolling_resistance: surface.0,
                 // Letters that XML has to escape.
                 material: (longer > 0.5).then(|| "rubber <60> & \"cord\"".to_owned()),
+                axial_play_m: 0.1 * surface.0 * roller_radius_m,
                 tread: surface.1.map(|(stiffness_n_m, damping_n_s_m, relaxation_length_m)| TreadSpec {
                     stiffness_n_m,
                     damping_n_s_m,

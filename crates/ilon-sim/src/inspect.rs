@@ -125,12 +125,14 @@ impl MadeInspection {
     }
 }
 
-/// What rollers that give, or drag, touch the ground with, as it is understood: defaults filled in.
+/// What rollers that give, drag or have play touch the ground with and are held by, as it is understood: defaults filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SurfaceInspection {
     /// Drag per load.
     pub rolling_resistance: f64,
+    /// Play of each roller along its axle, from stop to stop, in metres.
+    pub axial_play_m: f64,
     /// The tread; `None` of rigid rollers.
     pub tread: Option<TreadInspection>,
 }
@@ -165,6 +167,7 @@ impl SurfaceInspection {
         });
         (*surface != RollerSurface::default()).then_some(Self {
             rolling_resistance: surface.rolling_resistance,
+            axial_play_m: surface.axial_play_m,
             tread,
         })
     }

@@ -81,6 +81,28 @@ pub enum WorldError {
         /// The wheel's name.
         wheel: String,
     },
+    /// Rollers shall have play, and the shapes of their file or a profile by numbers: they touch as those with a tread do.
+    #[error(
+        "wheel `{wheel}`: its rollers have play along their axles, which only barrels can have; take barrels, with a crown or without, or \
+         leave the play out"
+    )]
+    PlayOfNoBarrel {
+        /// The wheel's name.
+        wheel: String,
+    },
+    /// Play along the axles of rollers that no bearing has.
+    #[error(
+        "wheel `{wheel}`: its rollers have a play of {play_m} m along their axles; write one in metres from 0 to their radius, \
+         {most_m} m: 0.2 mm is 0.0002"
+    )]
+    NoSuchPlay {
+        /// The wheel's name.
+        wheel: String,
+        /// The play, in metres.
+        play_m: f64,
+        /// The least radius of the wheel's rollers, in metres.
+        most_m: f64,
+    },
     /// A tread is so soft that the robot's weight alone would press it deeper than its rollers are thick.
     #[error(
         "wheel `{wheel}`: its tread of {stiffness_n_m} N/m would be pressed by {sag_mm:.1} mm under its share of the weight, deeper than its \

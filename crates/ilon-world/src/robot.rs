@@ -5,5 +5,6 @@ pub(crate) mod assembly;
 pub(crate) mod energy;
 pub(crate) mod roller;
 pub(crate) mod shared;
+pub(crate) mod slide;
 pub(crate) mod state;
 pub(crate) mod wheel;

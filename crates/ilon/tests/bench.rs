@@ -142,6 +142,54 @@ fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
     assert!(names_in(folder.path()).is_empty());
 }
 
+/// Contacts by rapier know neither treads nor rollers that slide along their axles.
+#[test_case::test_case("tread.stiffness_n_m = 1e5", "a tread"; "treads")]
+#[test_case::test_case("axial_play_m = 2e-4", "play"; "play")]
+fn of_a_robot_that_rapier_does_not_know_all_of_the_rest_is_measured(key: &str, named: &str) {
+    let folder = tempfile::tempdir().expect("a folder to work in");
+    let described = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/volksbot.toml"
+    );
+    let described = std::fs::read_to_string(described).expect("a shipped robot");
+    let described = described.replacen("[rollers]\n", &format!("[rollers]\n{key}\n"), 1);
+    std::fs::write(folder.path().join("own.toml"), described).expect("a file to write");
+    let little = [
+        "--robot",
+        "own.toml",
+        "--rates",
+        "240",
+        "--headings",
+        "0",
+        "--rounds",
+        "1",
+        "--fleets",
+        "0",
+    ];
+    let output = ilon(folder.path(), &[&little[..], &["--json"]].concat());
+    let said = printed(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    let own = &json["robots"]["own"];
+    let configurations = own["configurations"].as_array().expect("a list");
+    let kinds = configurations.iter().map(|c| c["roller_bodies"].as_str());
+    assert_eq!(kinds.collect::<Vec<_>>(), [Some("all"), Some("near")]);
+    let remark = own["remarks"][0].as_str().expect("a remark");
+    assert!(
+        remark.contains("rapier") && remark.contains(named) && said.contains(remark),
+        "{remark}: {said}"
+    );
+
+    // Asked for alone, they are refused.
+    let output = ilon(
+        folder.path(),
+        &[&little[..], &["--rollers", "rapier"]].concat(),
+    );
+    let said = printed(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(named) && output.stdout.is_empty(), "{said}");
+}
+
 #[test_case::test_case(&["--robot", "mecanum5"], "no built-in robot `mecanum5`"; "no robot")]
 #[test_case::test_case(&["--robot", "none/base.urdf"], "none/base.urdf"; "no file")]
 #[test_case::test_case(&["--robot", "volksbot", "--robot", "volksbot"], "two robots are called `volksbot`"; "twice")]

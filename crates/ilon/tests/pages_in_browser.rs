@@ -245,3 +245,53 @@ fn a_study() {
     support::ended_with(0, &folder.ilon(&["sweep", "study.toml", "--out", "study"]));
     assert_good(&folder.path("study/report.html"), 0, false);
 }
+
+/// What the table of values on the page of an identification says is what stands in the results beside it.
+fn assert_says_what_was_found(folder: &Folder, out: &str) {
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
+    browser.size(1440, 900);
+    browser.open(&folder.path(&format!("{out}/report.html")));
+    let rows = browser.eval(
+        "Array.from(document.querySelectorAll('#parameters tbody tr')).map((row) => Array.from(row.children).map((cell) => cell.textContent))",
+    );
+    let rows = rows.as_array().expect("a table of values");
+    let text = folder.read(&format!("{out}/identified.json"));
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let parameters = json["parameters"].as_object().expect("values by name");
+    assert!(!parameters.is_empty());
+    for (name, parameter) in parameters {
+        let row = rows.iter().find(|row| row[0] == name.as_str());
+        let row = row.unwrap_or_else(|| panic!("{name} is not in {rows:#?}"));
+        let shown = |cell: usize| -> f64 {
+            let text = row[cell].as_str().expect("text").replace('\u{2212}', "-");
+            text.parse().unwrap_or_else(|_| panic!("{name}: {text}"))
+        };
+        let value = parameter["value"].as_f64().expect("a number");
+        // Five digits.
+        assert!(
+            (shown(1) - value).abs() <= 1e-4 * value.abs() + 1e-9,
+            "{row}"
+        );
+        for (cell, end) in [(2, 0), (3, 1)] {
+            if let Some(end) = parameter["ci95"][end].as_f64() {
+                assert!(
+                    (shown(cell) - end).abs() <= 0.01 * end.abs() + 1e-9,
+                    "{row}"
+                );
+            }
+        }
+    }
+}
+
+/// The robot of four mecanum wheels as it was published: closed form only, and with what its rollers do simulated.
+#[test]
+fn an_identification() {
+    let folder = Folder::new();
+    let study = shipped("identify/optiodom_mecanum.toml");
+    support::ended_with(0, &folder.ilon(&["identify", &study, "--out", "found"]));
+    let page = folder.path("found/report.html");
+    assert_good(&page, 0, false);
+    assert_says_what_was_found(&folder, "found");
+}

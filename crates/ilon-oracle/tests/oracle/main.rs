@@ -8,6 +8,7 @@ mod figures;
 mod identify;
 mod limit;
 mod made;
+mod play;
 mod table;
 mod transients;
 mod tread;

@@ -57,8 +57,8 @@ impl Tread {
     }
 }
 
-/// What the rollers of a wheel are covered with, and what it costs them to roll. The default is the rigid roller that rolls
-/// without loss.
+/// What the rollers of a wheel are covered with, what it costs them to roll, and how far they can slide along their axles. The
+/// default is the rigid roller that rolls without loss and without play.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RollerSurface {
@@ -67,6 +67,26 @@ pub struct RollerSurface {
     /// Rolling resistance: energy that each metre takes by which the place of contact moves over the ground, per newton of
     /// load; dimensionless, >= 0. On a level floor the drag is this times the load.
     pub rolling_resistance: f64,
+    /// Play of each roller along its axle, from stop to stop, in metres, >= 0.
+    pub axial_play_m: f64,
+}
+
+/// Stiffness of rollers with play that have no tread of their own, in N/m, and their damping as a share of what is critical: they do not
+/// bounce.
+const STIFF_N_M: f64 = 1e7;
+const STIFF_DAMPING: f64 = 0.7;
+
+impl RollerSurface {
+    /// What its rollers touch the ground with under a load in kg: its tread, or, where they have none and can slide along their axles, one
+    /// of 1e7 N/m. About a hand-over two of them carry the wheel while one slides, and of rigid ones it cannot be said which carries
+    /// what.
+    pub fn touching_tread(&self, load_kg: f64) -> Option<Tread> {
+        let stiff = (self.axial_play_m > 0.0).then(|| Tread {
+            damping_n_s_m: Some(2.0 * STIFF_DAMPING * (STIFF_N_M * load_kg).sqrt()),
+            ..Tread::new(STIFF_N_M)
+        });
+        self.tread.or(stiff)
+    }
 }
 
 #[cfg(test)]

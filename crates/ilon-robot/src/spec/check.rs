@@ -108,6 +108,7 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.friction_n_m", r.friction_n_m),
         ("rollers.row_spacing_m", r.row_spacing_m),
         ("rollers.rolling_resistance", r.rolling_resistance),
+        ("rollers.axial_play_m", r.axial_play_m),
     ] {
         not_negative(key, value)?;
     }

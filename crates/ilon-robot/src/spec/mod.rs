@@ -181,6 +181,9 @@ pub struct RollerSpec {
     /// Rolling resistance of the rollers: drag per load, dimensionless.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rolling_resistance: f64,
+    /// Play of each roller along its axle, from stop to stop, in metres.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub axial_play_m: f64,
     /// `rollers.tread.stiffness_n_m = ...`: what rollers that give are covered with; left out, they are rigid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
@@ -236,6 +239,7 @@ impl RollerSpec {
         RollerSurface {
             tread,
             rolling_resistance: self.rolling_resistance,
+            axial_play_m: self.axial_play_m,
         }
     }
 }

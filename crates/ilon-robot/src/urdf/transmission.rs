@@ -75,6 +75,7 @@ pub(super) fn surfaces(source: &Source) -> BTreeMap<String, RollerSurface> {
         let surface = RollerSurface {
             tread,
             rolling_resistance: said("rolling_resistance").unwrap_or(0.0),
+            axial_play_m: said("axial_play").unwrap_or(0.0),
         };
         Some((node.attribute("joint")?.to_owned(), surface))
     })

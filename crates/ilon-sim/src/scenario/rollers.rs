@@ -51,6 +51,10 @@ pub struct RollerSurface {
     /// What the rollers of single wheels are made of, by the names of the wheels' joints, in place of `material`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub wheel_materials: BTreeMap<String, String>,
+    /// Play of each roller along its axle, from stop to stop, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub axial_play_m: Option<f64>,
     /// A tread: rollers that give, so that every roller which reaches the ground carries its share.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tread: Option<Tread>,
@@ -102,6 +106,7 @@ impl RollerSurface {
             surface.rolling_resistance = self
                 .rolling_resistance
                 .unwrap_or(surface.rolling_resistance);
+            surface.axial_play_m = self.axial_play_m.unwrap_or(surface.axial_play_m);
             if let Some(tread) = &self.tread {
                 surface.tread = Some(tread.laid_over(surface.tread, &wheel.name)?);
             }

@@ -73,6 +73,10 @@ impl Scenario {
                 rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
             ),
             (
+                "rollers.axial_play_m",
+                rollers.axial_play_m.is_some_and(|play_m| play_m > 0.0),
+            ),
+            (
                 "world.floor.rolling_resistance",
                 floor.rolling_resistance.is_some_and(|drag| drag > 0.0),
             ),
@@ -88,7 +92,7 @@ impl Scenario {
             return Err(Objection::to(
                 key,
                 format!(
-                    "`{key}` is of rollers that give and floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
+                    "`{key}` is of rollers that give or have play and of floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
                 ),
                 "leave it out, or let ilon solve the contacts",
             ));

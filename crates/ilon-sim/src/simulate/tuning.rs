@@ -40,11 +40,11 @@ pub(super) fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
     (by_ilon && is_open_plane(scenario, robot)).then_some(SPLIT_DT_S)
 }
 
-/// Whether wheels that are round roll on nothing but a plane.
+/// Whether wheels that are round, wherever their rollers are on their axles, roll on nothing but a plane.
 fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
-    let round =
-        scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(Wheel::is_round);
+    let is_round = |wheel: &Wheel| wheel.is_round() && wheel.surface.axial_play_m == 0.0;
+    let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
     round && floor.boxes.is_empty() && floor.rough.is_none()
 }
 
@@ -158,7 +158,10 @@ fn solver_need(scenario: &Scenario) -> Need {
 /// What rollers that give need: a step that sees the robot bounce on them.
 fn tread_need(robot: &Robot) -> Need {
     let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
-    let treads = robot.wheels.iter().filter_map(|wheel| wheel.surface.tread);
+    let treads = robot
+        .wheels
+        .iter()
+        .filter_map(|wheel| wheel.surface.touching_tread(load_kg));
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     Need {
         longest_s: seen_s

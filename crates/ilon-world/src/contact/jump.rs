@@ -65,7 +65,7 @@ impl Held<'_> {
     /// What freed bearings of rollers add to W of two rows.
     fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
         let rows = (&self.rows[row], &self.rows[column]);
-        of_axles(rows, |axle| self.freed_axles[axle])
+        of_axles(rows, |axle| [self.freed_axles[axle], 0.0])
     }
 
     /// What the unit impulse on a wheel does to the rate of another.

@@ -27,6 +27,36 @@ pub(crate) struct Axle {
     pub response: Option<f64>,
     /// What it would do if its bearing did not act; 0 where it has seized.
     pub free_response: f64,
+    /// How it slides along its axle.
+    pub slide: AxleSlide,
+}
+
+/// How a roller that may touch something slides along its axle; all 0 of one without play.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct AxleSlide {
+    /// Its rate when the step began, in m/s.
+    pub before_m_s: f64,
+    /// Its rate at the end of the step without any reaction, and then with them, in m/s.
+    pub rate_m_s: f64,
+    /// What an impulse of 1 N s along the axle does to it, in 1/kg.
+    pub response_1_kg: f64,
+}
+
+impl Axle {
+    /// Its rates about its axis and along it when the step began, in rad/s and m/s.
+    pub fn before(&self) -> (f64, f64) {
+        (self.before_rad_s, self.slide.before_m_s)
+    }
+
+    /// The same as they are known by now.
+    pub fn now(&self) -> (f64, f64) {
+        (self.rate_rad_s, self.slide.rate_m_s)
+    }
+
+    /// What impulses of 1 N m s about its axis and of 1 N s along it do to it, in rad/s and m/s.
+    pub fn responses(&self) -> [f64; 2] {
+        [self.response.unwrap_or(0.0), self.slide.response_1_kg]
+    }
 }
 
 /// A place where two bodies are near each other, as the contact that it would be.
@@ -83,11 +113,11 @@ impl Scenes<'_> {
             None => (in_the_middle, in_the_middle.map(row)),
         };
         let velocities = |rates: for<'s> fn(&'s Scene<'_>) -> &'s [f64],
-                          axle_rad_s: fn(&Axle) -> f64| {
+                          of_axle: fn(&Axle) -> (f64, f64)| {
             let of_side = |side: &Side, scene: &Scene<'_>, axle: &Option<Axle>| {
-                let of_axle = side.axle.zip(axle.as_ref());
+                let of_axle = side.axle.zip(axle.as_ref().map(of_axle));
                 side.of_bodies(rates(scene))
-                    + of_axle.map_or(0.0, |((_, c), axle)| c * axle_rad_s(axle))
+                    + of_axle.map_or(0.0, |((_, c), (rad_s, m_s))| c * rad_s + side.slide * m_s)
             };
             let of = |row: &Row| {
                 let of_a = of_side(&row.a, &a, &axles[0]);
@@ -98,8 +128,8 @@ impl Scenes<'_> {
         };
         let tangential = |v: &Vector3<f64>| Vector3::new(0.0, v.y, v.z);
         let turning = &place.turning;
-        let now = velocities(|scene| scene.rates_before, |axle| axle.before_rad_s);
-        let free = velocities(|scene| scene.rates_free, |axle| axle.rate_rad_s);
+        let now = velocities(|scene| scene.rates_before, Axle::before);
+        let free = velocities(|scene| scene.rates_free, Axle::now);
         PotentialContact {
             gap_before_m: place.gap_m - 0.5 * self.dt_s * now.x,
             frame,
@@ -144,6 +174,7 @@ impl Scene<'_> {
             } else {
                 state.response(0.0)
             },
+            slide: state.slide_on_ground(),
         })
     }
 
@@ -160,7 +191,7 @@ impl Scene<'_> {
         direction: Vector3<f64>,
     ) -> Side {
         let mut turn = (place_m - state.center_m()).cross(&direction);
-        let (mut hub_row, mut axle_row) = (None, None);
+        let (mut hub_row, mut axle_row, mut slide) = (None, None, 0.0);
         if let Part::Roller(wheel, roller) = part {
             let hub = &state.hubs()[wheel];
             let mut of_hub = (place_m - hub.center_m).cross(&direction);
@@ -173,6 +204,9 @@ impl Scene<'_> {
                 turn -= share * axis;
                 of_hub -= share * axis;
                 axle_row = Some((0, share));
+                if roller.slide.is_some() {
+                    slide = axis.dot(&direction);
+                }
             }
             hub_row = Some((body.hub_dof, hub.axis().dot(&of_hub)));
         }
@@ -188,6 +222,7 @@ impl Scene<'_> {
             ],
             hub: hub_row,
             axle: axle_row,
+            slide,
         }
     }
 }

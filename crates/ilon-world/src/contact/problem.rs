@@ -10,7 +10,8 @@
 //! - *contact*, Signorini: p_n >= 0, u_n + b + c p_n >= 0, one of them 0 (b is the gap's, c the compliance of the
 //!   contact);
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
-//! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning.
+//! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning;
+//! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes.
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
@@ -25,7 +26,7 @@ mod tests;
 use nalgebra::{Matrix3, Vector3};
 
 use newton::Newton;
-use one_contact::contact_impulse;
+use one_contact::{OnAxle, contact_impulse, impulses_on_axle};
 use stretch::Stretch;
 
 /// What holds between an impulse and the velocity where it acts.
@@ -48,13 +49,43 @@ pub(crate) enum Law {
         /// The impulse while it turns backwards, in N m s, >= 0.
         most_n_m_s: f64,
     },
+    /// One row: a roller along its axle, between two stops.
+    Slide {
+        /// The velocity that takes it to the stop behind within the step, in m/s, <= 0.
+        least_m_s: f64,
+        /// The velocity that takes it to the stop ahead, in m/s, >= 0.
+        most_m_s: f64,
+    },
+}
+
+/// What holds of one row that slides between stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sliding {
+    /// It is at a stop, to which this velocity takes it, in m/s.
+    At(f64),
+    /// It slides, without impulse.
+    Free,
 }
 
 impl Law {
     fn rows(&self) -> usize {
         match self {
             Law::Contact { .. } => 3,
-            Law::Joint { .. } => 1,
+            Law::Joint { .. } | Law::Slide { .. } => 1,
+        }
+    }
+}
+
+impl Sliding {
+    /// What holds of a row of a response `own` in 1/kg, on a `line` p - u / own: as the velocity falls from stop to stop, the
+    /// impulse grows, so that each of these lines meets the law once.
+    fn on_line(line: f64, own: f64, (least_m_s, most_m_s): (f64, f64)) -> Self {
+        if line > -least_m_s / own {
+            Self::At(least_m_s)
+        } else if line < -most_m_s / own {
+            Self::At(most_m_s)
+        } else {
+            Self::Free
         }
     }
 }
@@ -170,6 +201,7 @@ impl ImpulseProblem {
                 least_n_m_s,
                 most_n_m_s,
             } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
+            Law::Slide { .. } => self.set(at, asked.x),
             Law::Contact { friction, .. } => {
                 let normal = asked.x.max(0.0);
                 let mut rubbed = asked.yz();
@@ -209,6 +241,7 @@ impl ImpulseProblem {
                 let p = self.impulses[at];
                 least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
             }
+            Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
             Law::Contact { friction, .. } => {
                 let p = self.contact_impulse(at);
                 self.in_disc(at, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
@@ -294,6 +327,39 @@ impl ImpulseProblem {
         Vector3::from_row_slice(&self.velocities[at..at + 3])
     }
 
+    /// What holds of a row that slides between stops, as things stand; `None` of other laws.
+    fn sliding(&self, (at, law): (usize, Law)) -> Option<Sliding> {
+        let Law::Slide {
+            least_m_s,
+            most_m_s,
+        } = law
+        else {
+            return None;
+        };
+        let own = self.w(at, at);
+        let line = self.impulses[at] - self.velocities[at] / own;
+        Some(Sliding::on_line(line, own, (least_m_s, most_m_s)))
+    }
+
+    /// The row along its axle of the roller of a contact, with its velocity as it is now; `None` where it does not slide there.
+    fn axle_of(&self, contact: usize) -> Option<(usize, OnAxle)> {
+        self.laws.iter().find_map(|(row, law)| match *law {
+            Law::Slide {
+                least_m_s,
+                most_m_s,
+            } if self.w(contact + 1, *row) != 0.0 => {
+                let axle = OnAxle {
+                    coupling: Vector3::from_fn(|k, _| self.w(contact + k, *row)),
+                    own: self.w(*row, *row),
+                    free: self.velocities[*row],
+                    stops_m_s: (least_m_s, most_m_s),
+                };
+                Some((*row, axle))
+            }
+            _ => None,
+        })
+    }
+
     /// Goes a share of the way to where one law is solved for the others as they are.
     fn solve_one(&mut self, index: usize, share: f64) {
         let (at, law) = self.laws[index];
@@ -302,6 +368,16 @@ impl ImpulseProblem {
                 let impulse = self.impulses[at] - share * self.velocities[at] / self.w(at, at);
                 self.bring(index, Vector3::new(impulse, 0.0, 0.0));
             }
+            Law::Slide { .. } => {
+                let (now, velocity) = (self.impulses[at], self.velocities[at]);
+                // The line is that of the solution: alone, a row moves along it.
+                let there = match self.sliding((at, law)) {
+                    Some(Sliding::At(stop_m_s)) => now + (stop_m_s - velocity) / self.w(at, at),
+                    Some(Sliding::Free) => 0.0,
+                    None => now,
+                };
+                self.set(at, now + share * (there - now));
+            }
             Law::Contact {
                 friction,
                 approach_m_s,
@@ -309,10 +385,25 @@ impl ImpulseProblem {
             } => {
                 let own = Matrix3::from_fn(|i, j| self.w(at + i, at + j));
                 let free = self.contact_velocity(at) - own * self.contact_impulse(at);
-                let impulse = contact_impulse(&own, &free, friction, (approach_m_s, compliance));
+                let give = (approach_m_s, compliance);
+                let go = |problem: &mut Self, row: usize, there: f64| {
+                    let now = problem.impulses[row];
+                    problem.set(row, now + share * (there - now));
+                };
+                let impulse = match self.axle_of(at) {
+                    None => contact_impulse(&own, &free, friction, give),
+                    Some((row, mut axle)) => {
+                        let along = self.impulses[row];
+                        axle.free -=
+                            axle.coupling.dot(&self.contact_impulse(at)) + axle.own * along;
+                        let free = free - along * axle.coupling;
+                        let (impulse, along) = impulses_on_axle(&own, &free, friction, give, &axle);
+                        go(self, row, along);
+                        impulse
+                    }
+                };
                 for k in 0..3 {
-                    let now = self.impulses[at + k];
-                    self.set(at + k, now + share * (impulse[k] - now));
+                    go(self, at + k, impulse[k]);
                 }
             }
         }
@@ -335,6 +426,12 @@ impl ImpulseProblem {
                 };
                 excess.max(if opposes { 0.0 } else { u.abs() })
             }
+            // How far the nearest point of the law on the row's line is: in velocity as in what the impulse makes of one.
+            Law::Slide { .. } => match self.sliding((at, law)) {
+                Some(Sliding::At(stop_m_s)) => (self.velocities[at] - stop_m_s).abs(),
+                Some(Sliding::Free) => self.impulses[at].abs() * self.w(at, at),
+                None => 0.0,
+            },
             Law::Contact {
                 friction,
                 approach_m_s,

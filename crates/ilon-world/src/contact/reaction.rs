@@ -34,6 +34,8 @@ pub(crate) enum Part {
     Hub(usize),
     /// The bearing of a roller that touches something: wheel and roller.
     Axle(usize, usize),
+    /// The play along the axle of a roller that touches something: wheel and roller.
+    Slide(usize, usize),
     /// What rolling over something costs: wheel and roller.
     Rolling(usize, usize),
     /// What keeps the motor of a wheel from driving it beyond its rate limit.
@@ -173,7 +175,11 @@ impl Reaction {
     pub fn rows(&self) -> usize {
         match self.a.part {
             Part::Chassis | Part::Roller(..) => 3,
-            Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => 1,
+            Part::Hub(_)
+            | Part::Axle(..)
+            | Part::Slide(..)
+            | Part::Rolling(..)
+            | Part::RateLimit(_) => 1,
         }
     }
 

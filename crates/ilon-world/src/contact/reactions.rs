@@ -84,6 +84,8 @@ pub(crate) struct TouchedRoller {
     pub mean_rad_s: f64,
     /// Its rate about its axis after the step, in rad/s.
     pub rate_rad_s: f64,
+    /// Its rate along its axle after the step, in m/s; 0 without play.
+    pub slide_m_s: f64,
 }
 
 impl Reactions {
@@ -250,6 +252,7 @@ impl Reactions {
             roller: axle.roller,
             mean_rad_s: 0.5 * (axle.start_rad_s + axle.rate_rad_s),
             rate_rad_s: axle.rate_rad_s,
+            slide_m_s: axle.slide.rate_m_s,
         })
     }
 
@@ -271,10 +274,14 @@ impl Reactions {
         sinks.fold(0.0, f64::max)
     }
 
-    /// What the dry bearings of an articulated body and rolling took in the last step, in J.
+    /// What the dry bearings of an articulated body, the stops of its rollers and rolling took in the last step, in J.
     pub fn bearings_took_j(&self, body: usize) -> f64 {
-        let is_bearing =
-            |r: &&Reaction| matches!(r.a.part, Part::Hub(_) | Part::Axle(..) | Part::Rolling(..));
+        let is_bearing = |r: &&Reaction| {
+            matches!(
+                r.a.part,
+                Part::Hub(_) | Part::Axle(..) | Part::Slide(..) | Part::Rolling(..)
+            )
+        };
         let bearings = self.of_body(body).filter(is_bearing);
         bearings.map(|reaction| reaction.taken_j.x).sum()
     }
@@ -389,9 +396,14 @@ impl Reactions {
                         *change += impulse * f64::from(*rate);
                     }
                 }
-                for (axle, c) in self.rows[row].sides().filter_map(|side| side.axle) {
+                for side in self.rows[row].sides() {
+                    let Some((axle, c)) = side.axle else {
+                        continue;
+                    };
                     let axle = &mut self.axles[axle];
-                    axle.rate_rad_s += impulse * c * axle.response.unwrap_or(0.0);
+                    let [about, along] = axle.responses();
+                    axle.rate_rad_s += impulse * c * about;
+                    axle.slide.rate_m_s += impulse * side.slide * along;
                 }
                 row += 1;
             }

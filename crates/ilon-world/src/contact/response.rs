@@ -3,7 +3,7 @@
 use rapier3d::math::Real;
 
 use crate::contact::potential::Axle;
-use crate::contact::row::Row;
+use crate::contact::row::{Row, Side};
 
 /// What the unit impulse of each row does to the rates of the bodies that it acts on, and that of each wheel to its body.
 ///
@@ -174,28 +174,30 @@ impl Responses {
                 }
             }
         }
-        let responses = |axle: usize| axles[axle].response.unwrap_or(0.0);
+        let responses = |axle: usize| axles[axle].responses();
         for (other, w) in rows.iter().zip(w) {
             *w += of_axles((row, other), responses);
         }
     }
 }
 
-/// What rollers about their axes add to W of two rows, given how each answers.
+/// What rollers about and along their axes add to W of two rows, given how each answers about its axis and along it.
 #[inline]
-pub(crate) fn of_axles((at, by): (&Row, &Row), response: impl Fn(usize) -> f64) -> f64 {
+pub(crate) fn of_axles((at, by): (&Row, &Row), responses: impl Fn(usize) -> [f64; 2]) -> f64 {
+    let of_one = |at: &Side, by: &Side| match (at.axle, by.axle) {
+        (Some((i, a)), Some((j, b))) if i == j => {
+            let [about, along] = responses(i);
+            a * b * about + at.slide * by.slide * along
+        }
+        _ => 0.0,
+    };
     if at.b.is_none() && by.b.is_none() {
-        return match (at.a.axle, by.a.axle) {
-            (Some((i, a)), Some((j, b))) if i == j => a * b * response(i),
-            _ => 0.0,
-        };
+        return of_one(&at.a, &by.a);
     }
     let mut sum = 0.0;
-    for (i, a) in at.sides().filter_map(|side| side.axle) {
-        for (j, b) in by.sides().filter_map(|side| side.axle) {
-            if i == j {
-                sum += a * b * response(i);
-            }
+    for at in at.sides() {
+        for by in by.sides() {
+            sum += of_one(at, by);
         }
     }
     sum

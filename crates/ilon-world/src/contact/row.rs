@@ -23,6 +23,8 @@ pub(crate) struct Side {
     pub hub: Option<(usize, f64)>,
     /// Place among the axles and share.
     pub axle: Option<(usize, f64)>,
+    /// Share of the velocity with which that roller slides along its axle.
+    pub slide: f64,
 }
 
 impl Row {
@@ -69,6 +71,7 @@ impl Side {
             chassis: self.chassis.map(|c| -c),
             hub: self.hub.map(back),
             axle: self.axle.map(back),
+            slide: -self.slide,
         }
     }
 }

@@ -46,6 +46,9 @@ pub(crate) fn kinetic_j(
             sum_j += carried_j(roller.mass_kg, &roller.center_in_hub_m)
                 + 0.5 * roller.transverse_inertia_kg_m2 * across
                 + 0.5 * roller.axial_inertia_kg_m2 * (carried + spin).powi(2);
+            if let Some(slide) = &turning.slide {
+                sum_j += slide.kinetic_j();
+            }
         }
     }
     sum_j

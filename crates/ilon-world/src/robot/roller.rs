@@ -11,7 +11,9 @@ use ilon_robot::{Barrel, Roller, RollerForm, Turned, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::contact::nearest::PlacedBarrel;
+use crate::contact::potential::AxleSlide;
 use crate::contact::turned::PlacedTurned;
+use crate::robot::slide::Slide;
 use crate::robot::state::HubPose;
 
 /// What a bearing did in a step.
@@ -51,6 +53,8 @@ pub(crate) struct FixedRoller {
     damping_n_m_s: f64,
     /// Bearing dry friction, in N m.
     pub friction_n_m: f64,
+    /// The roller in the middle of its play, if it has any.
+    slide: Option<Slide>,
 }
 
 impl FixedRoller {
@@ -61,6 +65,7 @@ impl FixedRoller {
             RollerForm::Turned(turned) => (None, Some(turned.clone())),
             _ => (Some(wheel.barrel(roller)), None),
         };
+        let play_m = wheel.surface.axial_play_m;
         let bounding_radius_m = match (&barrel, &turned) {
             (Some(barrel), _) => PlacedBarrel::bounding_radius_m(barrel),
             (None, Some(turned)) => turned.bounding_radius_m(),
@@ -75,6 +80,7 @@ impl FixedRoller {
             axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
+            slide: (play_m > 0.0).then(|| Slide::in_the_middle(play_m, roller.mass_kg)),
         }
     }
 }
@@ -104,6 +110,8 @@ pub(crate) struct RollerState {
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle.
     pub seized: bool,
+    /// Where it is along its axle, if it has play.
+    pub slide: Option<Box<Slide>>,
 }
 
 /// What stays as it is can be read of a roller as of itself.
@@ -119,6 +127,7 @@ impl RollerState {
     /// A roller at rest.
     pub fn at_rest(fixed: Arc<FixedRoller>) -> Self {
         Self {
+            slide: fixed.slide.clone().map(Box::new),
             fixed,
             axial_rate_rad_s: 0.0,
             mean_rate_rad_s: 0.0,
@@ -135,7 +144,36 @@ impl RollerState {
 
     /// The roller's middle on a hub, in the floor's frame, in metres.
     pub fn center_m(&self, hub: &HubPose) -> Vector3<f64> {
-        hub.place_m(&self.hub_from_roller.translation.vector)
+        let in_hub_m = &self.hub_from_roller.translation.vector;
+        match self.place_m() {
+            0.0 => hub.place_m(in_hub_m),
+            place_m => hub.place_m(&(in_hub_m + place_m * self.axis_in_hub)),
+        }
+    }
+
+    /// Its place along its axle, in metres; 0 without play.
+    pub fn place_m(&self) -> f64 {
+        self.slide.as_ref().map_or(0.0, |slide| slide.place_m)
+    }
+
+    /// How it begins to slide along its axle where the ground is near; not at all without play, or where it has seized.
+    pub fn slide_on_ground(&self) -> AxleSlide {
+        let slide = self.slide.as_ref().filter(|_| !self.seized);
+        slide.map_or_else(AxleSlide::default, |slide| AxleSlide {
+            before_m_s: slide.rate_on_ground_m_s(),
+            rate_m_s: slide.rate_on_ground_m_s(),
+            response_1_kg: slide.response_1_kg(),
+        })
+    }
+
+    /// Moves it along its axle to the end of a step, with gravity along its axis in m/s^2. Gives the energy that is lost as it leaves
+    /// the ground, in J.
+    pub fn end_slide(&mut self, gravity: f64, dt_s: f64) -> f64 {
+        let pressed = self.pressed;
+        match &mut self.slide {
+            Some(slide) if !self.seized => slide.end_step(pressed, gravity, dt_s),
+            _ => 0.0,
+        }
     }
 
     /// Its barrel as it is placed by a hub, in the floor's frame; `None` where it has the shapes of its file.
@@ -170,6 +208,9 @@ impl RollerState {
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
     pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
         self.seized = seized;
+        if let Some(slide) = &mut self.slide {
+            slide.seize();
+        }
         self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
     }
 
@@ -219,6 +260,9 @@ impl RollerState {
     /// what slows it otherwise.
     pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
+        if let Some(slide) = &mut self.slide {
+            slide.begin_step(dt_s);
+        }
         self.expected_n_m = if self.seized {
             0.0
         } else if self.touched {

@@ -32,8 +32,10 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// What the rollers touch the ground with.
     pub surface: Surface,
-    /// Whether its rollers make a circle of its outline.
+    /// Whether its rollers make a circle of its outline, wherever they are on their axles.
     pub is_round: bool,
+    /// Whether its rollers can slide along their axles.
+    pub has_play: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
     /// What the bearings of the rollers put on the hub in the last step beyond what was expected, in its frame, in N m: it
@@ -44,7 +46,7 @@ pub(crate) struct WheelBody {
 /// What the rollers of a wheel touch the ground with, under the load of their robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
-    /// The tread of rollers that give.
+    /// The tread of rollers that give, or that have play.
     pub tread: Option<TreadLaw>,
     /// Drag per load.
     pub rolling_resistance: f64,
@@ -69,7 +71,7 @@ impl Surface {
             load_kg,
         };
         Self {
-            tread: surface.tread.as_ref().map(law),
+            tread: surface.touching_tread(load_kg).as_ref().map(law),
             rolling_resistance: surface.rolling_resistance,
             load_kg,
         }
@@ -229,8 +231,10 @@ pub(crate) fn insert(
         let collider = rapier.insert_collider(collider, hub);
         colliders.push(RollerCollider { collider, roller });
     }
+    let play_m = wheel.surface.axial_play_m;
     let reach_m = |roller: &RollerState| {
-        roller.hub_from_roller.translation.vector.norm() + roller.bounding_radius_m
+        let center_m = roller.hub_from_roller.translation.vector.norm();
+        center_m + roller.bounding_radius_m + 0.5 * play_m
     };
     WheelBody {
         hub,
@@ -240,7 +244,8 @@ pub(crate) fn insert(
         bodies,
         reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
         surface: Surface::under(&wheel.surface, load_kg),
-        is_round: wheel.is_round(),
+        is_round: wheel.is_round() && play_m == 0.0,
+        has_play: play_m > 0.0,
         rollers: rollers.to_vec(),
         owed_in_hub_n_m: Vector3::zeros(),
     }
@@ -267,6 +272,17 @@ impl WheelBody {
             let borne = roller.end_step(hub_mean_in_hub_rad_s, dt_s);
             lost_j += borne.lost_j;
             self.owed_in_hub_n_m += borne.owed_n_m * roller.axis_in_hub;
+        }
+        lost_j
+    }
+
+    /// Moves rollers with play along their axles to the end of a step, with gravity in the hub's frame, in m/s^2. Gives the energy that
+    /// is lost as they leave the ground, in J.
+    pub fn slide_rollers(&mut self, gravity_in_hub: &Vector3<f64>, dt_s: f64) -> f64 {
+        let mut lost_j = 0.0;
+        for roller in &mut self.rollers {
+            let along = gravity_in_hub.dot(&roller.axis_in_hub);
+            lost_j += roller.end_slide(along, dt_s);
         }
         lost_j
     }

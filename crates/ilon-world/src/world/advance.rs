@@ -51,7 +51,7 @@ impl World {
         self.count_motors(dt_s);
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let lost_j = body.run_bearings(dt_s) + self.reactions.bearings_took_j(index);
+            let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += lost_j;
             body.end_pushes(dt_s, &mut self.energies);
         }
@@ -94,7 +94,11 @@ impl World {
         self.energies.impact_j += self.reactions.released_j();
         for reaction in self.reactions.all() {
             let taken = match reaction.a.part {
-                Part::Hub(_) | Part::Axle(..) | Part::Rolling(..) | Part::RateLimit(_) => continue,
+                Part::Hub(_)
+                | Part::Axle(..)
+                | Part::Slide(..)
+                | Part::Rolling(..)
+                | Part::RateLimit(_) => continue,
                 Part::Chassis => Taken::of(reaction, &mut 0.0),
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
@@ -263,6 +267,9 @@ impl Articulated {
             roller.axial_rate_rad_s = touched.rate_rad_s;
             roller.mean_rate_rad_s = touched.mean_rad_s;
             roller.touched = true;
+            if let Some(slide) = &mut roller.slide {
+                slide.solved(touched.slide_m_s);
+            }
         }
     }
 
@@ -297,11 +304,17 @@ impl Articulated {
 
     /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry friction took out of all of
     /// them, in J, but for what is among the reactions. All work goes with the mean rates.
-    fn run_bearings(&mut self, dt_s: f64) -> f64 {
+    ///
+    /// Rollers with play move along their axles, under gravity in the floor's frame where they are in the air.
+    fn run_bearings(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         let wheels = self.assembly.wheels.iter_mut().zip(&self.robot.wheels);
         for (index, (body, wheel)) in wheels.enumerate() {
             lost_j += body.end_step(&self.middle.hub_rate_in_hub(index), dt_s);
+            if body.has_play {
+                let in_hub = self.state.hubs()[index].rotation.tr_mul(gravity);
+                lost_j += body.slide_rollers(&in_hub, dt_s);
+            }
             let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
             lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
         }

@@ -151,6 +151,15 @@ impl<'a> Body<'a> {
         self.articulated().state.hubs()[wheel].center_m.z
     }
 
+    /// Where each roller of a wheel is on its axle, along its axis from the middle of its play, in metres; 0 without play.
+    ///
+    /// # Panics
+    /// Where the robot has no such wheel.
+    pub fn roller_places_m(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
+        let rollers = &self.articulated().assembly.wheels[wheel].rollers;
+        rollers.iter().map(|roller| roller.place_m())
+    }
+
     /// How deep the deepest place of all barrels lies below the surface of the ground now, in metres; 0 where all are clear of
     /// it. Contacts give way by what loads them over [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing is caught within a
     /// step; anything more would be an error of the simulation. Rollers with shapes of their file do not count.

@@ -1,6 +1,6 @@
 //! What cannot be simulated.
 
-use ilon_robot::{Robot, Roller, RollerForm, RollerSurface, Wheel};
+use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
 use crate::contact::scene::Scenes;
 use crate::engine::shapes::shape_of_roller;
@@ -114,6 +114,27 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     })
 }
 
+/// Refuses play that is none: rollers slide along their axles by a part of their own size.
+fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
+    let play_m = wheel.surface.axial_play_m;
+    let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
+    let most_m = radii_m.fold(f64::INFINITY, f64::min);
+    let is_barrel =
+        |roller: &Roller| matches!(roller.form, RollerForm::Barrel | RollerForm::Made(_));
+    if play_m > 0.0 && !wheel.rollers.iter().all(is_barrel) {
+        let wheel = wheel.name.clone();
+        return Err(WorldError::PlayOfNoBarrel { wheel });
+    }
+    if play_m >= 0.0 && play_m <= most_m {
+        return Ok(());
+    }
+    Err(WorldError::NoSuchPlay {
+        wheel: wheel.name.clone(),
+        play_m,
+        most_m,
+    })
+}
+
 /// Refuses what rapier's own solver does not know.
 fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
@@ -126,7 +147,18 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             "take all of them: each is a body of its own",
         );
     }
-    let gives = |wheel: &&Wheel| wheel.surface != RollerSurface::default();
+    let has_play = |wheel: &&Wheel| wheel.surface.axial_play_m > 0.0;
+    if let Some(wheel) = robot.wheels.iter().find(has_play) {
+        return refused(
+            format!(
+                "rollers with play along their axles (wheel `{}`)",
+                wheel.name
+            ),
+            "leave the play out",
+        );
+    }
+    let gives =
+        |wheel: &&Wheel| wheel.surface.tread.is_some() || wheel.surface.rolling_resistance > 0.0;
     if let Some(wheel) = robot.wheels.iter().find(gives) {
         let what = format!(
             "rollers with a tread or rolling resistance (wheel `{}`)",
@@ -174,6 +206,7 @@ fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
             wheel: wheel.name.clone(),
         });
     }
+    check_play(wheel)?;
     for roller in &wheel.rollers {
         if let RollerForm::AsModelled(modelled) = &roller.form {
             if wheel.surface.tread.is_some() {

@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
+use crate::world::WorldError;
 
 use configuration::{Accuracy, Timing};
 use tread::TreadTiming;
@@ -175,6 +176,8 @@ pub struct RobotBench {
     pub drives: BTreeMap<String, Drive>,
     /// All configurations.
     pub configurations: Vec<Configuration>,
+    /// What was left out, and why.
+    pub remarks: Vec<String>,
     /// What treads cost; `None` where none was timed.
     pub tread: Option<TreadCost>,
     /// Drives in which wheels slide; empty where rapier's contacts are not among what is measured, or know not all of the robot.
@@ -182,7 +185,8 @@ pub struct RobotBench {
 }
 
 impl Bench {
-    /// Measures everything and tells of each part before it starts.
+    /// Measures everything and tells of each part before it starts. Contacts that rapier solves are left out, with a remark, for a robot
+    /// that they do not know all of, where there is something else to measure.
     ///
     /// # Errors
     /// Where a robot cannot drive: no rollers, wheels that leave a direction without control, a step it cannot take.
@@ -190,35 +194,47 @@ impl Bench {
         let heading_deg = options.headings_deg.first().copied().unwrap_or(0.0);
         let bandwidth_rad_s = options.bandwidth_rad_s;
         let mut measured = Vec::new();
+        let kinds = || options.configurations.iter().map(|(kind, _)| *kind);
+        let by_rapier_alone = kinds().all(|kind| kind == Kind::Rapier);
+        let mut left_out: BTreeMap<&str, String> = BTreeMap::new();
         for (name, robot) in &options.robots {
             for (kind, rate_hz) in &options.configurations {
+                if *kind == Kind::Rapier && left_out.contains_key(name.as_str()) {
+                    continue;
+                }
                 tell(&format!("{name}: {}", describe(kind.word(), *rate_hz)));
                 let headings_deg = &options.headings_deg;
                 let accuracy =
-                    Accuracy::measure(robot, (*kind, *rate_hz), bandwidth_rad_s, headings_deg)?;
+                    Accuracy::measure(robot, (*kind, *rate_hz), bandwidth_rad_s, headings_deg);
+                let accuracy = match accuracy {
+                    Err(Error::World(fault @ WorldError::NotInRapier { .. }))
+                        if !by_rapier_alone =>
+                    {
+                        let remark = format!("contacts by rapier are left out: {fault}");
+                        tell(&format!("{name}: {remark}"));
+                        left_out.insert(name, remark);
+                        continue;
+                    }
+                    measured => measured?,
+                };
                 let timing =
                     Timing::warmed_up(robot, (*kind, *rate_hz), bandwidth_rad_s, heading_deg)?;
                 measured.push((name, accuracy, timing));
             }
         }
         let mut transients: BTreeMap<String, Vec<Transient>> = BTreeMap::new();
-        if options
-            .configurations
-            .iter()
-            .any(|(kind, _)| *kind == Kind::Rapier)
-        {
+        if kinds().any(|kind| kind == Kind::Rapier) {
             for (name, robot) in &options.robots {
+                if left_out.contains_key(name.as_str()) {
+                    continue;
+                }
                 tell(&format!("{name}: sliding"));
                 transients.insert(name.clone(), Transient::measure(robot)?);
             }
         }
         let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
         // Contacts that rapier solves know no tread.
-        if options
-            .configurations
-            .iter()
-            .any(|(kind, _)| *kind != Kind::Rapier)
-        {
+        if !by_rapier_alone {
             for (name, robot) in &options.robots {
                 // Rollers with the shapes of their file have none either.
                 if let Ok(timing) = TreadTiming::warmed_up(robot, bandwidth_rad_s, heading_deg) {
@@ -243,9 +259,11 @@ impl Bench {
         let robots = robots.map(|(name, all)| {
             let tread = treads.remove(&name).and_then(TreadTiming::cost);
             let transients = transients.remove(&name).unwrap_or_default();
+            let remarks = left_out.remove(name.as_str()).into_iter().collect();
             (
                 name,
                 RobotBench {
+                    remarks,
                     tread,
                     transients,
                     ..RobotBench::of(all)
@@ -287,6 +305,7 @@ impl RobotBench {
             headline: headline.map(Configuration::describe).unwrap_or_default(),
             drives: headline.map(|c| c.drives.clone()).unwrap_or_default(),
             configurations,
+            remarks: Vec::new(),
             tread: None,
             transients: Vec::new(),
         }

@@ -257,6 +257,9 @@ fn text(bench: &Bench) -> String {
     for (name, robot) in &bench.robots {
         text.push_str(&robot_table(name, robot, &headings.join(", ")).to_string());
         text.push_str(&format!("  headline: {}\n", one_line(&robot.headline)));
+        for remark in &robot.remarks {
+            text.push_str(&format!("  {}\n", one_line(remark)));
+        }
         if let Some(tread) = &robot.tread {
             text.push_str(&format!("  {}\n", tread.said()));
         }

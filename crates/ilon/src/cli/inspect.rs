@@ -193,17 +193,17 @@ fn materials(robot: &Inspection) -> Table {
     table
 }
 
-/// What rollers that give or drag touch the ground with.
+/// What rollers that give, drag or have play touch the ground with and are held by.
 fn surfaces(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
         "treads: stiffness in N/mm and damping in N s/m, along the ground's normal and across it; sag under a wheel's share of \
-         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling",
+         the weight and the way over which sheared tread is renewed in mm; drag per load of rolling; play along the rollers' axles in mm",
     );
     columns(
         &mut table,
         &[
-            "along", "across", "damped", "across", "sag", "renewed", "drag",
+            "along", "across", "damped", "across", "sag", "renewed", "drag", "play",
         ],
     );
     for wheel in &robot.wheels {
@@ -224,6 +224,7 @@ fn surfaces(robot: &Inspection) -> Table {
                 of_tread(|tread| Some(1e3 * tread.sag_m), 3),
                 of_tread(|tread| Some(1e3 * tread.relaxation_length_m?), 1),
                 format!("{:.3}", surface.rolling_resistance),
+                format!("{:.3}", 1e3 * surface.axial_play_m),
             ],
         );
     }

@@ -281,7 +281,7 @@ fn table_of(name: &str, robot: &RobotBench) -> String {
          <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
          <tbody>{rows}</tbody></table>{}</div>\n{}",
         escape(name),
-        tread_sentence(robot),
+        sentences(robot),
         headings_table(name, robot) + &transients_table(name, robot)
     )
 }
@@ -319,10 +319,10 @@ fn transients_table(name: &str, robot: &RobotBench) -> String {
     )
 }
 
-/// What treads cost, where that was timed.
-fn tread_sentence(robot: &RobotBench) -> String {
+/// What was left out, and what treads cost, where that was timed.
+fn sentences(robot: &RobotBench) -> String {
     let said = robot.tread.as_ref().map(TreadCost::said);
-    said.map_or_else(String::new, |said| {
+    let sentence = |said: String| {
         let mut letters = said.chars();
         let first: String = letters
             .next()
@@ -330,7 +330,9 @@ fn tread_sentence(robot: &RobotBench) -> String {
             .flat_map(char::to_uppercase)
             .collect();
         format!("<p>{}{}.</p>", first, escape(letters.as_str()))
-    })
+    };
+    let remarks = robot.remarks.iter().cloned();
+    remarks.chain(said).map(sentence).collect()
 }
 
 /// Each drive's error heading by heading, where there are several.

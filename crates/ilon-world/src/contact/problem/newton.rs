@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{ImpulseProblem, Law, TOLERANCE};
+use super::{ImpulseProblem, Law, Sliding, TOLERANCE};
 use crate::contact::linear::solve_in_place;
 
 /// What a law does as things stand.
@@ -21,8 +21,10 @@ enum Regime {
         /// Impulse per velocity, in N s per m/s.
         scale: f64,
     },
-    /// A joint that turns against this impulse, in N m s.
+    /// A joint that turns against this impulse, in N m s; 0 of a roller that slides along its axle.
     Turns(f64),
+    /// A roller that moves along its axle at this velocity, in m/s: to a stop.
+    Moves(f64),
 }
 
 /// Room for Newton's method.
@@ -51,6 +53,11 @@ impl ImpulseProblem {
                     Regime::Turns(within)
                 }
             }
+            Law::Slide { .. } => match self.sliding((at, law)) {
+                Some(Sliding::At(stop_m_s)) => Regime::Moves(stop_m_s),
+                Some(Sliding::Free) => Regime::Turns(0.0),
+                None => Regime::Sticks,
+            },
             Law::Contact {
                 friction,
                 approach_m_s,
@@ -129,7 +136,7 @@ impl ImpulseProblem {
             // No other law's step changes its impulses.
             let there = |k: usize| self.impulses[at + k] + self.newton.step[at + k];
             let asked = match self.laws[law].1 {
-                Law::Joint { .. } => Vector3::new(there(0), 0.0, 0.0),
+                Law::Joint { .. } | Law::Slide { .. } => Vector3::new(there(0), 0.0, 0.0),
                 Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
             };
             self.bring(law, asked);
@@ -148,7 +155,11 @@ impl ImpulseProblem {
                     (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row]))
                 }
                 (Regime::Turns(impulse), _) => newton.fix(at, impulse - self.impulses[at]),
-                (_, Law::Joint { .. }) => newton.stop(at, self),
+                (Regime::Moves(stop_m_s), _) => {
+                    newton.stop(at, self);
+                    newton.step[at] += stop_m_s;
+                }
+                (_, Law::Joint { .. } | Law::Slide { .. }) => newton.stop(at, self),
                 (
                     regime,
                     Law::Contact {

@@ -458,3 +458,82 @@ fn a_nap_turned_against_the_tangents_is_the_same() {
         assert!((other_normal - normal).abs() < 1e-7 && (other - rubs).norm() < 1e-7);
     }
 }
+
+fn slide([least_m_s, most_m_s]: [f64; 2]) -> Law {
+    Law::Slide {
+        least_m_s,
+        most_m_s,
+    }
+}
+
+/// A bead of 0.5 kg on a rod goes on, or is stopped at a stop of the step.
+#[test]
+fn a_bead_between_stops_does_what_follows_on_paper() {
+    for (free, impulse, left) in [
+        (0.3, 0.0, 0.3),
+        (-0.3, 0.0, -0.3),
+        (0.9, -0.2, 0.5),
+        (-0.9, 0.25, -0.4),
+    ] {
+        let mut bead = problem(&[slide([-0.4, 0.5])], &[free], &[2.0]);
+        assert!(bead.solve() <= TOLERANCE);
+        assert!((bead.impulses[0] - impulse).abs() < 1e-8, "{free}");
+        assert!((bead.velocities[0] - left).abs() < 2e-8, "{free}");
+        assert_eq!(bead.holds(0), impulse != 0.0);
+    }
+}
+
+/// A roller on the ground with play, drawn at random: the contact's rows along the axle hand on to a light row of its own. All laws
+/// hold, and stops take energy.
+#[test]
+fn a_contact_with_play_is_solved_wherever_the_roller_is_between_its_stops() {
+    let mut draw = Draw(11);
+    for _ in 0..300 {
+        let contacts = 1;
+        let rows = 4 * contacts;
+        // The robot's own response to the contacts, and that of light rollers along their axles, which lean.
+        let robot = draw.response(3 * contacts, 6, 0.05);
+        let mut response = vec![0.0; rows * rows];
+        for i in 0..3 * contacts {
+            for j in 0..3 * contacts {
+                let (row, column) = (i / 3 * 4 + i % 3, j / 3 * 4 + j % 3);
+                response[row * rows + column] = robot[i * 3 * contacts + j];
+            }
+        }
+        let mut laws = Vec::new();
+        for k in 0..contacts {
+            let lean = 0.25 * draw.next();
+            let along = [lean, (1.0 - lean * lean).sqrt(), 0.0, 1.0];
+            for i in 0..4 {
+                for j in 0..4 {
+                    response[(4 * k + i) * rows + 4 * k + j] += 100.0 * along[i] * along[j];
+                }
+            }
+            laws.push(contact(0.6));
+            let stops = [-draw.next().abs(), draw.next().abs()];
+            laws.push(slide(stops));
+        }
+        let mut free: Vec<f64> = (0..rows).map(|_| 0.3 * draw.next()).collect();
+        for k in 0..contacts {
+            free[4 * k] = -free[4 * k].abs();
+            // A roller begins between its stops, at rest or at a rate that the contact feels.
+            free[4 * k + 3] = 0.0;
+        }
+        let mut problem = problem(&laws, &free, &response);
+        let error = problem.solve();
+        assert!(error <= TOLERANCE, "{contacts}: {error}");
+        for k in 0..contacts {
+            let Law::Slide {
+                least_m_s,
+                most_m_s,
+            } = laws[2 * k + 1]
+            else {
+                unreachable!("every second law is a slide");
+            };
+            let rate = problem.velocities[4 * k + 3];
+            assert!((least_m_s - 1e-7..most_m_s + 1e-7).contains(&rate));
+            // A roller that is stopped loses by it.
+            assert!(problem.impulses[4 * k + 3] * rate <= 1e-9);
+        }
+    }
+}

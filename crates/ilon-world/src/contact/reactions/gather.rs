@@ -74,6 +74,7 @@ impl Reactions {
                         chassis: [0.0; 6],
                         hub: Some((dof, 1.0)),
                         axle: None,
+                        slide: 0.0,
                     };
                     self.hold_bearing(&scene, Part::Hub(index), side, friction_n_m);
                 }
@@ -93,10 +94,12 @@ impl Reactions {
                     chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
                     hub: Some((body.hub_dof, -along)),
                     axle: Some((i, 1.0)),
+                    slide: 0.0,
                 };
                 let part = Part::Axle(axle.wheel, axle.roller);
                 self.hold_bearing(&scene, part, side, friction_n_m);
             }
+            self.hold_slide(&scene, i);
         }
     }
 
@@ -250,6 +253,29 @@ impl Reactions {
         self.hold_joint(scene, part, side, law, 0.0);
     }
 
+    /// Holds a roller with play between its stops, at a place among those that may touch.
+    fn hold_slide(&mut self, scene: &Scene<'_>, index: usize) {
+        let axle = self.axles[index];
+        let roller = &scene.assembly.wheels[axle.wheel].rollers[axle.roller];
+        let Some(slide) = roller.slide.as_ref().filter(|_| !roller.seized) else {
+            return;
+        };
+        let [least_m_s, most_m_s] = slide.to_stops_m_s(scene.dt_s);
+        let law = Law::Slide {
+            least_m_s,
+            most_m_s,
+        };
+        let side = Side {
+            body: scene.index,
+            chassis: [0.0; 6],
+            hub: None,
+            axle: Some((index, 0.0)),
+            slide: 1.0,
+        };
+        let part = Part::Slide(axle.wheel, axle.roller);
+        self.hold_joint(scene, part, side, law, 0.0);
+    }
+
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
     /// needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
@@ -286,17 +312,20 @@ impl Reactions {
             chassis: [0.0; 6],
             hub: Some((dof, 1.0)),
             axle: None,
+            slide: 0.0,
         };
         self.hold_joint(scene, Part::RateLimit(wheel), side, law, limit_rad_s);
     }
 
-    /// Adds a joint whose rate is counted from another.
+    /// Adds a joint, of which body A has both parts, whose rate is counted from another.
     fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, side: Side, law: Law, from_rad_s: f64) {
-        let rate = |rates: &[f64], of_axle: fn(&Axle) -> f64| {
-            side.of_bodies(rates) + side.axle.map_or(0.0, |(i, c)| c * of_axle(&self.axles[i]))
+        let rate = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
+            let axle = side.axle.map(|(i, c)| (c, of_axle(&self.axles[i])));
+            let of_axle = axle.map_or(0.0, |(c, (rad_s, m_s))| c * rad_s + side.slide * m_s);
+            side.of_bodies(rates) + of_axle
         };
-        let before = rate(scene.rates_before, |axle| axle.before_rad_s);
-        let free = rate(scene.rates_free, |axle| axle.rate_rad_s);
+        let before = rate(scene.rates_before, Axle::before);
+        let free = rate(scene.rates_free, Axle::now);
         let reaction = Reaction {
             a: scene.member(part),
             b: Partner::Itself,

@@ -106,7 +106,10 @@ impl Reactions {
             )
         });
         let of_axle = |row: &Row| match (row.a.axle, contact.axles[0]) {
-            (Some((_, share)), Some(axle)) => share * share * axle.response.unwrap_or(0.0),
+            (Some((_, share)), Some(axle)) => {
+                let [about, along] = axle.responses();
+                share * share * about + row.a.slide * row.a.slide * along
+            }
             _ => 0.0,
         };
         let mut per_kg = [1, 2].map(|k| 1.0 / tread.load_kg + of_axle(&contact.rows[k]));
@@ -171,6 +174,7 @@ impl Reactions {
             chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
             hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
             axle: axle.map(|index| (index, of_axle)),
+            slide: 0.0,
         };
         self.hold_bearing(scene, Part::Rolling(wheel, roller), side, drag_n);
     }
