@@ -67,15 +67,11 @@ pub(super) fn keys(
     keys
 }
 
-/// Drives the simulated robot at wheel rates, from the wheel angles of a phase; `None` where these values cannot be simulated.
-pub(super) fn made(
-    study: &Study,
-    section: &Simulate,
-    keys: &[(String, Toml)],
-    rates: &[f64],
-    phase: u32,
-    nominal: &Matrix3xX<f64>,
-) -> Result<Option<Made>, Error> {
+/// The robot at some values of the keys, and the period of its control, in seconds.
+///
+/// # Errors
+/// Where there is no such robot or scenario.
+pub(super) fn built(study: &Study, keys: &[(String, Toml)]) -> Result<(Robot, Plant, f64), Error> {
     let settings: Vec<Setting> = keys
         .iter()
         .map(|(key, value)| Setting::new(key, value))
@@ -84,8 +80,20 @@ pub(super) fn made(
     let scenario = Scenario::from_text(&text, &study.path, &settings, &study.files)?;
     let robot = load_robot(&scenario)?;
     let resolved = resolve_for(&scenario, &robot, Driver::Own)?;
-    let mut plant = Plant::new(&resolved, &robot)?;
-    let period_s = scenario.run.control_dt_s;
+    let plant = Plant::new(&resolved, &robot)?;
+    Ok((robot, plant, scenario.run.control_dt_s))
+}
+
+/// Drives the simulated robot at wheel rates, from the wheel angles of a phase; `None` where it leaves all numbers.
+pub(super) fn made(
+    study: &Study,
+    section: &Simulate,
+    keys: &[(String, Toml)],
+    rates: &[f64],
+    phase: u32,
+    nominal: &Matrix3xX<f64>,
+) -> Result<Option<Made>, Error> {
+    let (robot, mut plant, period_s) = built(study, keys)?;
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
     let settle = (SETTLE_S / period_s).ceil() as usize;
     // Wheels come to their phases while they settle.

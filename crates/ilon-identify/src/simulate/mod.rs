@@ -67,6 +67,7 @@ pub(crate) fn simulate(
             "leave fewer keys free below `[simulate.free]`, or drive in more directions",
         ));
     }
+    refuse_what_cannot_be(study, &free)?;
     let mut wanted: Vec<usize> = fitted.iter().map(|leg| leg.drive).collect();
     wanted.sort_unstable();
     wanted.dedup();
@@ -119,7 +120,12 @@ pub(crate) fn simulate(
         let made = match known(&kept) {
             Some(made) => made,
             None => {
-                let made = run_drives(&shown(seen), &wanted)?;
+                let values = shown(seen);
+                // Each key by itself can have what its range holds; together they may ask for a robot that cannot be.
+                if drive::built(study, &drive::keys(study, &free, &values, &[])).is_err() {
+                    return Ok(None);
+                }
+                let made = run_drives(&values, &wanted)?;
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                 kept.push((seen[..keys].to_vec(), made.clone()));
                 made
@@ -249,6 +255,27 @@ pub(crate) fn simulate(
             beside,
         },
     })
+}
+
+/// Refuses ranges at whose ends there is no robot or scenario that could be simulated, before anything is simulated.
+fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
+    let start: Vec<f64> = free.iter().map(start_of).collect();
+    for (axis, key) in free.iter().enumerate() {
+        for end in [key.low, key.high] {
+            let mut values = start.clone();
+            values[axis] = end;
+            if let Err(error) = drive::built(study, &drive::keys(study, free, &values, &[])) {
+                return Err(Error::invalid(
+                    format!(
+                        "`simulate.free.{}` goes to {end}, where nothing can be simulated: {error}",
+                        key.key
+                    ),
+                    "let `from` and `to` hold values that a scenario can have",
+                ));
+            }
+        }
+    }
+    drive::built(study, &drive::keys(study, free, &start, &[])).map(|_| ())
 }
 
 /// Pairs of keys whose changes look the same to nine parts in ten or more: the log hardly tells them apart.
