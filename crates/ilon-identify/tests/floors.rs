@@ -119,7 +119,11 @@ fn found(seed: u64) -> Identified {
             drive(
                 &robot,
                 rates,
-                (seed != 0).then_some(10 * seed + index as u64).unwrap_or(0),
+                if seed == 0 {
+                    0
+                } else {
+                    10 * seed + index as u64
+                },
             ),
         )
         .unwrap();
