@@ -8,6 +8,7 @@ use ilon_sim::{
     Commanded, Controller, Driver, Error, Moment, Plant, Scenario, Seen, Simulation, Snapshot,
     WheelCommand, load_robot, resolve, resolve_for,
 };
+use test_case::test_case;
 
 /// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes, payloads, a seized roller, a
 /// floor that changes, a box, the wheel law with the most state.
@@ -69,7 +70,11 @@ fn eventful(further: &str) -> (Scenario, Robot) {
 }
 
 fn plant() -> Plant {
-    let (scenario, robot) = eventful("");
+    plant_with("")
+}
+
+fn plant_with(further: &str) -> Plant {
+    let (scenario, robot) = eventful(further);
     let resolved = resolve(&scenario, &robot).expect("it can be run");
     Plant::new(&resolved, &robot).expect("it stands")
 }
@@ -189,9 +194,12 @@ fn what_runs_may_go_to_another_thread() {
     is_send::<Simulation>();
 }
 
-#[test]
-fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place() {
-    let (scenario, robot) = eventful("");
+/// Also where each roller slides along its axle, and where treads are strained.
+#[test_case(""; "rigid rollers")]
+#[test_case("[rollers]\naxial_play_m = 4e-4\n"; "rollers with play")]
+#[test_case("[rollers.tread]\nstiffness_n_m = 1e6\n"; "rollers with a tread")]
+fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place(further: &str) {
+    let (scenario, robot) = eventful(further);
     let start = Pose {
         x_m: -0.3,
         y_m: 0.1,
@@ -209,7 +217,7 @@ fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place() {
     };
     let resolved = resolve(&elsewhere, &robot).expect("it can be run");
     let mut fresh = Plant::new(&resolved, &robot).expect("it stands");
-    let mut reset = plant();
+    let mut reset = plant_with(further);
     drive(&mut reset, 37);
     reset.reset(99, start).expect("it stands there");
     assert_eq!(reset.time_s(), 0.0);
@@ -221,10 +229,12 @@ fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place() {
         heading_rad: 1e-17,
         ..Pose::default()
     };
-    plant().reset(1, nearly).expect("it stands there");
+    plant_with(further)
+        .reset(1, nearly)
+        .expect("it stands there");
 
     // A seed more or less is another noise, and another way.
-    let mut other = plant();
+    let mut other = plant_with(further);
     other.reset(100, start).expect("it stands there");
     assert_ne!(drive(&mut other, 60).last(), drive(&mut reset, 60).last());
 }
