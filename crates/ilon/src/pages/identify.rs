@@ -8,7 +8,7 @@ use std::path::Path;
 use ilon_identify::Identified;
 use ilon_identify::outcome::{Direction, JudgedBy, Run, Value};
 use ilon_report::figure::{
-    Figure, Layout, Span, axis, bars, dashed, dots, dotted, exact_curve, plot, solid,
+    Axis, Curve, Figure, Layout, Span, axis, bars, dashed, dots, dotted, exact_curve, plot, solid,
 };
 use ilon_report::page::{self, Head, Section, card, escape};
 use ilon_report::sweep::figure as number;
@@ -260,27 +260,35 @@ fn along(directions: &[Direction]) -> Figure {
     }
 }
 
+/// A figure of half the page's width over the direction of motion.
+fn by_direction(id: &str, title: &str, caption: &str, curves: Vec<Curve>, values: Axis) -> Figure {
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(axis("direction of motion in degrees"), values),
+        ),
+    }
+}
+
 fn across(directions: &[Direction]) -> Figure {
     let of = |f: fn(&Direction) -> Option<f64>| points(directions, f).into_iter();
     let curves = vec![
         exact_curve("fitted", of(|d| Some(d.fitted_across)), solid("@real")),
         dots("measured", of(|d| Some(d.measured_across)), "@slip", 8),
     ];
-    Figure {
-        id: "across".to_owned(),
-        title: "Way made to the left of it".to_owned(),
-        caption: "Over the way asked for: 0.01 is 0.57 degrees off course.".to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
-            curves,
-            Layout::of(
-                axis("direction of motion in degrees"),
-                axis("ratio").least_span(0.01),
-            ),
-        ),
-    }
+    by_direction(
+        "across",
+        "Way made to the left of it",
+        "Over the way asked for: 0.01 is 0.57 degrees off course.",
+        curves,
+        axis("ratio").least_span(0.01),
+    )
 }
 
 /// What the chosen model leaves, by direction.

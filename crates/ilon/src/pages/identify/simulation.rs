@@ -5,7 +5,7 @@ use ilon_report::figure::{Figure, Layout, Span, axis, dots, plot};
 use ilon_report::page::{Section, card, escape};
 use ilon_report::sweep::figure as number;
 
-use super::{fine, table, table_of, whether};
+use super::{by_direction, fine, table, table_of, whether};
 
 /// The section of the page.
 pub(super) fn section(simulation: &Simulation) -> Section {
@@ -121,21 +121,13 @@ fn drift(simulation: &Simulation) -> Figure {
         ),
         dots("measured", of(|d| d.measured_drift_rad_per_m), "@slip", 8),
     ];
-    Figure {
-        id: "simulated-drift".to_owned(),
-        title: "Drift of the heading".to_owned(),
-        caption: "By how much the robot turns beyond what its wheels ask for, over the way that they ask for.".to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
-            curves,
-            Layout::of(
-                axis("direction of motion in degrees"),
-                axis("rad/m").least_span(0.05),
-            ),
-        ),
-    }
+    by_direction(
+        "simulated-drift",
+        "Drift of the heading",
+        "By how much the robot turns beyond what its wheels ask for, over the way that they ask for.",
+        curves,
+        axis("rad/m").least_span(0.05),
+    )
 }
 
 /// The torques of the wheels in each drive, measured and simulated; `None` where the log has no currents.
@@ -158,21 +150,13 @@ fn pull(simulation: &Simulation) -> Option<Figure> {
         dots("simulated", of(|t| t.simulated_n_m), "@guidance", 8),
         dots("measured", of(|t| t.measured_n_m), "@slip", 8),
     ];
-    Some(Figure {
-        id: "simulated-torques".to_owned(),
-        title: "Torques of the wheels".to_owned(),
-        caption: "Of the wheels that turn, by the currents of their motors; sizes.".to_owned(),
-        height_px: 300,
-        span: Span::Half,
-        over_time: false,
-        plot: plot(
-            curves,
-            Layout::of(
-                axis("direction of motion in degrees"),
-                axis("N m").least_span(0.05),
-            ),
-        ),
-    })
+    Some(by_direction(
+        "simulated-torques",
+        "Torques of the wheels",
+        "Of the wheels that turn, by the currents of their motors; sizes.",
+        curves,
+        axis("N m").least_span(0.05),
+    ))
 }
 
 /// What is left, of the fitted keys and of others beside them.
