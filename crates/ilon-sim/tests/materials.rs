@@ -35,22 +35,30 @@ across = { creep = 0.5, rolling_resistance = 0.2, friction = 0.6 }
 against = { rolling_resistance = 0.15 }
 "#;
 
-fn load(text: &str, settings: &[&str]) -> Result<Scenario, Error> {
+/// The scenario of a text behind the common one; its robot's file is gone with the folder, so that it is used at once.
+fn with<T>(
+    text: &str,
+    settings: &[&str],
+    act: impl FnOnce(&Scenario) -> Result<T, Error>,
+) -> Result<T, Error> {
     let folder = Folder::new();
     let path = folder.write("materials.toml", &format!("{SCENARIO}{text}"));
     let settings: Vec<_> = settings.iter().map(|s| s.parse().unwrap()).collect();
-    let scenario = Scenario::load_with(path, &settings)?;
-    // The robot's file is gone with the folder.
-    Simulation::new(&scenario).map(|simulation| simulation.scenario().clone())?;
-    Ok(scenario)
+    act(&Scenario::load_with(path, &settings)?)
+}
+
+fn load(text: &str, settings: &[&str]) -> Result<Scenario, Error> {
+    with(text, settings, |scenario| {
+        Simulation::new(scenario)?;
+        Ok(scenario.clone())
+    })
 }
 
 fn hash(text: &str, settings: &[&str]) -> String {
-    let folder = Folder::new();
-    let path = folder.write("materials.toml", &format!("{SCENARIO}{text}"));
-    let settings: Vec<_> = settings.iter().map(|s| s.parse().unwrap()).collect();
-    let scenario = Scenario::load_with(path, &settings).unwrap();
-    ilon_sim::run(&scenario).unwrap().summary.trace_hash
+    with(text, settings, |scenario| {
+        Ok(ilon_sim::run(scenario)?.summary.trace_hash)
+    })
+    .unwrap()
 }
 
 #[test]

@@ -6,11 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_robot::{Pose, Robot, Tread, Twist};
 use ilon_world::{
-    ContactSolver, Floor, FloorSurface, Footing, MotorTorque, Nap, Patch, Push, Settings, World,
-    WorldError,
+    ContactSolver, Floor, FloorSurface, Footing, Nap, Patch, Push, Settings, World, WorldError,
 };
 use nalgebra::{Vector2, Vector3};
-use support::{ideal_rates, mecanum4, volksbot};
+use support::rig::follow;
+use support::{mecanum4, volksbot};
 
 const G: f64 = 9.81;
 
@@ -37,29 +37,6 @@ fn on(surface: FloorSurface) -> Floor {
     Floor {
         surface,
         ..Floor::default()
-    }
-}
-
-/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half second of the world; `pull_n` pulls
-/// on the middle of the robot along its own x, at the height of the ground.
-fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f64) {
-    let targets = ideal_rates(robot, twist);
-    let steps = (time_s / world.dt_s()).round() as usize;
-    for _ in 0..steps {
-        let share = (world.time_s() / 0.5).min(1.0);
-        let rates = world.robot().wheel_rates_rad_s().to_vec();
-        let motor =
-            |(target, rate): (&f64, &f64)| MotorTorque::with_droop(share * target - rate, 1.0);
-        let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.robot_mut().drive(&motors);
-        let heading_rad = world.robot().state().pose.heading_rad;
-        world.robot_mut().push(&Push {
-            force_in_world_n: share
-                * pull_n
-                * Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0),
-            place_in_body_m: Vector3::zeros(),
-        });
-        world.step();
     }
 }
 

@@ -4,11 +4,10 @@
 mod support;
 
 use ilon_robot::{Pose, Robot, Tread, Twist};
-use ilon_world::{
-    Floor, FloorSurface, MotorTorque, Push, RollerBodies, Settings, World, WorldError,
-};
+use ilon_world::{Floor, FloorSurface, Push, RollerBodies, Settings, World, WorldError};
 use nalgebra::Vector3;
-use support::{ideal_rates, mecanum4, volksbot};
+use support::rig::follow;
+use support::{mecanum4, volksbot};
 
 const G: f64 = 9.81;
 
@@ -36,26 +35,6 @@ fn world(robot: &Robot, surface: FloorSurface, dt_s: f64) -> World {
         ..Floor::default()
     };
     World::new(robot, &floor, Pose::default(), &settings(dt_s)).expect("valid")
-}
-
-/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half second of the world; `pull_n` pulls
-/// on the middle of the robot along x, at the height of the ground, where it moves no load from wheel to wheel.
-fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f64) {
-    let targets = ideal_rates(robot, twist);
-    let steps = (time_s / world.dt_s()).round() as usize;
-    for _ in 0..steps {
-        let share = (world.time_s() / 0.5).min(1.0);
-        let rates = world.robot().wheel_rates_rad_s().to_vec();
-        let motor =
-            |(target, rate): (&f64, &f64)| MotorTorque::with_droop(share * target - rate, 1.0);
-        let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
-        world.robot_mut().drive(&motors);
-        world.robot_mut().push(&Push {
-            force_in_world_n: Vector3::new(share * pull_n, 0.0, 0.0),
-            place_in_body_m: Vector3::zeros(),
-        });
-        world.step();
-    }
 }
 
 /// Means of velocity ahead and of the wheels' rates over a second.

@@ -1,7 +1,8 @@
 //! Robots under wheel loops, stepped by hand.
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_world::{Floor, Relief, RollerBodies, Settings, World};
+use ilon_world::{Floor, MotorTorque, Push, Relief, RollerBodies, Settings, World};
+use nalgebra::Vector3;
 
 use super::{Drive, drive, ideal_rates, mecanum4};
 
@@ -128,4 +129,27 @@ pub fn end_of_course(floor: &Floor, settings: &Settings) -> (Pose, Rig) {
     rig.targets = ideal_rates(&robot, Twist::new(0.3, 0.0, 0.0));
     rig.run_s(3.0);
     (rig.pose(), rig)
+}
+
+/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half second of the world; `pull_n` pulls
+/// on the middle of the robot along its own x, at the height of the ground.
+pub fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f64) {
+    let targets = ideal_rates(robot, twist);
+    let steps = (time_s / world.dt_s()).round() as usize;
+    for _ in 0..steps {
+        let share = (world.time_s() / 0.5).min(1.0);
+        let rates = world.robot().wheel_rates_rad_s().to_vec();
+        let motor =
+            |(target, rate): (&f64, &f64)| MotorTorque::with_droop(share * target - rate, 1.0);
+        let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
+        world.robot_mut().drive(&motors);
+        let heading_rad = world.robot().state().pose.heading_rad;
+        world.robot_mut().push(&Push {
+            force_in_world_n: share
+                * pull_n
+                * Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0),
+            place_in_body_m: Vector3::zeros(),
+        });
+        world.step();
+    }
 }
