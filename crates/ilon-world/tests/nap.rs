@@ -41,9 +41,11 @@ fn on(surface: FloorSurface) -> Floor {
 }
 
 #[test]
-fn drag_over_a_nap_is_that_of_the_direction_of_motion() {
-    // Under Swedish wheels without tilt the place of contact moves as the robot does: the drag is m g h(V) / |V| with
-    // h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the nap its own c_a.
+fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
+    // Under Swedish wheels without tilt the place of contact moves as the robot does. With h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the
+    // nap its own c_a, the drives pay m g h(V) / |V| for each metre, and the drag is m g dh / dV: across the way too. Three wheels
+    // whose motors give K for each rad/s that they lag behind hold 3 K / (2 r^2) newtons for each m/s of the robot.
+    const K: f64 = 1.0;
     let (along, across, against, v) = (0.02, 0.06, 0.04, 0.2);
     let robot = volksbot();
     let surface = FloorSurface {
@@ -61,22 +63,37 @@ fn drag_over_a_nap_is_that_of_the_direction_of_motion() {
     };
     for way_rad in [0.5, 0.5 + FRAC_PI_2, 0.5 + PI, 1.1, -1.7] {
         let twist = Twist::new(v * f64::cos(way_rad), v * f64::sin(way_rad), 0.0);
-        let force_n = |surface: FloorSurface| {
+        let drive = |surface: FloorSurface| {
             let mut world = world(&robot, &on(surface), Pose::default());
             follow(&mut world, &robot, twist, 1.0, 0.0);
             let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
             follow(&mut world, &robot, twist, 1.0, 0.0);
-            let way_m = (world.robot().state().pose.position_m() - from.position_m()).norm();
-            (world.motor_energy_j() - began_j) / way_m
+            let way_m = world.robot().state().pose.position_m() - from.position_m();
+            (way_m, (world.motor_energy_j() - began_j) / way_m.norm())
         };
-        let (s, c) = (way_rad - angle_rad).sin_cos();
-        let lies = if c > 0.0 { along } else { against };
-        let expected_n = (lies * c).hypot(across * s) * robot.mass_kg() * G;
-        let drag_n = force_n(napped) - force_n(FloorSurface::default());
+        let (hard_m, hard_n) = drive(FloorSurface::default());
+        let (way_m, pays_n) = drive(napped);
+        let nap = Vector2::new(f64::cos(angle_rad), f64::sin(angle_rad));
+        let (lies, stands) = (nap.dot(&way_m), nap.perp(&way_m));
+        let with = if lies > 0.0 { along } else { against };
+        let h = (with * lies).hypot(across * stands);
+        let weight_n = robot.mass_kg() * G;
+        let expected_n = weight_n * h / way_m.norm();
         // As of drag that is the same in all directions: hand-overs of other rollers, a hundredth.
+        let drag_n = pays_n - hard_n;
         assert!(
             (drag_n / expected_n - 1.0).abs() < 0.01,
             "{way_rad}: {drag_n} {expected_n}"
+        );
+        let pulls = Vector2::new(
+            with * with * lies * nap.x - across * across * stands * nap.y,
+            with * with * lies * nap.y + across * across * stands * nap.x,
+        );
+        let expected_n = weight_n / h * pulls;
+        let lags_n = 1.5 * K / robot.wheels[0].radius_m.powi(2) * (hard_m - way_m);
+        assert!(
+            (lags_n - expected_n).norm() < 0.01 * expected_n.norm(),
+            "{way_rad}: {lags_n} {expected_n}"
         );
     }
 }

@@ -70,6 +70,25 @@ impl Barrel {
         t_m.clamp(-self.half_length_m, self.half_length_m)
     }
 
+    /// Radius of curvature of the outline along the barrel, in metres, where it reaches furthest along a unit direction with
+    /// component `w_axial` along the barrel's axis: s(t*) + (1 - w_x^2) dt*/dw_x, with dt*/dw_x = a k / (k^2 - w_x^2)^(3/2), and on
+    /// the end spheres s alone.
+    ///
+    /// Tilted by dw_x / sqrt(1 - w_x^2), the barrel is touched in the centre's frame by another sphere dt* further along the axis, of which
+    /// sqrt(1 - w_x^2) lies along the outline; a sphere that stays is touched s further for each radian.
+    pub fn outline_radius_m(&self, w_axial: f64) -> f64 {
+        let (k, t_m) = (self.sin_delta, self.support_place_m(w_axial));
+        let on_end = t_m.abs() >= self.half_length_m;
+        let under_root = k * k - w_axial * w_axial;
+        let slope_m = self.ring_radius_m * k / (under_root * under_root.sqrt());
+        let of_place_m = if on_end {
+            0.0
+        } else {
+            (1.0 - w_axial * w_axial) * slope_m
+        };
+        self.sphere_radius_m(t_m) + of_place_m
+    }
+
     /// Radius of the barrel's surface `z_m` along the axis from its middle, in metres: the largest circle that any of the
     /// spheres cuts there.
     pub fn surface_radius_m(&self, z_m: f64) -> f64 {
@@ -130,6 +149,31 @@ mod tests {
             // A handful of roundings of numbers below 0.1.
             assert!((reach_m - 0.05).abs() < 1e-16, "{reach_m} at {phi}");
         }
+    }
+
+    #[test]
+    fn the_outline_is_as_curved_as_its_places_move() {
+        // Without tilt (k = 1) the outline is the wheel's circle; at the middle of any barrel the radius is the crown's; on the end spheres theirs.
+        // In between, turning the direction by d moves the place by the radius times d along the outline.
+        let swedish = Barrel::handing_over(0.05, 0.012, 0.0, 9);
+        for w in [0.0, 0.1, -0.3] {
+            assert!((swedish.outline_radius_m(w) - 0.05).abs() < 1e-15);
+        }
+        let barrel = Barrel::handing_over(0.05, 0.012, PI / 4.0, 9);
+        assert!((barrel.outline_radius_m(0.0) - barrel.crown_radius_m()).abs() < 1e-15);
+        let end_m = barrel.sphere_radius_m(barrel.half_length_m);
+        assert!((barrel.outline_radius_m(0.6) - end_m).abs() < 1e-15);
+        let place_m = |angle: f64| {
+            let (w, across) = angle.sin_cos();
+            let t_m = barrel.support_place_m(w);
+            let s_m = barrel.sphere_radius_m(t_m);
+            (t_m + s_m * w, s_m * across)
+        };
+        let (angle, step): (f64, f64) = (0.15, 1e-5);
+        let ((t0, r0), (t1, r1)) = (place_m(angle - step), place_m(angle + step));
+        let moved_m = (t1 - t0).hypot(r1 - r0) / (2.0 * step);
+        // A central difference: the step's square.
+        assert!((barrel.outline_radius_m(angle.sin()) - moved_m).abs() < 1e-8);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //!   contact);
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
 //! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning;
+//! - *disc*: |p| <= most, over two rows; it sticks, or p is as large as it may be and opposes the motion;
 //! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes.
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
@@ -23,10 +24,10 @@ mod stretch;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use newton::Newton;
-use one_contact::{OnAxle, contact_impulse, impulses_on_axle};
+use one_contact::{OnAxle, contact_impulse, friction_impulse, impulses_on_axle};
 use stretch::Stretch;
 
 /// What holds between an impulse and the velocity where it acts.
@@ -48,6 +49,11 @@ pub(crate) enum Law {
         least_n_m_s: f64,
         /// The impulse while it turns backwards, in N m s, >= 0.
         most_n_m_s: f64,
+    },
+    /// Two rows: a motion in a plane that is held by an impulse of bounded size, in whatever direction.
+    Disc {
+        /// The impulse while it moves, in N s, >= 0.
+        most_n_s: f64,
     },
     /// One row: a roller along its axle, between two stops.
     Slide {
@@ -71,7 +77,17 @@ impl Law {
     fn rows(&self) -> usize {
         match self {
             Law::Contact { .. } => 3,
+            Law::Disc { .. } => 2,
             Law::Joint { .. } | Law::Slide { .. } => 1,
+        }
+    }
+
+    /// Which of its rows is the first of two among which its friction lies.
+    fn first_tangent(&self) -> Option<usize> {
+        match self {
+            Law::Contact { .. } => Some(1),
+            Law::Disc { .. } => Some(0),
+            Law::Joint { .. } | Law::Slide { .. } => None,
         }
     }
 }
@@ -187,10 +203,13 @@ impl ImpulseProblem {
     }
 
     /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
-    /// bearing only the first number counts.
-    pub fn warm_start(&mut self, law: usize, asked: Vector3<f64>) {
-        let rubs = self.in_disc(self.laws[law].0, asked.yz());
-        self.bring(law, Vector3::new(asked.x, rubs.x, rubs.y));
+    /// law of fewer rows only the first numbers count.
+    pub fn warm_start(&mut self, law: usize, mut asked: Vector3<f64>) {
+        if let (at, Some(first)) = (self.laws[law].0, self.laws[law].1.first_tangent()) {
+            let rubs = self.in_disc(at + first, asked.fixed_rows::<2>(first).into_owned());
+            asked.fixed_rows_mut::<2>(first).copy_from(&rubs);
+        }
+        self.bring(law, asked);
     }
 
     /// Sets the impulse of a law to the nearest that it allows.
@@ -202,18 +221,23 @@ impl ImpulseProblem {
                 most_n_m_s,
             } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
             Law::Slide { .. } => self.set(at, asked.x),
+            Law::Disc { most_n_s } => self.set_within(at, asked.xy(), most_n_s),
             Law::Contact { friction, .. } => {
                 let normal = asked.x.max(0.0);
-                let mut rubbed = asked.yz();
-                let (size, limit) = (rubbed.norm(), friction * normal);
-                if size > limit {
-                    rubbed *= limit / size;
-                }
                 self.set(at, normal);
-                self.set(at + 1, rubbed.x);
-                self.set(at + 2, rubbed.y);
+                self.set_within(at + 1, asked.yz(), friction * normal);
             }
         }
+    }
+
+    /// Sets two impulses to the nearest in a disc.
+    fn set_within(&mut self, at: usize, mut asked: Vector2<f64>, limit: f64) {
+        let size = asked.norm();
+        if size > limit {
+            asked *= limit / size;
+        }
+        self.set(at, asked.x);
+        self.set(at + 1, asked.y);
     }
 
     /// Sets an impulse, and the velocities that follow.
@@ -242,9 +266,12 @@ impl ImpulseProblem {
                 least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
             }
             Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
+            Law::Disc { most_n_s } => {
+                self.in_disc(at, pair(&self.impulses, at)).norm() < most_n_s * (1.0 - 1e-9)
+            }
             Law::Contact { friction, .. } => {
                 let p = self.contact_impulse(at);
-                self.in_disc(at, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
+                self.in_disc(at + 1, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
             }
         }
     }
@@ -378,6 +405,14 @@ impl ImpulseProblem {
                 };
                 self.set(at, now + share * (there - now));
             }
+            Law::Disc { most_n_s } => {
+                let own = Matrix2::from_fn(|i, j| self.w(at + i, at + j));
+                let now = pair(&self.impulses, at);
+                let free = pair(&self.velocities, at) - own * now;
+                let there = now + share * (friction_impulse(&own, &free, most_n_s) - now);
+                self.set(at, there.x);
+                self.set(at + 1, there.y);
+            }
             Law::Contact {
                 friction,
                 approach_m_s,
@@ -444,21 +479,33 @@ impl ImpulseProblem {
                 } else {
                     (-gap).max(-p.x * self.w(at, at))
                 };
-                let (limit, rubbed) = (friction * p.x.max(0.0), p.yz().norm());
-                let own = 0.5 * (self.w(at + 1, at + 1) + self.w(at + 2, at + 2));
-                let excess = (rubbed - limit).max(0.0) * own;
-                let tangential = if limit <= 0.0 {
-                    0.0
-                } else if rubbed < limit * (1.0 - 1e-9) {
-                    u.yz().norm()
-                } else {
-                    // Sliding may only go against friction.
-                    let pull = p.yz() / rubbed;
-                    (u.yz() - pull * u.yz().dot(&pull).min(0.0)).norm()
-                };
-                normal.max(tangential).max(excess)
+                normal.max(self.error_in_disc(at + 1, friction * p.x.max(0.0)))
             }
+            Law::Disc { most_n_s } => self.error_in_disc(at, most_n_s),
         };
         self.laws.iter().map(of).fold(0.0, f64::max)
     }
+
+    /// The same of two rows whose impulse is held in a disc of this size.
+    fn error_in_disc(&self, at: usize, limit: f64) -> f64 {
+        let (p, u) = (pair(&self.impulses, at), pair(&self.velocities, at));
+        let rubbed = p.norm();
+        let own = 0.5 * (self.w(at, at) + self.w(at + 1, at + 1));
+        let excess = (rubbed - limit).max(0.0) * own;
+        let slides = if limit <= 0.0 {
+            0.0
+        } else if rubbed < limit * (1.0 - 1e-9) {
+            u.norm()
+        } else {
+            // It may only move against what holds it.
+            let pull = p / rubbed;
+            (u - pull * u.dot(&pull).min(0.0)).norm()
+        };
+        slides.max(excess)
+    }
+}
+
+/// The two numbers of a list from a place on.
+fn pair(of: &[f64], at: usize) -> Vector2<f64> {
+    Vector2::new(of[at], of[at + 1])
 }

@@ -73,7 +73,8 @@ impl Partner {
 
 /// One reaction of the last step, between body A and its partner B.
 ///
-/// Its three numbers are a contact's normal and two tangents; a bearing has only the first.
+/// Its three numbers are a contact's normal and two tangents; a bearing has only the first, and rolling the first two: along the roller and
+/// across it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction {
     pub a: Member,
@@ -166,6 +167,25 @@ pub(crate) struct Tread {
 }
 
 impl Reaction {
+    /// One within a body, of what moves at this velocity when the step begins; nothing acts yet.
+    pub fn within(a: Member, velocity_before: Vector3<f64>) -> Self {
+        Self {
+            a,
+            b: Partner::Itself,
+            at_m: Vector3::zeros(),
+            frame: [Vector3::zeros(); 3],
+            friction: 0.0,
+            nap: None,
+            impulse: Vector3::zeros(),
+            velocity_before,
+            velocity_after: Vector3::zeros(),
+            taken_j: Vector3::zeros(),
+            came_down: false,
+            rolling_radius_m: 0.0,
+            gives: None,
+        }
+    }
+
     /// Whether it goes on where another was in the last step.
     pub fn follows(&self, before: &Self) -> bool {
         self.a.follows(before.a) && self.b.follows(before.b)
@@ -175,11 +195,8 @@ impl Reaction {
     pub fn rows(&self) -> usize {
         match self.a.part {
             Part::Chassis | Part::Roller(..) => 3,
-            Part::Hub(_)
-            | Part::Axle(..)
-            | Part::Slide(..)
-            | Part::Rolling(..)
-            | Part::RateLimit(_) => 1,
+            Part::Rolling(..) => 2,
+            Part::Hub(_) | Part::Axle(..) | Part::Slide(..) | Part::RateLimit(_) => 1,
         }
     }
 

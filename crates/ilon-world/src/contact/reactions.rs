@@ -27,6 +27,7 @@
 
 mod gather;
 mod give;
+mod rolling;
 
 use std::mem::swap;
 
@@ -283,7 +284,7 @@ impl Reactions {
             )
         };
         let bearings = self.of_body(body).filter(is_bearing);
-        bearings.map(|reaction| reaction.taken_j.x).sum()
+        bearings.map(|reaction| reaction.taken_j.sum()).sum()
     }
 
     /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One

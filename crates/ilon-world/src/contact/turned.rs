@@ -19,6 +19,10 @@ use nalgebra::Vector3;
 
 use super::nearest::{Nearest, Piece};
 
+/// Over what tilt to either side the curvature of an outline of straight parts is counted, in radians: what a roller of a wheel of a dozen
+/// tilts by in a twentieth of its turn on the ground.
+const MEAN_TILT: f64 = 0.02;
+
 /// A turned roller where it stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedTurned<'a> {
@@ -44,6 +48,28 @@ impl PlacedTurned<'_> {
         // A roller that stands upright on its face touches with all of it: the middle of the face is its place then.
         let across = across.try_normalize(1e-9).unwrap_or_default();
         self.center_m + corner.t_m * self.axis - corner.ring_m * across - corner.ball_m * normal
+    }
+
+    /// Radii of curvature of its surface where it reaches furthest against a direction, along its outline and around its axis, in metres: along an
+    /// outline of straight parts the mean over a tilt by [`MEAN_TILT`] to either side.
+    pub fn radii_m(&self, normal: &Vector3<f64>) -> [f64; 2] {
+        let second = normal
+            .cross(&self.axis)
+            .try_normalize(1e-9)
+            .unwrap_or_default();
+        let first = second.cross(normal);
+        let (sin, cos) = libm::sincos(MEAN_TILT);
+        // Tilting it is as tilting the direction the other way: the places lie on one and the same roller.
+        let place_m = |sin: f64| {
+            let then = cos * normal - sin * first;
+            self.support(&then, None) - self.center_m
+        };
+        let along_m = (place_m(sin) - place_m(-sin)).dot(&first) / (2.0 * sin);
+        let corner = &self.turned.corners()[self.lowest(normal)];
+        [
+            along_m,
+            corner.ring_m / self.axis.dot(&first) + corner.ball_m,
+        ]
     }
 
     /// The corner that reaches furthest against a direction; of those that reach equally far the first.

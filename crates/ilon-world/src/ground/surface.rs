@@ -1,7 +1,5 @@
 //! What ground is made of: how it drags, creeps and grips, in which direction.
 
-use nalgebra::Vector2;
-
 use crate::WorldError;
 
 /// What ground is to a roller.
@@ -85,27 +83,34 @@ impl FloorSurface {
         [self.creep, across]
     }
 
-    /// The rolling resistance of a place of contact that moves along a direction, given along the nap and across it: the c for which
-    /// c |V| = sqrt(c_along^2 V_along^2 + c_across^2 V_across^2), with what holds against the nap in the place of c_along where V goes
-    /// against it. Where it rests the most of all.
-    pub(crate) fn resistance_towards(&self, way: Vector2<f64>) -> f64 {
-        let differs = |nap: &&Nap| {
-            [nap.resistance_across, nap.resistance_against] != [self.rolling_resistance; 2]
-        };
-        let Some(nap) = self.nap.as_ref().filter(differs) else {
-            return self.rolling_resistance;
-        };
-        let size = way.norm();
-        if size <= f64::MIN_POSITIVE {
-            let most = self.rolling_resistance.max(nap.resistance_across);
-            return most.max(nap.resistance_against);
-        }
-        let along = if way.x >= 0.0 {
-            self.rolling_resistance
+    /// Whether rolling over it costs anything.
+    pub(crate) fn drags(&self) -> bool {
+        let by_nap = |nap: &Nap| nap.resistance_across > 0.0 || nap.resistance_against > 0.0;
+        self.rolling_resistance > 0.0 || self.nap.as_ref().is_some_and(by_nap)
+    }
+
+    /// Whether rolling over it costs more in one direction than in another.
+    pub(crate) fn drags_by_direction(&self) -> bool {
+        let alike = [self.rolling_resistance; 2];
+        let differs = |nap: &Nap| [nap.resistance_across, nap.resistance_against] != alike;
+        self.nap.as_ref().is_some_and(differs)
+    }
+
+    /// Rolling resistance along the nap and across it of a place of contact that moves along it with this velocity: rolling takes the power
+    /// N sqrt(c_along^2 V_along^2 + c_across^2 V_across^2). Where it rests along it, what holds it most.
+    pub(crate) fn resistances(&self, along_m_s: f64) -> [f64; 2] {
+        let with = self.rolling_resistance;
+        let (across, against) = self.nap.map_or((with, with), |nap| {
+            (nap.resistance_across, nap.resistance_against)
+        });
+        let along = if along_m_s > 0.0 {
+            with
+        } else if along_m_s < 0.0 {
+            against
         } else {
-            nap.resistance_against
+            with.max(against)
         };
-        libm::hypot(along * way.x, nap.resistance_across * way.y) / size
+        [along, across]
     }
 
     /// Refuses what makes no sense.
@@ -157,6 +162,8 @@ impl FloorSurface {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
 
     const CARPET: FloorSurface = FloorSurface {
@@ -172,22 +179,23 @@ mod tests {
         }),
     };
 
-    /// c |V|, the power of rolling over the load.
+    /// The power of rolling over the load.
     fn power(way: Vector2<f64>) -> f64 {
-        CARPET.resistance_towards(way) * way.norm()
+        let [along, across] = CARPET.resistances(way.x);
+        libm::hypot(along * way.x, across * way.y)
     }
 
     #[test]
     fn along_across_and_against_a_nap_it_drags_as_stated() {
-        let towards = |x, y| CARPET.resistance_towards(Vector2::new(x, y));
-        assert!((towards(0.3, 0.0) - 0.1).abs() < 1e-15);
-        assert!((towards(0.0, 0.3) - 0.2).abs() < 1e-15);
-        assert!((towards(0.0, -0.3) - 0.2).abs() < 1e-15);
-        assert!((towards(-0.3, 0.0) - 0.15).abs() < 1e-15);
-        // Half way: sqrt((0.1^2 + 0.2^2) / 2).
-        assert!((towards(0.2, 0.2) - 0.025_f64.sqrt()).abs() < 1e-15);
-        // At rest nothing says in which way: the most of all.
-        assert_eq!(towards(0.0, 0.0), 0.2);
+        assert_eq!(CARPET.resistances(0.3), [0.1, 0.2]);
+        assert_eq!(CARPET.resistances(-0.3), [0.15, 0.2]);
+        // At rest nothing says in which way: the most.
+        assert_eq!(CARPET.resistances(0.0), [0.15, 0.2]);
+        let hard = FloorSurface {
+            nap: None,
+            ..CARPET
+        };
+        assert_eq!(hard.resistances(-0.3), [0.1, 0.1]);
     }
 
     #[test]

@@ -196,13 +196,21 @@ impl RollerState {
         })
     }
 
-    /// The largest radius of a roller with an exact shape, in metres; 0 of one that has the shapes of its file.
-    pub fn rolling_radius_m(&self) -> f64 {
-        match (&self.barrel, &self.turned) {
-            (Some(barrel), _) => barrel.sphere_radius_m(0.0),
-            (None, Some(turned)) => turned.largest_radius_m(),
-            (None, None) => 0.0,
+    /// Radii of curvature of its surface where it reaches furthest against a direction in the floor's frame, along its outline and around its
+    /// axis, in metres; `None` where it has the shapes of its file, or stands upright.
+    pub fn radii_m(&self, hub: &HubPose, normal: &Vector3<f64>) -> Option<[f64; 2]> {
+        /// As upright as this, as the sine of the angle between axis and ground, it does not roll.
+        const LEAST_LEVEL: f64 = 1e-3;
+        let axis = hub.rotation * self.axis_in_hub;
+        let w_axial = -normal.dot(&axis);
+        if 1.0 - w_axial * w_axial < LEAST_LEVEL * LEAST_LEVEL {
+            return None;
         }
+        if let Some(barrel) = &self.barrel {
+            let around_m = barrel.sphere_radius_m(barrel.support_place_m(w_axial));
+            return Some([barrel.outline_radius_m(w_axial), around_m]);
+        }
+        self.placed_turned(hub).map(|turned| turned.radii_m(normal))
     }
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{ImpulseProblem, Law, Sliding, TOLERANCE};
+use super::{ImpulseProblem, Law, Sliding, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
 /// What a law does as things stand.
@@ -12,7 +12,7 @@ enum Regime {
     Open,
     /// It presses, or holds, and nothing slides.
     Sticks,
-    /// A contact that slides.
+    /// A contact that slides, or what is held in a disc and moves.
     Slides {
         /// Where friction pulls, among the tangents.
         along: Vector2<f64>,
@@ -67,19 +67,25 @@ impl ImpulseProblem {
                 if p.x - (u.x + approach_m_s + compliance * p.x) / own <= 0.0 {
                     return Regime::Open;
                 }
-                let scale = 1.0 / (self.w(at + 1, at + 1) + self.w(at + 2, at + 2));
-                let pull = p.yz() - scale * u.yz();
-                let (limit, size) = (friction * p.x, pull.norm());
-                if size > limit {
-                    Regime::Slides {
-                        along: pull / size,
-                        share: limit / size,
-                        scale,
-                    }
-                } else {
-                    Regime::Sticks
-                }
+                self.regime_in_disc(at + 1, friction * p.x)
             }
+            Law::Disc { most_n_s } => self.regime_in_disc(at, most_n_s),
+        }
+    }
+
+    /// What two rows do whose impulse is held in a disc of this size.
+    fn regime_in_disc(&self, at: usize, limit: f64) -> Regime {
+        let scale = 1.0 / (self.w(at, at) + self.w(at + 1, at + 1));
+        let pull = pair(&self.impulses, at) - scale * pair(&self.velocities, at);
+        let size = pull.norm();
+        if size > limit {
+            Regime::Slides {
+                along: pull / size,
+                share: limit / size,
+                scale,
+            }
+        } else {
+            Regime::Sticks
         }
     }
 
@@ -137,6 +143,7 @@ impl ImpulseProblem {
             let there = |k: usize| self.impulses[at + k] + self.newton.step[at + k];
             let asked = match self.laws[law].1 {
                 Law::Joint { .. } | Law::Slide { .. } => Vector3::new(there(0), 0.0, 0.0),
+                Law::Disc { .. } => Vector3::new(there(0), there(1), 0.0),
                 Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
             };
             self.bring(law, asked);
@@ -160,6 +167,18 @@ impl ImpulseProblem {
                     newton.step[at] += stop_m_s;
                 }
                 (_, Law::Joint { .. } | Law::Slide { .. }) => newton.stop(at, self),
+                (regime, Law::Disc { most_n_s }) => {
+                    (at..at + 2).for_each(|row| newton.stop(row, self));
+                    if let Regime::Slides {
+                        along,
+                        share,
+                        scale,
+                    } = regime
+                    {
+                        let disc = (most_n_s, None);
+                        self.linearise_sliding(&mut newton, (at, disc), (along, share, scale));
+                    }
+                }
                 (
                     regime,
                     Law::Contact {
@@ -177,7 +196,8 @@ impl ImpulseProblem {
                         scale,
                     } = regime
                     {
-                        self.linearise_sliding(&mut newton, (at, friction), (along, share, scale));
+                        let disc = (friction * self.impulses[at], Some((at, friction)));
+                        self.linearise_sliding(&mut newton, (at + 1, disc), (along, share, scale));
                     }
                 }
             }
@@ -185,21 +205,23 @@ impl ImpulseProblem {
         self.newton = newton;
     }
 
-    /// The tangents of a contact that slides: p_t = mu p_n q/|q| with q = p_t - scale u_t, differentiated.
+    /// Two rows that move against a disc of a size: p = size q/|q| with q = p - scale u, differentiated. The size may grow with the impulse
+    /// of another row.
     fn linearise_sliding(
         &self,
         newton: &mut Newton,
-        (at, friction): (usize, f64),
+        (at, (limit, grows)): (usize, (f64, Option<(usize, f64)>)),
         (along, share, scale): (Vector2<f64>, f64, f64),
     ) {
         let rows = self.rows();
-        let tangents = [at + 1, at + 2];
+        let tangents = [at, at + 1];
         for (i, row) in tangents.into_iter().enumerate() {
             newton.matrix[row * rows..][..rows].fill(0.0);
-            let by = friction * self.impulses[at] * along[i] - self.impulses[row];
-            newton.fix(row, by);
+            newton.fix(row, limit * along[i] - self.impulses[row]);
             let line = &mut newton.matrix[row * rows..][..rows];
-            line[at] -= friction * along[i];
+            if let Some((with, by)) = grows {
+                line[with] -= by * along[i];
+            }
             for (j, other) in tangents.into_iter().enumerate() {
                 let across = if i == j { 1.0 } else { 0.0 } - along[i] * along[j];
                 line[other] -= share * across;

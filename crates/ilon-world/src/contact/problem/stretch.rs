@@ -1,4 +1,4 @@
-//! Contacts that grip, or give, otherwise in one direction than in another.
+//! Contacts that grip, or give, or are dragged at, otherwise in one direction than in another.
 //!
 //! **Grip.** The friction impulse of such a contact lies in an ellipse, |S^-1 p_t| <= mu p_n with S symmetric and positive, and where
 //! it slides the velocity is along the ellipse's normal against it, so that friction takes the most that the ellipse lets it (an associated
@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::ImpulseProblem;
 
-/// A contact that grips otherwise by direction.
+/// A law whose friction is otherwise by direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     /// The row of its first tangent.
@@ -28,8 +28,8 @@ impl ImpulseProblem {
         self.coupled.push((self.rows() - 2, tangents));
     }
 
-    /// Lets the contact that was added last grip otherwise by direction: along a unit vector among its tangents as its law says, across
-    /// it `ratio` times as much.
+    /// Lets the contact or disc that was added last hold otherwise by direction: along a unit vector among its tangents as its law says,
+    /// across it `ratio` times as much, > 0.
     pub fn stretch(&mut self, along: Vector2<f64>, ratio: f64) {
         let scaled = |ratio: f64| {
             let lies = along * along.transpose();
@@ -66,9 +66,9 @@ impl ImpulseProblem {
         }
     }
 
-    /// A friction impulse of the contact whose rows begin here as its law counts it: S^-1 p_t.
-    pub(super) fn in_disc(&self, contact: usize, tangents: Vector2<f64>) -> Vector2<f64> {
-        let stretch = self.stretches.iter().find(|s| s.at == contact + 1);
+    /// A friction impulse whose two rows begin here as its law counts it: S^-1 p_t.
+    pub(super) fn in_disc(&self, at: usize, tangents: Vector2<f64>) -> Vector2<f64> {
+        let stretch = self.stretches.iter().find(|s| s.at == at);
         stretch.map_or(tangents, |stretch| stretch.back * tangents)
     }
 

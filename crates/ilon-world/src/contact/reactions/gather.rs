@@ -7,7 +7,7 @@ use super::give::stays_open;
 use crate::contact::candidates::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
-use crate::contact::reaction::{Member, Part, Partner, Reaction, turned_to};
+use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
 use crate::ground::{FloorSurface, Nap};
@@ -18,14 +18,6 @@ const OPEN_M_S: f64 = 0.1;
 
 /// What is deeper in the ground than its load explains is pushed out at this speed, in m/s: too slowly to bounce, 1 um.
 const PUSH_OUT_M_S: f64 = 5e-3;
-
-/// The rolling resistance of a roller itself.
-fn own_resistance(scene: &Scene<'_>, part: Part) -> f64 {
-    match part {
-        Part::Roller(wheel, _) => scene.assembly.wheels[wheel].surface.rolling_resistance,
-        _ => 0.0,
-    }
-}
 
 /// What the roller of a part is made of.
 fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
@@ -192,18 +184,7 @@ impl Reactions {
                 self.problem.stretch(along, ratio);
             }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
-            let of_ground = match along {
-                None => ground.rolling_resistance,
-                Some(along) => {
-                    let way = along_frame(&contact.frame, &place.travel_m_s).yz();
-                    ground.resistance_towards(turned_to(along) * way)
-                }
-            };
-            let resistance = of_ground + own_resistance(scene, place.a.part);
-            if resistance > 0.0 {
-                let axle = rows[2].a.axle.map(|(index, _)| index);
-                self.resist_rolling(scene, (place, axle), resistance * load_n);
-            }
+            self.resist_rolling(scene, (place, contact, &rows), (&ground, along), load_n);
         }
         self.potential = potential;
         self.nearby = nearby;
@@ -237,14 +218,8 @@ impl Reactions {
         before.nth(place).map(|reaction| reaction.impulse)
     }
 
-    /// Adds a dry bearing, or what is as one.
-    pub(super) fn hold_bearing(
-        &mut self,
-        scene: &Scene<'_>,
-        part: Part,
-        side: Side,
-        friction_n_m: f64,
-    ) {
+    /// Adds a dry bearing.
+    fn hold_bearing(&mut self, scene: &Scene<'_>, part: Part, side: Side, friction_n_m: f64) {
         let most_n_m_s = friction_n_m * scene.dt_s;
         let law = Law::Joint {
             least_n_m_s: -most_n_m_s,
@@ -317,35 +292,23 @@ impl Reactions {
         self.hold_joint(scene, Part::RateLimit(wheel), side, law, limit_rad_s);
     }
 
+    /// The rate of a side whose roller has a place among those that may touch.
+    pub(super) fn rate(&self, side: &Side, rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)) -> f64 {
+        let axle = side.axle.map(|(i, c)| (c, of_axle(&self.axles[i])));
+        let of_axle = axle.map_or(0.0, |(c, (rad_s, m_s))| c * rad_s + side.slide * m_s);
+        side.of_bodies(rates) + of_axle
+    }
+
     /// Adds a joint, of which body A has both parts, whose rate is counted from another.
     fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, side: Side, law: Law, from_rad_s: f64) {
-        let rate = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
-            let axle = side.axle.map(|(i, c)| (c, of_axle(&self.axles[i])));
-            let of_axle = axle.map_or(0.0, |(c, (rad_s, m_s))| c * rad_s + side.slide * m_s);
-            side.of_bodies(rates) + of_axle
-        };
-        let before = rate(scene.rates_before, Axle::before);
-        let free = rate(scene.rates_free, Axle::now);
-        let reaction = Reaction {
-            a: scene.member(part),
-            b: Partner::Itself,
-            at_m: Vector3::zeros(),
-            frame: [Vector3::zeros(); 3],
-            friction: 0.0,
-            nap: None,
-            impulse: Vector3::zeros(),
-            velocity_before: Vector3::new(before - from_rad_s, 0.0, 0.0),
-            velocity_after: Vector3::zeros(),
-            taken_j: Vector3::zeros(),
-            came_down: false,
-            rolling_radius_m: 0.0,
-            gives: None,
-        };
-        self.push(law, reaction, &[Row::of_one(side)], &[free - from_rad_s]);
+        let before = self.rate(&side, scene.rates_before, Axle::before) - from_rad_s;
+        let free = self.rate(&side, scene.rates_free, Axle::now) - from_rad_s;
+        let reaction = Reaction::within(scene.member(part), Vector3::new(before, 0.0, 0.0));
+        self.push(law, reaction, &[Row::of_one(side)], &[free]);
     }
 
     /// Adds a law and where it acts.
-    fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
+    pub(super) fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
         // Both are large, and there is one list of them for every robot of a fleet: they grow by what is needed.
         self.rows.reserve_exact(rows.len());

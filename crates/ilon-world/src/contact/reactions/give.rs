@@ -1,4 +1,4 @@
-//! Contacts that give: treads, creep, and what rolling costs.
+//! Contacts that give: treads and creep.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,7 +6,7 @@ use super::Reactions;
 use crate::contact::candidates::Candidate;
 use crate::contact::potential::PotentialContact;
 use crate::contact::reaction::{Gives, Part, Tread, turned_to};
-use crate::contact::row::{Row, Side};
+use crate::contact::row::Row;
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
 use crate::ground::FloorSurface;
@@ -17,9 +17,6 @@ const OPEN_M: f64 = 1e-6;
 /// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next to nothing slips for next to
 /// nothing.
 const LEAST_LOAD: f64 = 1e-2;
-
-/// A roller that turns slower does not roll, in rad/s.
-const RESTS_RAD_S: f64 = 1e-9;
 
 /// Whether a tread does not reach the ground in the step: with the rate it has, or would have without any contact.
 pub(super) fn stays_open(contact: &PotentialContact, press: &Press, dt_s: f64) -> bool {
@@ -136,47 +133,6 @@ impl Reactions {
             stored_j: [0.0; 2],
         };
         Some(Gives::turned(shear.softness, along, Some(tread)))
-    }
-
-    /// Lets rolling over the ground cost something: a moment on the roller, along the ground and against its turning, that takes
-    /// `resistance` times the load for each metre by which the place of contact moves over the ground.
-    pub(super) fn resist_rolling(
-        &mut self,
-        scene: &Scene<'_>,
-        (place, axle): (&Candidate, Option<usize>),
-        drag_n: f64,
-    ) {
-        let Part::Roller(wheel, roller) = place.a.part else {
-            return;
-        };
-        let body = &scene.assembly.wheels[wheel];
-        let hub = &scene.middle.hubs()[wheel];
-        let state = &body.rollers[roller];
-        let axis = hub.rotation * state.axis_in_hub;
-        let spin_rad_s = state.spin_rad_s(&scene.before.hub_rate_in_hub(wheel));
-        let turns = scene.before.hub_rate(wheel) + spin_rad_s * axis;
-        let along_ground = turns - place.normal * place.normal.dot(&turns);
-        let rate_rad_s = along_ground.norm();
-        // So that the rate of this moment is the speed of the place of contact. At rest, that of a roller about its axis.
-        let moment = if rate_rad_s > RESTS_RAD_S {
-            along_ground * (place.travel_m_s.norm() / (rate_rad_s * rate_rad_s))
-        } else {
-            axis * state.rolling_radius_m()
-        };
-        let of_axle = if axle.is_some() {
-            moment.dot(&axis)
-        } else {
-            0.0
-        };
-        let of_hub = moment - of_axle * axis;
-        let side = Side {
-            body: scene.index,
-            chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
-            hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
-            axle: axle.map(|index| (index, of_axle)),
-            slide: 0.0,
-        };
-        self.hold_bearing(scene, Part::Rolling(wheel, roller), side, drag_n);
     }
 }
 

@@ -171,3 +171,45 @@ fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
     };
     assert!((upright.gap_m(&Piece::Plane) - 0.001).abs() < 1e-17);
 }
+
+#[test]
+fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
+    // An arc of radius 60 mm by lines that turn by 8 mrad each; around its axis the roller is as thick as it is there.
+    let (arc_m, thick_m) = (0.06, 0.012);
+    let points: Vec<[f64; 2]> = (-20..=20)
+        .map(|i| {
+            let (sin, cos) = (8e-3 * f64::from(i)).sin_cos();
+            [arc_m * sin, thick_m - arc_m * (1.0 - cos)]
+        })
+        .collect();
+    let turned = Turned::new(&points, 0.0).unwrap();
+    let placed = PlacedTurned {
+        turned: &turned,
+        center_m: Vector3::new(0.3, 0.2, 0.1),
+        axis: Vector3::x(),
+    };
+    let [along_m, around_m] = placed.radii_m(&Vector3::z());
+    // Over 40 mrad lie five of its lines, give or take one at an end.
+    assert!((along_m / arc_m - 1.0).abs() < 0.2, "{along_m}");
+    assert!((around_m - thick_m).abs() < 1e-4, "{around_m}");
+    // A level cylinder: over the tilt its whole length; beyond that its edge.
+    let cylinder = Turned::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
+    let mut placed = PlacedTurned {
+        turned: &cylinder,
+        center_m: Vector3::zeros(),
+        axis: Vector3::x(),
+    };
+    let [along_m, around_m] = placed.radii_m(&Vector3::z());
+    let straight_m = 0.04 - 2.0 * 0.002;
+    let expected_m = straight_m / (2.0 * super::MEAN_TILT.sin()) + 0.002;
+    assert!(
+        (along_m - expected_m).abs() < 1e-4,
+        "{along_m} {expected_m}"
+    );
+    assert!((around_m - 0.01).abs() < 1e-12);
+    placed.axis = Vector3::new(0.1_f64.cos(), 0.0, 0.1_f64.sin());
+    let [along_m, around_m] = placed.radii_m(&Vector3::z());
+    assert!((along_m - 0.002).abs() < 1e-12, "{along_m}");
+    // The circle of its edge, 8 mm, is seen at 0.1 rad.
+    assert!((around_m - (0.008 / 0.1_f64.cos() + 0.002)).abs() < 1e-12);
+}

@@ -1,0 +1,104 @@
+//! What rolling over the ground costs.
+//!
+//! A roller turns over the ground with the angular velocity W. Its place of contact moves over its surface, and where it does not slide as
+//! fast over the ground, with V = R1 (W . e2) e1 - R2 (W . e1) e2: e1 and e2 the tangents along the roller and across it, R1 and R2 the radii of
+//! curvature of its surface along them. Under a load N that takes the power N h(V), where h is c |V| on ground of rolling resistance
+//! c, and the moment is the one that has this power as its potential: M = N (R1 F1 e2 - R2 F2 e1) with F = dh / dV. As h(s V) = s h(V),
+//! M . W = N h(V). So what the place of contact moves along the roller the hub does, and pays for, and what it moves across it the roller.
+//!
+//! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V where it is that large. At rest it holds whatever
+//! would set it rolling.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::Reactions;
+use crate::contact::candidates::Candidate;
+use crate::contact::potential::{Axle, PotentialContact};
+use crate::contact::problem::Law;
+use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::row::{Row, Side};
+use crate::contact::scene::Scene;
+use crate::ground::FloorSurface;
+
+impl Reactions {
+    /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is the direction of the ground's nap among
+    /// the tangents.
+    pub(super) fn resist_rolling(
+        &mut self,
+        scene: &Scene<'_>,
+        (place, contact, rows): (&Candidate, &PotentialContact, &[Row; 3]),
+        (ground, along): (&FloorSurface, Option<Vector2<f64>>),
+        load_n: f64,
+    ) {
+        let (Part::Roller(wheel, roller), Partner::Ground) = (place.a.part, place.b) else {
+            return;
+        };
+        let of_roller = scene.assembly.wheels[wheel].surface.rolling_resistance;
+        if of_roller <= 0.0 && !ground.drags() {
+            return;
+        }
+        let hub = &scene.middle.hubs()[wheel];
+        let state = &scene.assembly.wheels[wheel].rollers[roller];
+        let [normal, first, second] = contact.frame;
+        let Some([along_m, across_m]) = state.radii_m(hub, &normal) else {
+            return;
+        };
+        let axle = rows[2].a.axle.map(|(index, _)| index);
+        let travels = [along_m * second, -across_m * first]
+            .map(|moment| turned_by(scene, (wheel, roller), axle, &moment));
+        let rates = |rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)| {
+            travels.map(|side| self.rate(&side, rates, of_axle))
+        };
+        let before = Vector2::from(rates(scene.rates_before, Axle::before));
+        let free = rates(scene.rates_free, Axle::now);
+        let mut hold = |resistance: f64| {
+            let most_n_s = resistance * load_n * scene.dt_s;
+            let part = scene.member(Part::Rolling(wheel, roller));
+            let reaction = Reaction::within(part, before.push(0.0));
+            let rows = travels.map(Row::of_one);
+            self.push(Law::Disc { most_n_s }, reaction, &rows, &free);
+        };
+        let Some(along) = along.filter(|_| ground.drags_by_direction()) else {
+            hold(ground.rolling_resistance + of_roller);
+            return;
+        };
+        if of_roller > 0.0 {
+            hold(of_roller);
+        }
+        let [lies, across] = ground.resistances(along.dot(&before));
+        // Where one of them is none, so that the other's row keeps its scale: a thousandth.
+        const LEAST_RATIO: f64 = 1e-3;
+        if lies >= across {
+            hold(lies);
+            self.problem
+                .stretch(along, (across / lies).max(LEAST_RATIO));
+        } else {
+            hold(across);
+            let stands = Vector2::new(-along.y, along.x);
+            self.problem
+                .stretch(stands, (lies / across).max(LEAST_RATIO));
+        }
+    }
+}
+
+/// How the rate `moment` . W of a roller's angular velocity W follows from the robot's rates: W is the hub's, but for what the roller
+/// turns about its own axis.
+fn turned_by(
+    scene: &Scene<'_>,
+    (wheel, roller): (usize, usize),
+    axle: Option<usize>,
+    moment: &Vector3<f64>,
+) -> Side {
+    let body = &scene.assembly.wheels[wheel];
+    let hub = &scene.middle.hubs()[wheel];
+    let axis = hub.rotation * body.rollers[roller].axis_in_hub;
+    let of_axle = axle.map_or(0.0, |_| moment.dot(&axis));
+    let of_hub = moment - of_axle * axis;
+    Side {
+        body: scene.index,
+        chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
+        hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
+        axle: axle.map(|index| (index, of_axle)),
+        slide: 0.0,
+    }
+}
