@@ -104,11 +104,17 @@ pub fn take_noise(evidence: &mut Evidence) -> (Noise, usize) {
             position_m: (1.4826 * middle(&mut along)).max(1e-7),
             heading_rad: (1.4826 * middle(&mut turn)).max(1e-7),
         };
-        let is_kept = |r: &[f64; 3]| {
+        let is_near = |r: [f64; 3]| {
             r[0].abs().max(r[1].abs()) <= OUTLIER * noise.position_m.max(1e-6)
                 && r[2].abs() <= OUTLIER * noise.heading_rad.max(1e-6)
         };
-        let mut kept = left.iter().map(is_kept);
+        let usual = usual_of_runs(evidence, &left);
+        let is_kept = |(window, r): (&Window, &[f64; 3])| {
+            let usual = usual[window.run];
+            is_near(*r) || is_near(std::array::from_fn(|axis| r[axis] - usual[axis]))
+        };
+        let kept: Vec<bool> = evidence.windows.iter().zip(&left).map(is_kept).collect();
+        let mut kept = kept.into_iter();
         let count = evidence.windows.len();
         evidence.windows.retain(|_| kept.next().unwrap_or(true));
         if evidence.windows.len() == count {
@@ -116,6 +122,24 @@ pub fn take_noise(evidence: &mut Evidence) -> (Noise, usize) {
         }
     }
     (noise, before - evidence.windows.len())
+}
+
+/// By run the median of what its windows miss: what all of a run have is no fault of one of them, but of the map, as where a floor creeps.
+fn usual_of_runs(evidence: &Evidence, left: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let runs = evidence.windows.iter().map(|window| window.run + 1).max();
+    (0..runs.unwrap_or(0))
+        .map(|run| {
+            let of_run = evidence.windows.iter().zip(left);
+            let of_run: Vec<&[f64; 3]> = of_run
+                .filter(|(window, _)| window.run == run)
+                .map(|(_, missed)| missed)
+                .collect();
+            std::array::from_fn(|axis| {
+                let mut missed: Vec<f64> = of_run.iter().map(|r| r[axis]).collect();
+                middle(&mut missed)
+            })
+        })
+        .collect()
 }
 
 /// What each window misses the best map from wheel steps to displacements by, where all entries of the map are free and each
