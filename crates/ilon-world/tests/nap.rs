@@ -232,6 +232,7 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
 fn carpet(angle_rad: f64) -> FloorSurface {
     FloorSurface {
         rolling_resistance: 0.04,
+        radius_exponent: 0.5,
         creep: 0.2,
         sliding: None,
         nap: Some(Nap {

@@ -12,6 +12,14 @@ use support::{ideal_twist, mecanum4, mecanum6, volksbot};
 
 const G: f64 = 9.81;
 
+fn on(robot: &Robot, floor: &Floor, start: Pose) -> World {
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    World::new(robot, floor, start, &settings).expect("valid")
+}
+
 fn world(robot: &Robot, resistance: f64, slope_rad: f64, start: Pose) -> World {
     let floor = Floor {
         surface: FloorSurface {
@@ -21,11 +29,7 @@ fn world(robot: &Robot, resistance: f64, slope_rad: f64, start: Pose) -> World {
         slope_rad,
         ..Floor::default()
     };
-    let settings = Settings {
-        dt_s: 1e-3,
-        ..Settings::default()
-    };
-    World::new(robot, &floor, start, &settings).expect("valid")
+    on(robot, &floor, start)
 }
 
 /// Where a wheel touches, in the floor's frame, with the load in N.
@@ -160,6 +164,67 @@ fn a_robot_stands_on_a_slope_below_its_rolling_resistance_whichever_way_it_faces
             let (stands_m, rolls_m) = (after(1.03), after(rolls_at));
             assert!(stands_m < 1e-6, "{heading_rad}: {stands_m}");
             assert!(rolls_m > 1e-3, "{heading_rad}: {rolls_m}");
+        }
+    }
+}
+
+/// On a floor on which small radii cost more, each wheel of a robot on Swedish wheels takes c N sqrt(V1^2 + ((rho / s)^p V2)^2), V1 along its rim, where
+/// the outline is the wheel's circle of radius rho, and V2 across it, where it rolls on a roller that is s = rho - a / cos(phi) thick,
+/// at the angle phi from the roller's middle.
+#[test]
+fn small_radii_cost_more_where_the_floor_says_so() {
+    let (c, v) = (0.05, 0.2);
+    let robot = volksbot();
+    for exponent in [0.5, 1.0] {
+        for way_rad in [0.3, 0.8, 1.3] {
+            let twist = Twist::new(v * f64::cos(way_rad), v * f64::sin(way_rad), 0.0);
+            // What the drives pay for each metre, and the mean loads of the wheels: drag takes some off those ahead.
+            let drive = |resistance: f64| {
+                let floor = Floor {
+                    surface: FloorSurface {
+                        rolling_resistance: resistance,
+                        radius_exponent: exponent,
+                        ..FloorSurface::default()
+                    },
+                    ..Floor::default()
+                };
+                let mut world = on(&robot, &floor, Pose::default());
+                follow(&mut world, &robot, twist, 1.0, 0.0);
+                let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
+                let mut loads_n = [0.0; 3];
+                for _ in 0..4000 {
+                    follow(&mut world, &robot, twist, 1e-3, 0.0);
+                    for (mean, place) in loads_n.iter_mut().zip(places(&world)) {
+                        *mean += place.load_n / 4000.0;
+                    }
+                }
+                let way_m = world.robot().state().pose.position_m() - from.position_m();
+                ((world.motor_energy_j() - began_j) / way_m.norm(), loads_n)
+            };
+            let (plain_n, _) = drive(0.0);
+            let (dragged_n, loads_n) = drive(c);
+            let wheels = robot.wheels.iter().zip(loads_n);
+            let expected_n: f64 = wheels
+                .map(|(wheel, load_n)| {
+                    let (axis, way) = (wheel.axis(), Vector2::new(way_rad.cos(), way_rad.sin()));
+                    let (v1, v2) = (axis.perp(&way), axis.dot(&way));
+                    let (rho, a) = (wheel.radius_m, wheel.rollers[0].ring_radius_m());
+                    let half_pitch = std::f64::consts::PI / wheel.rollers.len() as f64;
+                    let at = |phi: f64| {
+                        let s = rho - a / phi.cos();
+                        c * load_n * v1.hypot((rho / s).powf(exponent) * v2)
+                    };
+                    // The mean over a pitch, by the middles of its parts.
+                    let parts = (0..100).map(|i| at(half_pitch * (f64::from(i) + 0.5) / 100.0));
+                    parts.sum::<f64>() / 100.0
+                })
+                .sum();
+            let drag_n = dragged_n - plain_n;
+            // Every wheel turns, by some rollers more or less than whole pitches: a hundredth.
+            assert!(
+                (drag_n / expected_n - 1.0).abs() < 0.01,
+                "{exponent} {way_rad}: {drag_n} {expected_n}"
+            );
         }
     }
 }

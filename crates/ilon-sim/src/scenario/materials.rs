@@ -22,6 +22,10 @@ pub struct MaterialPair {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: f64,
+    /// How the pair's rolling resistance grows on small radii: as (wheel radius / the roller's radius of curvature) to this power.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub radius_exponent: f64,
     /// Creep of the pair: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 100.0))]
@@ -80,6 +84,7 @@ impl Scenario {
         let keys = [
             ("friction", floor.friction.is_some()),
             ("rolling_resistance", floor.rolling_resistance.is_some()),
+            ("radius_exponent", floor.radius_exponent.is_some()),
             ("creep", floor.creep.is_some()),
             ("sliding", floor.sliding.is_some()),
             ("across", floor.across.is_some()),
@@ -93,6 +98,7 @@ impl Scenario {
             let keys = [
                 ("friction", patch.friction.is_some()),
                 ("rolling_resistance", patch.rolling_resistance.is_some()),
+                ("radius_exponent", patch.radius_exponent.is_some()),
                 ("creep", patch.creep.is_some()),
                 ("sliding", patch.sliding.is_some()),
                 ("across", patch.across.is_some()),

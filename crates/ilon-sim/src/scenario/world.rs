@@ -29,7 +29,7 @@ pub struct Floor {
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// What the floor is made of: a name that `[materials]` knows below that of the rollers. The pair then says how the floor grips,
-    /// drags and creeps, in place of `friction`, `rolling_resistance`, `creep`, `sliding`, `across` and `against`.
+    /// drags and creeps, in place of `friction`, `rolling_resistance`, `radius_exponent`, `creep`, `sliding`, `across` and `against`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// The angle by which the floor falls towards +x, in degrees; 0 is level. All places of a scenario and of its trace count
@@ -50,6 +50,11 @@ pub struct Floor {
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
+    /// How the floor's rolling resistance grows on small radii: as (wheel radius / the roller's radius of curvature in the direction of
+    /// travel) to this power; 0 unless given: a metre costs the same on all.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub radius_exponent: Option<f64>,
     /// Creep of the floor: how far a roller slips per way rolled, for each share of its load that it pulls with; dimensionless.
     /// Force against slip is then a line up to the grip, as on carpets and mats.
     #[serde(skip_serializing_if = "is_zero")]
@@ -134,6 +139,10 @@ pub struct FloorPatch {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
+    /// How rolling resistance grows on small radii there; left out, as on the floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub radius_exponent: Option<f64>,
     /// Creep there; left out, that of the floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100.0))]
@@ -256,6 +265,7 @@ impl Default for Floor {
             boxes: Vec::new(),
             rough: None,
             rolling_resistance: None,
+            radius_exponent: None,
             creep: None,
             sliding: None,
             nap_deg: None,

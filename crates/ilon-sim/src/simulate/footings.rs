@@ -21,6 +21,7 @@ pub(super) struct Footings<'s> {
 struct Said {
     friction: f64,
     rolling_resistance: f64,
+    radius_exponent: f64,
     creep: f64,
     sliding: Option<Sliding>,
     across: Option<Across>,
@@ -149,6 +150,7 @@ impl Said {
         Self {
             friction: floor.friction(),
             rolling_resistance: floor.rolling_resistance.unwrap_or(0.0),
+            radius_exponent: floor.radius_exponent.unwrap_or(0.0),
             creep: floor.creep.unwrap_or(0.0),
             sliding: floor.sliding,
             across: floor.across,
@@ -160,6 +162,7 @@ impl Said {
         Self {
             friction: pair.friction,
             rolling_resistance: pair.rolling_resistance,
+            radius_exponent: pair.radius_exponent,
             creep: pair.creep,
             sliding: pair.sliding,
             across: pair.across,
@@ -172,6 +175,7 @@ impl Said {
         Self {
             friction: patch.friction.unwrap_or(self.friction),
             rolling_resistance: patch.rolling_resistance.unwrap_or(self.rolling_resistance),
+            radius_exponent: patch.radius_exponent.unwrap_or(self.radius_exponent),
             creep: patch.creep.unwrap_or(self.creep),
             sliding: patch.sliding.or(self.sliding),
             across: patch.across.or(self.across),
@@ -206,6 +210,7 @@ impl Said {
             friction: self.friction,
             surface: FloorSurface {
                 rolling_resistance: self.rolling_resistance,
+                radius_exponent: self.radius_exponent,
                 creep: self.creep,
                 sliding: self.sliding.map(stribeck),
                 nap: (!is_alike).then_some(nap),

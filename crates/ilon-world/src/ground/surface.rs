@@ -31,6 +31,10 @@ pub struct FloorSurface {
     /// Rolling resistance: energy that each metre takes by which a place of contact moves over the ground, per newton of load;
     /// dimensionless, >= 0. It adds to that of the rollers.
     pub rolling_resistance: f64,
+    /// How rolling resistance grows on small radii: as (wheel radius / radius of curvature of the roller in the direction of travel) to this
+    /// power; 0 to 1. With 0 a metre costs the same on all radii, with 1/2 as on a layer that loses a share of what presses it down,
+    /// with 1 as with a lever arm of its own.
+    pub radius_exponent: f64,
     /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
     /// >= 0. Force against slip is then a line up to the grip.
     pub creep: f64,
@@ -117,6 +121,7 @@ impl FloorSurface {
     fn check(&self) -> Result<(), WorldError> {
         let mut numbers = vec![
             ("rolling_resistance", self.rolling_resistance),
+            ("radius_exponent", self.radius_exponent),
             ("creep", self.creep),
         ];
         if let Some(sliding) = &self.sliding {
@@ -168,6 +173,7 @@ mod tests {
 
     const CARPET: FloorSurface = FloorSurface {
         rolling_resistance: 0.1,
+        radius_exponent: 0.0,
         creep: 0.3,
         sliding: None,
         nap: Some(Nap {

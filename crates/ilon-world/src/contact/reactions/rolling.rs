@@ -4,21 +4,25 @@
 //! fast over the ground, with V = R1 (W . e2) e1 - R2 (W . e1) e2: e1 and e2 the tangents along the roller and across it, R1 and R2 the radii of
 //! curvature of its surface along them. Under a load N that takes the power N h(V), where h is c |V| on ground of rolling resistance
 //! c, and the moment is the one that has this power as its potential: M = N (R1 F1 e2 - R2 F2 e1) with F = dh / dV. As h(s V) = s h(V),
-//! M . W = N h(V). So what the place of contact moves along the roller the hub does, and pays for, and what it moves across it the roller.
+//! M . W = N h(V). Where rolling costs more on small radii h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R the wheel's radius;
+//! over a nap it is |C S V|, C with what holds along the nap and across it. So what the place of contact moves along the roller the hub does, and pays for, and what it moves across it the roller.
 //!
 //! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V where it is that large. At rest it holds whatever
 //! would set it rolling.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
 use super::Reactions;
 use crate::contact::candidates::Candidate;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
-use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::reaction::{Part, Partner, Reaction, turned_to};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scene;
 use crate::ground::FloorSurface;
+
+/// An edge that is sharper than this share of the wheel's radius rolls as one of so much.
+const SHARP: f64 = 1e-3;
 
 impl Reactions {
     /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is the direction of the ground's nap among
@@ -40,9 +44,11 @@ impl Reactions {
         let hub = &scene.middle.hubs()[wheel];
         let state = &scene.assembly.wheels[wheel].rollers[roller];
         let [normal, first, second] = contact.frame;
-        let Some([along_m, across_m]) = state.radii_m(hub, &normal) else {
+        let Some(radii_m) = state.radii_m(hub, &normal) else {
             return;
         };
+        let wheel_m = scene.robot.wheels[wheel].radius_m;
+        let [along_m, across_m] = radii_m.map(|radius_m| radius_m.max(SHARP * wheel_m));
         let axle = rows[2].a.axle.map(|(index, _)| index);
         let travels = [along_m * second, -across_m * first]
             .map(|moment| turned_by(scene, (wheel, roller), axle, &moment));
@@ -58,25 +64,31 @@ impl Reactions {
             let rows = travels.map(Row::of_one);
             self.push(Law::Disc { most_n_s }, reaction, &rows, &free);
         };
-        let Some(along) = along.filter(|_| ground.drags_by_direction()) else {
+        let along = along.filter(|_| ground.drags_by_direction());
+        if along.is_none() && ground.radius_exponent == 0.0 {
             hold(ground.rolling_resistance + of_roller);
             return;
-        };
+        }
         if of_roller > 0.0 {
             hold(of_roller);
         }
-        let [lies, across] = ground.resistances(along.dot(&before));
-        // Where one of them is none, so that the other's row keeps its scale: a thousandth.
-        const LEAST_RATIO: f64 = 1e-3;
-        if lies >= across {
-            hold(lies);
-            self.problem
-                .stretch(along, (across / lies).max(LEAST_RATIO));
-        } else {
-            hold(across);
-            let stands = Vector2::new(-along.y, along.x);
-            self.problem
-                .stretch(stands, (lies / across).max(LEAST_RATIO));
+        let grows = |radius_m: f64| libm::pow(wheel_m / radius_m, ground.radius_exponent);
+        let by_radius = Matrix2::from_diagonal(&Vector2::new(grows(along_m), grows(across_m)));
+        let nap = along.unwrap_or_else(Vector2::x);
+        let of_ground = Matrix2::from_diagonal(&ground.resistances(nap.dot(&before)).into());
+        // h(V)^2 is a quadratic form: along its axes drag is by two numbers.
+        let root = of_ground * turned_to(nap) * by_radius;
+        let axes = SymmetricEigen::new(root.transpose() * root);
+        let (most, least) = (axes.eigenvalues.imax(), axes.eigenvalues.imin());
+        let [most_drag, least_drag] =
+            [most, least].map(|axis| axes.eigenvalues[axis].max(0.0).sqrt());
+        if most_drag > 0.0 {
+            // Where one of them is none, so that the other's row keeps its scale: a thousandth.
+            const LEAST_RATIO: f64 = 1e-3;
+            hold(most_drag);
+            let ratio = (least_drag / most_drag).max(LEAST_RATIO);
+            let towards = axes.eigenvectors.column(most).into_owned();
+            self.problem.stretch(towards, ratio);
         }
     }
 }
