@@ -331,7 +331,7 @@ fn intervals_of_a_crown_of_omni_wheels_hold_the_truth() {
 }
 
 #[test]
-#[ignore = "minutes, as above"]
+#[ignore = "minutes, and fails: 22 of 28, as the search ends in a false valley near no play (docs/identify.md)"]
 fn intervals_of_the_play_of_omni_wheels_hold_the_truth() {
     coverage(&play(OMNI), 28);
 }
