@@ -57,6 +57,6 @@ pub use least_squares::{Found, Search, least_squares};
 pub use log::Log;
 pub use outcome::Identified;
 pub use study::{
-    BesideFile, CurrentsFile, HeadingFile, ModelFile, RippleFile, RunFile, Simulate, Study,
-    StudyFile,
+    BesideFile, CurrentsFile, HeadingFile, Logged, ModelFile, Phases, RippleFile, RunFile,
+    Simulate, Study, StudyFile,
 };

@@ -173,6 +173,10 @@ pub struct Simulation {
     pub has_converged: bool,
     /// How many drives were simulated.
     pub drives_simulated: u32,
+    /// From how many sets of wheel angles each drive was simulated; 1 where they are known or do not matter.
+    pub phases: u32,
+    /// Whether it matters for what was found at which angles of their rollers the wheels began; null where the study says that they are known.
+    pub phases_matter: Option<bool>,
     /// Pairs of keys that the log hardly tells apart.
     pub alike: Vec<[String; 2]>,
     /// Keys that change less than the noise over all of their range.
@@ -288,8 +292,10 @@ pub struct Drive {
     pub measured: f64,
     /// Its standard error.
     pub measured_error: f64,
-    /// The same as simulated.
+    /// The same as simulated, the mean over wheel angles.
     pub simulated: f64,
+    /// Its standard deviation over the wheel angles from which it was simulated; 0 of one.
+    pub simulated_scatter: f64,
     /// The way made across that direction, to the left.
     pub measured_across: f64,
     /// The same as simulated.

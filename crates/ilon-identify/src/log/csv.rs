@@ -18,6 +18,8 @@ struct Found {
     measure: Measure,
     factor: f64,
     increments: bool,
+    /// What it reads where the wheel stands as the robot's file has it, in SI.
+    zero: f64,
     /// Whether a comma stands before its decimals.
     decimal_comma: bool,
 }
@@ -125,7 +127,7 @@ pub(super) fn read(
                     *angle += value * dt_s;
                 }
                 (_, true) => *angle += value,
-                _ => *angle = value,
+                _ => *angle = value - column.zero,
             }
         }
         let mut seen = [f64::NAN; 3];
@@ -257,6 +259,7 @@ fn found(
         measure,
         factor,
         increments: column.increments,
+        zero: column.zero * factor,
         decimal_comma: format.decimal_comma,
     })
 }

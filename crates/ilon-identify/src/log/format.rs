@@ -116,6 +116,14 @@ pub struct Column {
     /// Whether each row holds what was turned since the row before, and not since the beginning.
     #[serde(default)]
     pub increments: bool,
+    /// What it reads in its unit where the wheel stands as the robot's file has it, of absolute encoders; it counts with `simulate.phases = "log"`
+    /// alone.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub zero: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn unity() -> f64 {
@@ -143,6 +151,12 @@ pub(super) enum Measure {
 }
 
 impl Column {
+    /// Whether its numbers are angles, and not rates.
+    pub(crate) fn is_angle(&self) -> bool {
+        self.si()
+            .is_some_and(|(measure, _)| measure == Measure::Angle)
+    }
+
     /// What it measures, and by what its numbers become SI.
     pub(super) fn si(&self) -> Option<(Measure, f64)> {
         let (measure, factor) = match self.unit.as_str() {
@@ -269,11 +283,15 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
                 "give its place, counted from 1".to_owned(),
             );
         }
-        if column.increments
-            && column
-                .si()
-                .is_some_and(|(measure, _)| measure != Measure::Angle)
-        {
+        let is_absolute = column.is_angle() && !column.increments && name.starts_with("wheels.");
+        let is_right = is_zero(&column.zero) || (is_absolute && column.zero.is_finite());
+        if !is_right {
+            return invalid(
+                format!("`log.{name}` has the `zero` {}", column.zero),
+                "it is a finite angle of a wheel whose encoder is absolute".to_owned(),
+            );
+        }
+        if column.increments && !column.is_angle() {
             return invalid(
                 format!("`log.{name}` has `increments`, which angles alone have"),
                 "leave it out".to_owned(),

@@ -29,6 +29,8 @@ pub struct Log {
     pub times_s: Vec<f64>,
     /// The angle of each wheel in the robot's order at each row, counted from the first row, in radians.
     pub angles_rad: Vec<Vec<f64>>,
+    /// The angle of each wheel at the first row as the log itself counts, in radians.
+    pub begun_rad: Vec<f64>,
     /// x and y in metres and the heading in radians, unwrapped, at each row, as seen from outside.
     pub poses: Vec<[f64; 3]>,
     /// The current of each wheel's motor at each row, in A; no rows where the log does not say.
@@ -112,6 +114,7 @@ impl Log {
         let mut part = Self {
             times_s: self.times_s[first..end].to_vec(),
             angles_rad: self.angles_rad[first..end].to_vec(),
+            begun_rad: self.begun_rad.clone(),
             poses: self.poses[first..end].to_vec(),
             currents_a: match self.currents_a.is_empty() {
                 true => Vec::new(),
@@ -130,6 +133,11 @@ impl Log {
         };
         self.times_s.iter_mut().for_each(|t_s| *t_s -= first_s);
         let first = self.angles_rad[0].clone();
+        self.begun_rad.resize(first.len(), 0.0);
+        self.begun_rad
+            .iter_mut()
+            .zip(&first)
+            .for_each(|(begun, first)| *begun += first);
         for row in &mut self.angles_rad {
             row.iter_mut()
                 .zip(&first)

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3xX;
 
-use super::drive::Made;
-use super::legs::{Leg, asked};
+use super::drive::Together;
+use super::legs::{Course, Leg, asked};
 use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
 use crate::resample::Interval;
 use crate::study::{Simulate, Study};
@@ -66,7 +66,7 @@ pub(super) struct Compared<'a> {
 
 struct Row<'a> {
     leg: &'a Leg,
-    made: Made,
+    made: Together,
     scale: f64,
     is_held_out: bool,
 }
@@ -75,7 +75,7 @@ impl<'a> Compared<'a> {
     pub fn new(
         study: &Study,
         legs: &'a [Leg],
-        made: &[Option<Made>],
+        made: &[Option<Together>],
         scales: &Scales,
         values: &[f64],
     ) -> Self {
@@ -104,8 +104,8 @@ impl<'a> Compared<'a> {
                         .fold((0.0, 0.0), |(above, below), row| {
                             let weight = row.leg.error.powi(-2);
                             (
-                                above + weight * row.leg.along * row.made.along,
-                                below + weight * row.made.along.powi(2),
+                                above + weight * row.leg.along * row.made.mean.along,
+                                below + weight * row.made.mean.along.powi(2),
                             )
                         });
                 for row in rows.iter_mut().filter(|row| is_of(row)) {
@@ -127,10 +127,10 @@ impl<'a> Compared<'a> {
     /// What is left, root mean square over drives that were fitted or not.
     pub fn misses(&self, held_out: bool) -> Misses {
         let rows = || self.rows.iter().filter(|row| row.is_held_out == held_out);
-        let ways = rows().map(|row| row.leg.along / row.scale - row.made.along);
-        let drifts = rows().map(|row| row.leg.drift_rad_per_m[0] - row.made.drift_rad_per_m);
+        let ways = rows().map(|row| row.leg.along / row.scale - row.made.mean.along);
+        let drifts = rows().map(|row| row.leg.drift_rad_per_m[0] - row.made.mean.drift_rad_per_m);
         let torques = rows().flat_map(|row| {
-            let seen = row.leg.torques_n_m.iter().zip(&row.made.torques_n_m);
+            let seen = row.leg.torques_n_m.iter().zip(&row.made.mean.torques_n_m);
             seen.filter_map(|(seen, made)| Some(seen.as_ref()?[0] - made))
         });
         Misses {
@@ -141,36 +141,32 @@ impl<'a> Compared<'a> {
     }
 
     /// Each drive.
-    pub fn drives(
-        &self,
-        study: &Study,
-        drives: &[Vec<f64>],
-        nominal: &Matrix3xX<f64>,
-    ) -> Vec<Drive> {
+    pub fn drives(&self, study: &Study, drives: &[Course], nominal: &Matrix3xX<f64>) -> Vec<Drive> {
         self.rows
             .iter()
             .map(|row| Drive {
                 file: study.file.runs[row.leg.run].file.display().to_string(),
                 held_out: row.is_held_out,
-                direction_deg: direction_deg(nominal, &drives[row.leg.drive]),
+                direction_deg: direction_deg(nominal, &drives[row.leg.drive].rates_rad_s),
                 measured: row.leg.along / row.scale,
                 measured_error: row.leg.error / row.scale,
-                simulated: row.made.along,
+                simulated: row.made.mean.along,
+                simulated_scatter: row.made.scatter(),
                 measured_across: row.leg.across / row.scale,
-                simulated_across: row.made.across,
+                simulated_across: row.made.mean.across,
                 measured_drift_rad_per_m: row.leg.drift_rad_per_m[0],
                 measured_drift_error_rad_per_m: row.leg.drift_rad_per_m[1],
-                simulated_drift_rad_per_m: row.made.drift_rad_per_m,
+                simulated_drift_rad_per_m: row.made.mean.drift_rad_per_m,
                 torques: self.torques(study, row),
                 ripple: row.leg.ripple.map(|ripple| DriveRipple {
                     stretches: ripple.stretches,
                     rollers_counted: ripple.line,
                     wheels_rad_s: ripple.wheels_rad_s[0],
                     wheels_error_rad_s: ripple.wheels_rad_s[1],
-                    wheels_simulated_rad_s: row.made.wheels_rad_s,
+                    wheels_simulated_rad_s: row.made.mean.wheels_rad_s,
                     body_m: ripple.body_m[0],
                     body_error_m: ripple.body_m[1],
-                    body_simulated_m: row.made.body_m,
+                    body_simulated_m: row.made.mean.body_m,
                 }),
             })
             .collect()
@@ -180,7 +176,7 @@ impl<'a> Compared<'a> {
     fn torques(&self, study: &Study, row: &Row<'_>) -> Vec<DriveTorque> {
         let wheels = study.robot.wheels.iter().zip(&row.leg.torques_n_m);
         wheels
-            .zip(&row.made.torques_n_m)
+            .zip(&row.made.mean.torques_n_m)
             .filter_map(|((wheel, seen), made)| {
                 let [measured_n_m, measured_error_n_m] = (*seen)?;
                 Some(DriveTorque {
@@ -198,10 +194,10 @@ impl<'a> Compared<'a> {
         self.rows
             .iter()
             .map(|row| OtherDrive {
-                simulated: row.made.along,
-                simulated_across: row.made.across,
-                simulated_drift_rad_per_m: row.made.drift_rad_per_m,
-                simulated_torques_n_m: row.made.torques_n_m.clone(),
+                simulated: row.made.mean.along,
+                simulated_across: row.made.mean.across,
+                simulated_drift_rad_per_m: row.made.mean.drift_rad_per_m,
+                simulated_torques_n_m: row.made.mean.torques_n_m.clone(),
             })
             .collect()
     }
@@ -210,7 +206,7 @@ impl<'a> Compared<'a> {
     pub fn series(
         &self,
         study: &Study,
-        drives: &[Vec<f64>],
+        drives: &[Course],
         nominal: &Matrix3xX<f64>,
     ) -> Vec<SimulatedSeries> {
         let mut found: Vec<SimulatedSeries> = Vec::new();
@@ -223,7 +219,7 @@ impl<'a> Compared<'a> {
                     .rows
                     .iter()
                     .filter(|row| {
-                        let way = direction_deg(nominal, &drives[row.leg.drive]);
+                        let way = direction_deg(nominal, &drives[row.leg.drive].rates_rad_s);
                         let apart = (way - deg).rem_euclid(180.0);
                         study.file.runs[row.leg.run].series == run.series
                             && apart.min(180.0 - apart) < CLOSE_DEG
@@ -236,7 +232,7 @@ impl<'a> Compared<'a> {
                     [
                         sum(&|row| row.leg.along) / count,
                         sum(&|row| row.leg.error.powi(2)).sqrt() / count,
-                        sum(&|row| row.made.along) / count,
+                        sum(&|row| row.made.mean.along) / count,
                     ]
                 })
             };

@@ -1,7 +1,5 @@
 //! One simulated drive.
 
-use std::f64::consts::TAU;
-
 use ilon_robot::Robot;
 use ilon_sim::scenario::{Scenario, Setting};
 use ilon_sim::simulate::Driver;
@@ -10,10 +8,13 @@ use nalgebra::Matrix3xX;
 use toml::Value as Toml;
 
 use super::free::Free;
+use super::legs::Course;
+use super::section::Simulate;
+use super::starts::{self, Starts};
 use crate::log::Log;
 use crate::motion::window;
 use crate::ripple::{Stretches, ripple};
-use crate::study::{Simulate, Study, flat};
+use crate::study::{Study, flat};
 
 /// How long the simulated wheels turn before what they do counts, in seconds.
 const SETTLE_S: f64 = 0.7;
@@ -34,21 +35,41 @@ pub(super) struct Made {
     pub body_m: f64,
 }
 
-impl Made {
-    /// What drives from several wheel angles made together: the mean of ways and of the squares of ripples.
-    pub fn together(all: &[Option<Self>]) -> Option<Self> {
-        let all: Vec<Self> = all.iter().cloned().collect::<Option<_>>()?;
-        let mean = |of: &dyn Fn(&Self) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-        Some(Self {
+/// What drives from several wheel angles made.
+#[derive(Clone, Debug)]
+pub(super) struct Together {
+    /// The mean of ways and of the squares of ripples.
+    pub mean: Made,
+    /// Each of them.
+    pub each: Vec<Made>,
+}
+
+impl Together {
+    /// All drives; `None` where one of them came to nothing.
+    pub fn new(all: &[Option<Made>]) -> Option<Self> {
+        let each: Vec<Made> = all.iter().cloned().collect::<Option<_>>()?;
+        let wheels = each.first()?.torques_n_m.len();
+        let mean = |of: &dyn Fn(&Made) -> f64| each.iter().map(of).sum::<f64>() / each.len() as f64;
+        let mean = Made {
             along: mean(&|made| made.along),
             across: mean(&|made| made.across),
             drift_rad_per_m: mean(&|made| made.drift_rad_per_m),
-            torques_n_m: (0..all.first()?.torques_n_m.len())
+            torques_n_m: (0..wheels)
                 .map(|wheel| mean(&|made| made.torques_n_m[wheel]))
                 .collect(),
             wheels_rad_s: mean(&|made| made.wheels_rad_s.powi(2)).sqrt(),
             body_m: mean(&|made| made.body_m.powi(2)).sqrt(),
-        })
+        };
+        Some(Self { mean, each })
+    }
+
+    /// The standard deviation of the ways along over the wheel angles; 0 of one.
+    pub fn scatter(&self) -> f64 {
+        let squares = self
+            .each
+            .iter()
+            .map(|made| (made.along - self.mean.along).powi(2));
+        (squares.sum::<f64>() / (self.each.len() - 1).max(1) as f64).sqrt()
     }
 }
 
@@ -67,45 +88,84 @@ pub(super) fn keys(
     keys
 }
 
-/// The robot at some values of the keys, and the period of its control, in seconds.
-///
-/// # Errors
-/// Where there is no such robot or scenario.
-pub(super) fn built(study: &Study, keys: &[(String, Toml)]) -> Result<(Robot, Plant, f64), Error> {
-    let settings: Vec<Setting> = keys
-        .iter()
-        .map(|(key, value)| Setting::new(key, value))
-        .collect();
-    let text = crate::study::scenario_text(&study.file.robot);
-    let scenario = Scenario::from_text(&text, &study.path, &settings, &study.files)?;
-    let robot = load_robot(&scenario)?;
-    let resolved = resolve_for(&scenario, &robot, Driver::Own)?;
-    let plant = Plant::new(&resolved, &robot)?;
-    Ok((robot, plant, scenario.run.control_dt_s))
+/// A robot in its scenario at some values of the keys, read once for all drives: measuring its rollers takes longer than a drive.
+pub(super) struct Ready {
+    scenario: Scenario,
+    robot: Robot,
 }
 
-/// Drives the simulated robot at wheel rates, from the wheel angles of a phase; `None` where it leaves all numbers.
+impl Ready {
+    /// Reads scenario and robot.
+    ///
+    /// # Errors
+    /// Where there is no such robot or scenario.
+    pub fn new(study: &Study, keys: &[(String, Toml)]) -> Result<Self, Error> {
+        let settings: Vec<Setting> = keys
+            .iter()
+            .map(|(key, value)| Setting::new(key, value))
+            .collect();
+        let text = crate::study::scenario_text(&study.file.robot);
+        let scenario = Scenario::from_text(&text, &study.path, &settings, &study.files)?;
+        let robot = load_robot(&scenario)?;
+        let ready = Self { scenario, robot };
+        ready.plant(&[])?;
+        Ok(ready)
+    }
+
+    /// What is simulated, with the rollers of each wheel turned about its hub, in radians.
+    fn plant(&self, turned_rad: &[f64]) -> Result<Plant, Error> {
+        let robot = starts::turned(self.robot.clone(), turned_rad);
+        let resolved = resolve_for(&self.scenario, &robot, Driver::Own)?;
+        Plant::new(&resolved, &robot)
+    }
+}
+
+/// One simulation of a drive: its place among the drives, and which of the sets of wheel angles it begins from.
+#[derive(Clone, Copy)]
+pub(super) struct Task {
+    pub drive: usize,
+    pub starts: Starts,
+    pub set: u32,
+}
+
+/// Drives the simulated robot at wheel rates; `None` where it leaves all numbers.
 pub(super) fn made(
-    study: &Study,
     section: &Simulate,
-    keys: &[(String, Toml)],
-    rates: &[f64],
-    phase: u32,
+    ready: &Ready,
+    course: &Course,
+    task: Task,
     nominal: &Matrix3xX<f64>,
 ) -> Result<Option<Made>, Error> {
-    let (robot, mut plant, period_s) = built(study, keys)?;
+    let (robot, period_s) = (&ready.robot, ready.scenario.run.control_dt_s);
+    let rates = &course.rates_rad_s[..];
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
     let settle = (SETTLE_S / period_s).ceil() as usize;
-    // Wheels come to their phases while they settle.
-    let settling: Vec<f64> = rates
-        .iter()
-        .zip(phases(section, &robot, phase))
-        .map(|(rate, offset_rad)| rate + offset_rad / (settle as f64 * period_s))
-        .collect();
+    let turned_rad = match (task.starts, &course.begun_rad) {
+        (Starts::Sets(_), _) => starts::set(section, robot, task.drive, task.set),
+        (Starts::Log, Some(begun_rad)) => {
+            // Where wheels stand that settled from the angles of the file says from where they come to those of the log.
+            let mut plant = ready.plant(&[])?;
+            // The first row that counts is that after a period more.
+            for _ in 0..=settle {
+                match plant.advance(WheelCommand::Rates(rates), period_s) {
+                    Ok(_) => {}
+                    Err(Error::Diverged { .. }) => return Ok(None),
+                    Err(error) => return Err(error),
+                }
+            }
+            let settled_rad = &plant.observe().wheel_angles_rad;
+            begun_rad
+                .iter()
+                .zip(settled_rad)
+                .map(|(to, from)| to - from)
+                .collect()
+        }
+        (Starts::File | Starts::Log, _) => Vec::new(),
+    };
+    let mut plant = ready.plant(&turned_rad)?;
     let mut log = Log::default();
     let mut torques_n_m = vec![0.0; robot.wheels.len()];
     for row in 0..settle + rows {
-        let rates = if row < settle { &settling[..] } else { rates };
         let outcome = match plant.advance(WheelCommand::Rates(rates), period_s) {
             Ok(outcome) => outcome,
             Err(Error::Diverged { .. }) => return Ok(None),
@@ -160,31 +220,4 @@ pub(super) fn made(
         wheels_rad_s,
         body_m,
     }))
-}
-
-/// By how much each wheel is turned on before a drive counts, in radians, up to half a roller: nothing where there is one phase, else
-/// angles that fill all combinations evenly. Wheels that are in phase by the study turn on together.
-fn phases(section: &Simulate, robot: &Robot, phase: u32) -> Vec<f64> {
-    let together = section.ripple.iter().flat_map(|ripple| &ripple.together);
-    let groups: Vec<&Vec<String>> = together.collect();
-    let group_of = |wheel: usize| {
-        let name = &robot.wheels[wheel].name;
-        let group = groups.iter().position(|names| names.contains(name));
-        group.unwrap_or(groups.len() + wheel)
-    };
-    (0..robot.wheels.len())
-        .map(|wheel| {
-            if section.phases < 2 {
-                return 0.0;
-            }
-            // Steps by roots of primes fill the phases of all wheels evenly.
-            const PRIMES: [f64; 12] = [
-                2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0,
-            ];
-            let root = PRIMES[group_of(wheel) % PRIMES.len()].sqrt();
-            let share = (f64::from(phase) * root).fract();
-            let pitch_rad = TAU / robot.wheels[wheel].rollers.len().max(1) as f64;
-            (share - if share < 0.5 { 0.0 } else { 1.0 }) * pitch_rad
-        })
-        .collect()
 }

@@ -8,7 +8,7 @@ use crate::directions::of_body;
 use crate::log::Log;
 use crate::motion::Window;
 use crate::ripple::{Ripple, Stretches, ripple};
-use crate::study::{Simulate, Study};
+use crate::study::{Logged, Phases, Simulate, Study};
 
 /// Wheel rates that differ by less than this share of the fastest are one drive.
 const ALIKE: f64 = 0.06;
@@ -20,6 +20,15 @@ const LEAST_RIPPLE_ERROR: f64 = 0.1;
 pub(super) struct Fits {
     pub heading: bool,
     pub currents: bool,
+}
+
+/// A drive that is simulated.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    /// The mean rate of each wheel, in rad/s.
+    pub rates_rad_s: Vec<f64>,
+    /// The angle of each wheel where it begins, in radians from where the robot's file has it, where the log says so.
+    pub begun_rad: Option<Vec<f64>>,
 }
 
 /// A drive at constant wheel rates, as several stretches of one run made it.
@@ -51,24 +60,26 @@ impl Leg {
             + if self.fits.currents { torques } else { 0 }
     }
 
-    /// What is left of it beside what a simulated drive made, over how well it is known; `scale` is the common factor on its ways.
-    pub fn compare(&self, made: &Made, scale: f64, left: &mut Vec<f64>) {
-        left.push((self.along - scale * made.along) / self.error);
-        left.push((self.across - scale * made.across) / self.error);
+    /// What is left of it beside what a simulated drive made, each with its own error; `scale` is the common factor on its ways.
+    pub fn differences(&self, made: &Made, scale: f64) -> Vec<[f64; 2]> {
+        let mut left = Vec::with_capacity(self.equations());
+        left.push([self.along - scale * made.along, self.error]);
+        left.push([self.across - scale * made.across, self.error]);
         if let Some(ripple) = &self.ripple {
             let [wheels, body] = sure(ripple);
-            left.push((ripple.wheels_rad_s[0] - made.wheels_rad_s) / wheels);
-            left.push((ripple.body_m[0] - made.body_m) / body);
+            left.push([ripple.wheels_rad_s[0] - made.wheels_rad_s, wheels]);
+            left.push([ripple.body_m[0] - made.body_m, body]);
         }
         if self.fits.heading {
             let [drift, error] = self.drift_rad_per_m;
-            left.push((drift - made.drift_rad_per_m) / error);
+            left.push([drift - made.drift_rad_per_m, error]);
         }
         if self.fits.currents {
             for (seen, made) in self.torques_n_m.iter().zip(&made.torques_n_m) {
-                left.extend(seen.map(|[torque, error]| (torque - made) / error));
+                left.extend(seen.map(|[torque, error]| [torque - made, error]));
             }
         }
+        left
     }
 }
 
@@ -82,13 +93,14 @@ fn sure(ripple: &Ripple) -> [f64; 2] {
         of(ripple.body_m, f64::MIN_POSITIVE),
     ]
 }
-/// The steady drives of all runs, and the mean wheel rates of each kind of drive.
+/// The steady drives of all runs, and the drives that are simulated for them: one of each kind, or of each run where logs say at which angles
+/// wheels began.
 pub(super) fn legs(
     study: &Study,
     section: &Simulate,
     all: &Seen<'_>,
     nominal: &Matrix3xX<f64>,
-) -> (Vec<Leg>, Vec<Vec<f64>>) {
+) -> (Vec<Leg>, Vec<Course>) {
     let (windows, trackers, window_s) = (all.windows, all.trackers, study.file.window_s);
     let rollers = study.robot.wheels.iter().map(|wheel| wheel.rollers.len());
     let rollers = rollers.max().unwrap_or(0);
@@ -99,7 +111,8 @@ pub(super) fn legs(
     let least_drift = section
         .heading
         .map_or(0.0, |heading| heading.least_error_rad_per_m);
-    let mut drives: Vec<(Vec<f64>, usize)> = Vec::new();
+    let is_begun = section.phases == Some(Phases::Logged(Logged::Log));
+    let mut drives: Vec<Course> = Vec::new();
     let mut legs: Vec<Leg> = Vec::new();
     let rates = |window: &Window| -> Vec<f64> {
         window
@@ -155,15 +168,15 @@ pub(super) fn legs(
             let (along, across) = (along / way, across / way);
             let squares: f64 = ratios.iter().map(|ratio| (ratio - along).powi(2)).sum();
             let error = (squares / (count * (count - 1.0))).sqrt();
-            let known = drives.iter().position(|(known, _)| !apart(&mean, known));
-            let drive = match known {
-                Some(drive) => drive,
-                None => {
-                    drives.push((mean.clone(), 0));
-                    drives.len() - 1
-                }
-            };
-            drives[drive].1 += 1;
+            let begun_rad = is_begun.then(|| begun(&all.logs[run], kind[0].at_s - 0.5 * window_s));
+            let alike = |known: &Course| !is_begun && !apart(&mean, &known.rates_rad_s);
+            let drive = drives.iter().position(alike).unwrap_or_else(|| {
+                drives.push(Course {
+                    rates_rad_s: mean.clone(),
+                    begun_rad,
+                });
+                drives.len() - 1
+            });
             let seen_ripple = section.ripple.as_ref().and_then(|compared| {
                 let stretches = Stretches {
                     length_s: compared.stretch_s,
@@ -185,7 +198,17 @@ pub(super) fn legs(
             });
         }
     }
-    (legs, drives.into_iter().map(|(rates, _)| rates).collect())
+    (legs, drives)
+}
+
+/// The angle of each wheel at a time of a log, as its encoders count, in radians.
+fn begun(log: &Log, at_s: f64) -> Vec<f64> {
+    let row = log
+        .times_s
+        .partition_point(|t_s| *t_s < at_s - 0.5 * log.period_s());
+    let row = row.min(log.len() - 1);
+    let angles = log.angles_rad[row].iter().zip(&log.begun_rad);
+    angles.map(|(angle, begun)| angle + begun).collect()
 }
 
 /// The twist that wheel rates ask for.

@@ -3,27 +3,32 @@
 
 mod compared;
 mod drive;
+mod fitting;
 mod free;
 mod legs;
+mod section;
+mod starts;
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use ilon_sim::Error;
 use nalgebra::{Matrix3xX, RowDVector};
-use rayon::prelude::*;
-use toml::Value as Toml;
 
 use self::compared::{Compared, Scales};
-use self::drive::{Made, made};
+use self::drive::Ready;
+use self::fitting::{Problem, Rig, shown};
 use self::free::{Free, free_of, start_of};
 use self::legs::{Leg, legs};
-use crate::least_squares::{Search, least_squares};
+pub(crate) use self::section::check;
+pub use self::section::{
+    BesideFile, CurrentsFile, HeadingFile, Logged, Phases, RippleFile, Simulate,
+};
+use self::starts::Starts;
+use crate::least_squares::Search;
 use crate::log::Log;
 use crate::motion::{Tracker, Window};
 use crate::outcome::{Beside, Simulation, Value};
-use crate::resample::{Cluster, Draws};
-use crate::study::{Simulate, Study, flat};
+use crate::study::{Study, flat};
 
 /// What simulating found.
 pub(crate) struct Found {
@@ -31,8 +36,8 @@ pub(crate) struct Found {
     pub simulation: Simulation,
 }
 
-/// What the drives made at some values of the keys.
-type Simulated = (Vec<f64>, Vec<Option<Made>>);
+/// From so many sets of wheel angles drives are simulated where the log does not say at which they began.
+const SETS: u32 = 8;
 
 /// What was seen of all runs.
 pub(crate) struct Seen<'a> {
@@ -72,119 +77,50 @@ pub(crate) fn simulate(
     wanted.sort_unstable();
     wanted.dedup();
 
-    let simulated = AtomicU32::new(0);
-    let run_with = |keys: &[(String, Toml)], which: &[usize]| -> Result<Vec<Option<Made>>, Error> {
-        let each: Vec<(usize, u32)> = which
-            .iter()
-            .flat_map(|drive| (0..section.phases).map(|phase| (*drive, phase)))
-            .collect();
-        let all: Result<Vec<Option<Made>>, Error> = each
-            .par_iter()
-            .map(|(drive, phase)| {
-                let made = made(study, section, keys, &drives[*drive], *phase, nominal);
-                count(simulated.fetch_add(1, Ordering::Relaxed) + 1);
-                made
-            })
-            .collect();
-        let all = all?;
-        Ok(all
-            .chunks(section.phases as usize)
-            .map(Made::together)
-            .collect())
+    let rig = Rig {
+        study,
+        section,
+        courses: &drives,
+        nominal,
+        count,
+        simulated: AtomicU32::new(0),
     };
-    let run_drives =
-        |values: &[f64], which: &[usize]| run_with(&drive::keys(study, &free, values, &[]), which);
-    let keys = free.len();
-    let shown = |seen: &[f64]| -> Vec<f64> {
-        free.iter()
-            .zip(seen)
-            .map(|(free, value)| {
-                if free.is_log {
-                    libm::exp(*value)
-                } else {
-                    *value
-                }
-            })
-            .collect()
-    };
-    // What was simulated is kept: where only a scale changes, nothing moves otherwise.
-    let kept: Mutex<Vec<Simulated>> = Mutex::new(Vec::new());
-    // Values as the search sees them, with the scale of each series last.
-    let residuals = |seen: &[f64]| -> Result<Option<Vec<f64>>, Error> {
-        let known = |kept: &Mutex<Vec<Simulated>>| {
-            let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-            let mut kept = kept.iter();
-            kept.find(|(values, _)| *values == seen[..keys])
-                .map(|(_, made)| made.clone())
-        };
-        let made = match known(&kept) {
-            Some(made) => made,
-            None => {
-                let values = shown(seen);
-                // Each key by itself can have what its range holds; together they may ask for a robot that cannot be.
-                if drive::built(study, &drive::keys(study, &free, &values, &[])).is_err() {
-                    return Ok(None);
-                }
-                let made = run_drives(&values, &wanted)?;
-                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                kept.push((seen[..keys].to_vec(), made.clone()));
-                made
-            }
-        };
-        let mut left = Vec::with_capacity(equations);
-        for leg in &fitted {
-            let place = wanted.binary_search(&leg.drive).ok();
-            let Some(made) = place.and_then(|place| made[place].as_ref()) else {
-                return Ok(None);
-            };
-            leg.compare(made, scales.of(leg, &seen[keys..]), &mut left);
+    let (start, search) = search_of(section, &free, &scales.means(&fitted));
+    let problem = |starts: Starts| Problem::new(&rig, &free, &scales, (&fitted, &wanted), starts);
+    let (starts, fit, do_matter) = match section.phases {
+        Some(Phases::Logged(Logged::Log)) => (
+            Starts::Log,
+            problem(Starts::Log).fit(&start, &search)?,
+            None,
+        ),
+        Some(Phases::Count(1)) => (
+            Starts::File,
+            problem(Starts::File).fit(&start, &search)?,
+            None,
+        ),
+        Some(Phases::Count(count)) => {
+            let starts = Starts::Sets(count);
+            (starts, problem(starts).fit(&start, &search)?, Some(true))
         }
-        Ok(Some(left))
+        None => {
+            let from_file = problem(Starts::File);
+            let known = from_file.fit_unless_angles_matter(&start, &search)?;
+            match known {
+                Some(fit) => (Starts::File, fit, Some(false)),
+                None => {
+                    let starts = Starts::Sets(SETS);
+                    (starts, problem(starts).fit(&start, &search)?, Some(true))
+                }
+            }
+        }
     };
-    let end = |value: f64, is_log: bool| if is_log { libm::log(value) } else { value };
-    let mut bounds: Vec<(f64, f64)> = free
-        .iter()
-        .map(|free| (end(free.low, free.is_log), end(free.high, free.is_log)))
-        .collect();
-    let mut start: Vec<f64> = free
-        .iter()
-        .map(|free| end(start_of(free), free.is_log))
-        .collect();
-    let mut differences: Vec<f64> = bounds
-        .iter()
-        .map(|(low, high)| 0.04 * (high - low))
-        .collect();
-    for mean in scales.means(&fitted) {
-        start.push(mean);
-        bounds.push((0.2 * mean, 5.0 * mean));
-        differences.push(0.01);
-    }
-    let search = Search {
-        differences,
-        bounds,
-        steps: section.steps,
-        tolerance: 0.1,
-        damping: 1e-2,
-        tries: 5,
-    };
-    let found = least_squares(&residuals, &start, &search)?;
-
-    let mut clusters = vec![Cluster::empty(found.values.len()); held_out.len()];
-    let mut row = 0;
-    for leg in &fitted {
-        clusters[leg.run].add(
-            found.jacobian.rows(row, leg.equations()).clone_owned(),
-            found.residuals.rows(row, leg.equations()).clone_owned(),
-        );
-        row += leg.equations();
-    }
-    clusters.retain(|cluster| cluster.rows > 0);
-    let draws = Draws::new(&clusters, study.file.resamples, study.file.seed);
-    let values = shown(&found.values);
+    let found = &fit.found;
+    let keys = free.len();
+    let values = shown(&free, &found.values[..keys]);
     let mut parameters = Vec::new();
     let mut open = Vec::new();
     for (axis, free) in free.iter().enumerate() {
-        let mut interval = draws.interval(found.values[axis], |step| step[axis]);
+        let mut interval = fit.intervals[axis];
         if free.is_log {
             interval.low = libm::exp(interval.low);
             interval.high = libm::exp(interval.high);
@@ -197,12 +133,13 @@ pub(crate) fn simulate(
     }
 
     let every: Vec<usize> = (0..drives.len()).collect();
-    let made = run_drives(&values, &every)?;
+    let ready = Ready::new(study, &drive::keys(study, &free, &values, &[]))?;
+    let made = rig.drives(&ready, &every, starts)?;
     let compared = Compared::new(study, &legs, &made, &scales, &found.values[keys..]);
     let mut beside = Vec::new();
     for other in &section.beside {
         let keys = drive::keys(study, &free, &values, &flat(&other.set));
-        let made = run_with(&keys, &every)?;
+        let made = rig.drives(&Ready::new(study, &keys)?, &every, starts)?;
         let compared = Compared::new(study, &legs, &made, &scales, &found.values[free.len()..]);
         beside.push(Beside {
             name: other.name.clone(),
@@ -238,7 +175,9 @@ pub(crate) fn simulate(
             held_out: compared.misses(true),
             scale: compared.scale(),
             has_converged: found.has_converged,
-            drives_simulated: simulated.load(Ordering::Relaxed),
+            drives_simulated: rig.simulated.load(Ordering::Relaxed),
+            phases: starts.count(),
+            phases_matter: do_matter,
             alike: alike(
                 &found
                     .jacobian
@@ -257,6 +196,37 @@ pub(crate) fn simulate(
     })
 }
 
+/// Where the search begins, and what it may do: values of the keys, and the scale of each series last.
+fn search_of(section: &Simulate, free: &[Free], means: &[f64]) -> (Vec<f64>, Search) {
+    let end = |value: f64, is_log: bool| if is_log { libm::log(value) } else { value };
+    let mut bounds: Vec<(f64, f64)> = free
+        .iter()
+        .map(|free| (end(free.low, free.is_log), end(free.high, free.is_log)))
+        .collect();
+    let mut start: Vec<f64> = free
+        .iter()
+        .map(|free| end(start_of(free), free.is_log))
+        .collect();
+    let mut differences: Vec<f64> = bounds
+        .iter()
+        .map(|(low, high)| 0.04 * (high - low))
+        .collect();
+    for mean in means {
+        start.push(*mean);
+        bounds.push((0.2 * mean, 5.0 * mean));
+        differences.push(0.01);
+    }
+    let search = Search {
+        differences,
+        bounds,
+        steps: section.steps,
+        tolerance: 0.1,
+        damping: 1e-2,
+        tries: 5,
+    };
+    (start, search)
+}
+
 /// Refuses ranges at whose ends there is no robot or scenario that could be simulated, before anything is simulated.
 fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
     let start: Vec<f64> = free.iter().map(start_of).collect();
@@ -264,7 +234,7 @@ fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
         for end in [key.low, key.high] {
             let mut values = start.clone();
             values[axis] = end;
-            if let Err(error) = drive::built(study, &drive::keys(study, free, &values, &[])) {
+            if let Err(error) = Ready::new(study, &drive::keys(study, free, &values, &[])) {
                 return Err(Error::invalid(
                     format!(
                         "`simulate.free.{}` goes to {end}, where nothing can be simulated: {error}",
@@ -275,7 +245,7 @@ fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
             }
         }
     }
-    drive::built(study, &drive::keys(study, free, &start, &[])).map(|_| ())
+    Ready::new(study, &drive::keys(study, free, &start, &[])).map(|_| ())
 }
 
 /// Pairs of keys whose changes look the same to nine parts in ten or more: the log hardly tells them apart.

@@ -62,6 +62,14 @@ pub(super) fn words(found: &Identified) -> String {
                 "\n{key} lies at an end of its range: beyond it the fit may be better"
             );
         }
+        if simulation.phases_matter == Some(true) {
+            let _ = writeln!(
+                text,
+                "\nWhat is found depends on the angles of their rollers at which wheels began, which the log does not say: each drive was simulated from {} \
+                 sets of angles, and the intervals hold what these scatter by. Absolute encoders would say it: `simulate.phases`",
+                simulation.phases
+            );
+        }
         if !simulation.has_converged {
             let _ = writeln!(
                 text,

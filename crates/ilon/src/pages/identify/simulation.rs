@@ -66,6 +66,13 @@ fn story(simulation: &Simulation) -> String {
             escape(key)
         ));
     }
+    if simulation.phases_matter == Some(true) {
+        lines.push(format!(
+            "What is found depends on the angles of their rollers at which wheels began, which the logs do not say: each drive was simulated from {} \
+             sets of angles, and the intervals hold what these scatter by.",
+            simulation.phases
+        ));
+    }
     if !simulation.has_converged {
         lines.push(
             "<b class=\"failed\">✗</b> The search was cut off after its steps: <code>simulate.steps</code> allows more."

@@ -1,0 +1,285 @@
+//! What a study says about fitting by simulation, and what is refused of it.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::Robot;
+use ilon_sim::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::Table;
+
+use crate::log::Column;
+use crate::study::StudyFile;
+
+/// What is fitted by simulating.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Simulate {
+    /// Keys of the scenario that are free, each from a least to a largest value.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub free: Table,
+    /// How long each steady drive of the logs is simulated, in seconds.
+    #[serde(default = "three")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub drive_s: f64,
+    /// Whether one common factor on all measured ways is free too: where rows were lost, or the tracker's scale is not known.
+    #[serde(default)]
+    pub free_scale: bool,
+    /// Ways are believed to no better than this, over the way asked for: what changes from run to run, and what no value of the free keys
+    /// explains. Where a model misses by more than the logs scatter, an honest figure keeps the few drives that scatter least from
+    /// deciding all.
+    #[serde(default = "least_error")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error: f64,
+    /// At which angles of their rollers the wheels of a drive began, which most logs do not say: they count from wherever the wheels stood. Left
+    /// out, any: where that changes what is found, each drive is simulated from eight sets of angles spread evenly, the mean is compared, and what
+    /// the sets scatter by counts as an error of the drive. A number says how many sets; 1 that wheels begin as the robot's file has them. `"log"`:
+    /// the log's wheel angles are those of absolute encoders, and 0 is where the robot's file has the wheel (see `zero` of a column).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phases: Option<Phases>,
+    /// What wheels and body do once a roller is compared too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ripple: Option<RippleFile>,
+    /// How the drift of the heading is compared; left out, it is shown and not fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<HeadingFile>,
+    /// How the currents of the log's motors are compared, as torques of the wheels; left out, they are not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub currents: Option<CurrentsFile>,
+    /// Other values of keys that are simulated beside what is fitted, without being fitted themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<BesideFile>,
+    /// Most steps of the search.
+    #[serde(default = "twelve")]
+    #[schemars(range(min = 1, max = 1000))]
+    pub steps: u32,
+}
+
+/// What is known of the angles at which wheels begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Phases {
+    /// Nothing: so many sets of angles are simulated. With 1, wheels begin as the robot's file has them.
+    Count(#[schemars(range(min = 1, max = 1000))] u32),
+    /// The log has them.
+    Logged(Logged),
+}
+
+/// The word for angles that the log has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Logged {
+    /// Wheel angles of the log are those of the robot's file.
+    Log,
+}
+
+/// How the ripple of a log is compared with that of a simulation: the amplitudes of the wheels' rates and of the body's way at the rate
+/// at which rollers pass.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RippleFile {
+    /// Over how long a stretch an amplitude is taken, in seconds: some five rollers of the slowest wheel.
+    #[serde(default = "three")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stretch_s: f64,
+    /// Wheels whose rollers touch in phase, as far as that is known, in groups of their names: where left and right wheels of an axle are in
+    /// phase, the body ripples along its way and not across it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub together: Vec<Vec<String>>,
+}
+
+/// How the heading's drift is compared: by how much the robot turns beyond what its wheels ask for, over the way that they ask for.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeadingFile {
+    /// Whether the free keys are fitted to it too, and not to the ways alone.
+    #[serde(default)]
+    pub fitted: bool,
+    /// It is believed to no better than this, in rad/m.
+    #[serde(default = "least_drift")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error_rad_per_m: f64,
+}
+
+/// How a motor's current I becomes the torque on its wheel: (k I - f) n, against the motor's own friction f.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentsFile {
+    /// k: torque of the motor for its current, in N m/A.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub torque_constant_n_m_a: f64,
+    /// f: friction of the motor and its gear at the motor, in N m.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub friction_n_m: f64,
+    /// n: turns of the motor for a turn of the wheel; left out, what the robot's file says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub gear_ratio: Option<f64>,
+    /// Whether the log has the size of the currents alone: the motors are then taken to push as their wheels turn.
+    #[serde(default)]
+    pub unsigned: bool,
+    /// Whether the free keys are fitted to the torques too, and not to the ways alone.
+    #[serde(default)]
+    pub fitted: bool,
+    /// Torques are believed to no better than this, in N m at the wheel.
+    #[serde(default = "least_torque")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub least_error_n_m: f64,
+}
+
+/// Other values of keys, simulated beside what was fitted.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BesideFile {
+    /// What it is called.
+    pub name: String,
+    /// The keys that are otherwise, of the scenario or of the robot's description below `robot.spec`.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub set: Table,
+}
+
+fn least_drift() -> f64 {
+    0.03
+}
+
+fn least_torque() -> f64 {
+    0.02
+}
+
+fn least_error() -> f64 {
+    3e-3
+}
+
+fn three() -> f64 {
+    3.0
+}
+
+fn twelve() -> u32 {
+    12
+}
+
+/// The longest drive that is simulated, in seconds.
+const MOST_DRIVE_S: f64 = 600.0;
+
+/// The most wheel angles from which a drive is simulated.
+const MOST_PHASES: u32 = 1000;
+
+/// What is compared beside the ways must have numbers that can be.
+fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
+    let mut numbers = Vec::new();
+    if let Some(heading) = &section.heading {
+        let error = heading.least_error_rad_per_m;
+        numbers.push(("heading.least_error_rad_per_m", error, true));
+    }
+    if let Some(currents) = &section.currents {
+        if file.log.currents.is_empty() {
+            return Err(Error::invalid(
+                "`[simulate.currents]` stands, but the log has no currents",
+                "name their columns in `[log.currents]`, or leave the section out",
+            ));
+        }
+        let gear_ratio = currents.gear_ratio.unwrap_or(1.0);
+        let constant = currents.torque_constant_n_m_a;
+        numbers.push(("currents.torque_constant_n_m_a", constant, true));
+        numbers.push(("currents.gear_ratio", gear_ratio, true));
+        numbers.push(("currents.friction_n_m", currents.friction_n_m, false));
+        let error = currents.least_error_n_m;
+        numbers.push(("currents.least_error_n_m", error, true));
+    }
+    let is_bad = |(_, value, positive): &(&str, f64, bool)| {
+        !(value.is_finite() && (*value > 0.0 || (!positive && *value == 0.0)))
+    };
+    if let Some((key, value, positive)) = numbers.into_iter().find(is_bad) {
+        let range = if positive { "above 0" } else { "0 or more" };
+        return Err(Error::invalid(
+            format!("`simulate.{key}` = {value} cannot be"),
+            format!("give it a number that is {range}"),
+        ));
+    }
+    for (index, beside) in section.beside.iter().enumerate() {
+        let twice = section.beside[..index]
+            .iter()
+            .any(|b| b.name == beside.name);
+        if twice || beside.name.trim().is_empty() {
+            return Err(Error::invalid(
+                format!(
+                    "`[[simulate.beside]]` {} needs a name of its own",
+                    index + 1
+                ),
+                "give each another `name`",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a section that cannot be simulated.
+///
+/// # Errors
+/// Where a number of it cannot be, or it asks for what logs or robot do not have.
+pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Result<(), Error> {
+    let invalid = |message: String, help: String| Err(Error::invalid(message, help));
+    if !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S) {
+        return invalid(
+            format!(
+                "`simulate.drive_s` = {} is no length of a drive",
+                section.drive_s
+            ),
+            "give it seconds above 0 and up to 600".to_owned(),
+        );
+    }
+    match section.phases {
+        Some(Phases::Count(count)) if !(1..=MOST_PHASES).contains(&count) => {
+            return invalid(
+                format!("`simulate.phases` = {count} cannot be simulated"),
+                format!("let it be from 1 to {MOST_PHASES}, or \"log\""),
+            );
+        }
+        Some(Phases::Logged(Logged::Log)) => {
+            let relative = |column: &&Column| column.increments || !column.is_angle();
+            if let Some((wheel, _)) = file.log.wheels.iter().find(|(_, of)| relative(of)) {
+                return invalid(
+                    format!(
+                        "`simulate.phases` = \"log\", but `log.wheels.{wheel}` does not say at which angle the wheel stands"
+                    ),
+                    "leave `phases` out, or log the angles of absolute encoders".to_owned(),
+                );
+            }
+        }
+        _ => {}
+    }
+    if !(section.least_error.is_finite() && section.least_error > 0.0) {
+        return invalid(
+            format!(
+                "`simulate.least_error` = {} is no error",
+                section.least_error
+            ),
+            "give it a share of the way above 0, such as 0.003".to_owned(),
+        );
+    }
+    check_beside(section, file)?;
+    let Some(ripple) = &section.ripple else {
+        return Ok(());
+    };
+    if !(ripple.stretch_s > 0.0 && ripple.stretch_s <= section.drive_s) {
+        return invalid(
+            format!(
+                "`simulate.ripple.stretch_s` = {} does not fit into a drive of {} s",
+                ripple.stretch_s, section.drive_s
+            ),
+            "let it be above 0 and no more than `simulate.drive_s`".to_owned(),
+        );
+    }
+    let wheels = &robot.wheels;
+    for name in ripple.together.iter().flatten() {
+        if !wheels.iter().any(|wheel| wheel.name == *name) {
+            let names: Vec<&str> = wheels.iter().map(|wheel| wheel.name.as_str()).collect();
+            return invalid(
+                format!("`simulate.ripple.together`: the robot has no wheel `{name}`"),
+                format!("its wheels are {}", names.join(", ")),
+            );
+        }
+    }
+    Ok(())
+}

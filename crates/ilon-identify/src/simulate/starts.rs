@@ -1,0 +1,72 @@
+//! The angles of their rollers at which simulated wheels begin.
+
+use std::f64::consts::TAU;
+
+use ilon_robot::Robot;
+use nalgebra::Rotation3;
+
+use super::section::Simulate;
+
+/// Sets of angles for one drive are this far from those for the next along the same sequence, so that drives do not share what a set does.
+const SETS_OF_A_DRIVE: u32 = 97;
+
+/// From which wheel angles each drive is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Starts {
+    /// As the robot's file has them.
+    File,
+    /// As the log has them.
+    Log,
+    /// From so many sets that fill all combinations evenly.
+    Sets(u32),
+}
+
+impl Starts {
+    /// How often each drive is simulated.
+    pub fn count(self) -> u32 {
+        match self {
+            Self::File | Self::Log => 1,
+            Self::Sets(count) => count,
+        }
+    }
+}
+
+/// The angle by which each wheel's rollers are ahead of the robot's file when a drive begins, in radians, of one of many sets. Wheels that are
+/// in phase by the study begin alike.
+pub(super) fn set(section: &Simulate, robot: &Robot, drive: usize, index: u32) -> Vec<f64> {
+    let together = section.ripple.iter().flat_map(|ripple| &ripple.together);
+    let groups: Vec<&Vec<String>> = together.collect();
+    let group_of = |wheel: usize| {
+        let name = &robot.wheels[wheel].name;
+        let group = groups.iter().position(|names| names.contains(name));
+        group.unwrap_or(groups.len() + wheel)
+    };
+    // The first of the sequence has all wheels in step, as no chance has them.
+    let place = f64::from(1 + index) + drive as f64 * f64::from(SETS_OF_A_DRIVE);
+    (0..robot.wheels.len())
+        .map(|wheel| {
+            // Steps by roots of primes fill the phases of all wheels evenly.
+            const PRIMES: [f64; 12] = [
+                2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0,
+            ];
+            let root = PRIMES[group_of(wheel) % PRIMES.len()].sqrt();
+            let rollers = robot.wheels[wheel].rollers.len().max(1) as f64;
+            // Evenly within a roller, and on any of them: rollers may differ, and those of two rows do.
+            let within = (place * root).fract();
+            let roller = ((place * root.sqrt()).fract() * rollers).floor();
+            (within + roller) * TAU / rollers
+        })
+        .collect()
+}
+
+/// The same robot with each wheel's rollers turned about its hub, in radians.
+pub(super) fn turned(mut robot: Robot, by_rad: &[f64]) -> Robot {
+    for (wheel, by_rad) in robot.wheels.iter_mut().zip(by_rad) {
+        let turn = Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), *by_rad);
+        for roller in &mut wheel.rollers {
+            roller.center_in_hub_m = turn * roller.center_in_hub_m;
+            roller.axis_in_hub = turn * roller.axis_in_hub;
+        }
+    }
+    robot
+}
