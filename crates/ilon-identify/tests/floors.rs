@@ -164,8 +164,8 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     println!("{:?} {:?}", found.parameters, simulation.fit);
     for (key, truth) in [("creep", CREEP), ("rolling_resistance", DRAG)] {
         let value = found.parameters[&format!("materials.rubber.mat.{key}")].value;
-        // Drives count from other wheel angles than their simulation, and what is tracked is known: a hundredth of what slips.
-        assert!((value / truth - 1.0).abs() < 0.01, "{key}: {value}");
+        // Drives are simulated from several wheel angles, and are over in two seconds: a hundredth or two of what slips.
+        assert!((value / truth - 1.0).abs() < 0.03, "{key}: {value}");
     }
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
     // The currents of a log say what the simulated wheels took; friction alone takes nothing of it.
