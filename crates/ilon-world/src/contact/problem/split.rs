@@ -10,9 +10,10 @@
 //! - q is what each law allows next to p - u / R, as if R were all that answers.
 //!
 //! Where p = q, all is solved. With fixed bounds of friction that comes nearer from any start and with any R > 0; how soon follows
-//! from R, and which R is best from what slides in the end. So each round takes another.
+//! from R, and which R is best from what slides in the end. So each round takes another. Bounds that follow a load which friction itself
+//! changes may go round with it; where that has not settled, they follow more slowly.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::{ImpulseProblem, Law, Sliding};
 use crate::contact::linear::{factorise, solve_factorised};
@@ -22,6 +23,12 @@ const STEPS: usize = 100;
 
 /// R over the rows' own responses, one round after the other.
 const SHARES: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
+
+/// Rounds in which the bounds of friction follow the load at once.
+const AT_ONCE: usize = 2 * SHARES.len();
+
+/// How much of the way to the load they follow in a step afterwards.
+const FOLLOWS: f64 = 0.1;
 
 /// What is kept from round to round. What follows from q and u follows with any R.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +43,8 @@ pub(super) struct Split {
     responses: Vec<f64>,
     /// p.
     coupled: Vec<f64>,
+    /// The loads that friction follows, at the rows of contacts' normals.
+    loads: Vec<f64>,
 }
 
 impl ImpulseProblem {
@@ -61,11 +70,16 @@ impl ImpulseProblem {
             matrix[row * rows + row] += response;
         }
         if factorise(&mut matrix, rows) {
+            let follows = if round < AT_ONCE { 1.0 } else { FOLLOWS };
             for _ in 0..STEPS {
-                split.step(self, &matrix);
+                split.step(self, &matrix, follows);
             }
-            for (row, allowed) in split.allowed.iter().enumerate() {
-                self.set(row, *allowed);
+            for law in 0..self.laws.len() {
+                let asked = &split.allowed[self.laws[law].0..];
+                self.bring(
+                    law,
+                    Vector3::from_fn(|k, _| asked.get(k).copied().unwrap_or(0.0)),
+                );
             }
         }
         self.newton.swap_matrix(&mut matrix);
@@ -76,6 +90,7 @@ impl ImpulseProblem {
 impl Split {
     fn begin(&mut self, problem: &ImpulseProblem) {
         self.allowed.clone_from(&problem.impulses);
+        self.loads.clone_from(&problem.impulses);
         self.velocities.clone_from(&problem.velocities);
         self.free.clone_from(&problem.velocities);
         let rows = problem.rows();
@@ -102,13 +117,14 @@ impl Split {
         }
     }
 
-    fn step(&mut self, problem: &ImpulseProblem, factors: &[f64]) {
+    fn step(&mut self, problem: &ImpulseProblem, factors: &[f64], follows: f64) {
         let Self {
             allowed,
             velocities,
             free,
             responses,
             coupled,
+            loads,
         } = self;
         coupled.clear();
         coupled.extend(
@@ -120,15 +136,15 @@ impl Split {
             allowed[row] = coupled[row] - velocities[row] / responses[row];
         }
         for &(at, law) in &problem.laws {
-            law.allow(&mut allowed[at..], responses[at]);
+            law.allow(&mut allowed[at..], responses[at], (&mut loads[at], follows));
         }
     }
 }
 
 impl Law {
-    /// Takes impulses to those that the law allows where p - `asked` is the velocity over the response, in 1/kg, of its first row; what else
-    /// it has of rows is only bounded.
-    fn allow(&self, asked: &mut [f64], response: f64) {
+    /// Takes impulses to the nearest that the law allows if they answer with this response, in 1/kg, and what friction follows a part of
+    /// the way with the load.
+    fn allow(&self, asked: &mut [f64], response: f64, (load, follows): (&mut f64, f64)) {
         match *self {
             Law::Joint {
                 least_n_m_s,
@@ -149,7 +165,8 @@ impl Law {
             } => {
                 let normal = (response * asked[0] - approach_m_s) / (response + compliance);
                 asked[0] = normal.max(0.0);
-                bound(&mut asked[1..3], friction * normal.max(0.0));
+                *load += follows * (asked[0] - *load);
+                bound(&mut asked[1..3], friction * *load);
             }
         }
     }
