@@ -236,4 +236,23 @@ mod tests {
         assert!(!solve_in_place(&mut [f64::NAN], &mut [1.0]));
         assert!(solve_in_place(&mut [], &mut []));
     }
+    /// L L^T of whole numbers is taken apart again, and solved for what it was multiplied with.
+    #[test]
+    fn a_symmetric_matrix_is_taken_apart_and_solved() {
+        let l = [2.0, 0.0, 0.0, -1.0, 3.0, 0.0, 4.0, 0.5, 1.0];
+        let entry = |i: usize, j: usize| (0..3).map(|k| l[3 * i + k] * l[3 * j + k]).sum::<f64>();
+        let mut matrix: Vec<f64> = (0..9).map(|at| entry(at / 3, at % 3)).collect();
+        let sought = [1.0, -2.0, 0.5];
+        let mut x = [0, 1, 2].map(|i| (0..3).map(|j| entry(i, j) * sought[j]).sum::<f64>());
+        assert!(factorise(&mut matrix, 3));
+        solve_factorised(&matrix, &mut x);
+        for (at, known) in l.iter().enumerate().filter(|(at, _)| at % 3 <= at / 3) {
+            assert!((matrix[at] - known).abs() < 1e-12, "{matrix:?}");
+        }
+        for (found, sought) in x.iter().zip(sought) {
+            assert!((found - sought).abs() < 1e-12, "{x:?}");
+        }
+        // Not positive, and not a number.
+        assert!(!factorise(&mut [1.0, 2.0, 2.0, 1.0], 2) && !factorise(&mut [f64::NAN], 1));
+    }
 }
