@@ -18,8 +18,8 @@ use nalgebra::{Vector2, Vector3};
 use super::{ImpulseProblem, Law, Sliding};
 use crate::contact::linear::{factorise, solve_factorised};
 
-/// Steps with one R.
-const STEPS: usize = 100;
+/// Steps with one R: at first, and where so few have settled nothing in [`AT_ONCE`] rounds.
+const STEPS: [usize; 2] = [100, 1000];
 
 /// R over the rows' own responses, one round after the other.
 const SHARES: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
@@ -70,8 +70,12 @@ impl ImpulseProblem {
             matrix[row * rows + row] += response;
         }
         if factorise(&mut matrix, rows) {
-            let follows = if round < AT_ONCE { 1.0 } else { FOLLOWS };
-            for _ in 0..STEPS {
+            let (steps, follows) = if round < AT_ONCE {
+                (STEPS[0], 1.0)
+            } else {
+                (STEPS[1], FOLLOWS)
+            };
+            for _ in 0..steps {
                 split.step(self, &matrix, follows);
             }
             for law in 0..self.laws.len() {
