@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{
-    ContactSolver, Floor, MotorTorque, Push, RollerBodies, Settings, World, WorldError,
+    ContactSolver, Floor, FloorSurface, MotorTorque, Push, RollerBodies, Settings, World,
+    WorldError,
 };
 use nalgebra::Vector3;
 use support::{ideal_rates, mecanum4, volksbot};
@@ -269,6 +270,57 @@ fn less_play_nears_none_by_first_order() {
         let order = (pair[0] / pair[1]).log2();
         println!("{apart:?} {order}");
         assert!((order - 1.0).abs() < 0.15, "{apart:?}");
+    }
+}
+
+/// Whatever the floor does to rollers with play, every step is solved, and what the motors do is accounted for.
+#[test]
+fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
+    // A slow circle, in which the robot drives in all directions and turns once.
+    const LASTS_S: f64 = 3.0;
+    for dt_s in [5e-4, 2e-3] {
+        for (rolling_resistance, creep) in
+            [(0.0, 0.0), (0.1, 0.0), (0.0, 0.2), (0.1, 0.2), (1.0, 20.0)]
+        {
+            let surface = FloorSurface {
+                rolling_resistance,
+                creep,
+                ..FloorSurface::default()
+            };
+            let floor = Floor {
+                surface,
+                friction: 0.6,
+                ..Floor::default()
+            };
+            let robot = with_play(mecanum4(), 5e-4);
+            let mut world =
+                World::new(&robot, &floor, Pose::default(), &settings(dt_s)).expect("valid");
+            let began_j = world.energy().kinetic_j + world.energy().potential_j;
+            let mut worst_m_s = 0_f64;
+            while world.time_s() < LASTS_S {
+                let (y, x) = (TAU * world.time_s() / LASTS_S).sin_cos();
+                let share = (world.time_s() / 0.3).min(1.0);
+                let targets = ideal_rates(
+                    &robot,
+                    Twist::new(0.3 * share * x, 0.3 * share * y, share * TAU / LASTS_S),
+                );
+                let rates = world.robot().wheel_rates_rad_s().to_vec();
+                let motor = |(target, rate): (&f64, &f64)| {
+                    MotorTorque::with_droop(GAIN_N_M_S * (target - rate), GAIN_N_M_S)
+                };
+                let motors: Vec<_> = targets.iter().zip(&rates).map(motor).collect();
+                world.robot_mut().drive(&motors);
+                world.step();
+                worst_m_s = worst_m_s.max(world.contact_residual_m_s());
+            }
+            let unexplained = open_j(&world, began_j) / world.motor_energy_j();
+            println!(
+                "{dt_s} s, drag {rolling_resistance}, creep {creep}: {worst_m_s:e}, {unexplained:e}"
+            );
+            assert!(worst_m_s <= 1e-8, "{worst_m_s:e}");
+            // Landings and the ends of slides are known to the step.
+            assert!(unexplained.abs() < 2e-3, "{unexplained:e}");
+        }
     }
 }
 

@@ -120,6 +120,48 @@ pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
     x.iter().all(|x| x.is_finite())
 }
 
+/// Takes a symmetric matrix of n rows apart into L L^T, in place: L on and below the diagonal (Cholesky). Says whether it is positive
+/// definite.
+pub(crate) fn factorise(matrix: &mut [f64], n: usize) -> bool {
+    for row in 0..n {
+        let (above, own) = matrix.split_at_mut(row * n);
+        for column in 0..row {
+            let other = &above[column * n..][..=column];
+            let known = dot(&own[..column], other);
+            own[column] = (own[column] - known) / other[column];
+        }
+        let left = own[row] - dot(&own[..row], &own[..row]);
+        // Not a number is not positive either.
+        if !matches!(left.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)) {
+            return false;
+        }
+        own[row] = left.sqrt();
+    }
+    true
+}
+
+/// Solves a linear system in place with what [`factorise`] made of its matrix.
+pub(crate) fn solve_factorised(factors: &[f64], x: &mut [f64]) {
+    let n = x.len();
+    for row in 0..n {
+        let of_row = &factors[row * n..][..=row];
+        x[row] = (x[row] - dot(&of_row[..row], x)) / of_row[row];
+    }
+    for row in (0..n).rev() {
+        let of_row = &factors[row * n..][..=row];
+        x[row] /= of_row[row];
+        let (others, known) = x.split_at_mut(row);
+        for (other, l) in others.iter_mut().zip(of_row) {
+            *other -= l * known[0];
+        }
+    }
+}
+
+/// The sum of products of as many as both have.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// The row with the largest entry of a column, the last of equals; `None` where all are zero.
 fn largest(rows: &[f64], n: usize, column: usize) -> Option<usize> {
     let (mut place, mut most) = (0, 0);
@@ -193,5 +235,24 @@ mod tests {
         assert!(!solve_in_place(&mut [0.0, 2.0, 0.0, 1.0], &mut [1.0, 1.0]));
         assert!(!solve_in_place(&mut [f64::NAN], &mut [1.0]));
         assert!(solve_in_place(&mut [], &mut []));
+    }
+    /// L L^T of whole numbers is taken apart again, and solved for what it was multiplied with.
+    #[test]
+    fn a_symmetric_matrix_is_taken_apart_and_solved() {
+        let l = [2.0, 0.0, 0.0, -1.0, 3.0, 0.0, 4.0, 0.5, 1.0];
+        let entry = |i: usize, j: usize| (0..3).map(|k| l[3 * i + k] * l[3 * j + k]).sum::<f64>();
+        let mut matrix: Vec<f64> = (0..9).map(|at| entry(at / 3, at % 3)).collect();
+        let sought = [1.0, -2.0, 0.5];
+        let mut x = [0, 1, 2].map(|i| (0..3).map(|j| entry(i, j) * sought[j]).sum::<f64>());
+        assert!(factorise(&mut matrix, 3));
+        solve_factorised(&matrix, &mut x);
+        for (at, known) in l.iter().enumerate().filter(|(at, _)| at % 3 <= at / 3) {
+            assert!((matrix[at] - known).abs() < 1e-12, "{matrix:?}");
+        }
+        for (found, sought) in x.iter().zip(sought) {
+            assert!((found - sought).abs() < 1e-12, "{x:?}");
+        }
+        // Not positive, and not a number.
+        assert!(!factorise(&mut [1.0, 2.0, 2.0, 1.0], 2) && !factorise(&mut [f64::NAN], 1));
     }
 }

@@ -16,10 +16,12 @@
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
-//! find out roughly what sticks and what slides, and it begins again from there.
+//! find out roughly what sticks and what slides, and it begins again from there. Rollers that slide along their axles have another way
+//! to find that out: `split`.
 
 mod newton;
 mod one_contact;
+mod split;
 mod stretch;
 #[cfg(test)]
 mod tests;
@@ -27,7 +29,8 @@ mod tests;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use newton::Newton;
-use one_contact::{OnAxle, contact_impulse, friction_impulse, impulses_on_axle};
+use one_contact::{contact_impulse, friction_impulse};
+use split::Split;
 use stretch::Stretch;
 
 /// What holds between an impulse and the velocity where it acts.
@@ -124,6 +127,7 @@ pub(crate) struct ImpulseProblem {
     /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
     coupled: Vec<(usize, f64)>,
     newton: Newton,
+    split: Split,
     /// The impulses that broke the laws least so far.
     best: Vec<f64>,
 }
@@ -297,6 +301,7 @@ impl ImpulseProblem {
     }
 
     fn solve_in_discs(&mut self) -> f64 {
+        let slides = self.has_slides();
         let gives = self.softness.iter().any(|softness| *softness > 0.0);
         let mut error = self.error();
         if error <= TOLERANCE {
@@ -319,10 +324,10 @@ impl ImpulseProblem {
             } else {
                 SWEEPS_A_ROUND
             };
-            for _ in 0..sweeps {
-                for law in 0..self.laws.len() {
-                    self.solve_one(law, share);
-                }
+            if slides {
+                self.split_steps(round);
+            } else {
+                self.sweep(sweeps, share);
             }
             error = self.error();
         }
@@ -368,23 +373,13 @@ impl ImpulseProblem {
         Some(Sliding::on_line(line, own, (least_m_s, most_m_s)))
     }
 
-    /// The row along its axle of the roller of a contact, with its velocity as it is now; `None` where it does not slide there.
-    fn axle_of(&self, contact: usize) -> Option<(usize, OnAxle)> {
-        self.laws.iter().find_map(|(row, law)| match *law {
-            Law::Slide {
-                least_m_s,
-                most_m_s,
-            } if self.w(contact + 1, *row) != 0.0 => {
-                let axle = OnAxle {
-                    coupling: Vector3::from_fn(|k, _| self.w(contact + k, *row)),
-                    own: self.w(*row, *row),
-                    free: self.velocities[*row],
-                    stops_m_s: (least_m_s, most_m_s),
-                };
-                Some((*row, axle))
+    /// Goes a share of the way to where each law is solved for the others as they are, one after the other, over and over.
+    fn sweep(&mut self, sweeps: usize, share: f64) {
+        for _ in 0..sweeps {
+            for law in 0..self.laws.len() {
+                self.solve_one(law, share);
             }
-            _ => None,
-        })
+        }
     }
 
     /// Goes a share of the way to where one law is solved for the others as they are.
@@ -421,24 +416,10 @@ impl ImpulseProblem {
                 let own = Matrix3::from_fn(|i, j| self.w(at + i, at + j));
                 let free = self.contact_velocity(at) - own * self.contact_impulse(at);
                 let give = (approach_m_s, compliance);
-                let go = |problem: &mut Self, row: usize, there: f64| {
-                    let now = problem.impulses[row];
-                    problem.set(row, now + share * (there - now));
-                };
-                let impulse = match self.axle_of(at) {
-                    None => contact_impulse(&own, &free, friction, give),
-                    Some((row, mut axle)) => {
-                        let along = self.impulses[row];
-                        axle.free -=
-                            axle.coupling.dot(&self.contact_impulse(at)) + axle.own * along;
-                        let free = free - along * axle.coupling;
-                        let (impulse, along) = impulses_on_axle(&own, &free, friction, give, &axle);
-                        go(self, row, along);
-                        impulse
-                    }
-                };
+                let impulse = contact_impulse(&own, &free, friction, give);
                 for k in 0..3 {
-                    go(self, at + k, impulse[k]);
+                    let now = self.impulses[at + k];
+                    self.set(at + k, now + share * (impulse[k] - now));
                 }
             }
         }

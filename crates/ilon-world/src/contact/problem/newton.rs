@@ -240,6 +240,11 @@ impl Newton {
         std::mem::swap(&mut self.matrix, room);
     }
 
+    /// The matrix's room, to write something else in meanwhile.
+    pub(super) fn take_matrix(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.matrix)
+    }
+
     fn clear(&mut self, rows: usize) {
         self.matrix.clear();
         self.matrix.resize(rows * rows, 0.0);

@@ -69,48 +69,6 @@ pub(super) fn contact_impulse(
     Vector3::new(normal, rubbed.x, rubbed.y)
 }
 
-/// A roller's row along its axle, as it stands beside its contact.
-pub(super) struct OnAxle {
-    /// What its unit impulse does to the contact's velocities, and what the contact's do to it.
-    pub coupling: Vector3<f64>,
-    /// What its unit impulse does to itself.
-    pub own: f64,
-    /// Its velocity without impulses of both.
-    pub free: f64,
-    /// The velocities that take it to its stops, in m/s.
-    pub stops_m_s: (f64, f64),
-}
-
-/// The impulses of one contact of a roller that slides along its axle, alone: of the contact, whose law is as in [`contact_impulse`],
-/// and along the axle.
-///
-/// Held at a stop, the roller is a part of its hub, and what holds it there follows from the contact. It is at that stop if this
-/// pushes it off, and else it slides freely.
-pub(super) fn impulses_on_axle(
-    w: &Matrix3<f64>,
-    free: &Vector3<f64>,
-    friction: f64,
-    give: (f64, f64),
-    axle: &OnAxle,
-) -> (Vector3<f64>, f64) {
-    let held = w - axle.coupling * axle.coupling.transpose() / axle.own;
-    let at = |velocity_m_s: f64| {
-        let gains = (velocity_m_s - axle.free) / axle.own;
-        let contact = contact_impulse(&held, &(free + gains * axle.coupling), friction, give);
-        (contact, gains - axle.coupling.dot(&contact) / axle.own)
-    };
-    let contact = contact_impulse(w, free, friction, give);
-    let velocity_m_s = axle.free + axle.coupling.dot(&contact);
-    let (least_m_s, most_m_s) = axle.stops_m_s;
-    if velocity_m_s < least_m_s {
-        at(least_m_s)
-    } else if velocity_m_s > most_m_s {
-        at(most_m_s)
-    } else {
-        (contact, 0.0)
-    }
-}
-
 /// The friction impulse of one contact: W p + free = 0 where |p| may be that large, and else the p of size `most` that
 /// opposes the sliding W p + free, which is (W + a 1) p = -free for the a > 0 that makes it that large.
 ///

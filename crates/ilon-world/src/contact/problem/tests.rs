@@ -1,6 +1,7 @@
 //! Impulses that follow on paper, and laws that hold for impulses drawn at random.
 
 mod discs;
+mod play;
 
 use nalgebra::{Vector2, Vector3};
 
