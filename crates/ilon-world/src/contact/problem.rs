@@ -16,8 +16,8 @@
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
-//! find out roughly what sticks and what slides, and it begins again from there. Rollers that slide along their axles have another way
-//! to find that out: `split`.
+//! find out roughly what sticks and what slides, and it begins again from there. Rollers that slide along their axles or
+//! that rolling costs something have another way to find that out: `split`.
 
 mod newton;
 mod one_contact;
@@ -26,10 +26,10 @@ mod stretch;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use newton::Newton;
-use one_contact::{contact_impulse, friction_impulse};
+use one_contact::contact_impulse;
 use split::Split;
 use stretch::Stretch;
 
@@ -301,7 +301,7 @@ impl ImpulseProblem {
     }
 
     fn solve_in_discs(&mut self) -> f64 {
-        let slides = self.has_slides();
+        let in_turn = self.has_rollers_of_several_laws();
         let gives = self.softness.iter().any(|softness| *softness > 0.0);
         let mut error = self.error();
         if error <= TOLERANCE {
@@ -324,7 +324,7 @@ impl ImpulseProblem {
             } else {
                 SWEEPS_A_ROUND
             };
-            if slides {
+            if in_turn {
                 self.split_steps(round);
             } else {
                 self.sweep(sweeps, share);
@@ -390,24 +390,8 @@ impl ImpulseProblem {
                 let impulse = self.impulses[at] - share * self.velocities[at] / self.w(at, at);
                 self.bring(index, Vector3::new(impulse, 0.0, 0.0));
             }
-            Law::Slide { .. } => {
-                let (now, velocity) = (self.impulses[at], self.velocities[at]);
-                // The line is that of the solution: alone, a row moves along it.
-                let there = match self.sliding((at, law)) {
-                    Some(Sliding::At(stop_m_s)) => now + (stop_m_s - velocity) / self.w(at, at),
-                    Some(Sliding::Free) => 0.0,
-                    None => now,
-                };
-                self.set(at, now + share * (there - now));
-            }
-            Law::Disc { most_n_s } => {
-                let own = Matrix2::from_fn(|i, j| self.w(at + i, at + j));
-                let now = pair(&self.impulses, at);
-                let free = pair(&self.velocities, at) - own * now;
-                let there = now + share * (friction_impulse(&own, &free, most_n_s) - now);
-                self.set(at, there.x);
-                self.set(at + 1, there.y);
-            }
+            // Beside these no sweeps are gone: `split`.
+            Law::Slide { .. } | Law::Disc { .. } => {}
             Law::Contact {
                 friction,
                 approach_m_s,

@@ -1,4 +1,4 @@
-//! Where rollers slide along their axles: the laws and what couples them, solved in turn (Douglas and Rachford 1956, in the form of
+//! Where rollers slide along their axles or rolling costs something: the laws and what couples them, solved in turn (Douglas and Rachford 1956, in the form of
 //! Gabay and Mercier 1976).
 //!
 //! The contact, the drag and the play of a roller all move the same few grams, and whether it lies at a stop changes what the others move by
@@ -48,10 +48,10 @@ pub(super) struct Split {
 }
 
 impl ImpulseProblem {
-    /// Whether a roller slides along its axle.
-    pub(super) fn has_slides(&self) -> bool {
-        let slides = |(_, law): &(usize, Law)| matches!(law, Law::Slide { .. });
-        self.laws.iter().any(slides)
+    /// Whether a roller slides along its axle, or rolling costs something.
+    pub(super) fn has_rollers_of_several_laws(&self) -> bool {
+        let is = |(_, law): &(usize, Law)| matches!(law, Law::Slide { .. } | Law::Disc { .. });
+        self.laws.iter().any(is)
     }
 
     /// Goes steps of a round, and to what the laws allow then; the first from the impulses as they are.
