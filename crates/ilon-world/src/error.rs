@@ -72,6 +72,16 @@ pub enum WorldError {
         /// The wheel's name.
         wheel: String,
     },
+    /// Rollers shall have the shapes of their file where rolling costs something, or floors creep: how their place of contact moves is known of
+    /// shapes by numbers only.
+    #[error(
+        "wheel `{wheel}`: its rollers have the shapes of their file, of which rolling resistance and creep are not known; take barrels, or \
+         leave the floor's and the rollers' rolling resistance and the creep out"
+    )]
+    DragOnModelled {
+        /// The wheel's name.
+        wheel: String,
+    },
     /// Rollers shall have a tread and a profile by numbers: a tread is known of barrels only.
     #[error(
         "wheel `{wheel}`: its rollers have a profile by numbers and a tread, which only barrels can have; make them barrels with a \

@@ -4,9 +4,12 @@ mod support;
 
 use std::f64::consts::FRAC_PI_4;
 
-use ilon_robot::{Pose, Robot, RollersAsMade, Twist};
-use ilon_world::{Floor, FloorSurface, Settings, World};
-use nalgebra::Vector2;
+use ilon_robot::{
+    Collision, CollisionShape, ModelledRoller, Pose, Profile, ProfilePart, Robot, RollerForm,
+    RollersAsMade, Twist,
+};
+use ilon_world::{Floor, FloorSurface, Settings, World, WorldError};
+use nalgebra::{Isometry3, Vector2};
 use support::rig::follow;
 use support::{ideal_twist, mecanum4, mecanum6, volksbot};
 
@@ -227,4 +230,44 @@ fn small_radii_cost_more_where_the_floor_says_so() {
             );
         }
     }
+}
+
+/// Rollers with the shapes of their file would roll over a soft floor for nothing.
+#[test]
+fn drag_and_creep_are_refused_of_rollers_with_the_shapes_of_their_file() {
+    let mut robot = volksbot();
+    let part = ProfilePart {
+        t_m: 0.0,
+        ring_m: 0.0,
+        ball_m: 0.012,
+    };
+    robot.wheels[1].rollers[3].form = RollerForm::AsModelled(ModelledRoller {
+        shapes: vec![Collision {
+            body_from_shape: Isometry3::identity(),
+            shape: CollisionShape::Sphere { radius_m: 0.012 },
+        }],
+        profile: Profile::new(vec![part]).expect("a part"),
+    });
+    let found = |robot: &Robot, surface: FloorSurface| {
+        let floor = Floor {
+            surface,
+            ..Floor::default()
+        };
+        World::new(robot, &floor, Pose::default(), &Settings::default()).err()
+    };
+    let drags = FloorSurface {
+        rolling_resistance: 0.1,
+        ..FloorSurface::default()
+    };
+    let creeps = FloorSurface {
+        creep: 0.1,
+        ..FloorSurface::default()
+    };
+    let wheel = robot.wheels[1].name.clone();
+    let refused = Some(WorldError::DragOnModelled { wheel });
+    assert_eq!(found(&robot, FloorSurface::default()), None);
+    assert_eq!(found(&robot, drags), refused);
+    assert_eq!(found(&robot, creeps), refused);
+    robot.wheels[1].surface.rolling_resistance = 0.02;
+    assert_eq!(found(&robot, FloorSurface::default()), refused);
 }

@@ -56,6 +56,7 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
     let load_n = robot.mass_kg() * settings.gravity_m_s2 / robot.wheels.len() as f64;
     robot.wheels.iter().try_for_each(|wheel| {
         check_wheel(wheel)?;
+        check_rolling(wheel, floor)?;
         check_tread(wheel, load_n)
     })
 }
@@ -112,6 +113,22 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
         radius_mm: 1e3 * radius_m,
         least_n_m: load_n / radius_m,
     })
+}
+
+/// Refuses what rolling costs, and creep, of rollers of which nobody knows how their place of contact moves.
+fn check_rolling(wheel: &Wheel, floor: &Floor) -> Result<(), WorldError> {
+    let is_modelled = |roller: &Roller| matches!(roller.form, RollerForm::AsModelled(_));
+    let mut footings = floor.all_footings();
+    let costs = wheel.surface.rolling_resistance > 0.0
+        || footings.any(|footing| {
+            footing.surface.drags() || footing.surface.creeps().iter().any(|creep| *creep > 0.0)
+        });
+    if costs && wheel.rollers.iter().any(is_modelled) {
+        return Err(WorldError::DragOnModelled {
+            wheel: wheel.name.clone(),
+        });
+    }
+    Ok(())
 }
 
 /// Refuses play that is none: rollers slide along their axles by a part of their own size.
