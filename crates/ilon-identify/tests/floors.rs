@@ -134,7 +134,7 @@ fn found(seed: u64) -> Identified {
     let study = format!(
         "robot = {robot:?}\ntracker = []\n[log]\ntime = {}\nx = {}\ny = {}\nheading = {}\n[log.wheels]\nwheel_1 = {}\nwheel_2 = {}\nwheel_3 = {}\n\
          [log.currents]\nwheel_1 = {}\nwheel_2 = {}\nwheel_3 = {}\n[set]\n{FLOOR}\
-         [simulate]\ndrive_s = 2.0\nsteps = 5\n\
+         [simulate]\nphases = 1\ndrive_s = 2.0\nsteps = 5\n\
          [simulate.heading]\nfitted = true\n\
          [simulate.currents]\ntorque_constant_n_m_a = {constant}\nfriction_n_m = {friction}\ngear_ratio = {gear}\nunsigned = true\nfitted = true\n\
          [[simulate.beside]]\nname = \"Coulomb friction alone\"\nset = {{ materials.rubber.mat.creep = 0.0, materials.rubber.mat.rolling_resistance = 0.0 }}\n\
@@ -164,7 +164,7 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     println!("{:?} {:?}", found.parameters, simulation.fit);
     for (key, truth) in [("creep", CREEP), ("rolling_resistance", DRAG)] {
         let value = found.parameters[&format!("materials.rubber.mat.{key}")].value;
-        // Drives are simulated from several wheel angles, and are over in two seconds: a hundredth or two of what slips.
+        // Drives count from other wheel angles than their simulation: a hundredth or two of what slips.
         assert!((value / truth - 1.0).abs() < 0.03, "{key}: {value}");
     }
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
