@@ -185,6 +185,9 @@ pub struct Simulation {
     pub open: Vec<String>,
     /// Keys that ended at an end of their range.
     pub at_bounds: Vec<String>,
+    /// Keys with a second value, far from that found, that explains the drives about as well.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub elsewhere: Vec<Elsewhere>,
     /// Each series that drove ahead and sideways.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub series: Vec<SimulatedSeries>,
@@ -193,6 +196,15 @@ pub struct Simulation {
     /// What other values of keys come to.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<Beside>,
+}
+
+/// A second value of a key: what lies between it and the value found explains the drives worse than either.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Elsewhere {
+    /// The key.
+    pub key: String,
+    /// The best of the values there.
+    pub value: f64,
 }
 
 /// Root mean squares over drives of what was measured less what was simulated.

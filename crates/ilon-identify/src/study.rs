@@ -48,7 +48,7 @@ pub struct StudyFile {
     #[serde(default = "resamples")]
     #[schemars(range(min = 50, max = 100_000))]
     pub resamples: u32,
-    /// The seed of the resamples.
+    /// The seed of the resamples, and of the sets of wheel angles from which drives are simulated.
     #[serde(default)]
     pub seed: u32,
 }

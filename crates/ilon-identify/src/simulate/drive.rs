@@ -38,7 +38,7 @@ pub(super) struct Made {
 /// What drives from several wheel angles made.
 #[derive(Clone, Debug)]
 pub(super) struct Together {
-    /// The mean of ways and of the squares of ripples.
+    /// Their mean.
     pub mean: Made,
     /// Each of them.
     pub each: Vec<Made>,
@@ -57,8 +57,8 @@ impl Together {
             torques_n_m: (0..wheels)
                 .map(|wheel| mean(&|made| made.torques_n_m[wheel]))
                 .collect(),
-            wheels_rad_s: mean(&|made| made.wheels_rad_s.powi(2)).sqrt(),
-            body_m: mean(&|made| made.body_m.powi(2)).sqrt(),
+            wheels_rad_s: mean(&|made| made.wheels_rad_s),
+            body_m: mean(&|made| made.body_m),
         };
         Some(Self { mean, each })
     }
@@ -124,6 +124,8 @@ impl Ready {
 #[derive(Clone, Copy)]
 pub(super) struct Task {
     pub drive: usize,
+    /// Of the sets.
+    pub seed: u32,
     pub starts: Starts,
     pub set: u32,
 }
@@ -141,7 +143,7 @@ pub(super) fn made(
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
     let settle = (SETTLE_S / period_s).ceil() as usize;
     let turned_rad = match (task.starts, &course.begun_rad) {
-        (Starts::Sets(_), _) => starts::set(section, robot, task.drive, task.set),
+        (Starts::Sets(_), _) => starts::set(section, robot, task.seed, task.drive, task.set),
         (Starts::Log, Some(begun_rad)) => {
             // Where wheels stand that settled from the angles of the file says from where they come to those of the log.
             let mut plant = ready.plant(&[])?;
@@ -208,7 +210,7 @@ pub(super) fn made(
             alike: f64::INFINITY,
         };
         let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
-        if let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches, true) {
+        if let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches) {
             (wheels_rad_s, body_m) = (found.wheels_rad_s[0], found.body_m[0]);
         }
     }

@@ -12,6 +12,7 @@ use ilon_sim::Error;
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 use rayon::prelude::*;
 
+use super::along::{Along, PARTS, Point};
 use super::compared::Scales;
 use super::drive::{self, Made, Ready, Task, Together, made};
 use super::free::Free;
@@ -25,6 +26,10 @@ use crate::study::{Simulate, Study};
 const ROUNDS: usize = 2;
 /// Values that move by less than this many standard errors end that.
 const SETTLED: f64 = 0.2;
+/// How often a search begins again where less is left along the range of a key.
+const RESTARTS: usize = 2;
+/// It does where so much less is left there.
+const LESS: f64 = 0.95;
 /// From so many sets of wheel angles it is tried whether they matter.
 const TRIED: u32 = 2;
 /// They do where they move a value by this share of its standard error: an interval of 95 % that is off by as much holds the truth in 94 %.
@@ -52,7 +57,12 @@ impl Rig<'_> {
         let tasks: Vec<Task> = which
             .iter()
             .flat_map(|drive| (0..sets).map(|set| (*drive, set)))
-            .map(|(drive, set)| Task { drive, starts, set })
+            .map(|(drive, set)| Task {
+                drive,
+                seed: self.study.file.seed,
+                starts,
+                set,
+            })
             .collect();
         let one = |task: &Task| {
             let course = &self.courses[task.drive];
@@ -86,6 +96,16 @@ type Simulated = (Vec<f64>, Vec<Option<Together>>);
 pub(super) struct Fitted {
     pub found: Found,
     pub intervals: Vec<Interval>,
+    /// Of each free key, a value in another valley that the drives do not refuse.
+    pub elsewhere: Vec<Option<f64>>,
+}
+
+/// The equations of one drive of a log, in order.
+pub(super) struct Share {
+    pub run: usize,
+    /// Its place among the simulated drives.
+    pub drive: usize,
+    pub rows: usize,
 }
 
 impl<'a> Problem<'a> {
@@ -185,22 +205,43 @@ impl<'a> Problem<'a> {
         Ok(Some(rows.iter().enumerate().map(one).collect()))
     }
 
-    /// Searches values, weighing equations by their errors.
+    /// Searches values, weighing equations by their errors, and looks along the range of each key for others that are better or as good.
     pub fn fit(&self, start: &[f64], search: &Search) -> Result<Fitted, Error> {
+        let (mut found, mut errors) = self.settled(start, search)?;
+        let mut all = self.along(&found, &errors, search)?;
+        for _ in 0..RESTARTS {
+            let Some(better) = better(&found, &all, search) else {
+                break;
+            };
+            let (other, of_other) = self.settled(&better, search)?;
+            // By the same errors: what is left of two sets of values is not compared otherwise.
+            let left = self.left(&other.values, &errors)?;
+            if left.is_none_or(|left| left.norm_squared() >= found.residuals.norm_squared()) {
+                break;
+            }
+            (found, errors) = (other, of_other);
+            all = self.along(&found, &errors, search)?;
+        }
+        let local = self.intervals(&found, &errors)?;
+        let (intervals, elsewhere) = self.whole(&found, &all, local);
+        Ok(Fitted {
+            found,
+            intervals,
+            elsewhere,
+        })
+    }
+
+    /// Where a search ends, and the errors by which it weighed equations.
+    fn settled(&self, start: &[f64], search: &Search) -> Result<(Found, Vec<f64>), Error> {
         let mut values = start.to_vec();
         let mut round = 0;
         loop {
             // A start that cannot be simulated is named by the search.
             let errors = self.errors(&values)?.unwrap_or_default();
             let residuals = |seen: &[f64]| -> Result<Option<Vec<f64>>, Error> {
-                Ok(self.made(seen)?.map(|made| {
-                    let rows = self.rows(seen, &made, |together| &together.mean);
-                    let over = |([left, own], error): ([f64; 2], Option<&f64>)| {
-                        left / error.copied().unwrap_or(own)
-                    };
-                    let places = (0..rows.len()).map(|row| errors.get(row));
-                    rows.iter().copied().zip(places).map(over).collect()
-                }))
+                Ok(self
+                    .left(seen, &errors)?
+                    .map(|left| left.iter().copied().collect()))
             };
             let found = least_squares(&residuals, &values, search)?;
             round += 1;
@@ -211,13 +252,104 @@ impl<'a> Problem<'a> {
             });
             values.clone_from(&found.values);
             if self.starts.count() < 2 || round == ROUNDS || !moved {
-                let intervals = self.intervals(&found, &errors)?;
-                return Ok(Fitted { found, intervals });
+                return Ok((found, errors));
             }
         }
     }
 
-    /// The fit of a problem in which wheels begin at known angles; `None` where it matters at which, where the search begins or where it ends.
+    /// What is left at some values, over errors of the equations; over those of the log where there are none.
+    fn left(&self, seen: &[f64], errors: &[f64]) -> Result<Option<DVector<f64>>, Error> {
+        Ok(self.made(seen)?.map(|made| {
+            let rows = self.rows(seen, &made, |together| &together.mean);
+            let over =
+                |(row, [left, own]): (usize, &[f64; 2])| left / errors.get(row).unwrap_or(own);
+            DVector::from_iterator(rows.len(), rows.iter().enumerate().map(over))
+        }))
+    }
+
+    /// What is left along the range of each key.
+    fn along(&self, found: &Found, errors: &[f64], search: &Search) -> Result<Vec<Along>, Error> {
+        let one = |axis: usize| -> Result<Along, Error> {
+            let here = found.values[axis];
+            let (low, high) = search.bounds[axis];
+            let part = |part: u32| low + (high - low) * f64::from(part) / f64::from(PARTS);
+            let mut values: Vec<f64> = (0..=PARTS).map(part).collect();
+            let by = search.differences[axis];
+            // Those at which the derivatives were taken are known.
+            values.extend([here - by, here, here + by].map(|value| value.clamp(low, high)));
+            values.sort_by(f64::total_cmp);
+            values.dedup();
+            let at = |value: &f64| -> Result<Option<Point>, Error> {
+                let mut seen = found.values.clone();
+                seen[axis] = *value;
+                self.point(*value, &seen, errors)
+            };
+            let points: Result<Vec<Option<Point>>, Error> = values.par_iter().map(at).collect();
+            let mut follows = false;
+            let points = points?.into_iter().filter_map(|point| {
+                let own = follows;
+                follows = point.is_some();
+                Some(Point {
+                    follows: own,
+                    ..point?
+                })
+            });
+            let others = found.jacobian.clone().remove_column(axis);
+            Ok(Along::new(points.collect(), &others))
+        };
+        (0..self.free.len()).into_par_iter().map(one).collect()
+    }
+
+    fn point(&self, value: f64, seen: &[f64], errors: &[f64]) -> Result<Option<Point>, Error> {
+        let Some(left) = self.left(seen, errors)? else {
+            return Ok(None);
+        };
+        let Some(made) = self.made(seen)? else {
+            return Ok(None);
+        };
+        let deviations = self.deviations(seen, &made);
+        let sets = deviations.first().map_or(0, Vec::len);
+        let over = |row: usize, set: usize| deviations[row][set] / errors[row];
+        Ok(Some(Point {
+            value,
+            deviations: DMatrix::from_fn(left.len(), sets, over),
+            left,
+            follows: false,
+        }))
+    }
+
+    /// Intervals that hold all values that drives do not refuse, and which of those lie in another valley.
+    fn whole(
+        &self,
+        found: &Found,
+        all: &[Along],
+        mut intervals: Vec<Interval>,
+    ) -> (Vec<Interval>, Vec<Option<f64>>) {
+        let one = |leg: &&Leg| Share {
+            run: leg.run,
+            drive: self.wanted.binary_search(&leg.drive).unwrap_or(0),
+            rows: leg.equations(),
+        };
+        let shares: Vec<Share> = self.fitted.iter().map(one).collect();
+        let mut elsewhere = vec![None; all.len()];
+        for (axis, along) in all.iter().enumerate() {
+            let interval = &mut intervals[axis];
+            // Where the scatter of runs is not known, no number stays none.
+            if !interval.low.is_finite() {
+                continue;
+            }
+            if let Some(held) = along.held(found.values[axis], &shares) {
+                let is_far = |value: &f64| *value < interval.low || *value > interval.high;
+                elsewhere[axis] = held.elsewhere.filter(is_far);
+                interval.low = interval.low.min(held.ends[0]);
+                interval.high = interval.high.max(held.ends[1]);
+            }
+        }
+        (intervals, elsewhere)
+    }
+
+    /// The fit of a problem in which wheels begin at known angles; `None` where it matters at which, where the search begins or where it ends, or where
+    /// values far from there are not refused.
     pub fn fit_unless_angles_matter(
         &self,
         start: &[f64],
@@ -238,7 +370,9 @@ impl<'a> Problem<'a> {
             return Ok(None);
         }
         let fit = self.fit(start, search)?;
-        let do_matter = self.matter(&fit.found, Some(&fit.intervals))?;
+        // Where they do not matter here, they may at other values that are not refused.
+        let do_matter = fit.elsewhere.iter().any(Option::is_some)
+            || self.matter(&fit.found, Some(&fit.intervals))?;
         Ok((!do_matter).then_some(fit))
     }
 
@@ -350,6 +484,21 @@ impl<'a> Problem<'a> {
         }
         Ok(false)
     }
+}
+
+/// Values at which clearly less is left than where a search ended, along the range of one key with the others following; `None` where there
+/// are none.
+fn better(found: &Found, all: &[Along], search: &Search) -> Option<Vec<f64>> {
+    let least = all.iter().enumerate();
+    let least = least.filter_map(|(axis, along)| Some((axis, along.least()?)));
+    let (axis, [value, squares]) = least.min_by(|(_, a), (_, b)| a[1].total_cmp(&b[1]))?;
+    let is_far = (value - found.values[axis]).abs() > search.differences[axis];
+    (is_far && squares < LESS * found.residuals.norm_squared()).then(|| {
+        // The others follow in the search.
+        let mut values = found.values.clone();
+        values[axis] = value;
+        values
+    })
 }
 
 /// Half of the interval of 95 % of a normal distribution, over its standard deviation.

@@ -183,7 +183,7 @@ pub(super) fn legs(
                     rates_rad_s: &mean,
                     alike: ALIKE,
                 };
-                ripple(&all.logs[run], rollers, nominal, &stretches, false)
+                ripple(&all.logs[run], rollers, nominal, &stretches)
             });
             legs.push(Leg {
                 run,

@@ -1,6 +1,7 @@
 //! Keys of the scenario that are fitted by simulating: each direction in which a log drives steadily is driven by the simulated robot
 //! at the same wheel rates, and the ways made are compared.
 
+mod along;
 mod compared;
 mod drive;
 mod fitting;
@@ -27,7 +28,7 @@ use self::starts::Starts;
 use crate::least_squares::Search;
 use crate::log::Log;
 use crate::motion::{Tracker, Window};
-use crate::outcome::{Beside, Simulation, Value};
+use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};
 
 /// What simulating found.
@@ -168,6 +169,13 @@ pub(crate) fn simulate(
         })
         .map(|(_, free)| free.key.clone())
         .collect();
+    let elsewhere = free.iter().zip(&fit.elsewhere).filter_map(|(free, value)| {
+        Some(Elsewhere {
+            key: free.key.clone(),
+            value: shown(std::slice::from_ref(free), &[(*value)?])[0],
+        })
+    });
+    let elsewhere = elsewhere.collect();
     Ok(Found {
         parameters,
         simulation: Simulation {
@@ -189,6 +197,7 @@ pub(crate) fn simulate(
             insensitive,
             open,
             at_bounds,
+            elsewhere,
             series: compared.series(study, &drives, nominal),
             drives: compared.drives(study, &drives, nominal),
             beside,

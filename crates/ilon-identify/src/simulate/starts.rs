@@ -32,8 +32,14 @@ impl Starts {
 }
 
 /// The angle by which each wheel's rollers are ahead of the robot's file when a drive begins, in radians, of one of many sets. Wheels that are
-/// in phase by the study begin alike.
-pub(super) fn set(section: &Simulate, robot: &Robot, drive: usize, index: u32) -> Vec<f64> {
+/// in phase by the study begin alike. Other seeds have other sets, that fill all combinations as evenly.
+pub(super) fn set(
+    section: &Simulate,
+    robot: &Robot,
+    seed: u32,
+    drive: usize,
+    index: u32,
+) -> Vec<f64> {
     let together = section.ripple.iter().flat_map(|ripple| &ripple.together);
     let groups: Vec<&Vec<String>> = together.collect();
     let group_of = |wheel: usize| {
@@ -49,11 +55,13 @@ pub(super) fn set(section: &Simulate, robot: &Robot, drive: usize, index: u32) -
             const PRIMES: [f64; 12] = [
                 2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0,
             ];
-            let root = PRIMES[group_of(wheel) % PRIMES.len()].sqrt();
+            let prime = PRIMES[group_of(wheel) % PRIMES.len()];
+            let root = prime.sqrt();
+            let begun = (f64::from(seed) * libm::cbrt(prime)).fract();
             let rollers = robot.wheels[wheel].rollers.len().max(1) as f64;
             // Evenly within a roller, and on any of them: rollers may differ, and those of two rows do.
-            let within = (place * root).fract();
-            let roller = ((place * root.sqrt()).fract() * rollers).floor();
+            let within = (place * root + begun).fract();
+            let roller = ((place * root.sqrt() + begun).fract() * rollers).floor();
             (within + roller) * TAU / rollers
         })
         .collect()

@@ -62,6 +62,15 @@ pub(super) fn words(found: &Identified) -> String {
                 "\n{key} lies at an end of its range: beyond it the fit may be better"
             );
         }
+        for other in &simulation.elsewhere {
+            let _ = writeln!(
+                text,
+                "\n{} near {} is not refused by this log either, but much of what lies between is: its interval holds both. Other directions, or what \
+                 happens once a roller (`[simulate.ripple]`), may tell them apart",
+                other.key,
+                number(other.value)
+            );
+        }
         if simulation.phases_matter == Some(true) {
             let _ = writeln!(
                 text,

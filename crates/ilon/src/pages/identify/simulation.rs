@@ -66,6 +66,14 @@ fn story(simulation: &Simulation) -> String {
             escape(key)
         ));
     }
+    for other in &simulation.elsewhere {
+        lines.push(format!(
+            "<b class=\"failed\">✗</b> {} near {} is not refused by these logs either, but much of what lies between is: its interval holds both. Other \
+             directions, or what happens once a roller, may tell them apart.",
+            escape(&other.key),
+            number(other.value)
+        ));
+    }
     if simulation.phases_matter == Some(true) {
         lines.push(format!(
             "What is found depends on the angles of their rollers at which wheels began, which the logs do not say: each drive was simulated from {} \
