@@ -181,7 +181,7 @@ pub struct Simulation {
     pub alike: Vec<[String; 2]>,
     /// Keys that change less than the noise over all of their range.
     pub insensitive: Vec<String>,
-    /// Keys whose interval holds all of their range: the others make up for whatever they are.
+    /// Keys whose interval holds all of their range: the others may make up for whatever they are.
     pub open: Vec<String>,
     /// Keys that ended at an end of their range.
     pub at_bounds: Vec<String>,

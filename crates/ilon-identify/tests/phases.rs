@@ -61,6 +61,13 @@ const OMNI: Case = Case {
     ..MECANUM
 };
 
+const PLAY: Case = Case {
+    key: "rollers.axial_play_m",
+    truth: 5e-4,
+    range: (0.0, 2.2e-3),
+    ..OMNI
+};
+
 /// A number from 0 to 1.
 fn share(rng: &mut ChaCha8Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -302,6 +309,25 @@ fn one_run_with_wheels_that_stand_has_a_value_and_no_interval() {
     assert!(found.simulation.unwrap().drives[0].simulated_scatter > 1e-3);
 }
 
+/// Ways are about as long with a play of 0.06 mm as with one of 0.5 mm: wherever the search ends, the interval holds both, and the other valley is named.
+#[test]
+fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
+    let case = Case {
+        runs: SHORT.runs,
+        ..PLAY
+    };
+    let found = found(&case, "phases = 3", 3);
+    let simulation = found.simulation.as_ref().unwrap();
+    println!("{:?} {:?}", found.parameters, simulation.elsewhere);
+    let [low, high] = found.parameters[case.key].ci95.map(Option::unwrap);
+    assert!(low < 6e-5 && high > case.truth, "{low} {high}");
+    let [other] = &simulation.elsewhere[..] else {
+        panic!("{:?}", simulation.elsewhere);
+    };
+    assert_eq!(other.key, case.key);
+    assert!((other.value - found.parameters[case.key].value).abs() > 2e-4);
+}
+
 /// Of how many logs the interval holds the truth; what is found of each is printed. A right interval of 95 % holds it in 17 or more of 20 logs with a
 /// probability of 0.98, in 34 or more of 40 with 0.99.
 fn coverage(case: &Case, simulate: &str, logs: u64) {
@@ -332,6 +358,12 @@ fn coverage(case: &Case, simulate: &str, logs: u64) {
 #[ignore = "minutes: cargo test --release -p ilon-identify --test phases -- --ignored --nocapture --test-threads 1"]
 fn intervals_of_a_crown_of_omni_wheels_hold_the_truth() {
     coverage(&OMNI, "drive_s = 1.0", 40);
+}
+
+#[test]
+#[ignore = "minutes, as above"]
+fn intervals_of_the_play_of_omni_wheels_by_ways_alone_hold_the_truth() {
+    coverage(&PLAY, "drive_s = 1.0", 40);
 }
 
 /// Ways are as long with a play of 0.06 mm as with one of 0.5 mm; what happens once a roller tells them apart.

@@ -64,7 +64,11 @@ fn the_omni_robot_gains_the_same_ahead_and_sideways_and_ends_nearer_once_calibra
             .unwrap();
         model.held_out.end_position_rms_m
     };
-    assert!(end("each wheel's radius and lever") < 0.75 * found.nominal.end_position_rms_m);
+    // Dead reckoning with what the authors published for the set of 12 squares of which these are four ends 0.050 m off. Their criterion, positions
+    // along the whole run, ends 0.061 m off the run that is left out, fitted to the other three of these.
+    let own = end("each wheel's radius and lever");
+    assert!(own < 0.050, "{own}");
+    assert!((found.nominal.end_position_rms_m - 0.175).abs() < 0.001);
 }
 
 #[test]

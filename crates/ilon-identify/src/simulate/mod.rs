@@ -122,12 +122,14 @@ pub(crate) fn simulate(
     let mut open = Vec::new();
     for (axis, free) in free.iter().enumerate() {
         let mut interval = fit.intervals[axis];
+        let (low, high) = search.bounds[axis];
+        let rounded = 1e-9 * (high - low);
+        if !(interval.low > low + rounded || interval.high < high - rounded) {
+            open.push(free.key.clone());
+        }
         if free.is_log {
             interval.low = libm::exp(interval.low);
             interval.high = libm::exp(interval.high);
-        }
-        if !(interval.low > free.low || interval.high < free.high) {
-            open.push(free.key.clone());
         }
         let value = Value::new(values[axis], interval, "", start_of(free));
         parameters.push((free.key.clone(), value));

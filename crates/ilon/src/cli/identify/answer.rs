@@ -53,7 +53,7 @@ pub(super) fn words(found: &Identified) -> String {
         for key in &simulation.open {
             let _ = writeln!(
                 text,
-                "\nthis log leaves {key} open: its interval holds all of its range, as the other keys make up for it"
+                "\nthis log leaves {key} open: its interval holds all of its range, as other keys may make up for it"
             );
         }
         for key in &simulation.at_bounds {

@@ -55,7 +55,7 @@ fn story(simulation: &Simulation) -> String {
     }
     for key in &simulation.open {
         lines.push(format!(
-            "<b class=\"failed\">✗</b> These logs leave {} open: its interval holds all of its range, as the other keys make up for it. What all of \
+            "<b class=\"failed\">✗</b> These logs leave {} open: its interval holds all of its range, as other keys may make up for it. What all of \
              them come to together may hold all the same.",
             escape(key)
         ));
