@@ -24,6 +24,8 @@ const BAND: f64 = 0.12;
 const BACKGROUND: f64 = 0.15;
 /// Rates of the two halves of a steady stretch differ by less than this share of the fastest.
 const STEADY: f64 = 0.05;
+/// A stretch of fewer rows shows no wave.
+const LEAST_ROWS: usize = 16;
 /// Wheels slower than this share of the fastest roll over too little.
 const SLOW: f64 = 0.2;
 
@@ -49,6 +51,18 @@ pub struct Stretches<'a> {
     pub rates_rad_s: &'a [f64],
     /// Stretches whose rates differ from them by more than this share of the fastest are of another drive.
     pub alike: f64,
+}
+
+impl Stretches<'_> {
+    /// Whether a log is long enough for one, and its rows close enough.
+    pub fn fit(&self, log: &Log) -> bool {
+        let rows = self.rows(log);
+        rows >= LEAST_ROWS && rows < log.len()
+    }
+
+    fn rows(&self, log: &Log) -> usize {
+        (self.length_s / log.period_s()).round() as usize
+    }
 }
 
 /// One stretch: rows, mean wheel rates in rad/s, wheel angles and the way along the direction of motion.
@@ -215,10 +229,9 @@ fn waves(times_s: &[f64], values: &[f64], frequencies_rad_s: &[f64]) -> Vec<f64>
 
 /// The steady stretches of a drive, each half over the next.
 fn steady(log: &Log, nominal: &Matrix3xX<f64>, wanted: &Stretches<'_>) -> Vec<Stretch> {
-    let period_s = log.period_s();
-    let rows = (wanted.length_s / period_s).round() as usize;
+    let rows = wanted.rows(log);
     let mut found = Vec::new();
-    if rows < 16 {
+    if !wanted.fit(log) {
         return found;
     }
     let fastest = wanted

@@ -328,6 +328,33 @@ fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
     assert!((other.value - found.parameters[case.key].value).abs() > 2e-4);
 }
 
+/// Where no stretch is there whose ripple could be compared, of the log or of what is simulated, that is said: none is not a ripple of 0.
+#[test]
+fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
+    for (drive_s, stretch_s, named) in [
+        // As long as the drive, and so near to it that the rows of the drive do not hold it.
+        ("2.0", "2.0", "does not fit into a drive of 2 s"),
+        ("2.0", "1.995", "a simulated drive of 2 s"),
+        // Longer than the logs, and fewer rows than show a wave.
+        (
+            "7.0",
+            "6.0",
+            "no drive that is fitted has a steady stretch of 6 s",
+        ),
+        (
+            "2.0",
+            "1.4",
+            "no drive that is fitted has a steady stretch of 1.4 s",
+        ),
+    ] {
+        let simulate =
+            format!("drive_s = {drive_s}\nphases = 1\n[simulate.ripple]\nstretch_s = {stretch_s}");
+        let error = try_found(&SHORT, &simulate, "", 1).unwrap_err().to_string();
+        println!("{error}");
+        assert!(error.contains(named), "{error}");
+    }
+}
+
 /// Of how many logs the interval holds the truth; what is found of each is printed. A right interval of 95 % holds it in 17 or more of 20 logs with a
 /// probability of 0.98, in 34 or more of 40 with 0.99.
 fn coverage(case: &Case, simulate: &str, logs: u64) {

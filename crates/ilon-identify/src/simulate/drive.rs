@@ -209,10 +209,21 @@ pub(super) fn made(
             rates_rad_s: &own,
             alike: f64::INFINITY,
         };
-        let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
-        if let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches) {
-            (wheels_rad_s, body_m) = (found.wheels_rad_s[0], found.body_m[0]);
+        if !stretches.fit(&log) {
+            return Err(Error::invalid(
+                format!(
+                    "a simulated drive of {} s with a row each {period_s} s has no stretch of {} s whose ripple could be compared",
+                    section.drive_s, compared.stretch_s
+                ),
+                "let `simulate.drive_s` be longer than `simulate.ripple.stretch_s`, and `run.control_dt_s` below `[set]` a sixteenth of it or less",
+            ));
         }
+        let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
+        // Wheels that do not turn steadily leave nothing that could be compared.
+        let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches) else {
+            return Ok(None);
+        };
+        (wheels_rad_s, body_m) = (found.wheels_rad_s[0], found.body_m[0]);
     }
     Ok(Some(Made {
         along: (seen[0] * asked[0] + seen[1] * asked[1]) / (size * size),

@@ -73,6 +73,17 @@ pub(crate) fn simulate(
             "leave fewer keys free below `[simulate.free]`, or drive in more directions",
         ));
     }
+    if let Some(ripple) = &section.ripple
+        && fitted.iter().all(|leg| leg.ripple.is_none())
+    {
+        return Err(Error::invalid(
+            format!(
+                "no drive that is fitted has a steady stretch of {} s whose ripple could be compared",
+                ripple.stretch_s
+            ),
+            "let `simulate.ripple.stretch_s` be shorter than the drives and as long as 16 rows of the log or more, or leave the section out",
+        ));
+    }
     refuse_what_cannot_be(study, &free)?;
     let mut wanted: Vec<usize> = fitted.iter().map(|leg| leg.drive).collect();
     wanted.sort_unstable();

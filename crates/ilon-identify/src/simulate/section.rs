@@ -262,13 +262,13 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
     let Some(ripple) = &section.ripple else {
         return Ok(());
     };
-    if !(ripple.stretch_s > 0.0 && ripple.stretch_s <= section.drive_s) {
+    if !(ripple.stretch_s > 0.0 && ripple.stretch_s < section.drive_s) {
         return invalid(
             format!(
                 "`simulate.ripple.stretch_s` = {} does not fit into a drive of {} s",
                 ripple.stretch_s, section.drive_s
             ),
-            "let it be above 0 and no more than `simulate.drive_s`".to_owned(),
+            "let it be above 0 and less than `simulate.drive_s`".to_owned(),
         );
     }
     let wheels = &robot.wheels;
