@@ -43,7 +43,6 @@ def written(assets, folder, longer):
     path = folder / "study.toml"
     path.write_text(
         f"""robot = '{robot}'
-resamples = 50
 tracker = ["heading_deg"]
 
 [log]

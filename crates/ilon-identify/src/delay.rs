@@ -2,15 +2,13 @@
 //!
 //! With the wheels shifted by tau, displacements of the body over short stretches are explained by a map with a gain of its own along
 //! each axis, the tracked point and the tracker's heading. What that leaves is least at the delay. Near its least it is a parabola in tau,
-//! of each stretch too, whose sums over resampled stretches say how sure the least is.
+//! of each stretch too: how their slopes scatter there says how sure the least is.
 
 use nalgebra::{DMatrix, DVector, Matrix3xX};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::log::Log;
 use crate::motion::{GAP, Window, windows};
-use crate::resample::Interval;
+use crate::scatter::{Interval, Scatter};
 
 /// The longest delay that is looked for, in seconds.
 const LONGEST_S: f64 = 0.5;
@@ -20,8 +18,6 @@ const APART_S: f64 = 0.02;
 const WINDOW_S: f64 = 0.5;
 /// What a delay must leave at most, beside none, to be believed.
 const LEFT: f64 = 0.8;
-/// Resamples for its interval.
-const RESAMPLES: usize = 400;
 
 /// A delay of a series of runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,22 +73,19 @@ pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
     if around.iter().any(|part| part.len() != count) || count < 8 {
         return None;
     }
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let mut drawn = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
-        let mut sums = [0.0; 3];
-        for _ in 0..count {
-            let stretch = (rng.next_u64() % count as u64) as usize;
-            (0..3).for_each(|at| sums[at] += around[at][stretch]);
-        }
-        drawn.extend(least_of(sums).map(|least| least * half_s));
+    let [mut slopes, mut bends, mut told] = [0.0; 3];
+    for ((before, at), after) in around[0].iter().zip(&around[1]).zip(&around[2]) {
+        slopes += (0.5 * (after - before)).powi(2);
+        let bend = before - 2.0 * at + after;
+        bends += bend;
+        told += bend * bend;
     }
-    if drawn.len() < RESAMPLES * 9 / 10 {
+    // Of steady stretches none tells a delay: so many do as there would have to be that tell as much each.
+    let freedoms = (bends * bends / told - 1.0).max(1.0);
+    let half_width_s = Scatter::furthest(freedoms) * slopes.sqrt() / bends * half_s;
+    if !(bends > 0.0 && half_width_s.is_finite()) {
         return None;
     }
-    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
-    let squares: f64 = drawn.iter().map(|drawn| (drawn - mean).powi(2)).sum();
-    let half_width_s = 1.96 * (squares / (drawn.len() - 1) as f64).sqrt();
     let at_least = sum(&left(value_s)?);
     Some(Delay {
         value_s,

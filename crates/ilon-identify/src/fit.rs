@@ -7,7 +7,7 @@ use crate::least_squares::{Search, least_squares};
 use crate::log::middle;
 use crate::model::{Model, Parameter};
 use crate::motion::{Tracker, Window};
-use crate::resample::{Cluster, Draws};
+use crate::scatter::{Cluster, Interval, Scatter};
 
 /// How exactly displacements are seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,12 +76,22 @@ pub struct Fitted {
     pub model: Model,
     /// The value of each of its parameters.
     pub values: Vec<f64>,
-    /// What resamples give instead.
-    pub draws: Draws,
+    /// How runs scatter about it, or stretches of them; `None` where that is not known.
+    pub scatter: Option<Scatter>,
     /// What the log could not determine and was held, each with a sentence that says why and what would help.
     pub held: Vec<(Parameter, String)>,
-    /// Whether whole runs were resampled, and not stretches of them.
+    /// Whether that is the scatter of whole runs, and not of stretches of them.
     pub over_runs: bool,
+}
+
+impl Fitted {
+    /// The 95 % interval of each value; no numbers where that is not known.
+    pub fn intervals(&self) -> Vec<Interval> {
+        match &self.scatter {
+            Some(scatter) => scatter.intervals(&self.values),
+            None => vec![Interval::default(); self.values.len()],
+        }
+    }
 }
 
 /// A stretch that misses the freest linear model by this many standard deviations is an outlier.
@@ -246,23 +256,16 @@ pub fn fit(
     evidence: &Evidence,
     windows: &[&Window],
     noise: Noise,
-    draws: Option<(u32, u32)>,
 ) -> Result<Fitted, Error> {
     let (model, held) = determined(model, windows, evidence, noise)?;
     let search = search_of(&model);
     let f = |values: &[f64]| Ok(residuals(&model, values, windows, evidence, noise));
     let found = least_squares(&f, &model.nominal(), &search)?;
-    let (draws, over_runs) = match draws {
-        Some((count, seed)) => {
-            let (clusters, over_runs) = clusters(windows, &found.jacobian, &found.residuals);
-            (Draws::new(&clusters, count, seed), over_runs)
-        }
-        None => (Draws::default(), false),
-    };
+    let (scatter, over_runs) = scatter(windows, &found.jacobian, &found.residuals);
     Ok(Fitted {
         values: found.values,
         model,
-        draws,
+        scatter,
         held,
         over_runs,
     })
@@ -335,12 +338,12 @@ fn search_of(model: &Model) -> Search {
     }
 }
 
-/// The normal equations of each run, or of stretches of the runs where there are too few of them.
-fn clusters(
+/// How runs scatter, or stretches of the runs where there are too few of them.
+fn scatter(
     windows: &[&Window],
     jacobian: &DMatrix<f64>,
     residuals: &DVector<f64>,
-) -> (Vec<Cluster>, bool) {
+) -> (Option<Scatter>, bool) {
     let runs = windows
         .iter()
         .map(|window| window.run)
@@ -350,7 +353,7 @@ fn clusters(
         .map(|run| windows.iter().filter(|window| window.run == run).count())
         .collect();
     let used = counts.iter().filter(|count| **count > 0).count();
-    let gather = |parts: usize| -> Vec<Cluster> {
+    let gather = |parts: usize| -> Option<Scatter> {
         let mut clusters = vec![Cluster::empty(jacobian.ncols()); runs * parts];
         let mut place = vec![0_usize; runs];
         for (index, window) in windows.iter().enumerate() {
@@ -364,21 +367,20 @@ fn clusters(
             );
         }
         clusters.retain(|cluster| cluster.rows > 0);
-        clusters
+        Scatter::new(&clusters)
     };
-    let by_run = gather(1);
-    // Each value must be known without any one run, or resamples lose it.
-    let is_enough = used >= FEWEST_RUNS && crate::resample::survives(&by_run);
-    if is_enough {
+    // Each value must be known without any one run.
+    let by_run = gather(1).filter(|by_run| used >= FEWEST_RUNS && !by_run.has_alone());
+    if by_run.is_some() {
         return (by_run, true);
     }
     let parts = FEWEST_STRETCHES.div_ceil(used.max(1));
     (gather(parts), false)
 }
 
-/// Fewer runs than this are resampled as stretches.
+/// Of fewer runs than this the scatter is that of stretches.
 const FEWEST_RUNS: usize = 6;
-/// At least so many stretches are resampled.
+/// At least so many of them.
 const FEWEST_STRETCHES: usize = 24;
 
 /// A share of the largest singular value below which a combination of parameters changes nothing that is seen.

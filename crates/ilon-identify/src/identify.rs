@@ -17,6 +17,7 @@ use crate::outcome::{
     Drive, Errors, Held, Identified, Judged, NoiseFigures, Run, RunDoubt, Series, Value,
 };
 use crate::reading::{delays, read, refuse};
+use crate::scatter::Scatter;
 use crate::simulate::{Seen, simulate};
 use crate::study::{ModelFile, Study};
 
@@ -160,7 +161,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     let own = matrix_of(&nominal.0)?;
     let trackers = trackers_of(study, fitted, &evidence, noise)?;
     let mut parameters: BTreeMap<String, Value> = BTreeMap::new();
-    let intervals = fitted.draws.intervals(&fitted.values);
+    let intervals = fitted.intervals();
     for ((name, parameter), (value, interval)) in model
         .names()
         .into_iter()
@@ -219,13 +220,13 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             heading_rad: noise.heading_rad,
             left_out,
         },
-        resampled: if fitted.over_runs {
+        intervals_over: if fitted.over_runs {
             "runs"
         } else {
             "stretches"
         }
         .to_owned(),
-        resampled_count: fitted.draws.clusters,
+        intervals_count: fitted.scatter.as_ref().map_or(0, Scatter::count),
         doubts: odd,
         simulated_keys: Vec::new(),
         simulation: None,
@@ -314,7 +315,7 @@ fn values_of(
     robot: &Robot,
     of: impl Fn(&Parameter) -> bool,
 ) -> BTreeMap<String, Value> {
-    let intervals = fitted.draws.intervals(&fitted.values);
+    let intervals = fitted.intervals();
     fitted
         .model
         .parameters
@@ -351,8 +352,10 @@ fn derived(fitted: &Fitted) -> BTreeMap<String, Value> {
             let ratio = |a: f64, b: f64| a / b;
             let (a, b) = (fitted.values[above], fitted.values[below]);
             let interval = fitted
-                .draws
-                .interval(ratio(a, b), |step| ratio(a + step[above], b + step[below]));
+                .scatter
+                .as_ref()
+                .map(|scatter| scatter.interval(|step| ratio(a + step[above], b + step[below])));
+            let interval = interval.unwrap_or_default();
             derived.insert(name.to_owned(), Value::new(ratio(a, b), interval, "", 1.0));
         }
     }
@@ -375,8 +378,7 @@ fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series
         let model = model
             .clone()
             .with_tracker(&study.file.tracker, std::slice::from_ref(name));
-        let draws = Some((study.file.resamples, study.file.seed));
-        let fitted = fit(&model, evidence, &windows, noise, draws)?;
+        let fitted = fit(&model, evidence, &windows, noise)?;
         let mut gains = values_of(&fitted, &study.robot, |parameter| {
             !parameter.is_of_tracker()
         });

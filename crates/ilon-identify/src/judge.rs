@@ -42,13 +42,11 @@ pub(crate) fn judge(
         bare.clone()
             .with_tracker(&study.file.tracker, &evidence.series_of(windows))
     };
-    let draws = Some((study.file.resamples, study.file.seed));
     let fitted = fit(
         &with_tracker(&fitted_windows),
         evidence,
         &fitted_windows,
         noise,
-        draws,
     )?;
     let on = |fitted: &Fitted, windows: &[&Window], all: &[&Window]| -> Result<Vec<f64>, Error> {
         let trackers = see_with(fitted, &study.file.tracker, evidence, all, noise)?;
@@ -82,7 +80,7 @@ pub(crate) fn judge(
                     .iter()
                     .copied()
                     .partition(|window| part(window) == *out);
-                let fold = fit(&with_tracker(&inside), evidence, &inside, noise, None)?;
+                let fold = fit(&with_tracker(&inside), evidence, &inside, noise)?;
                 on(&fold, &outside, &outside)
             };
             let left: Vec<Vec<f64>> = parts.par_iter().map(left_out).collect::<Result<_, _>>()?;

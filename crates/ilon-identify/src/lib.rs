@@ -23,7 +23,7 @@
 //! | [`motion`] | displacements in the body frame, over short stretches |
 //! | [`model`] | what of the kinematics can be free |
 //! | [`fit`] | values, noise, and what a log determines |
-//! | [`resample`] | how sure the values are |
+//! | [`scatter`] | how sure the values are |
 //! | `simulate` | keys of the scenario, by simulating |
 //! | [`plan`] | which course determines what is free |
 //! | [`outcome`] | what was found, as it is written |
@@ -46,8 +46,8 @@ pub mod motion;
 pub mod outcome;
 pub mod plan;
 mod reading;
-pub mod resample;
 mod ripple;
+pub mod scatter;
 mod simulate;
 mod study;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::log::Doubt;
-use crate::resample::Interval;
+use crate::scatter::Interval;
 
 /// All that an identification found.
 #[derive(Clone, Debug, Serialize)]
@@ -40,10 +40,10 @@ pub struct Identified {
     pub runs: Vec<Run>,
     /// How exactly displacements over one stretch are seen.
     pub noise: NoiseFigures,
-    /// What was resampled for the intervals: whole `"runs"` or `"stretches"`.
-    pub resampled: String,
+    /// Over what the scatter was taken that the intervals follow from: whole `"runs"` or `"stretches"`.
+    pub intervals_over: String,
     /// How many of them.
-    pub resampled_count: usize,
+    pub intervals_count: usize,
     /// What simulating left, where keys of the scenario were fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulation: Option<Simulation>,

@@ -44,11 +44,7 @@ pub struct StudyFile {
     /// Keys of the scenario that are fitted by simulating the runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulate: Option<Simulate>,
-    /// Resamples from which intervals are drawn.
-    #[serde(default = "resamples")]
-    #[schemars(range(min = 50, max = 100_000))]
-    pub resamples: u32,
-    /// The seed of the resamples, and of the sets of wheel angles from which drives are simulated.
+    /// The seed of the sets of wheel angles from which drives are simulated.
     #[serde(default)]
     pub seed: u32,
 }
@@ -88,10 +84,6 @@ pub struct ModelFile {
 
 fn one() -> f64 {
     1.0
-}
-
-fn resamples() -> u32 {
-    1000
 }
 
 fn tracker() -> Vec<String> {
@@ -182,12 +174,6 @@ impl Study {
         }
         if let Some(section) = &file.simulate {
             crate::simulate::check(section, file, &self.robot)?;
-        }
-        if !(50..=100_000).contains(&file.resamples) {
-            return invalid(
-                format!("{} resamples give no intervals", file.resamples),
-                "let `resamples` be from 50 to 100000",
-            );
         }
         for name in &file.tracker {
             if !["x_m", "y_m", "heading_deg"].contains(&name.as_str()) {

@@ -29,11 +29,7 @@ fn outcome(robot: &Robot, file: &str, text: &str, more: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
     let path = folder.path().join("study.toml");
-    std::fs::write(
-        &path,
-        study(robot, file, "log.csv", &format!("resamples = 60\n{more}")),
-    )
-    .unwrap();
+    std::fs::write(&path, study(robot, file, "log.csv", more)).unwrap();
     let found = Study::load(&path).and_then(|study| identify(&study, &|_| ()));
     match found {
         Ok(found) => {
@@ -379,7 +375,7 @@ fn identified(robot: &Robot, text: &str, more: &str) -> ilon_identify::Identifie
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
     let path = folder.path().join("study.toml");
-    let study = study(robot, "mecanum4.toml", "log.csv", "resamples = 60\n").replacen(
+    let study = study(robot, "mecanum4.toml", "log.csv", "").replacen(
         "[log]\n",
         &format!("[log]\n{more}\n"),
         1,

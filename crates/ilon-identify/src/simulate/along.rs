@@ -3,14 +3,13 @@
 //! An interval out of the equations as they are at the best fit says nothing of values far from it. Where a way grows with a key and falls again,
 //! two values explain it, and which of them a search ends at is chance. So each key is moved along its range, with the others following by their
 //! derivatives at the best fit. A value v is refused in favour of another, v', if the drives lean towards what v' makes, d = f(v') - f(v), by more
-//! than chance has it: r(v) . d, whose mean is 0 where v is true, is held against its own standard error. That comes from how runs scatter, or from
-//! what wheel angles make of it at v where that is more, and from what so few sets of angles leave of f(v). Where f is a line, the values that
-//! are left are those of the usual interval.
+//! than chance has it: r(v) . d, whose mean is 0 where v is true, is held against what chance makes of it. That comes from how runs scatter about
+//! the best fit, or from what wheel angles make of it at v where that is more, and from what so few sets of angles leave of f(v). Where f is a
+//! line, the values that are left are those of the usual interval.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::fitting::Share;
+use super::fitting::{NORMAL, Share};
 
 /// Into so many parts a range is cut, each of which is simulated.
 pub(super) const PARTS: u32 = 12;
@@ -30,6 +29,14 @@ pub(super) struct Point {
     pub deviations: DMatrix<f64>,
     /// Whether the value before can be simulated too: what lies between is taken to lie between them.
     pub follows: bool,
+}
+
+/// How runs scatter about the best fit.
+pub(super) struct Scattered {
+    /// What is left there, by [`Scatter::adjusted`](crate::scatter::Scatter::adjusted) of each run.
+    pub left: DVector<f64>,
+    /// So many standard errors off is further than chance has it.
+    pub furthest: f64,
 }
 
 /// What is left along the range of one key, by rising values, of what the other values cannot make up for.
@@ -76,16 +83,9 @@ impl Along {
     }
 
     /// The values that drives do not refuse, of which that found is always one.
-    pub fn held(&self, found: f64, shares: &[Share]) -> Option<Held> {
-        let mut runs: Vec<usize> = shares.iter().map(|share| share.run).collect();
-        runs.sort_unstable();
-        runs.dedup();
-        let freedoms = runs.len().checked_sub(1).filter(|count| *count > 0)?;
-        let furthest = StudentsT::new(0.0, 1.0, freedoms as f64)
-            .ok()?
-            .inverse_cdf(0.975);
+    pub fn held(&self, found: f64, shares: &[Share], scattered: &Scattered) -> Option<Held> {
         let is_held = |point: &Point| {
-            let leans = |other: &Point| leaning(point, other, shares, runs.len()) > furthest;
+            let leans = |other: &Point| leans(point, other, shares, scattered);
             point.value == found || !self.points.iter().any(leans)
         };
         let held: Vec<bool> = self.points.iter().map(is_held).collect();
@@ -138,44 +138,32 @@ impl Along {
     }
 }
 
-/// By how many standard errors what is left at a value leans towards another.
-fn leaning(point: &Point, other: &Point, shares: &[Share], runs: usize) -> f64 {
+/// Whether what is left at a value leans towards another by more than chance has it.
+fn leans(point: &Point, other: &Point, shares: &[Share], scattered: &Scattered) -> bool {
     let towards = &point.left - &other.left;
-    if towards.norm_squared() == 0.0 {
-        return 0.0;
+    let sum = point.left.dot(&towards);
+    if sum <= 0.0 {
+        return false;
     }
     let sets = point.deviations.ncols();
-    let drives = shares
-        .iter()
-        .map(|share| share.drive + 1)
-        .max()
-        .unwrap_or(0);
-    let last = shares.iter().map(|share| share.run + 1).max().unwrap_or(0);
-    let mut of_run = vec![0.0; last];
-    let mut of_drive = vec![DVector::<f64>::zeros(sets); drives];
+    let runs = shares.iter().map(|share| share.run + 1).max().unwrap_or(0);
+    let drives = shares.iter().map(|share| share.drive + 1).max();
+    let mut of_run = DVector::<f64>::zeros(runs);
+    let mut of_drive = vec![DVector::<f64>::zeros(sets); drives.unwrap_or(0)];
     let mut by_angles = 0.0;
     let mut row = 0;
     for share in shares {
         let towards = towards.rows(row, share.rows);
-        of_run[share.run] += point.left.rows(row, share.rows).dot(&towards);
+        of_run[share.run] += scattered.left.rows(row, share.rows).dot(&towards);
         let of_sets = point.deviations.rows(row, share.rows).tr_mul(&towards);
         by_angles += variance(&of_sets);
         of_drive[share.drive] += of_sets;
         row += share.rows;
     }
-    let sum: f64 = of_run.iter().sum();
-    let mean = sum / runs as f64;
-    // Runs that are not fitted have no share: they hold 0 and are left out.
-    let is_fitted = |run: &usize| shares.iter().any(|share| share.run == *run);
-    let squares: f64 = (0..last)
-        .filter(is_fitted)
-        .map(|run| (of_run[run] - mean).powi(2))
-        .sum();
-    let by_runs = squares * runs as f64 / (runs - 1) as f64;
     let by_few: f64 = of_drive.iter().map(variance).sum::<f64>() / sets.max(1) as f64;
-    sum / (by_runs.max(by_angles) + by_few)
-        .sqrt()
-        .max(f64::MIN_POSITIVE)
+    let by_runs = scattered.furthest * of_run.norm();
+    let by_angles = NORMAL * by_angles.sqrt();
+    sum > libm::hypot(by_runs.max(by_angles), NORMAL * by_few.sqrt())
 }
 
 /// The variance of numbers whose mean is 0; 0 of less than two.
@@ -224,6 +212,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::scatter::{Cluster, Scatter};
 
     const RUNS: usize = 8;
     /// Standard deviation of the noise of an equation.
@@ -231,6 +220,29 @@ mod tests {
 
     /// Of one equation a run, how it follows a key from 0 to 1.
     type Ways<'a> = &'a dyn Fn(f64) -> f64;
+
+    /// How eight runs of one equation each scatter about the best fit of a way.
+    fn scattered(way: Ways<'_>, seen: &[f64], found: f64) -> Scattered {
+        let slope = (way(found + 1e-6) - way(found - 1e-6)) / 2e-6;
+        let row = |seen: &f64| {
+            let jacobian = DMatrix::from_element(1, 1, -slope);
+            (jacobian, DVector::from_element(1, seen - way(found)))
+        };
+        let rows: Vec<_> = seen.iter().map(row).collect();
+        let cluster = |(jacobian, left): &(DMatrix<f64>, DVector<f64>)| {
+            let mut cluster = Cluster::empty(1);
+            cluster.add(jacobian.clone(), left.clone());
+            cluster
+        };
+        let clusters: Vec<Cluster> = rows.iter().map(cluster).collect();
+        let scatter = Scatter::new(&clusters).unwrap();
+        let left = rows.iter().enumerate();
+        let left = left.map(|(run, (jacobian, left))| scatter.adjusted(run, jacobian, left)[0]);
+        Scattered {
+            left: DVector::from_iterator(RUNS, left),
+            furthest: Scatter::furthest(scatter.error_of(0).unwrap()[1]),
+        }
+    }
 
     /// Eight runs of one drive, one equation each. With sets, each drive begins at angles by chance that matter as much as v does.
     fn along(way: Ways<'_>, seen: &[f64], sets: &[f64]) -> (Along, Vec<Share>) {
@@ -276,9 +288,10 @@ mod tests {
             let squares: f64 = seen.iter().map(|own| (own - mean).powi(2)).sum();
             let half = 2.3646 * (squares / (RUNS * (RUNS - 1)) as f64).sqrt();
             let [value, _] = along.least().unwrap();
-            let held = along.held(value, &shares).unwrap();
+            let held = along
+                .held(value, &shares, &scattered(&line, &seen, mean))
+                .unwrap();
             let part = 1.0 / f64::from(PARTS * FINER);
-            // The scatter is taken about the mean of what a value leaves, which is that of all.
             assert!(
                 (held.ends[0] - (mean - half)).abs() < part,
                 "{:?} {mean} {half}",
@@ -303,7 +316,10 @@ mod tests {
             let truth = if draw % 2 == 0 { 0.15 } else { 0.85 };
             let seen = seen(&hump, truth, &mut rng);
             let (along, shares) = along(&hump, &seen, &[]);
-            let found = along.held(along.least().unwrap()[0], &shares).unwrap();
+            let best = along.least().unwrap()[0];
+            let found = along
+                .held(best, &shares, &scattered(&hump, &seen, best))
+                .unwrap();
             held += u32::from(found.ends[0] <= truth && truth <= found.ends[1]);
             named += u32::from(
                 found
@@ -331,7 +347,10 @@ mod tests {
             let of_run = |_| truth * (1.0 + 3.0 * noise(&mut rng)) + noise(&mut rng);
             let seen: Vec<f64> = (0..RUNS).map(of_run).collect();
             let (along, shares) = along(&simulated, &seen, &about);
-            let found = along.held(along.least().unwrap()[0], &shares).unwrap();
+            let best = along.least().unwrap()[0];
+            let found = along
+                .held(best, &shares, &scattered(&simulated, &seen, best))
+                .unwrap();
             held += u32::from(found.ends[0] <= truth && truth <= found.ends[1]);
         }
         assert!((936..=990).contains(&held), "{held}");
@@ -347,6 +366,10 @@ mod tests {
         let of_other = DMatrix::repeat(RUNS, 1, -0.3);
         let points = alone.points.into_iter().step_by(FINER as usize).collect();
         let both = Along::new(points, &of_other);
-        assert_eq!(both.held(0.5, &shares).unwrap().ends, [0.0, 1.0]);
+        let scattered = scattered(&line, &seen, 0.5);
+        assert_eq!(
+            both.held(0.5, &shares, &scattered).unwrap().ends,
+            [0.0, 1.0]
+        );
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Matrix3xX;
 use super::drive::Together;
 use super::legs::{Course, Leg, asked};
 use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
-use crate::resample::Interval;
+use crate::scatter::Interval;
 use crate::study::{Simulate, Study};
 
 /// Directions this close to ahead or sideways count as that, in degrees.

@@ -5,6 +5,7 @@
 //! sets of angles. The variance follows v; it is held while values are searched and taken anew where they were found, as a search that could
 //! make it larger would.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -12,14 +13,14 @@ use ilon_sim::Error;
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 use rayon::prelude::*;
 
-use super::along::{Along, PARTS, Point};
+use super::along::{Along, PARTS, Point, Scattered};
 use super::compared::Scales;
 use super::drive::{self, Made, Ready, Task, Together, made};
 use super::free::Free;
 use super::legs::{Course, Leg};
 use super::starts::Starts;
 use crate::least_squares::{Found, Search, least_squares};
-use crate::resample::{Cluster, Draws, Interval};
+use crate::scatter::{Cluster, Interval, Scatter};
 use crate::study::{Simulate, Study};
 
 /// How often the variance over wheel angles is taken anew at most.
@@ -98,6 +99,13 @@ pub(super) struct Fitted {
     pub intervals: Vec<Interval>,
     /// Of each free key, a value in another valley that the drives do not refuse.
     pub elsewhere: Vec<Option<f64>>,
+}
+
+/// How runs scatter about what was found.
+struct Runs {
+    scatter: Scatter,
+    /// What is left of each equation, by [`Scatter::adjusted`].
+    adjusted: DVector<f64>,
 }
 
 /// The equations of one drive of a log, in order.
@@ -222,8 +230,9 @@ impl<'a> Problem<'a> {
             (found, errors) = (other, of_other);
             all = self.along(&found, &errors, search)?;
         }
-        let local = self.intervals(&found, &errors)?;
-        let (intervals, elsewhere) = self.whole(&found, &all, local);
+        let runs = self.runs(&found);
+        let local = self.intervals(&found, &errors, runs.as_ref())?;
+        let (intervals, elsewhere) = self.whole(&found, &all, local, runs.as_ref());
         Ok(Fitted {
             found,
             intervals,
@@ -324,6 +333,7 @@ impl<'a> Problem<'a> {
         found: &Found,
         all: &[Along],
         mut intervals: Vec<Interval>,
+        runs: Option<&Runs>,
     ) -> (Vec<Interval>, Vec<Option<f64>>) {
         let one = |leg: &&Leg| Share {
             run: leg.run,
@@ -335,10 +345,16 @@ impl<'a> Problem<'a> {
         for (axis, along) in all.iter().enumerate() {
             let interval = &mut intervals[axis];
             // Where the scatter of runs is not known, no number stays none.
-            if !interval.low.is_finite() {
+            let Some((runs, [_, freedoms])) =
+                runs.and_then(|runs| Some((runs, runs.scatter.error_of(axis)?)))
+            else {
                 continue;
-            }
-            if let Some(held) = along.held(found.values[axis], &shares) {
+            };
+            let scattered = Scattered {
+                left: runs.adjusted.clone(),
+                furthest: Scatter::furthest(freedoms),
+            };
+            if let Some(held) = along.held(found.values[axis], &shares, &scattered) {
                 let is_far = |value: &f64| *value < interval.low || *value > interval.high;
                 elsewhere[axis] = held.elsewhere.filter(is_far);
                 interval.low = interval.low.min(held.ends[0]);
@@ -376,38 +392,73 @@ impl<'a> Problem<'a> {
         Ok((!do_matter).then_some(fit))
     }
 
-    /// Where values lie with 95 %: by how runs scatter, or by what wheel angles alone make of it where that is more, and by what so few sets of
-    /// angles leave of the mean.
-    fn intervals(&self, found: &Found, errors: &[f64]) -> Result<Vec<Interval>, Error> {
-        let runs = self.fitted.iter().map(|leg| leg.run + 1).max().unwrap_or(0);
-        let mut clusters = vec![Cluster::empty(found.values.len()); runs];
+    /// How runs scatter about what was found; `None` of one run.
+    fn runs(&self, found: &Found) -> Option<Runs> {
+        let mut of_run: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut row = 0;
         for leg in self.fitted {
-            let rows = leg.equations();
-            clusters[leg.run].add(
-                found.jacobian.rows(row, rows).clone_owned(),
-                found.residuals.rows(row, rows).clone_owned(),
-            );
-            row += rows;
+            of_run
+                .entry(leg.run)
+                .or_default()
+                .extend(row..row + leg.equations());
+            row += leg.equations();
         }
-        clusters.retain(|cluster| cluster.rows > 0);
-        let file = &self.rig.study.file;
-        let draws = Draws::new(&clusters, file.resamples, file.seed);
-        let mut intervals = draws.intervals(&found.values);
-        let Some([of_runs, of_mean]) = self.of_angles(found, errors)? else {
-            return Ok(intervals);
+        let rows: Vec<(DMatrix<f64>, DVector<f64>)> = of_run
+            .values()
+            .map(|rows| {
+                (
+                    found.jacobian.select_rows(rows),
+                    found.residuals.select_rows(rows),
+                )
+            })
+            .collect();
+        let cluster = |(jacobian, left): &(DMatrix<f64>, DVector<f64>)| {
+            let mut cluster = Cluster::empty(found.values.len());
+            cluster.add(jacobian.clone(), left.clone());
+            cluster
         };
-        for (axis, interval) in intervals.iter_mut().enumerate() {
-            let value = found.values[axis];
-            let drawn = interval.high - value;
-            // No number stays none.
-            if drawn.is_finite() {
-                let own = NORMAL * of_runs[axis].sqrt();
-                let half = libm::hypot(drawn.max(own), NORMAL * of_mean[axis].sqrt());
-                (interval.low, interval.high) = (value - half, value + half);
-            }
+        let clusters: Vec<Cluster> = rows.iter().map(cluster).collect();
+        let scatter = Scatter::new(&clusters)?;
+        let mut adjusted = found.residuals.clone();
+        for (run, (own, (jacobian, left))) in of_run.values().zip(&rows).enumerate() {
+            let of_run = scatter.adjusted(run, jacobian, left);
+            own.iter()
+                .zip(&of_run)
+                .for_each(|(row, left)| adjusted[*row] = *left);
         }
-        Ok(intervals)
+        Some(Runs { scatter, adjusted })
+    }
+
+    /// Where values lie with 95 %: by how runs scatter, or by what wheel angles alone make of it where that is more, and by what so few sets of
+    /// angles leave of the mean. No numbers of what only one run tells.
+    fn intervals(
+        &self,
+        found: &Found,
+        errors: &[f64],
+        runs: Option<&Runs>,
+    ) -> Result<Vec<Interval>, Error> {
+        let of_angles = match runs {
+            Some(_) => self.of_angles(found, errors)?,
+            None => None,
+        };
+        let one = |(axis, value): (usize, &f64)| {
+            let Some([error, freedoms]) = runs.and_then(|runs| runs.scatter.error_of(axis)) else {
+                return Interval::default();
+            };
+            let by_runs = Scatter::furthest(freedoms) * error;
+            let half = match &of_angles {
+                Some([of_runs, of_mean]) => libm::hypot(
+                    by_runs.max(NORMAL * of_runs[axis].sqrt()),
+                    NORMAL * of_mean[axis].sqrt(),
+                ),
+                None => by_runs,
+            };
+            Interval {
+                low: value - half,
+                high: value + half,
+            }
+        };
+        Ok(found.values.iter().enumerate().map(one).collect())
     }
 
     /// The variance of each value by the wheel angles at which the log's drives began, and by how few sets of them were simulated.
@@ -502,7 +553,7 @@ fn better(found: &Found, all: &[Along], search: &Search) -> Option<Vec<f64>> {
 }
 
 /// Half of the interval of 95 % of a normal distribution, over its standard deviation.
-const NORMAL: f64 = 1.96;
+pub(super) const NORMAL: f64 = 1.96;
 
 /// Values of keys as a scenario has them.
 pub(super) fn shown(free: &[Free], seen: &[f64]) -> Vec<f64> {

@@ -2,76 +2,29 @@
 //! intervals promise.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_identify::Log;
 use ilon_identify::fit::{Evidence, Fitted, Noise, fit, take_noise};
 use ilon_identify::model::Model;
 use ilon_identify::motion::{Window, windows};
-use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2};
-use ilon_robot::{LoadOptions, Robot, Twist};
+use ilon_robot::{Robot, Twist};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-use crate::case::GAIN_N_M_S;
-use crate::engines::Springs;
+use crate::logs::{NOISE_M, NOISE_RAD, Ride, any_angles, logged, robot, uniform};
 
-/// Rows of a log are this far apart, in seconds.
-const ROW_S: f64 = 0.02;
-/// Each twist is driven for so long, in seconds, of which the first are a ramp.
-const HELD_S: f64 = 2.0;
-const RAMP_S: f64 = 0.3;
-/// Encoder counts a turn of the wheel, and standard deviations of what the tracker sees.
-const COUNTS: f64 = 4096.0;
-const NOISE_M: f64 = 3e-4;
-const NOISE_RAD: f64 = 5e-4;
 /// Soft enough that a pool of drives takes minutes.
 const SPRINGS_N_M: f64 = 2e6;
-
-fn robot(file: &str, spec: &str) -> Robot {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
-    let mut options = LoadOptions::default();
-    options.spec = toml::from_str(spec).expect("keys of a description");
-    let loaded = Robot::load_with(root.join(file), &options);
-    loaded.expect("a shipped robot").robot
-}
-
-/// A number from 0 to 1.
-fn uniform(rng: &mut ChaCha8Rng) -> f64 {
-    rng.next_u64() as f64 / u64::MAX as f64
-}
-
-/// A normal number of deviation 1, after Box and Muller.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - uniform(rng)).max(1e-300).ln()).sqrt();
-    radius * (TAU * uniform(rng)).cos()
-}
 
 /// A drive of the true robot in the oracle, as it was: six twists, in an order and from wheel angles of chance, by the rates that the robot
 /// as it is known gives them.
 fn course(truth: &Robot, known: &Robot, seed: u64) -> Log {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let springs = Springs::of(SPRINGS_N_M);
-    let steps = (ROW_S / springs.step_s).ceil();
-    let mut engine = Engine::new(
-        truth,
-        ilon_oracle::Settings {
-            step_s: ROW_S / steps,
-            contact: ContactLaw::stiff(SPRINGS_N_M, 0.6, truth),
-            gravity_m_s2: LEVEL_GRAVITY_M_S2,
-        },
-    )
-    .expect("the oracle takes the robot");
-    let start: Vec<f64> = known
-        .wheels
-        .iter()
-        .map(|_| TAU * uniform(&mut rng))
-        .collect();
-    engine.set_wheel_angles_rad(&start);
+    let start_rad = any_angles(known, &mut rng);
     // Each along one axis: of a drive between them the mean is not that of its parts, as wheels that stand keep their rollers.
-    let mut twists = [
+    let mut twists = vec![
         [0.2, 0.0, 0.0],
         [0.0, 0.2, 0.0],
         [0.0, 0.0, 0.6],
@@ -82,63 +35,15 @@ fn course(truth: &Robot, known: &Robot, seed: u64) -> Log {
     for place in (1..twists.len()).rev() {
         twists.swap(place, (rng.next_u64() % (place as u64 + 1)) as usize);
     }
-    let kinematics = Kinematics::new(known).expect("wheels that drive");
-    let mut rates = vec![0.0; start.len()];
-    let mut log = Log::default();
-    let mut heading_rad = 0.0;
-    let rows = (HELD_S * twists.len() as f64 / ROW_S).round() as usize;
-    for row in 0..=rows {
-        let pose = engine.world_from_body();
-        let yaw_rad = pose.rotation.euler_angles().2;
-        heading_rad += ilon_robot::wrap_angle(yaw_rad - heading_rad);
-        log.times_s.push(row as f64 * ROW_S);
-        log.angles_rad.push(engine.wheel_angles_rad().to_vec());
-        log.poses
-            .push([pose.translation.x, pose.translation.y, heading_rad]);
-        log.unseen.push(false);
-        let t_s = row as f64 * ROW_S;
-        let place = ((t_s / HELD_S) as usize).min(twists.len() - 1);
-        let before = if place == 0 {
-            [0.0; 3]
-        } else {
-            twists[place - 1]
-        };
-        let share = ((t_s - place as f64 * HELD_S) / RAMP_S).min(1.0);
-        let of = |axis: usize| before[axis] + share * (twists[place][axis] - before[axis]);
-        kinematics.wheel_rates(Twist::new(of(0), of(1), of(2)), &mut rates);
-        for (wheel, rate) in rates.iter().enumerate() {
-            engine.drive(
-                wheel,
-                Drive::Rate {
-                    target_rad_s: *rate,
-                    gain_n_m_s: GAIN_N_M_S,
-                    limit_n_m: f64::INFINITY,
-                },
-            );
-        }
-        for _ in 0..steps as usize {
-            engine.step().expect("the motion stays finite");
-        }
-    }
-    log
-}
-
-/// The log of a course: whole counts, and poses under noise.
-fn logged(course: &Log, rng: &mut ChaCha8Rng) -> Log {
-    let mut log = course.clone();
-    let first = log.angles_rad[0].clone();
-    for angles in &mut log.angles_rad {
-        for (angle, first) in angles.iter_mut().zip(&first) {
-            let counts = |angle: f64| (angle / TAU * COUNTS).floor();
-            *angle = (counts(*angle) - counts(*first)) * TAU / COUNTS;
-        }
-    }
-    for [x_m, y_m, heading_rad] in &mut log.poses {
-        *x_m += NOISE_M * normal(rng);
-        *y_m += NOISE_M * normal(rng);
-        *heading_rad += NOISE_RAD * normal(rng);
-    }
-    log
+    let ride = Ride {
+        truth,
+        known,
+        springs_n_m: SPRINGS_N_M,
+        start_rad,
+        twists,
+        held_s: 2.0,
+    };
+    ride.log()
 }
 
 fn evidence(logs: &[Log]) -> Evidence {
@@ -146,13 +51,13 @@ fn evidence(logs: &[Log]) -> Evidence {
     Evidence::of(runs.map(|(run, log)| windows(log, run, 1.0)))
 }
 
-fn fitted(known: &Robot, free: &[&str], evidence: &Evidence, noise: Noise, seed: u32) -> Fitted {
+fn fitted(known: &Robot, free: &[&str], evidence: &Evidence, noise: Noise) -> Fitted {
     let free: Vec<String> = free.iter().map(|name| (*name).to_owned()).collect();
     let tracker = ["x_m", "y_m", "heading_deg"].map(str::to_owned);
     let model = Model::new(known, &free).expect("parameters of the robot");
     let model = model.with_tracker(&tracker, &[String::new()]);
     let all: Vec<&Window> = evidence.windows.iter().collect();
-    fit(&model, evidence, &all, noise, Some((400, seed))).expect("a fit")
+    fit(&model, evidence, &all, noise).expect("a fit")
 }
 
 /// What the true robot makes of the rates that the known robot gives a twist, over that twist: the mean over wheel angles of the twist
@@ -214,7 +119,7 @@ fn inside(pair: &Pair, pool: usize, logs: u32) -> Vec<(&'static str, u32)> {
         position_m: 2.0_f64.sqrt() * NOISE_M,
         heading_rad: 2.0_f64.sqrt() * NOISE_RAD,
     };
-    let seen = fitted(&known, &names, &evidence(&courses), weights, 0);
+    let seen = fitted(&known, &names, &evidence(&courses), weights);
     let gains: [f64; 3] = std::array::from_fn(|place| seen.values[place]);
     for (gain, of_contact) in gains.iter().zip(of_contact) {
         assert!(
@@ -234,9 +139,9 @@ fn inside(pair: &Pair, pool: usize, logs: u32) -> Vec<(&'static str, u32)> {
             .collect();
         let mut evidence = evidence(&chosen);
         let (noise, _) = take_noise(&mut evidence);
-        let found = fitted(&known, &names, &evidence, noise, seed);
+        let found = fitted(&known, &names, &evidence, noise);
         assert!(found.held.is_empty(), "{:?}", found.held);
-        let intervals = found.draws.intervals(&found.values);
+        let intervals = found.intervals();
         for place in 0..3 {
             let interval = intervals[place];
             counts[place] +=

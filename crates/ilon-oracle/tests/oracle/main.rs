@@ -7,6 +7,7 @@ mod engines;
 mod figures;
 mod identify;
 mod limit;
+mod logs;
 mod made;
 mod play;
 mod table;

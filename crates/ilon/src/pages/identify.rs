@@ -120,7 +120,7 @@ fn story(found: &Identified) -> String {
             escape(&held.why)
         ));
     }
-    if found.resampled == "stretches" {
+    if found.intervals_over == "stretches" {
         lines.push(
             "The intervals are over stretches of the runs: what differs from run to run is not in them. Six runs or more would show it."
                 .to_owned(),

@@ -86,7 +86,7 @@ pub(super) fn words(found: &Identified) -> String {
             );
         }
     }
-    if found.resampled == "stretches" {
+    if found.intervals_over == "stretches" {
         let _ = writeln!(
             text,
             "\nThe intervals are over stretches of the runs: what differs from run to run is not in them. Six runs or more would show it."
