@@ -353,6 +353,8 @@ fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
         println!("{error}");
         assert!(error.contains(named), "{error}");
     }
+    // Where nothing is said of either, one fits into the other.
+    try_found(&SHORT, "phases = 1\n[simulate.ripple]", "", 1).unwrap();
 }
 
 /// Of how many logs the interval holds the truth; what is found of each is printed. A right interval of 95 % holds it in 17 or more of 20 logs with a

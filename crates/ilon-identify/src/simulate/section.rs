@@ -78,8 +78,8 @@ pub enum Logged {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RippleFile {
-    /// Over how long a stretch an amplitude is taken, in seconds: some five rollers of the slowest wheel.
-    #[serde(default = "three")]
+    /// Over how long a stretch an amplitude is taken, in seconds, less than `drive_s`: some five rollers of the slowest wheel.
+    #[serde(default = "two_and_a_half")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stretch_s: f64,
     /// Wheels whose rollers touch in phase, as far as that is known, in groups of their names: where left and right wheels of an axle are in
@@ -153,6 +153,10 @@ fn least_error() -> f64 {
 
 fn three() -> f64 {
     3.0
+}
+
+fn two_and_a_half() -> f64 {
+    2.5
 }
 
 fn twelve() -> u32 {
