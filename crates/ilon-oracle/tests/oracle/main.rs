@@ -6,6 +6,7 @@ mod course;
 mod engines;
 mod figures;
 mod identify;
+mod identify_keys;
 mod limit;
 mod logs;
 mod made;
