@@ -217,6 +217,20 @@ fn a_crown_is_found_from_wheels_that_begin_at_any_angle() {
     assert_eq!(in_step.simulation.unwrap().phases_matter, None);
 }
 
+/// One run alone says nothing of how it would scatter: its key has no interval, and that is said.
+#[test]
+fn how_sure_a_key_of_one_run_is_cannot_be_said() {
+    let once = Case {
+        runs: &[&[0.0, 3.0, -3.0]],
+        ..OMNI
+    };
+    let found = found(&once, "phases = 2", 1);
+    assert_eq!(found.parameters[once.key].ci95, [None, None]);
+    let simulation = found.simulation.unwrap();
+    assert_eq!(simulation.of_one_run, [once.key]);
+    assert!(simulation.open.is_empty(), "{:?}", simulation.open);
+}
+
 const LOGGED: &str = "drive_s = 4.0\nphases = \"log\"";
 
 /// A log of absolute encoders says at which angles its wheels began: each drive is simulated from there, and what is left is the noise.

@@ -135,7 +135,7 @@ pub(crate) fn simulate(
         let mut interval = fit.intervals[axis];
         let (low, high) = search.bounds[axis];
         let rounded = 1e-9 * (high - low);
-        if !(interval.low > low + rounded || interval.high < high - rounded) {
+        if interval.low <= low + rounded && interval.high >= high - rounded {
             open.push(free.key.clone());
         }
         if free.is_log {
@@ -171,6 +171,11 @@ pub(crate) fn simulate(
             changes < 1.0
         })
         .map(|(_, free)| free.key.clone())
+        .collect();
+    let of_one_run = free.iter().zip(&fit.intervals);
+    let of_one_run = of_one_run
+        .filter(|(free, interval)| interval.low.is_nan() && !insensitive.contains(&free.key))
+        .map(|(free, _)| free.key.clone())
         .collect();
     let at_bounds: Vec<String> = free
         .iter()
@@ -209,6 +214,7 @@ pub(crate) fn simulate(
             ),
             insensitive,
             open,
+            of_one_run,
             at_bounds,
             elsewhere,
             series: compared.series(study, &drives, nominal),

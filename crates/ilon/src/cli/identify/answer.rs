@@ -56,6 +56,12 @@ pub(super) fn words(found: &Identified) -> String {
                 "\nthis log leaves {key} open: its interval holds all of its range, as other keys may make up for it"
             );
         }
+        for key in &simulation.of_one_run {
+            let _ = writeln!(
+                text,
+                "\nhow sure {key} is cannot be said: one run alone tells it. Drive what it drives once more"
+            );
+        }
         for key in &simulation.at_bounds {
             let _ = writeln!(
                 text,

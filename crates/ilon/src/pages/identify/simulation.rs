@@ -60,6 +60,12 @@ fn story(simulation: &Simulation) -> String {
             escape(key)
         ));
     }
+    for key in &simulation.of_one_run {
+        lines.push(format!(
+            "<b class=\"failed\">✗</b> How sure {} is cannot be said: one run alone tells it. Drive what it drives once more.",
+            escape(key)
+        ));
+    }
     for key in &simulation.at_bounds {
         lines.push(format!(
             "<b class=\"failed\">✗</b> {} lies at an end of its range: beyond it the fit may be better.",
