@@ -18,6 +18,10 @@ const APART_S: f64 = 0.02;
 const WINDOW_S: f64 = 0.5;
 /// What a delay must leave at most, beside none, to be believed.
 const LEFT: f64 = 0.8;
+/// So many times the square that an equation has left must go: five standard deviations, as the best of many delays was taken.
+const CLEARLY: f64 = 25.0;
+/// Gains ahead, sideways and of turns, the tracker's heading, and its point.
+const VALUES: usize = 6;
 
 /// A delay of a series of runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +30,7 @@ pub struct Delay {
     pub value_s: f64,
     /// Where it lies with 95 %.
     pub interval: Interval,
-    /// Whether the logs show it: its interval does not hold 0, and without it a quarter more is left.
+    /// Whether the logs show it: its interval does not hold 0, and without it a quarter more is left, and more than chance has it.
     pub is_shown: bool,
 }
 
@@ -87,13 +91,16 @@ pub fn of(logs: &[&Log], twist_matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<
         return None;
     }
     let at_least = sum(&left(value_s)?);
+    let spare = (3.0 * count as f64 - VALUES as f64 - 1.0).max(1.0);
     Some(Delay {
         value_s,
         interval: Interval {
             low: value_s - half_width_s,
             high: value_s + half_width_s,
         },
-        is_shown: value_s.abs() > half_width_s && at_least < LEFT * at_none,
+        is_shown: value_s.abs() > half_width_s
+            && at_least < LEFT * at_none
+            && at_none - at_least > CLEARLY * at_least / spare,
     })
 }
 
@@ -105,8 +112,6 @@ fn least_of([before, at, after]: [f64; 3]) -> Option<f64> {
 
 /// The squares that a map with gains leaves of each stretch, in m^2.
 fn left_of(windows: &[Window], matrix: &Matrix3xX<f64>, lever_m: f64) -> Option<Vec<f64>> {
-    // Gains ahead, sideways and of turns, the tracker's heading, and its point.
-    const VALUES: usize = 6;
     if windows.len() < VALUES {
         return None;
     }

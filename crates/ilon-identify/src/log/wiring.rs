@@ -311,7 +311,9 @@ impl Guess {
         let explained_planar = c[0] * ws[0] + c[1] * ws[1] + o[0] * ls[0] + o[1] * ls[1];
         let scale = libm::hypot(c[0], c[1]);
         let turn_scale = if tt > 0.0 { ts / tt } else { 0.0 };
-        let turn_size = if turn_scale.abs() > 0.0 {
+        let turns = tt * lever_m * lever_m / (ww + tt * lever_m * lever_m);
+        // Where the wheels ask for no turns, what there is of them is drift, and shows no scale of its own.
+        let turn_size = if turns > TURNS && turn_scale.abs() > 0.0 {
             turn_scale.abs()
         } else {
             scale
@@ -332,7 +334,7 @@ impl Guess {
             scale,
             turned_rad: libm::atan2(c[1], c[0]),
             turn_scale,
-            turns: tt * lever_m * lever_m / (ww + tt * lever_m * lever_m),
+            turns,
         }
     }
 }
