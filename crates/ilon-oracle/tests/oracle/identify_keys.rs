@@ -23,8 +23,8 @@ const TWISTS: [[f64; 3]; 4] = [
     [0.12, 0.12, 0.0],
     [-0.12, 0.12, 0.0],
 ];
-/// A log, and what goes before it: a start, and what that stirs.
-const LOG_S: f64 = 5.0;
+/// A log, as long as the drives that are simulated, and what goes before it: a start, and what that stirs.
+const LOG_S: f64 = 2.0;
 const START_S: f64 = 0.6;
 
 /// A drive in the oracle from wheel angles of chance, from when it is steady.
@@ -85,12 +85,12 @@ fn found(logs: &[Log], robot: &Robot, seed: u64, folder: &Path) -> Identified {
     }
     let law = ContactLaw::stiff(SPRINGS_N_M, FRICTION, robot);
     let study = format!(
-        "robot = {:?}\nseed = {seed}\ntracker = []\n[log]\ntime = {{ column = \"t\", unit = \"s\" }}\nx = {{ column = \"x\", unit = \"m\" }}\n\
+        "robot = {:?}\nseed = {seed}\ntracker = []\nwindow_s = 0.5\n[log]\ntime = {{ column = \"t\", unit = \"s\" }}\nx = {{ column = \"x\", unit = \"m\" }}\n\
          y = {{ column = \"y\", unit = \"m\" }}\nheading = {{ column = \"heading\", unit = \"rad\" }}\n[log.wheels]\n{columns}\
          [set]\nrun.physics_dt_s = 2e-3\nrun.control_dt_s = 0.02\nrobot.roller_bodies = \"near\"\nworld.floor.friction = {FRICTION}\n\
          rollers.length_factor = 1.3\nrollers.tread.stiffness_n_m = 1e6\nrollers.tread.damping_n_s_m = {}\nrollers.tread.shear_damping_n_s_m = {}\n\
          [[models]]\nname = \"as it is known\"\nfree = []\n\
-         [simulate]\ndrive_s = 1.5\nphases = 4\nleast_error = 3e-4\n[simulate.free]\n{KEY} = {{ from = 4e4, to = 2e6, scale = \"log\" }}\n{runs}",
+         [simulate]\ndrive_s = {LOG_S}\nphases = 4\nleast_error = 3e-4\n[simulate.free]\n{KEY} = {{ from = 4e4, to = 2e6, scale = \"log\" }}\n{runs}",
         robot_file(ROBOT),
         law.normal_damping_n_s_m,
         law.bristle_damping_n_s_m,
