@@ -183,6 +183,8 @@ pub struct Simulation {
     pub insensitive: Vec<String>,
     /// Keys whose interval holds all of their range: the others may make up for whatever they are.
     pub open: Vec<String>,
+    /// Keys whose interval reaches one end of their range: what lies beyond was not tried.
+    pub cut_off: Vec<String>,
     /// Keys that one run alone tells: how sure they are is not known.
     pub of_one_run: Vec<String>,
     /// Keys that ended at an end of their range.

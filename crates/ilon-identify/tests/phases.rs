@@ -231,6 +231,25 @@ fn how_sure_a_key_of_one_run_is_cannot_be_said() {
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
 }
 
+/// Beyond the ends of a range nothing was simulated, and there may be no such robot: an interval ends there, and that is said.
+#[test]
+fn an_interval_ends_where_the_range_does() {
+    let ends = |range: (f64, f64)| {
+        let within = Case { range, ..SHORT };
+        let found = found(&within, "phases = 3", 1);
+        let [low, high] = found.parameters[SHORT.key].ci95.map(Option::unwrap);
+        println!("{range:?} {:?}", found.parameters);
+        assert!(range.0 <= low && high <= range.1, "{low} {high}");
+        (high, found.simulation.unwrap())
+    };
+    let (high, simulation) = ends((0.4, 0.61));
+    assert_eq!(high, 0.61);
+    assert_eq!(simulation.cut_off, [SHORT.key]);
+    let (_, simulation) = ends((0.59, 0.61));
+    assert_eq!(simulation.open, [SHORT.key]);
+    assert!(simulation.cut_off.is_empty());
+}
+
 const LOGGED: &str = "drive_s = 4.0\nphases = \"log\"";
 
 /// A log of absolute encoders says at which angles its wheels began: each drive is simulated from there, and what is left is the noise.

@@ -131,13 +131,23 @@ pub(crate) fn simulate(
     let values = shown(&free, &found.values[..keys]);
     let mut parameters = Vec::new();
     let mut open = Vec::new();
+    let mut cut_off = Vec::new();
     for (axis, free) in free.iter().enumerate() {
         let mut interval = fit.intervals[axis];
         let (low, high) = search.bounds[axis];
         let rounded = 1e-9 * (high - low);
-        if interval.low <= low + rounded && interval.high >= high - rounded {
-            open.push(free.key.clone());
+        let reaches = [
+            interval.low <= low + rounded,
+            interval.high >= high - rounded,
+        ];
+        match reaches {
+            [true, true] => open.push(free.key.clone()),
+            [true, false] | [false, true] => cut_off.push(free.key.clone()),
+            [false, false] => {}
         }
+        // Beyond its ends nothing was tried, and nothing may be there: no number stays none.
+        interval.low = interval.low.clamp(low, high);
+        interval.high = interval.high.clamp(low, high);
         if free.is_log {
             interval.low = libm::exp(interval.low);
             interval.high = libm::exp(interval.high);
@@ -187,6 +197,8 @@ pub(crate) fn simulate(
         })
         .map(|(_, free)| free.key.clone())
         .collect();
+    // Of a value at the end of its range that is said already.
+    cut_off.retain(|key| !at_bounds.contains(key));
     let elsewhere = free.iter().zip(&fit.elsewhere).filter_map(|(free, value)| {
         Some(Elsewhere {
             key: free.key.clone(),
@@ -214,6 +226,7 @@ pub(crate) fn simulate(
             ),
             insensitive,
             open,
+            cut_off,
             of_one_run,
             at_bounds,
             elsewhere,

@@ -56,6 +56,12 @@ pub(super) fn words(found: &Identified) -> String {
                 "\nthis log leaves {key} open: its interval holds all of its range, as other keys may make up for it"
             );
         }
+        for key in &simulation.cut_off {
+            let _ = writeln!(
+                text,
+                "\nthe interval of {key} reaches an end of its range: what lies beyond was not tried"
+            );
+        }
         for key in &simulation.of_one_run {
             let _ = writeln!(
                 text,

@@ -60,6 +60,12 @@ fn story(simulation: &Simulation) -> String {
             escape(key)
         ));
     }
+    for key in &simulation.cut_off {
+        lines.push(format!(
+            "The interval of {} reaches an end of its range: what lies beyond was not tried.",
+            escape(key)
+        ));
+    }
     for key in &simulation.of_one_run {
         lines.push(format!(
             "<b class=\"failed\">✗</b> How sure {} is cannot be said: one run alone tells it. Drive what it drives once more.",
