@@ -41,7 +41,7 @@ pub(super) fn words(found: &Identified) -> String {
         for [a, b] in &simulation.alike {
             let _ = writeln!(
                 text,
-                "\n{a} and {b} are hardly told apart by this log: their intervals hold with the other as it is"
+                "\n{a} and {b} are hardly told apart by this log: what one changes the other makes up for, and their intervals allow for it"
             );
         }
         for key in &simulation.insensitive {

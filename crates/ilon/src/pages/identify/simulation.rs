@@ -42,7 +42,7 @@ fn story(simulation: &Simulation) -> String {
     ));
     for [a, b] in &simulation.alike {
         lines.push(format!(
-            "<b class=\"failed\">✗</b> {} and {} are hardly told apart by these logs: their intervals hold with the other as it is.",
+            "<b class=\"failed\">✗</b> {} and {} are hardly told apart by these logs: what one changes the other makes up for, and their intervals allow for it.",
             escape(a),
             escape(b)
         ));
