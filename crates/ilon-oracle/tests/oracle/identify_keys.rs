@@ -147,7 +147,7 @@ fn the_stiffness_of_the_oracles_springs_is_found_within_its_interval() {
 
 /// Of a true coverage of 95 % a count below 90 has a chance of 1 %, and 100 of 100 one of 0.6 %.
 #[test]
-#[ignore = "most of an hour: a hundred logs"]
+#[ignore = "half an hour: a hundred logs"]
 fn in_a_hundred_logs_of_the_oracle_the_interval_of_a_tread_holds_its_stiffness() {
     let found = values(24, 100);
     let held = found.iter().filter(|found| holds(found)).count();
