@@ -4,16 +4,25 @@
 //! A scenario names a robot, a robot names meshes, and either may come from a stranger. What a file claims is not believed:
 //! devices and pipes never end or block, and a file can grow between its size and its last byte.
 
+use std::collections::BTreeSet;
+use std::fmt;
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Which files may be read: any, or those below some folders alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileAccess {
     /// The folders, without links; `None` where any file may be read.
     roots: Option<Vec<PathBuf>>,
+    /// Where it is written down which files were opened, if it is.
+    opened: Option<Opened>,
 }
+
+/// Files that were opened, shared between copies of an access.
+#[derive(Clone, Default)]
+struct Opened(Arc<Mutex<BTreeSet<PathBuf>>>);
 
 /// Why a file was not read.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +66,28 @@ impl FileAccess {
             .into_iter()
             .map(resolved)
             .collect::<io::Result<_>>()?;
-        Ok(Self { roots: Some(roots) })
+        Ok(Self {
+            roots: Some(roots),
+            opened: None,
+        })
+    }
+
+    /// The same, which with its copies writes down from now on which files are opened through it.
+    #[must_use]
+    pub fn noting(&self) -> Self {
+        Self {
+            roots: self.roots.clone(),
+            opened: Some(Opened::default()),
+        }
+    }
+
+    /// The files that were opened since [`Self::noting`], sorted; none where nothing is written down.
+    pub fn opened(&self) -> Vec<PathBuf> {
+        let Some(Opened(paths)) = &self.opened else {
+            return Vec::new();
+        };
+        let paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
+        paths.iter().cloned().collect()
     }
 
     /// Whether only some files may be read.
@@ -108,7 +138,12 @@ impl FileAccess {
         if !kind.is_file() {
             return Err(ReadError::NotAFile(kind_in_words(kind)));
         }
-        Ok(File::open(path)?)
+        let file = File::open(&path)?;
+        if let Some(Opened(paths)) = &self.opened {
+            let mut paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
+            paths.insert(path);
+        }
+        Ok(file)
     }
 
     /// Whether there is a file that may be read.
@@ -152,6 +187,21 @@ impl FileAccess {
             Err(_) if !leads(path).is_some_and(|place| below(&place)) => Err(outside()),
             Err(error) => Err(error.into()),
         }
+    }
+}
+
+/// What was opened is no part of what may be.
+impl PartialEq for Opened {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Opened {}
+
+impl fmt::Debug for Opened {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Opened")
     }
 }
 
@@ -223,6 +273,23 @@ fn listed(folders: &[PathBuf]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_opened_is_written_down_by_whoever_asks_for_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, second] = ["a", "b"].map(|name| folder.path().join(name));
+        fs::write(&first, "1").unwrap();
+        fs::write(&second, "2").unwrap();
+        let noting = FileAccess::anywhere().noting();
+        let copy = noting.clone();
+        copy.read(&second, 1).unwrap();
+        noting.open(&first).unwrap();
+        copy.open(&folder.path().join("none")).unwrap_err();
+        assert_eq!(noting.opened(), [first, second]);
+        // From then on, and nothing of what others open.
+        assert!(noting.noting().opened().is_empty());
+        assert!(FileAccess::anywhere().opened().is_empty());
+    }
 
     #[test]
     fn a_file_is_read_up_to_its_last_byte_and_refused_one_byte_beyond() {

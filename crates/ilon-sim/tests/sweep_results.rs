@@ -139,6 +139,65 @@ fn rows_under_another_log_are_not_taken_for_those_of_this_one() {
     assert!(refused.contains("were changed"), "{refused}");
 }
 
+/// A robot's file includes others and names meshes: rows of a robot whose included file or mesh was another are not those of this one.
+#[test]
+fn rows_of_a_robot_whose_parts_were_changed_are_not_taken_for_those_of_this_one() {
+    let folder = Folder::new();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+    let urdf = std::fs::read_to_string(robots.join("mecanum4.urdf")).unwrap();
+    // Something round inside of the first roller.
+    let (first, rest) = urdf
+        .split_once("<link name=\"front_left_roller_1_link\">")
+        .unwrap();
+    let collision = "<collision><geometry><mesh filename=\"core.obj\"/></geometry></collision>";
+    let with_mesh = format!("{first}<link name=\"front_left_roller_1_link\">{collision}{rest}");
+    let core = |radius_m: f64| {
+        let corners = |at: u32| {
+            let (sin, cos) = (f64::from(at) * std::f64::consts::FRAC_PI_8).sin_cos();
+            let (x_m, y_m) = (radius_m * cos, radius_m * sin);
+            format!("v {x_m} {y_m} -0.005\nv {x_m} {y_m} 0.005\n")
+        };
+        let face = |at: u32| format!("f {at} {} {}\n", at + 1, at + 2);
+        let corners: String = (0..16).map(corners).collect();
+        let faces: String = (1..=30).map(face).collect();
+        folder.write("core.obj", &(corners + &faces));
+    };
+    folder.write(
+        "robot.xacro",
+        "<robot name=\"mecanum4\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:include filename=\"parts.xacro\"/>\n</robot>\n",
+    );
+    folder.write("parts.xacro", &with_mesh);
+    folder.write(
+        "base.toml",
+        "robot.file = \"robot.xacro\"\nrobot.rollers = \"as_modelled\"\n[twist]\nvx_m_s = 0.1\n[run]\nduration_s = 0.1\n",
+    );
+    core(0.004);
+    let base = ilon_sim::Scenario::load(folder.path("base.toml")).unwrap();
+    ilon_sim::load_robot(&base).expect("a robot");
+    let fingerprint = |axes: &str| folder.study(axes).unwrap().fingerprint().to_owned();
+    let by_friction = || fingerprint("axes.world.floor.friction = [0.6]\n");
+    let by_robot = || fingerprint("axes.robot.file = [\"mecanum4.toml\", \"robot.xacro\"]\n");
+    let before = [by_friction(), by_robot()];
+    assert_eq!([by_friction(), by_robot()], before);
+    let differ = || {
+        let after = [by_friction(), by_robot()];
+        assert!(after[0] != before[0] && after[1] != before[1]);
+    };
+    core(0.005);
+    differ();
+    core(0.004);
+    folder.write(
+        "parts.xacro",
+        &with_mesh.replace("mass value=\"10\"", "mass value=\"11\""),
+    );
+    differ();
+    folder.write("parts.xacro", &with_mesh);
+    assert_eq!([by_friction(), by_robot()], before);
+    // One that cannot be read makes failed rows, not no study.
+    folder.write("parts.xacro", "<robot");
+    differ();
+}
+
 #[test]
 fn repetitions_are_no_further_draws_of_what_is_varied() {
     let folder = Folder::new();

@@ -252,7 +252,8 @@ impl Study {
             .map(|(name, bound)| (name.as_str(), bound))
     }
 
-    /// A hash of all that its rows depend on: its axes and seeds, its scenarios with their robots, and the version of ilon.
+    /// A hash of all that its rows depend on: its axes and seeds, its scenarios with their robots and the files that these are read from, and the
+    /// version of ilon.
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
     }

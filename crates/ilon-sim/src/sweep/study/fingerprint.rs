@@ -6,7 +6,8 @@ use ilon_robot::FileAccess;
 
 use super::Study;
 use crate::Error;
-use crate::scenario::{Expect, Reference};
+use crate::scenario::{Expect, Reference, Scenario};
+use crate::simulate::load_file;
 use crate::sweep::file::StudyFile;
 use crate::sweep::hash::Hash;
 
@@ -19,7 +20,8 @@ pub(super) fn of(study: &Study) -> Result<String, Error> {
         scenario.expect = Expect::default();
         hash.feed(&scenario.name);
         hash.feed(&scenario.to_toml()?);
-        let mut read = vec![scenario.robot.file.clone()];
+        let mut robots = vec![scenario.robot.file.clone()];
+        let mut read = Vec::new();
         if let Some(Reference::Waypoints {
             file: Some(file), ..
         }) = &scenario.reference
@@ -30,7 +32,15 @@ pub(super) fn of(study: &Study) -> Result<String, Error> {
         let varied = study.axes.iter().filter(|axis| axis.key.ends_with("file"));
         for axis in varied {
             let paths = (0..axis.count().unwrap_or_default()).map(|at| axis.nth(at));
-            read.extend(paths.filter_map(|path| path.as_str().map(PathBuf::from)));
+            let paths = paths.filter_map(|path| path.as_str().map(PathBuf::from));
+            match axis.key.as_str() {
+                "robot.file" => robots.extend(paths),
+                _ => read.extend(paths),
+            }
+        }
+        for file in robots {
+            scenario.robot.file = file;
+            feed_robot(&study.files, &mut hash, &mut scenario);
         }
         for path in read {
             feed(&study.files, &mut hash, &scenario.resolve(&path));
@@ -56,6 +66,23 @@ pub(super) fn of(study: &Study) -> Result<String, Error> {
     ]);
     hash.feed(&asked.to_string());
     Ok(hash.to_string())
+}
+
+/// Feeds the robot of a scenario, as it is read, and all files that it is read from: those that it includes, and meshes. One that cannot be read
+/// makes failed rows.
+fn feed_robot(files: &FileAccess, hash: &mut Hash, scenario: &mut Scenario) {
+    scenario.files = files.noting();
+    // Something of ROS may have expanded it, which opens files by itself.
+    hash.feed(&load_file(scenario).map_or(String::new(), |loaded| loaded.urdf.to_string()));
+    let one = |path: &PathBuf| {
+        let mut hash = Hash::new();
+        feed(files, &mut hash, path);
+        hash.to_string()
+    };
+    let mut each: Vec<String> = scenario.files.opened().iter().map(one).collect();
+    // Wherever packages lie on a machine.
+    each.sort_unstable();
+    each.iter().for_each(|own| hash.feed(own));
 }
 
 /// The most files of a folder that count for a fingerprint: a bag has few.
