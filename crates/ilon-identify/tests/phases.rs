@@ -430,7 +430,7 @@ fn intervals_of_the_play_of_omni_wheels_by_ways_alone_hold_the_truth() {
 
 /// Ways are as long with a play of 0.06 mm as with one of 0.5 mm; what happens once a roller tells them apart.
 #[test]
-#[ignore = "half an hour, as above"]
+#[ignore = "most of an hour, as above"]
 fn intervals_of_the_play_of_omni_wheels_hold_the_truth() {
     let play = Case {
         key: "rollers.axial_play_m",
