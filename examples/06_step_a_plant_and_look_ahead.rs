@@ -34,7 +34,7 @@ fn main() -> Result<(), ilon::Error> {
             if off_m(&plant) < best.0 {
                 best = (off_m(&plant), *motion);
             }
-            plant.restore(&here);
+            plant.restore(&here)?;
         }
         plant.kinematics().wheel_rates(best.1, &mut rates_rad_s);
         plant.advance(WheelCommand::Rates(&rates_rad_s), PERIOD_S)?;

@@ -156,7 +156,7 @@ pub fn drive(plant: &mut Plant) {
                 .all(|number| number.is_finite())
         );
     }
-    plant.restore(&start);
+    plant.restore(&start).expect("it is its own");
     assert_eq!(go(plant), (is_ok, went, numbers));
     let pose = plant.resolved().start();
     plant.reset(1, pose).expect("it has stood there before");

@@ -70,13 +70,13 @@ mod fixtures;
 mod guidance;
 mod kinematics;
 
-pub use actuation::TorqueLaw;
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
-pub use actuation::motor::{Motor, MotorCurve, TorqueRange};
+pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{
     PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares,
 };
+pub use actuation::{FallingTorque, TorqueLaw};
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use ilon_control::ContactKinematics;
 use ilon_robot::Robot;
-use nalgebra::Matrix3xX;
+use nalgebra::{DVector, Matrix3xX};
 
 use crate::motion::{Tracker, Window};
 use crate::outcome::Direction;
@@ -114,7 +114,10 @@ pub fn directions(
                 measured,
                 measured_error: error,
                 measured_across: sum(2) / way_m,
-                contact: contact(robot, nominal, &rates),
+                contact: {
+                    let asked = nominal * DVector::from_column_slice(&rates);
+                    contact(robot, [asked[0], asked[1], 0.0], &rates)
+                },
                 fitted: sum(3) / way_m,
                 fitted_across: sum(4) / way_m,
                 simulated: None,
@@ -143,20 +146,15 @@ pub fn of_body(window: &Window, tracker: &Tracker) -> [f64; 3] {
     ]
 }
 
-/// The way that the touching rollers give in the direction that the matrix gives, over the way that the matrix gives, averaged over
-/// wheel angles; `None` of robots whose rollers are not known.
-fn contact(robot: &Robot, nominal: &Matrix3xX<f64>, rates: &[f64]) -> Option<f64> {
+/// What the touching rollers make of wheel rates along a twist, over that twist, averaged over wheel angles; `None` of robots whose rollers are
+/// not known.
+pub fn contact(robot: &Robot, asked: [f64; 3], rates: &[f64]) -> Option<f64> {
     let mut kinematics = ContactKinematics::new(robot).ok()?;
-    let mut asked = [0.0; 2];
-    for (column, rate) in nominal.column_iter().zip(rates) {
-        asked[0] += column[0] * rate;
-        asked[1] += column[1] * rate;
-    }
-    let size = libm::hypot(asked[0], asked[1]);
-    if size <= 0.0 {
+    let square: f64 = asked.iter().map(|part| part * part).sum();
+    if square <= 0.0 {
         return None;
     }
-    let mut way = 0.0;
+    let mut along = 0.0;
     let mut angles = vec![0.0; rates.len()];
     for phase in 0..PHASES {
         // Wheels stand at angles that have nothing to do with each other: steps by roots of primes fill all of them evenly.
@@ -168,7 +166,7 @@ fn contact(robot: &Robot, nominal: &Matrix3xX<f64>, rates: &[f64]) -> Option<f64
             *angle = TAU * (phase as f64 * root.sqrt()).fract();
         }
         let twist = kinematics.twist(&angles, rates);
-        way += (twist.vx_m_s * asked[0] + twist.vy_m_s * asked[1]) / size;
+        along += twist.vx_m_s * asked[0] + twist.vy_m_s * asked[1] + twist.omega_rad_s * asked[2];
     }
-    Some(way / PHASES as f64 / size)
+    Some(along / PHASES as f64 / square)
 }

@@ -6,6 +6,7 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 use nalgebra::Matrix3xX;
 
+use crate::controller;
 use crate::delay;
 use crate::directions::directions;
 use crate::fit::{Evidence, Fitted, Noise, fit, take_noise};
@@ -156,24 +157,11 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
     let nominal = judge(study, &nominal_model(), &evidence, noise, &logs, judged_by)?;
 
     let (fitted, fit_errors, held_out_errors) = &tried[chosen];
-    let model = &fitted.model;
     let matrix = matrix_of(fitted)?;
     let own = matrix_of(&nominal.0)?;
     let trackers = trackers_of(study, fitted, &evidence, noise)?;
-    let mut parameters: BTreeMap<String, Value> = BTreeMap::new();
-    let intervals = fitted.intervals();
-    for ((name, parameter), (value, interval)) in model
-        .names()
-        .into_iter()
-        .zip(&model.parameters)
-        .zip(fitted.values.iter().zip(intervals))
-    {
-        let nominal = parameter.nominal(&study.robot);
-        parameters.insert(
-            name,
-            Value::new(*value, interval, parameter.unit(), nominal),
-        );
-    }
+    let valued = valued(fitted, &study.robot);
+    let mut parameters = by_name(&valued, &study.robot, |_| true);
     if matches!(study.file.log.delay_s, Some(Delayed::Fitted(_))) {
         for (series, delay) in &delays {
             let name = match series.as_str() {
@@ -183,12 +171,16 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             parameters.insert(name, Value::new(delay.value_s, delay.interval, "s", 0.0));
         }
     }
+    let all_gains = fit_gains(study, &evidence, noise, &fitted_windows)?;
+    let gains = controller::gains(&study.robot, &all_gains);
     let mut outcome = Identified {
         study: study.name(),
         ilon: env!("CARGO_PKG_VERSION").to_owned(),
         model: listed[chosen].name.clone(),
         parameters,
         derived: derived(fitted),
+        controller: controller::controller(&study.robot, &gains, &valued),
+        gains,
         held: held(fitted, &study.robot),
         fit: *fit_errors,
         held_out: *held_out_errors,
@@ -199,7 +191,7 @@ pub fn identify(study: &Study, progress: &(dyn Fn(Progress) + Sync)) -> Result<I
             .zip(&tried)
             .map(|(file, (fitted, fit, held_out))| Judged {
                 name: file.name.clone(),
-                parameters: values_of(fitted, &study.robot, |parameter| !parameter.is_of_tracker()),
+                parameters: of_robot(fitted, &study.robot),
                 held: held(fitted, &study.robot),
                 fit: *fit,
                 held_out: *held_out,
@@ -310,26 +302,34 @@ fn held(fitted: &Fitted, robot: &Robot) -> Vec<Held> {
         .collect()
 }
 
-fn values_of(
-    fitted: &Fitted,
+/// Each parameter of a model that was fitted, with its value.
+fn valued(fitted: &Fitted, robot: &Robot) -> Vec<(Parameter, Value)> {
+    let values = fitted.values.iter().zip(fitted.intervals());
+    let parameters = fitted.model.parameters.iter().zip(values);
+    parameters
+        .map(|(parameter, (value, interval))| {
+            let nominal = parameter.nominal(robot);
+            let value = Value::new(*value, interval, parameter.unit(), nominal);
+            (parameter.clone(), value)
+        })
+        .collect()
+}
+
+fn by_name(
+    values: &[(Parameter, Value)],
     robot: &Robot,
     of: impl Fn(&Parameter) -> bool,
 ) -> BTreeMap<String, Value> {
-    let intervals = fitted.intervals();
-    fitted
-        .model
-        .parameters
-        .iter()
-        .zip(fitted.values.iter().zip(intervals))
-        .filter(|(parameter, _)| of(parameter))
-        .map(|(parameter, (value, interval))| {
-            let nominal = parameter.nominal(robot);
-            (
-                parameter.name(robot),
-                Value::new(*value, interval, parameter.unit(), nominal),
-            )
-        })
+    let chosen = values.iter().filter(|(parameter, _)| of(parameter));
+    chosen
+        .map(|(parameter, value)| (parameter.name(robot), value.clone()))
         .collect()
+}
+
+/// The parameters of a model that was fitted, those of the tracker left out.
+fn of_robot(fitted: &Fitted, robot: &Robot) -> BTreeMap<String, Value> {
+    let is_of_robot = |parameter: &Parameter| !parameter.is_of_tracker();
+    by_name(&valued(fitted, robot), robot, is_of_robot)
 }
 
 /// Ratios that hold even where a common scale is not known.
@@ -362,12 +362,24 @@ fn derived(fitted: &Fitted) -> BTreeMap<String, Value> {
     derived
 }
 
+/// Gains by direction of some stretches, and their ratios, as far as they determine them.
+fn fit_gains(
+    study: &Study,
+    evidence: &Evidence,
+    noise: Noise,
+    windows: &[&Window],
+) -> Result<BTreeMap<String, Value>, Error> {
+    let names = ["gain.ahead", "gain.sideways", "gain.turn"].map(str::to_owned);
+    let series = evidence.series_of(windows);
+    let model = Model::new(&study.robot, &names)?.with_tracker(&study.file.tracker, &series);
+    let fitted = fit(&model, evidence, windows, noise)?;
+    let mut gains = of_robot(&fitted, &study.robot);
+    gains.extend(derived(&fitted));
+    Ok(gains)
+}
+
 /// The gains of each series by itself.
 fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series>, Error> {
-    let gains: Vec<String> = ["gain.ahead", "gain.sideways", "gain.turn"]
-        .map(str::to_owned)
-        .to_vec();
-    let model = Model::new(&study.robot, &gains)?;
     let all = all_windows(evidence);
     let of = |name: &String| -> Result<Series, Error> {
         let windows: Vec<&Window> = all
@@ -375,17 +387,9 @@ fn series(study: &Study, evidence: &Evidence, noise: Noise) -> Result<Vec<Series
             .copied()
             .filter(|window| evidence.series[window.run] == *name)
             .collect();
-        let model = model
-            .clone()
-            .with_tracker(&study.file.tracker, std::slice::from_ref(name));
-        let fitted = fit(&model, evidence, &windows, noise)?;
-        let mut gains = values_of(&fitted, &study.robot, |parameter| {
-            !parameter.is_of_tracker()
-        });
-        gains.extend(derived(&fitted));
         Ok(Series {
             name: name.clone(),
-            gains,
+            gains: fit_gains(study, evidence, noise, &windows)?,
         })
     };
     evidence.series_of(&all).iter().map(of).collect()

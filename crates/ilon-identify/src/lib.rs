@@ -19,6 +19,7 @@
 //! |---|---|
 //! | `study` | what a person writes down |
 //! | [`log`] | what a log says, and what is wrong with it |
+//! | `controller` | what a controller is to be set to |
 //! | [`delay`] | by how much the tracker's poses come after the wheels |
 //! | [`motion`] | displacements in the body frame, over short stretches |
 //! | [`model`] | what of the kinematics can be free |
@@ -33,6 +34,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod controller;
 pub mod delay;
 mod directions;
 mod files;

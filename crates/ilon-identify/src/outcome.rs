@@ -20,6 +20,10 @@ pub struct Identified {
     pub parameters: BTreeMap<String, Value>,
     /// What follows from the parameters, such as `sideways_over_ahead`.
     pub derived: BTreeMap<String, Value>,
+    /// What the robot does over what its matrix says, of the runs that were fitted, whichever model was chosen.
+    pub gains: Gains,
+    /// What a controller is to be set to.
+    pub controller: Controller,
     /// What the log does not determine, and was held at the robot's own value.
     pub held: Vec<Held>,
     /// The errors on what was fitted.
@@ -67,6 +71,23 @@ pub struct Value {
 }
 
 impl Value {
+    /// What follows from the value, which grows or falls with it on one side of 0: an end of its interval beyond 0 is not known.
+    pub fn through(&self, f: impl Fn(f64) -> f64, unit: &str, nominal: f64) -> Self {
+        let is_beyond = |end: &f64| end * self.value <= 0.0;
+        let mut ends = self
+            .ci95
+            .map(|end| end.filter(|end| !is_beyond(end)).map(&f));
+        if f(self.value + 1e-3 * self.value.abs()) < f(self.value) {
+            ends.reverse();
+        }
+        Self {
+            value: f(self.value),
+            ci95: ends,
+            unit: unit.to_owned(),
+            nominal,
+        }
+    }
+
     /// A value with its interval.
     pub fn new(value: f64, interval: Interval, unit: &str, nominal: f64) -> Self {
         let known = |end: f64| end.is_finite().then_some(end);
@@ -77,6 +98,61 @@ impl Value {
             nominal,
         }
     }
+}
+
+/// What a robot does over what its matrix says. Each is absent where the log does not determine it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Gains {
+    /// Along x.
+    pub ahead: Option<Value>,
+    /// Along y.
+    pub sideways: Option<Value>,
+    /// In turns.
+    pub turn: Option<Value>,
+    /// Sideways over ahead, which holds where a common scale is not known.
+    pub sideways_over_ahead: Option<Value>,
+    /// In turns over ahead.
+    pub turn_over_ahead: Option<Value>,
+    /// What rigid rollers, of which one a wheel touches at a time, make of twists along x, along y and of turns; absent where the rollers are not
+    /// known.
+    pub rigid: Option<[f64; 3]>,
+}
+
+/// What a controller is to be set to that drives the robot by its ideal kinematics, so that the robot does what it is asked.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Controller {
+    /// The controller of ros2_controllers for such wheels; absent where there is none.
+    pub kind: Option<ControllerKind>,
+    /// The radius rho of the wheels, in metres; of wheels that were fitted one by one their mean.
+    pub radius_m: Option<Value>,
+    /// The lever: of a ring its radius, of mecanum wheels the sum of the two arms, in metres.
+    pub lever_m: Option<Value>,
+    /// By what a speed sideways is multiplied before the controller, which has one radius for all directions.
+    pub sideways_factor: Option<Value>,
+    /// Each wheel, where wheels were fitted one by one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wheels: Vec<WheelSetting>,
+}
+
+/// A controller of ros2_controllers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ControllerKind {
+    /// `mecanum_drive_controller`.
+    Mecanum,
+    /// `omni_wheel_drive_controller`.
+    Omni,
+}
+
+/// What one wheel is to be set to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WheelSetting {
+    /// The wheel.
+    pub wheel: String,
+    /// Its radius, in metres.
+    pub radius_m: Value,
+    /// By what its rate is multiplied behind a controller that has the mean radius for all wheels.
+    pub rate_factor: f64,
 }
 
 /// A parameter that was not fitted.

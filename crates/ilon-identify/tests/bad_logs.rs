@@ -318,7 +318,7 @@ fn tables_that_are_not_as_stated_are_named_with_their_line() {
     );
     holds(
         &of(&text.replacen("\n0.0200,", "\n0.02x,", 1)),
-        &["line 3, column `t`", "is no number"],
+        &["line 3, column `t`", "text is no number"],
     );
     let cut = &text[..text.len() - 12];
     holds(&of(cut), &["columns", "cut off"]);
@@ -452,4 +452,74 @@ fn decimals_with_commas_are_read_where_that_is_said() {
         panic!("it is refused")
     };
     holds(&help, &["`log.decimal_comma = true`"]);
+}
+
+/// A study of a stranger may name any file as its log: of what is no log, no line, no name and no cell is shown.
+#[test]
+fn of_files_that_are_no_logs_nothing_is_shown() {
+    let robot = robot("mecanum4.toml");
+    for (text, separator) in [
+        // A header that holds the secret, with names that a study could guess.
+        (
+            "root:$6$SECRET:19000:0:99999:7:::\ndaemon:*:19000:0:99999:7:::\n",
+            ":",
+        ),
+        ("TOKEN=SECRET\nHOME=/root\n", "="),
+        ("t x y heading SECRET\nfour five six seven eight\n", " "),
+        // Rows that do.
+        (
+            "t,x,y,heading,front_left,front_right,rear_left,rear_right\n1,2,3,4,SECRET,6,7,8\n",
+            ",",
+        ),
+        (
+            "t,x,y,heading,front_left,front_right,rear_left,rear_right\nSECRET,2,3,4,5,6,7,8\n",
+            ",",
+        ),
+    ] {
+        for header_line in [0, 1, 2] {
+            for by_name in [true, false] {
+                let said = log_said(&robot, text, separator, header_line, by_name);
+                assert!(!said.contains("SECRET"), "{text}: {said}");
+            }
+        }
+    }
+}
+
+/// What is said of a log in a format that names its columns, or counts them from the left.
+fn log_said(
+    robot: &Robot,
+    text: &str,
+    separator: &str,
+    header_line: usize,
+    by_name: bool,
+) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, text).unwrap();
+    let wheels = robot.wheels.iter().map(|wheel| wheel.name.as_str());
+    let mut format = format!("delimiter = {separator:?}\nheader_line = {header_line}\n");
+    for (index, name) in ["t", "x", "y", "heading"]
+        .into_iter()
+        .chain(wheels)
+        .enumerate()
+    {
+        let (key, unit) = match name {
+            "t" => ("time".to_owned(), "s"),
+            "x" | "y" => (name.to_owned(), "m"),
+            "heading" => (name.to_owned(), "rad"),
+            wheel => (format!("wheels.{wheel}"), "rad"),
+        };
+        // Guesses of a stranger: names that such files begin with.
+        let named = ["root", "TOKEN=SECRE", "t", "x"]
+            .get(index)
+            .unwrap_or(&name);
+        let column = match by_name {
+            true => format!("{named:?}"),
+            false => (index + 1).to_string(),
+        };
+        let _ = writeln!(format, "{key} = {{ column = {column}, unit = {unit:?} }}");
+    }
+    let format: ilon_identify::log::Format = toml::from_str(&format).unwrap();
+    let read = Log::read(&path, &format, robot, &ilon_robot::FileAccess::anywhere());
+    format!("{:?}", read.expect_err("it is no log"))
 }

@@ -349,7 +349,7 @@ fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
         runs: SHORT.runs,
         ..PLAY
     };
-    let found = found(&case, "phases = 3", 3);
+    let found = found(&case, "phases = 3", 1);
     let simulation = found.simulation.as_ref().unwrap();
     println!("{:?} {:?}", found.parameters, simulation.elsewhere);
     let [low, high] = found.parameters[case.key].ci95.map(Option::unwrap);

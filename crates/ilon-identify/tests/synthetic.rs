@@ -157,15 +157,15 @@ fn gains_lie_in_their_intervals_where_each_run_goes_in_one_direction() {
     println!("{widths:?}");
 }
 
-/// Only the stretches in which the robot changes its speed tell a delay, here ten of eighty. Of a true coverage of 95 % a count below 6 of 8
-/// has a chance of 1 %.
+/// Only the stretches in which the robot changes its speed tell a delay, here ten of eighty. Of a true coverage of 95 % a count below 34 of 40
+/// has a chance of 1 %; intervals half as wide would hold it in 27.
 #[test]
 fn delays_lie_in_their_intervals_where_few_stretches_tell_them() {
     let robot = robot("mecanum4.toml");
     let model = Model::new(&robot, &[]).unwrap();
     let matrix = model.twist_matrix(&[]).unwrap();
     let (mut inside, mut halves) = (0, 0.0);
-    for seed in 0..8 {
+    for seed in 0..40 {
         let at = Drive {
             directions: vec![[0.2, 0.0, 0.0], [0.0, 0.2, 0.1], [-0.2, 0.1, 0.0]],
             for_s: 40.0,
@@ -175,10 +175,10 @@ fn delays_lie_in_their_intervals_where_few_stretches_tell_them() {
         let log = ilon_identify::delay::shifted(&drive(&model, &[], &at), -0.05);
         let found = ilon_identify::delay::of(&[&log], &matrix, 0.3).unwrap();
         inside += u32::from(found.interval.low <= 0.05 && 0.05 <= found.interval.high);
-        halves += 0.5 * (found.interval.high - found.interval.low) / 8.0;
+        halves += 0.5 * (found.interval.high - found.interval.low) / 40.0;
     }
-    println!("inside {inside} of 8, mean half {halves}");
-    assert!((6..=8).contains(&inside), "{inside}");
+    println!("inside {inside} of 40, mean half {halves}");
+    assert!(inside >= 34, "{inside}");
     assert!(halves < 0.015, "{halves}");
 }
 

@@ -17,11 +17,11 @@ const MOST_RAD_S: f64 = 50.0;
 /// The fastest wheel that is taken, in rad/s; the scenario's limit may be lower.
 const MOST_WHEEL_RAD_S: f64 = 1000.0;
 /// Friction coefficients that are taken.
-const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
+pub(crate) const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
 /// Payloads that are taken, in kg.
-const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+pub(crate) const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
 /// Gains of the guidance that are taken, in 1/s.
-const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+pub(crate) const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// Who decides where the robot goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

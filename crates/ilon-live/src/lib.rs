@@ -55,6 +55,8 @@ pub mod ros2;
 pub mod server;
 pub mod session;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
+mod throttle;
+#[cfg(any(feature = "ros2", feature = "foxglove"))]
 mod topics;
 pub mod watcher;
 

@@ -11,8 +11,11 @@
 //! | `paused` | whether time stands |
 //! | `resets` | how often the robot went back to its start; any other number sends it there |
 
-use crate::control::{Change, Controls, Mode, Priority};
+use std::ops::RangeInclusive;
+
+use crate::control::{Change, Controls, FRICTIONS, GAINS_PER_S, Mode, PAYLOADS_KG, Priority};
 use crate::desk::Desk;
+use crate::pace::Pace;
 use crate::session::Session;
 
 /// The value of a parameter.
@@ -105,17 +108,26 @@ impl Parameters {
             Value::Count(count) => Ok(Some(*count as f64)),
             _ => Err(format!("{name} is a number")),
         };
+        // A value that is not taken as it is, is not taken at all: whoever sets a parameter is told whether it holds.
+        let within = |range: RangeInclusive<f64>| match number()? {
+            Some(asked) if !range.contains(&asked) => Err(format!(
+                "{name} is from {} to {}, not {asked}",
+                range.start(),
+                range.end()
+            )),
+            asked => Ok(asked),
+        };
         let word = || match value {
             Value::Word(word) => Ok(word.as_str()),
             _ => Err(format!("{name} is a word")),
         };
         let mut change = Change::default();
         match name {
-            "friction" => change.friction = number()?,
-            "payload_kg" => change.payload_kg = number()?,
-            "position_gain_per_s" => change.position_gain_per_s = number()?,
-            "heading_gain_per_s" => change.heading_gain_per_s = number()?,
-            "speed" => change.speed = number()?,
+            "friction" => change.friction = within(FRICTIONS)?,
+            "payload_kg" => change.payload_kg = within(PAYLOADS_KG)?,
+            "position_gain_per_s" => change.position_gain_per_s = within(GAINS_PER_S)?,
+            "heading_gain_per_s" => change.heading_gain_per_s = within(GAINS_PER_S)?,
+            "speed" => change.speed = within(Pace::SPEEDS)?,
             "mode" => {
                 change.mode = Some(match word()? {
                     "hand" => Mode::Hand,
@@ -138,5 +150,48 @@ impl Parameters {
             other => return Err(format!("there is no parameter {other}")),
         }
         Ok(change)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(desk: &Desk) -> Parameters {
+        Parameters {
+            desk: desk.clone(),
+            friction: 0.6,
+            gains_per_s: [1.0, 1.0],
+            priority: Priority::Position,
+        }
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_refused_and_changes_nothing() {
+        let desk = Desk::default();
+        let parameters = parameters(&desk);
+        let before = parameters.now();
+        for (name, value, range) in [
+            ("friction", -1.0, "from 0 to 2"),
+            ("friction", 2.5, "from 0 to 2"),
+            ("friction", f64::NAN, "from 0 to 2"),
+            ("payload_kg", -0.1, "from 0 to 1000"),
+            ("position_gain_per_s", 0.0, "from 0.01 to 100"),
+            ("heading_gain_per_s", f64::INFINITY, "from 0.01 to 100"),
+            ("speed", 1e9, "from "),
+        ] {
+            let refused = parameters.set(name, &Value::Number(value));
+            let why = refused.expect_err("it is out of range");
+            assert!(why.contains(name) && why.contains(range), "{why}");
+        }
+        assert_eq!(parameters.now(), before);
+        // Both ends are in it.
+        for friction in [0.0, 2.0] {
+            assert_eq!(
+                parameters.set("friction", &Value::Number(friction)),
+                Ok(None)
+            );
+            assert_eq!(desk.controls().friction, Some(friction));
+        }
     }
 }

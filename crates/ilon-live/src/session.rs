@@ -106,7 +106,7 @@ impl Session {
             friction,
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
-            duration_s: scenario.run.duration_s,
+            duration_s: resolved.scenario().run.duration_s,
             start: resolved.start(),
             seed: scenario.sensors.seed,
             resets: 0,

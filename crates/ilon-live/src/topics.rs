@@ -19,14 +19,17 @@ pub(crate) struct LiveTopics {
 }
 
 impl LiveTopics {
-    /// The topics of a session, with the frame `odom -> base_link` or without.
-    pub fn of(session: &Session, with_odometry: bool) -> Self {
+    /// The topics of a session; beside controllers of a person's own, without the frame `odom -> base_link`, which is theirs, and with the
+    /// block in the robot's URDF by which their manager finds the wheels.
+    pub fn of(session: &Session, beside_controllers: bool) -> Self {
         let topics = RunTopics::new(session.robot(), session.header());
         Self {
-            topics: if with_odometry {
+            topics: if beside_controllers {
                 topics
+                    .without_odometry_frame()
+                    .with_ros2_control(session.robot())
             } else {
-                topics.without_odometry_frame()
+                topics
             },
         }
     }

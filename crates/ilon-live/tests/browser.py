@@ -3,7 +3,9 @@
 import asyncio
 import itertools
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -59,11 +61,13 @@ class Page:
 
 
 async def main():
-    with tempfile.TemporaryDirectory() as profile:
+    # Its helpers may write into the profile for a moment longer than it lives.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", f"--user-data-dir={profile}", "--remote-debugging-port=0", "about:blank"],
             stderr=subprocess.PIPE,
             text=True,
+            start_new_session=True,
         )
         try:
             for line in browser.stderr:
@@ -78,7 +82,7 @@ async def main():
             async with websockets.connect(target["webSocketDebuggerUrl"], max_size=None) as socket:
                 await drive(Page(socket))
         finally:
-            browser.kill()
+            os.killpg(browser.pid, signal.SIGKILL)
             browser.wait()
 
 

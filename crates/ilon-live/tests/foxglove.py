@@ -251,8 +251,8 @@ async def changes():
         await viewer.last("/ground_truth/odom")
 
         # Limits, words and names.
-        assert await viewer.set(friction=-5) == {"friction": 0}
-        await viewer.has_said("friction -5 is out of range")
+        assert await viewer.set(friction=-5) == {"friction": values["friction"]}
+        await viewer.has_said("a parameter is not set: friction is from 0 to 2, not -5")
         await viewer.set(friction=values["friction"])
         for bad in ({"mode": "fly"}, {"friction": "much"}, {"paused": 3}, {"other": 1}, {"priority": [1, 2]}):
             viewer.status.clear()

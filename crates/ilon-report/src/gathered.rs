@@ -221,6 +221,7 @@ pub(super) struct Gathered {
     stood: Vec<Standing>,
     first: Option<Record>,
     last_s: f64,
+    ends_at_m_s: f64,
 }
 
 /// What was gathered of one wheel.
@@ -281,6 +282,7 @@ impl Gathered {
             stood: Vec::new(),
             first: None,
             last_s: 0.0,
+            ends_at_m_s: 0.0,
         };
         rows.each_batch(Projection::All, &mut |chunk| gathered.add(header, chunk))?;
         gathered.stood = gathered
@@ -308,6 +310,7 @@ impl Gathered {
     fn add_record(&mut self, header: &Header, record: &Record) {
         let first = *self.first.get_or_insert(*record);
         self.last_s = record.t_s;
+        self.ends_at_m_s = record.truth.twist_in_body.linear_m_s().norm();
         self.sees_otherwise |= record.seen_pose != record.truth.pose;
         self.measured.add(record);
         for (what, outline) in &mut self.robot {
@@ -361,6 +364,16 @@ impl Gathered {
     /// All that happened, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
         self.watch.events(header)
+    }
+
+    /// What the story watches.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// The robot's speed at the end, in m/s.
+    pub fn ends_at_m_s(&self) -> f64 {
+        self.ends_at_m_s
     }
 
     /// How the parts of the error stood, at evenly spread instants.

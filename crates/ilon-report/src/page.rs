@@ -42,6 +42,84 @@ pub fn json_in_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
+/// A sentence of the answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// Whether it is good or bad news; `None` of a plain finding.
+    pub is_good: Option<bool>,
+    /// The sentence, as plain text.
+    pub text: String,
+}
+
+impl Answer {
+    /// A finding that is neither good nor bad.
+    pub fn plain(text: String) -> Self {
+        Self {
+            is_good: None,
+            text,
+        }
+    }
+
+    /// What is amiss.
+    pub fn bad(text: String) -> Self {
+        Self {
+            is_good: Some(false),
+            text,
+        }
+    }
+}
+
+/// The answers as the lead of a page, as HTML: what stands between `` ` `` in them is set as code.
+pub fn answers(answers: &[Answer]) -> String {
+    let line = |answer: &Answer| {
+        let mark = match answer.is_good {
+            Some(true) => "<b>✓</b> ",
+            Some(false) => "<b class=\"failed\">✗</b> ",
+            None => "",
+        };
+        let parts = answer.text.split('`').enumerate();
+        let text: String = parts
+            .map(|(place, part)| match (place % 2, escape(part)) {
+                (0, text) => text,
+                (_, code) => format!("<code>{code}</code>"),
+            })
+            .collect();
+        format!("<p>{mark}{text}</p>")
+    };
+    let lines: String = answers.iter().map(line).collect();
+    format!("<div class=\"story\">{lines}</div>\n")
+}
+
+/// A table of words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// Its title.
+    pub title: String,
+    /// The heads of its columns.
+    pub head: Vec<String>,
+    /// Its rows.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A table as HTML; nothing of one without rows.
+pub fn table(table: &Table) -> String {
+    let cells = |tag: &str, words: &[String]| -> String {
+        let cell = |word: &String| format!("<{tag}>{}</{tag}>", escape(word));
+        words.iter().map(cell).collect()
+    };
+    if table.rows.is_empty() {
+        return String::new();
+    }
+    let row = |row: &Vec<String>| format!("<tr>{}</tr>", cells("td", row));
+    let rows: String = table.rows.iter().map(row).collect();
+    format!(
+        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
+         <tbody>{rows}</tbody></table></div>\n",
+        escape(&table.title),
+        cells("th", &table.head)
+    )
+}
+
 /// A section of the page.
 pub struct Section {
     /// Identifier for links.

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_robot::{Pose, Twist, wrap_angle};
-use ilon_trace::{Desired, Header, Record, TaskShare, Trace, Truth, WheelHeader, WheelSample};
+use ilon_trace::{
+    Desired, Header, Record, Support, TaskShare, Trace, Truth, WheelHeader, WheelSample,
+};
 
 const DT_S: f64 = 0.01;
 const RADIUS_M: f64 = 0.05;
@@ -130,6 +132,10 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 slip_energy_j: slip_j,
                 spin_up_energy_j: 0.0,
                 contact_residual_m_s: 1e-9,
+                support: Some(Support {
+                    wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
+                    ..Support::default()
+                }),
                 motor_energy_j: motor_j,
                 outside_energy_j: 0.0,
                 impact_energy_j: 0.0,
@@ -201,6 +207,7 @@ fn header(duration_s: f64, open_loop: bool) -> Header {
         measure_to_s: duration_s,
         wheel_rate_limit_rad_s: Some(LIMIT_RAD_S),
         open_loop,
+        faults: Some(Vec::new()),
         versions: BTreeMap::from([("ilon".to_owned(), "0.1.0".to_owned())]),
         ..Header::default()
     }

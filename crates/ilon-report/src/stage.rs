@@ -8,9 +8,8 @@ use ilon_scene::{
     Description, FrictionChange, GroundBox, Patch, Push, Relief, Scene, Thinning, embed,
     frames_of_run,
 };
-use ilon_trace::{Header, Rows};
+use ilon_trace::{Fault, FaultKind, Header, Rows};
 use serde_json::json;
-use toml::Value;
 
 use super::page::{self, Head, Parts, Section, escape, json_in_script};
 use super::story::{Event, EventKind};
@@ -110,50 +109,39 @@ fn floor(header: &Header, relief_m: Option<&[Vec<f64>]>) -> Floor {
             .relief
             .zip(relief_m)
             .and_then(|(r, heights_m)| Relief::new(r.cell_m, heights_m)),
-        changes: faults_of(header, "friction_changed")
-            .filter_map(|fault| {
-                Some(FrictionChange {
-                    friction: number(&fault, "friction")?,
-                    from_s: number(&fault, "from_s").unwrap_or(0.0),
-                    until_s: number(&fault, "until_s"),
-                })
+        changes: faults(header)
+            .filter_map(|fault| match fault.kind {
+                FaultKind::FrictionChanged { friction } => Some(FrictionChange {
+                    friction: friction as f32,
+                    from_s: fault.from_s as f32,
+                    until_s: fault.until_s.map(|until_s| until_s as f32),
+                }),
+                _ => None,
             })
             .collect(),
     }
 }
 
 fn pushes(header: &Header) -> Vec<Push> {
-    faults_of(header, "push")
-        .map(|push| {
-            let x = |key: &str| number(&push, key).unwrap_or(0.0);
-            Push {
-                impulse_n_s: ["impulse_x_n_s", "impulse_y_n_s", "impulse_z_n_s"].map(x),
-                in_body: push.get("frame").and_then(Value::as_str) == Some("body"),
-                point_m: ["x_m", "y_m", "z_m"].map(x),
-                from_s: x("from_s"),
-                until_s: x("from_s") + x("lasts_s"),
-            }
-        })
-        .collect()
+    let push = |fault: &Fault| match fault.kind {
+        FaultKind::Push {
+            impulse_n_s,
+            in_body,
+            place_m,
+        } => Some(Push {
+            impulse_n_s: impulse_n_s.map(|x| x as f32),
+            in_body,
+            point_m: place_m.map(|x| x as f32),
+            from_s: fault.from_s as f32,
+            until_s: fault.until_s.unwrap_or(fault.from_s) as f32,
+        }),
+        _ => None,
+    };
+    faults(header).filter_map(push).collect()
 }
 
-fn faults_of(header: &Header, kind: &str) -> impl Iterator<Item = Value> {
-    let scenario = header
-        .scenario_toml
-        .parse::<toml::Table>()
-        .unwrap_or_default();
-    let faults = scenario.get("faults").and_then(Value::as_array).cloned();
-    let kind = kind.to_owned();
-    faults
-        .into_iter()
-        .flatten()
-        .filter_map(move |fault| fault.get(&kind).cloned())
-}
-
-fn number(table: &Value, key: &str) -> Option<f32> {
-    let value = table.get(key)?;
-    let value = value.as_float().or(value.as_integer().map(|x| x as f64));
-    value.map(|x| x as f32)
+fn faults(header: &Header) -> impl Iterator<Item = &Fault> {
+    header.faults.iter().flatten()
 }
 
 /// A page with a stage among its parts: what draws the scene, where there is one, and what moves it come with it.
@@ -407,6 +395,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
     for event in events {
         let (name, color) = match event.kind {
             EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
+            EventKind::Stance(_) => ("posture".to_owned(), "limit".to_owned()),
             EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
             EventKind::Saturated(task) => {
                 let name = header.task_names.get(task).map_or("task", String::as_str);
@@ -428,8 +417,9 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
     }
     let order = |lane: &(String, String, Vec<&Event>)| match lane.2[0].kind {
         EventKind::Fault => 0,
-        EventKind::Ground => 1,
-        EventKind::Saturated(task) => 2 + task,
+        EventKind::Stance(_) => 1,
+        EventKind::Ground => 2,
+        EventKind::Saturated(task) => 3 + task,
         EventKind::Slide(wheel) => 100 + wheel,
         EventKind::Airborne(wheel) => 10_000 + wheel,
     };
@@ -487,4 +477,54 @@ pub(crate) fn table(events: &[Event]) -> String {
          <th scope=\"col\">from</th><th scope=\"col\">lasts</th><th scope=\"col\" class=\"words\">what</th></tr></thead>\
          <tbody>{rows}</tbody></table></div>\n"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::{Ground, GroundPatch};
+
+    use super::*;
+
+    /// What the trace says in sides is drawn in half sides, where and while it is there.
+    #[test]
+    fn a_patch_is_drawn_as_large_as_it_is() {
+        let header = Header {
+            ground: Some(Ground {
+                patches: vec![GroundPatch {
+                    center_m: [2.0, -1.0],
+                    sides_m: [1.0, 3.0],
+                    friction: 0.25,
+                    from_s: 1.0,
+                    until_s: Some(5.0),
+                }],
+                ..Ground::default()
+            }),
+            ..Header::default()
+        };
+        let drawn = &floor(&header, None).patches[0];
+        assert_eq!(drawn.center_m, [2.0, -1.0]);
+        assert_eq!(drawn.half_sides_m, [0.5, 1.5]);
+        assert_eq!((drawn.from_s, drawn.until_s), (1.0, Some(5.0)));
+    }
+
+    #[test]
+    fn a_push_is_drawn_for_as_long_as_it_lasts() {
+        let header = Header {
+            faults: Some(vec![Fault {
+                from_s: 2.0,
+                until_s: Some(2.5),
+                kind: FaultKind::Push {
+                    impulse_n_s: [1.0, -2.0, 0.5],
+                    in_body: true,
+                    place_m: [0.25, 0.0, 0.125],
+                },
+            }]),
+            ..Header::default()
+        };
+        let drawn = &pushes(&header)[0];
+        assert_eq!((drawn.from_s, drawn.until_s), (2.0, 2.5));
+        assert_eq!(drawn.impulse_n_s, [1.0, -2.0, 0.5]);
+        assert_eq!(drawn.point_m, [0.25, 0.0, 0.125]);
+        assert!(drawn.in_body);
+    }
 }

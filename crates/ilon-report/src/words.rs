@@ -54,8 +54,19 @@ pub(super) fn percent(x: f64) -> String {
     }
 }
 
+/// A force for reading.
+pub(super) fn force(x_n: f64) -> String {
+    match x_n.abs() {
+        size_n if size_n >= 1000.0 => format!("{x_n:.0} N"),
+        size_n if size_n >= 0.1 => format!("{x_n:.1} N"),
+        _ => format!("{x_n:.3} N"),
+    }
+}
+
 /// A speed for reading.
 pub(super) fn speed(x_m_s: f64) -> String {
+    // What is shown as zero has no sign.
+    let x_m_s = if x_m_s.abs() < 5e-6 { 0.0 } else { x_m_s };
     if x_m_s.abs() >= 1.0 {
         format!("{x_m_s:.3} m/s")
     } else if x_m_s.abs() >= 0.1 {
@@ -228,9 +239,10 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
     format!(
         "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Means from {} to {}, in the body frame; a ratio stands only where \
          the component is driven</caption><thead><tr><th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th>\
-         <th>ω, deg/s</th></tr></thead><tbody>{}{}{}{}{}</tbody></table></div>\n",
+         <th>ω, deg/s</th></tr></thead><tbody>{}{}{}{}{}{}{}</tbody></table></div>\n",
         time(trace.header.measure_from_s),
         time(trace.header.measure_to_s),
+        row("asked for", summary.twist_asked_mean),
         row(
             "ideal: (7) from the real wheel rates",
             summary.twist_ideal_mean
@@ -240,6 +252,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
             summary.twist_contact_mean
         ),
         row("real", summary.twist_mean),
+        ratio("real over asked for", &summary.twist_ratio_asked),
         ratio("real over ideal", &summary.twist_ratio_ideal),
         ratio("real over contact", &summary.twist_ratio_contact),
     )

@@ -90,6 +90,11 @@ impl FileAccess {
         paths.iter().cloned().collect()
     }
 
+    /// The folders below which alone files may be read, links followed; `None` where any file may be.
+    pub fn folders(&self) -> Option<&[PathBuf]> {
+        self.roots.as_deref()
+    }
+
     /// Whether only some files may be read.
     pub fn is_confined(&self) -> bool {
         self.roots.is_some()
@@ -134,9 +139,13 @@ impl FileAccess {
     pub fn open(&self, path: &Path) -> Result<File, ReadError> {
         let path = self.admitted(path)?;
         // Before it is opened: opening a pipe waits for whoever writes to it.
-        let kind = fs::metadata(&path)?.file_type();
+        let about = fs::metadata(&path)?;
+        let kind = about.file_type();
         if !kind.is_file() {
             return Err(ReadError::NotAFile(kind_in_words(kind)));
+        }
+        if is_of_the_kernel(&about) {
+            return Err(ReadError::NotAFile("a view into the kernel"));
         }
         let file = File::open(&path)?;
         if let Some(Opened(paths)) = &self.opened {
@@ -230,6 +239,24 @@ fn refused(error: &io::Error) -> String {
     }
 }
 
+/// Whether it lies where the kernel shows its own state. Its files say that they are regular ones, but reading some of them, such as
+/// `/proc/kmsg`, waits for ever, and what others hold is nobody's robot.
+#[cfg(unix)]
+fn is_of_the_kernel(about: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let device = |folder: &str| fs::metadata(folder).map(|about| about.dev());
+    let root = device("/").ok();
+    ["/proc", "/sys"].into_iter().any(|folder| {
+        // Where nothing is mounted there, it is a folder as any other.
+        device(folder).is_ok_and(|of_kernel| Some(of_kernel) != root && of_kernel == about.dev())
+    })
+}
+
+#[cfg(not(unix))]
+fn is_of_the_kernel(_: &fs::Metadata) -> bool {
+    false
+}
+
 fn kind_in_words(kind: FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -307,7 +334,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn what_is_no_file_or_lies_about_its_size_is_refused_at_once() {
+    fn what_is_no_file_or_only_says_so_is_refused_at_once() {
         let access = FileAccess::anywhere();
         let told = |path: &str| {
             access
@@ -317,12 +344,15 @@ mod tests {
         };
         assert_eq!(told("/dev/zero"), "it is a device, not a file");
         assert_eq!(told("/proc"), "it is a folder, not a file");
-        // It says that it holds nothing.
-        let environment = Path::new("/proc/self/environ");
-        assert!(matches!(
-            access.read(environment, 1),
-            Err(ReadError::TooLarge(1))
-        ));
+        // It says that it is a file, and reading it waits for what the kernel says next.
+        assert_eq!(
+            told("/proc/kmsg"),
+            "it is a view into the kernel, not a file"
+        );
+        assert_eq!(
+            told("/proc/self/environ"),
+            "it is a view into the kernel, not a file"
+        );
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pipe");
         let made = std::process::Command::new("mkfifo").arg(&path).status();

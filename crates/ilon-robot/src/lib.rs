@@ -68,14 +68,14 @@ mod xacro;
 mod xml;
 
 pub use angles::roll_pitch_yaw;
-pub use error::{Fault, Looked, MissingFile, Place, Remedy, RobotError};
+pub use error::{Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Remedy, RobotError};
 pub use files::{FileAccess, ReadError};
 pub use generate::generate;
 pub use load::{Diagnosis, Loaded};
 pub use model::{
     Barrel, Chassis, Collision, CollisionShape, DriveTrain, Joint, MassProperties, ModelledRoller,
     MotorLimits, NotMade, NotTurned, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm,
-    RollerSurface, RollersAsMade, StandingPose, Tread, Turned, Twist, Wheel, mean_of_gain,
+    RollerSurface, RollersAsMade, Scale, StandingPose, Tread, Turned, Twist, Wheel, mean_of_gain,
     wrap_angle,
 };
 pub use model::{barrel, made, profile, tread, turned};
@@ -87,4 +87,3 @@ pub use spec::{
     WheelOverride, WheelSpec,
 };
 pub use urdf::{Looks, Mesh, WheelOutline};
-pub use xacro::{FindPackage, RosXacro, use_ros_xacro};

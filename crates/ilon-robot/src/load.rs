@@ -127,7 +127,10 @@ impl Robot {
         works: impl Fn(&Robot) -> bool,
     ) -> Diagnosis {
         let path = path.as_ref();
-        let first = course(path, options, RobotError::remedies);
+        let mut first = course(path, options, RobotError::remedies);
+        if let Some(other) = by_argument(path, options, &first, &works) {
+            first = other;
+        }
         let mut needed = first.applied.clone();
         let works_with = |remedies: &[Remedy]| {
             let loaded = Self::load_with(path, &with(options, remedies));
@@ -142,10 +145,14 @@ impl Robot {
                 }
             }
             // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
-            let shorter = course(path, options, |_| needed.clone());
-            if shorter.reaches(&works) {
-                course_of_needed = shorter;
+            let argument = |remedy: &&Remedy| matches!(remedy, Remedy::Argument { .. });
+            if !needed.iter().any(|remedy| argument(&remedy)) {
+                let shorter = course(path, options, |_| needed.clone());
+                if shorter.reaches(&works) {
+                    course_of_needed = shorter;
+                }
             }
+            course_of_needed.applied = needed;
         }
         let works = course_of_needed.reaches(&works);
         let Course {
@@ -174,6 +181,54 @@ impl Course {
             .as_ref()
             .is_some_and(|loaded| works(&loaded.robot))
     }
+}
+
+/// The way by another value of one of the file's own arguments, where that models what otherwise must be guessed at; with the faults
+/// that were met without it.
+fn by_argument(
+    path: &Path,
+    options: &LoadOptions,
+    first: &Course,
+    works: impl Fn(&Robot) -> bool,
+) -> Option<Course> {
+    /// Most values that are tried.
+    const MOST: usize = 16;
+    let is_guessed = first.applied.iter().any(Remedy::is_guess);
+    if first.reaches(&works) && !is_guessed {
+        return None;
+    }
+    let safe: Vec<Remedy> = first
+        .applied
+        .iter()
+        .filter(|r| !r.is_guess())
+        .cloned()
+        .collect();
+    let file = path.display().to_string();
+    let reading = with(options, &safe);
+    let text = read_text(path, &file, &reading).ok()?;
+    let choices = prepare(&text, &file, &reading).ok()?.choices;
+    let each = choices.into_iter().flat_map(|(name, values)| {
+        let of_name = move |value| Remedy::Argument {
+            name: name.clone(),
+            value: Some(value),
+        };
+        values.into_iter().map(of_name)
+    });
+    each.take(MOST).find_map(|argument| {
+        let tried = argument.apply(options)?;
+        let without_guess = |error: &RobotError| {
+            let mut remedies = error.remedies();
+            remedies.retain(|remedy| !remedy.is_guess());
+            remedies
+        };
+        let mut found = course(path, &tried, without_guess);
+        let models = found.loaded.as_ref().is_some_and(|l| l.inferred.is_none());
+        (models && found.reaches(&works)).then(|| {
+            found.applied.insert(0, argument);
+            found.faults = first.faults.clone();
+            found
+        })
+    })
 }
 
 /// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.

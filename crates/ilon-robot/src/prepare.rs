@@ -9,7 +9,7 @@ use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
 use crate::spec::Spec;
-use crate::urdf::{Origin, Prepared};
+use crate::urdf::{LFS_POINTER, Origin, Prepared, is_lfs_pointer};
 use crate::{convert, generate, xacro, xml};
 
 /// The text of the URDF that a robot's file comes to, with nothing of it checked or repaired: its own text, or what its xacro
@@ -30,7 +30,19 @@ pub(crate) fn read_text(
     file: &str,
     options: &LoadOptions,
 ) -> Result<String, RobotError> {
+    if let Some(format) = unread_format(path) {
+        let reason =
+            format!("{format} is not read; URDF, xacro, SDF, MJCF and descriptions in TOML are");
+        return Err(RobotError::new(file, Fault::Format { reason }));
+    }
     let text = options.files.read_text(path, xml::MAX_BYTES);
+    if text
+        .as_ref()
+        .is_ok_and(|text| is_lfs_pointer(text.as_bytes()))
+    {
+        let reason = LFS_POINTER.to_owned();
+        return Err(RobotError::new(file, Fault::Unreadable { reason }));
+    }
     text.map_err(|fault| {
         let fault = match fault {
             ReadError::TooLarge(most) => Fault::TooLarge {
@@ -49,6 +61,16 @@ pub(crate) fn read_text(
         };
         RobotError::new(file, fault)
     })
+}
+
+/// What a file is by its name, where that is a robot's in a format of other programs.
+fn unread_format(path: &Path) -> Option<&'static str> {
+    let ending = path.extension()?.to_string_lossy().to_lowercase();
+    match ending.as_str() {
+        "proto" => Some("a PROTO of Webots"),
+        "usd" | "usda" | "usdc" | "usdz" => Some("USD"),
+        _ => None,
+    }
 }
 
 /// Which file beside one that is not there may be meant, in words; nothing where none is alike.
@@ -177,15 +199,8 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         files: &options.files,
         leave_out_missing: options.leave_out_missing,
     };
-    let expanded = match xacro::expand(path, file, &prepared.text, &settings) {
-        Ok(expanded) => expanded,
-        Err(failure) => {
-            return match xacro::expanded_by_ros(path, &settings, &failure) {
-                Some((text, remark)) => Ok(by_ros(file, &text, remark)),
-                None => Err(of_failure(file, *failure)),
-            };
-        }
-    };
+    let expanded = xacro::expand(path, file, &prepared.text, &settings)
+        .map_err(|failure| of_failure(file, *failure))?;
     let mut lines = Lines::default();
     let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
     for note in &expanded.notes {
@@ -221,15 +236,10 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         remarks,
         uncalled_macros: expanded.uncalled,
         callers,
+        sizes: expanded.sizes,
+        choices: expanded.choices,
         ..Prepared::as_it_is(file, "")
     })
-}
-
-/// What the xacro of ROS made of a file, which does not say where its elements came from.
-fn by_ros(file: &str, text: &str, remark: String) -> Prepared {
-    let mut prepared = Prepared::as_it_is(&format!("{file} (expanded)"), text);
-    prepared.remarks.push(Remark::new("xacro", remark));
-    prepared
 }
 
 /// The lines of places in files.

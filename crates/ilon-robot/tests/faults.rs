@@ -102,7 +102,7 @@ fn of_the_good_robot_only_what_is_not_read_is_remarked() {
     r#"<mass value="${mass}"/>"#,
     r#"value="${mass}""#,
     "it cannot be expanded: the name `mass` is not defined, in `${mass}`",
-    "repair the place that is named; the xacro of ROS, or of `pip install xacro`, says what it makes of it";
+    "repair the place that is named; a file that you trust can be expanded by the xacro of ROS, which runs what stands in it";
     "unexpanded value"
 )]
 #[test_case(

@@ -131,6 +131,28 @@ fn what_xacro_refuses_is_refused() {
     }
 }
 
+/// An expression with others of it inside, so many levels deep.
+fn nested(innermost: &str, around: &str, levels: usize) -> String {
+    (0..levels).fold(innermost.to_owned(), |inner, _| {
+        around.replace("{}", &inner)
+    })
+}
+
+/// Ten times ten times ... the same: a kilobyte that is gigabytes when it is written out.
+fn alias_bomb() -> String {
+    let level = |i: usize| {
+        let aliases = vec![format!("*a{i}"); 10].join(", ");
+        format!("a{0}: &a{0} [{aliases}]\n", i + 1)
+    };
+    "a0: &a0 [0]\n".to_owned() + &(0..12).map(level).collect::<String>()
+}
+
+/// Lists within lists by way of aliases, none of them deep in its line.
+fn deep_aliases() -> String {
+    let level = |i: usize| format!("a{0}: &a{0} [*a{i}]\n", i + 1);
+    "a0: &a0 [0]\n".to_owned() + &(0..50_000).map(level).collect::<String>()
+}
+
 /// Bodies of robots that never end, or end much too late, and what is said of each.
 fn endless() -> Vec<(&'static str, String, &'static str)> {
     let macro_of =
@@ -210,6 +232,141 @@ fn endless() -> Vec<(&'static str, String, &'static str)> {
             "steps",
         ),
         ("wide formats", link("'%999999999d' % 1"), "wider"),
+        ("a list of a list", link("[[0] * 10000] * 100000"), "steps"),
+        (
+            "a dictionary of dictionaries",
+            link(&format!(
+                "dict(a={0}, b={0})",
+                nested("dict(a=[0]*9999)", "[{} for i in range(99)]", 3)
+            )),
+            "steps",
+        ),
+        (
+            "a text of lists",
+            link("'%s' % ([['ab'] * 9999] * 99999,)"),
+            "steps",
+        ),
+        (
+            "a text of a list",
+            link("str([[0] * 9999] * 99999)"),
+            "steps",
+        ),
+        (
+            "joined texts",
+            link("len('a'.join(['b' * 9999] * 999999))"),
+            "steps",
+        ),
+        (
+            "lists that are compared",
+            link("[[[0] * 99999] * 999 == [[0] * 99999] * 999 for i in range(99999)]"),
+            "steps",
+        ),
+        (
+            "a list that is looked for in lists",
+            link("[[[0] * 9999] * 99] in [[[[0] * 9999] * 99]] * 99999"),
+            "steps",
+        ),
+        (
+            "keys of rows of rows",
+            link(&format!(
+                "dict([({}, 1)])",
+                nested("tuple(range(99))", "tuple([{} for i in range(99)])", 4)
+            )),
+            "",
+        ),
+        (
+            "texts that are measured",
+            "<xacro:property name=\"t\" value=\"${'a' * 40000000}\"/>".to_owned()
+                + &link("[len(t) for i in range(300000)]"),
+            "steps",
+        ),
+        (
+            "texts that are looked through",
+            "<xacro:property name=\"t\" value=\"${'a' * 40000000}\"/>".to_owned()
+                + &link("['b' in t for i in range(300000)]"),
+            "steps",
+        ),
+        (
+            "texts that are taken apart",
+            link("len(('\\n' * 60000000).splitlines())"),
+            "steps",
+        ),
+        (
+            "functions that keep what is around them",
+            link(
+                "(lambda a, b, c, d, e, f, g, h: len([lambda: a for i in range(1200000)]))(1, 2, 3, 4, 5, 6, 7, 8)",
+            ),
+            "steps",
+        ),
+        (
+            "a text that is repeated in an attribute",
+            "<xacro:property name=\"t\" value=\"${'a' * 4000000}\"/>".to_owned()
+                + &format!("<link name=\"{}\"/>", "${t}".repeat(4000)),
+            "steps",
+        ),
+        (
+            "an argument that is repeated in an attribute",
+            "<xacro:arg name=\"t\" default=\"${'a' * 4000000}\"/>".to_owned()
+                + &format!("<link name=\"{}\"/>", "$(arg t)".repeat(4000)),
+            "steps",
+        ),
+        (
+            "a long tag in a macro",
+            format!(
+                "<xacro:macro name=\"m\" params=\"n\"><a{}/>",
+                "a".repeat(100_000)
+            ) + "<xacro:if value=\"${n > 0}\"><xacro:m n=\"${n - 1}\"/><xacro:m n=\"${n - 1}\"/></xacro:if></xacro:macro>"
+                + "<xacro:m n=\"30\"/>",
+            "steps",
+        ),
+        (
+            "text as it is in a macro",
+            format!(
+                "<xacro:macro name=\"m\" params=\"n\"><a><![CDATA[{}]]></a>",
+                "a".repeat(100_000)
+            ) + "<xacro:if value=\"${n > 0}\"><xacro:m n=\"${n - 1}\"/><xacro:m n=\"${n - 1}\"/></xacro:if></xacro:macro>"
+                + "<xacro:m n=\"30\"/>",
+            "steps",
+        ),
+        (
+            "a long default in a macro",
+            format!(
+                "<xacro:macro name=\"m\" params=\"n a:='{}'\">",
+                "a".repeat(100_000)
+            ) + "<xacro:if value=\"${n > 0}\"><xacro:m n=\"${n - 1}\" a=\"1\"/><xacro:m n=\"${n - 1}\" a=\"1\"/></xacro:if></xacro:macro>"
+                + "<xacro:m n=\"30\"/>",
+            "steps",
+        ),
+        (
+            "lists that nest by being zipped",
+            (0..200)
+                .map(|i| {
+                    let name = format!("<xacro:property name=\"z{}\"", i + 1);
+                    format!("{name} value=\"${{python.list(python.zip(z{i}))}}\"/>")
+                })
+                .fold(
+                    "<xacro:property name=\"z0\" value=\"${[1]}\"/>".to_owned(),
+                    |all, z| all + &z,
+                )
+                + &link("z200"),
+            "nested",
+        ),
+        (
+            "aliases",
+            "<link name=\"${xacro.load_yaml('bomb.yaml')}\"/>".to_owned(),
+            "steps",
+        ),
+        (
+            "aliases that are compared",
+            "<link name=\"${xacro.load_yaml('bomb.yaml') == xacro.load_yaml('bomb.yaml')}\"/>"
+                .to_owned(),
+            "steps",
+        ),
+        (
+            "aliases that nest",
+            "<link name=\"${xacro.load_yaml('deep.yaml')}\"/>".to_owned(),
+            "nested",
+        ),
         (
             "elements within each other",
             "<xacro:if value=\"1\">".repeat(5000) + &"</xacro:if>".repeat(5000),
@@ -223,11 +380,21 @@ fn endless() -> Vec<(&'static str, String, &'static str)> {
 fn what_has_no_end_is_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.xacro");
+    fs::write(folder.path().join("bomb.yaml"), alias_bomb()).unwrap();
+    fs::write(folder.path().join("deep.yaml"), deep_aliases()).unwrap();
     for (what, body, said) in endless() {
         fs::write(&path, format!("{HEAD}{body}</robot>")).unwrap();
+        let start = std::time::Instant::now();
         let error = urdf_text(&path, &LoadOptions::default()).expect_err(what);
         let words = format!("{error:?}");
         assert!(words.contains(said), "{what}: {words}");
+        // Without optimization, on a machine that does other things too.
+        println!("{what}: {:?}", start.elapsed());
+        assert!(
+            start.elapsed().as_secs() < 60,
+            "{what}: {:?}",
+            start.elapsed()
+        );
     }
 }
 

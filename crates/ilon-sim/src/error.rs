@@ -174,18 +174,16 @@ impl From<RobotError> for Error {
 impl Error {
     /// Faults of a robot's file, and what would do about all of them.
     pub fn of_robot(faults: impl IntoIterator<Item = RobotError>, closing: &[String]) -> Self {
-        let mut faults = faults.into_iter().map(RobotFault::new);
+        let mut faults = RobotError::by_place(faults)
+            .into_iter()
+            .map(RobotFault::new);
         let Some(mut first) = faults.next() else {
             return Self::invalid("the robot's file cannot be used", "");
         };
         first.others = faults.collect();
-        // What would do about all of them is said last.
-        let last = first
-            .others
-            .last_mut()
-            .map_or(&mut first.help, |last| &mut last.help);
+        // What would do about all of them is said with the first, for nobody reads on to the last of dozens.
         for line in closing {
-            *last = format!("{last}; {line}");
+            first.help = format!("{}; {line}", first.help);
         }
         Self::Robot(Box::new(first))
     }

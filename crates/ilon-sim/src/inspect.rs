@@ -4,6 +4,9 @@ use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
 use ilon_robot::{Loaded, Robot, RollerSurface, Wheel, WheelOutline};
 use serde::Serialize;
 
+use crate::roller_drag;
+use crate::scenario::Floor;
+
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
@@ -239,7 +242,16 @@ impl Inspection {
                 .map(|kinematics| control::SpeedLimits::new(&kinematics, &limits_rad_s))
                 .and_then(|limits| SpeedLimits::of(&limits)),
             outlines: Vec::new(),
-            remarks: robot.remarks.iter().map(ToString::to_string).collect(),
+            remarks: robot
+                .remarks
+                .iter()
+                .map(ToString::to_string)
+                .chain(roller_drag::remarks(
+                    robot,
+                    Floor::default().friction(),
+                    STANDARD_GRAVITY_M_S2,
+                ))
+                .collect(),
         })
     }
 }

@@ -17,6 +17,7 @@
 //! | [`judge`] | whether a run met its `[expect]` |
 //! | [`sweep`](mod@sweep) | many runs under keys that vary, and what they say |
 //! | [`inspect`] | a robot as it is understood |
+//! | [`foreign`] | what messages may show of files that somebody else named |
 //! | [`remedy`] | which options would let a robot's file be used |
 //!
 //! There is no command line, no plot and no progress bar here.
@@ -25,9 +26,11 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod error;
+pub mod foreign;
 pub mod inspect;
 pub mod judge;
 pub mod remedy;
+mod roller_drag;
 pub mod scenario;
 pub mod simulate;
 pub mod sweep;

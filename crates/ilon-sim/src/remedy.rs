@@ -29,7 +29,7 @@ impl Wording for Keys {
             Remedy::Package { name } => {
                 format!("`packages = {{ {name} = \"FOLDER\" }}` in `[robot]`")
             }
-            Remedy::Argument { name } => {
+            Remedy::Argument { name, value: None } => {
                 format!("`args = {{ {name} = \"VALUE\" }}` in `[robot]`")
             }
             Remedy::WheelRadius { guess_m: None } => "`wheel_radius_m` in `[robot]`".to_owned(),
@@ -46,6 +46,13 @@ impl Wording for Keys {
 /// The keys of a scenario's `[robot]` that ask for what options say beyond others.
 fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
     let mut keys = Vec::new();
+    if options.arguments != beyond.arguments {
+        let quoted = |(name, value): (&String, &String)| {
+            format!("{name} = {}", toml::Value::from(value.as_str()))
+        };
+        let arguments: Vec<String> = options.arguments.iter().map(quoted).collect();
+        keys.push(format!("args = {{ {} }}", arguments.join(", ")));
+    }
     if options.leave_out_missing && !beyond.leave_out_missing {
         keys.push("leave_out_missing = true".to_owned());
     }

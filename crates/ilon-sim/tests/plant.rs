@@ -101,16 +101,48 @@ fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() 
         drive(&mut plant, before);
         let snapshot = plant.snapshot();
         let first = drive(&mut plant, 40);
-        plant.restore(&snapshot);
+        plant.restore(&snapshot).expect("its own");
         assert_eq!(
             drive(&mut plant, 40),
             first,
             "restored after {before} periods"
         );
         let mut other = self::plant();
-        other.restore(&snapshot);
+        other.restore(&snapshot).expect("of the same scenario");
         assert_eq!(drive(&mut other, 40), first, "restored into another");
     }
+}
+
+/// Of another floor, another robot, another course: a plant does not turn into another one.
+#[test]
+fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
+    let mut plant = plant();
+    drive(&mut plant, 20);
+    let here = plant.snapshot();
+    let ahead = drive(&mut plant, 20);
+    plant.restore(&here).expect("its own");
+    let ice = plant_with("[world.floor]\nfriction = 0.05\n");
+    let other_robot = {
+        let text = "robot.file = \"volksbot.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
+        let scenario = Scenario::from_toml(text, "three", folder()).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
+    };
+    // The same scenario, but a robot that is not what its file says any more.
+    let changed_robot = {
+        let (scenario, mut robot) = eventful("");
+        robot.chassis.mass.mass_kg += 1.0;
+        Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
+    };
+    for mut other in [ice, other_robot, changed_robot] {
+        let before = other.truth();
+        for refused in [plant.restore(&other.snapshot()), other.restore(&here)] {
+            let said = refused.expect_err("it is another").to_string();
+            assert!(said.contains("another simulation"), "{said}");
+        }
+        assert_eq!(other.truth(), before);
+    }
+    assert_eq!(drive(&mut plant, 20), ahead);
 }
 
 /// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
@@ -135,7 +167,7 @@ fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
     drive(&mut plant, 28);
     let snapshot = plant.snapshot();
     let first = drive(&mut plant, 40);
-    plant.restore(&snapshot);
+    plant.restore(&snapshot).expect("its own");
     assert_eq!(drive(&mut plant, 40), first);
     // Ahead at some 0.4 m/s for 0.68 s, over a box: nothing has thrown it.
     let truth = plant.truth();
@@ -162,7 +194,7 @@ fn a_snapshot_is_of_the_energies_and_contacts_too() {
     };
     drive(&mut plant, 20);
     let first = look(&plant);
-    plant.restore(&snapshot);
+    plant.restore(&snapshot).expect("its own");
     drive(&mut plant, 20);
     assert_eq!(look(&plant), first);
 }
@@ -452,8 +484,8 @@ fn to_resolve_is_to_resolve_once() {
 
 #[test]
 fn a_push_from_outside_is_the_same_push_of_a_scenario() {
-    // 6 N for 0.2 s from 0.3 s on, given as its impulse in the scenario, and as a force when the time has come.
-    let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.2, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.2 }\n";
+    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: given as its impulse in the scenario, and as a force when the time has come.
+    let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.5, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.25 }\n";
     let of = |further: &str| {
         let (scenario, robot) = eventful(further);
         let resolved = resolve(&scenario, &robot).expect("it can be run");
@@ -463,7 +495,7 @@ fn a_push_from_outside_is_the_same_push_of_a_scenario() {
     for period in 0..60 {
         if period == 30 {
             let place_m = Some([0.1, 0.05, 0.0]);
-            pushed.push([6.0, 0.0, 0.0], place_m, 0.2).expect("a push");
+            pushed.push([6.0, 0.0, 0.0], place_m, 0.25).expect("a push");
         }
         for plant in [&mut scheduled, &mut pushed, &mut left_alone] {
             plant
@@ -499,4 +531,82 @@ fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
     assert_ne!(drive(&mut plant), alone);
     plant.reset(7, start).expect("it stands");
     assert_eq!(drive(&mut plant), alone);
+}
+
+/// A plant of which a camera sees the pose with this delay, and which is pushed to one side by its wheels.
+fn seen_late(latency_s: f64) -> Plant {
+    let text = format!(
+        "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[sensors.pose]\nlatency_s = {latency_s}\n[run]\nduration_s = 1.0\n"
+    );
+    let scenario = Scenario::from_toml(&text, "late", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    Plant::new(&resolved, &robot).expect("it stands")
+}
+
+/// A late pose is the true one of that long ago.
+#[test]
+fn a_late_pose_is_where_the_robot_was_then() {
+    for periods_late in [1, 3, 7] {
+        let mut plant = seen_late(PERIOD_S * f64::from(periods_late));
+        let mut truths = vec![plant.truth().pose];
+        for period in 1..=20 {
+            let command = WheelCommand::Rates(&[8.0, 6.0, 6.0, 8.0]);
+            plant.advance(command, PERIOD_S).expect("it drives");
+            truths.push(plant.truth().pose);
+            // Before the first has arrived, where it was set down.
+            let then = truths[(period - periods_late).max(0) as usize];
+            assert_eq!(
+                plant.observe().pose,
+                then,
+                "{periods_late} late, at {period}"
+            );
+        }
+        // It moves on each time, so that no other moment would do.
+        let moved = truths
+            .windows(2)
+            .skip(2)
+            .map(|pair| pair[1].x_m - pair[0].x_m);
+        assert!(moved.into_iter().all(|m| m.abs() > 1e-5));
+    }
+}
+
+/// An encoder whose factor is wrong counts the way that its wheel turned since it is, times the factor; its rate is wrong at once.
+#[test]
+fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
+    let text = "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[run]\nduration_s = 1.0\n\
+        [[faults]]\nencoder_scaled = { wheel = \"front_left\", factor = 1.25, from_s = 0.1 }\n";
+    let scenario = Scenario::from_toml(text, "scaled", folder()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it can be run");
+    let mut plant = Plant::new(&resolved, &robot).expect("it stands");
+    let wheel = robot
+        .wheels
+        .iter()
+        .position(|wheel| wheel.name.starts_with("front_left"));
+    let wheel = wheel.expect("it has one");
+    let mut angle_when_it_broke = 0.0;
+    for period in 1..=30 {
+        let command = WheelCommand::Rates(&[8.0; 4]);
+        plant.advance(command, PERIOD_S).expect("it drives");
+        let true_angle = plant.world().robot().wheel_angles_rad()[wheel];
+        let true_rate = plant.world().robot().wheel_rates_rad_s()[wheel];
+        if period <= 10 {
+            angle_when_it_broke = true_angle;
+        }
+        let broken = period >= 10;
+        let seen = plant.observe();
+        let expected = true_angle + 0.25 * (true_angle - angle_when_it_broke);
+        // The step within which it breaks is counted by the factor that holds at its end: a step at 10 rad/s, as the loop overshoots 8.
+        let step_rad = 10.0 * resolved.physics_dt_s() * 0.25;
+        assert!(
+            (seen.wheel_angles_rad[wheel] - expected).abs() <= step_rad,
+            "{period}: {} {expected}",
+            seen.wheel_angles_rad[wheel]
+        );
+        if period != 10 {
+            let factor = if broken { 1.25 } else { 1.0 };
+            assert!((seen.wheel_rates_rad_s[wheel] - factor * true_rate).abs() < 1e-12);
+        }
+    }
 }

@@ -221,7 +221,10 @@ fn what_is_no_log_is_refused_with_its_place() {
     )
     .expect("a file");
     let said = play("words.csv", twist);
-    assert!(said.contains("line 3: `vx_m_s` is \"fast\""), "{said}");
+    assert!(
+        said.contains("line 3: `vx_m_s` is text, but must be a number"),
+        "{said}"
+    );
     for bad in ["nan", "inf", "1e300"] {
         std::fs::write(
             at("nan.csv"),
@@ -435,7 +438,7 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
     assert!(word.contains("line 3"), "{word}");
     let time = said(&format!("{header}noon,0.1,0,0\n1,0.1,0,0\n"), "");
     assert!(
-        time.contains("line 2: `t_s` is \"noon\", but must be a time"),
+        time.contains("line 2: `t_s` is text, but must be a time"),
         "{time}"
     );
     let semicolons = said("t_s;vx_m_s;vy_m_s;omega_rad_s\n0;1;2;3\n", "");
@@ -456,4 +459,90 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
     // What is known by no value at all is left out, as a log of something slower beside others does.
     let rows = format!("{header}0,0.1,0,0\n0.5,,,\n1,0.1,0,0\n");
     assert!(played(&rows, "").summary.travelled_m > 0.0);
+}
+
+/// A log of 0.73 s from its first row to its last, a row each 0.01 s; `further` stands in the scenario.
+fn of_a_log(drives: &str, columns: &str, row: &str, further: &str) -> Result<Run, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Its times are those of a clock that was begun long before.
+    let rows: Vec<String> = (0..74)
+        .map(|index| format!("{:.2},{row}\n", 1000.0 + 0.01 * f64::from(index)))
+        .collect();
+    let text = format!("t_s,{columns}\n{}", rows.concat());
+    std::fs::write(folder.path().join("log.csv"), text).expect("a log");
+    let text = format!(
+        "[robot]\nfile = \"{ROBOT}\"\n[playback]\nfile = \"log.csv\"\ndrives = \"{drives}\"\n{further}"
+    );
+    run(&Scenario::from_toml(&text, "test", folder.path())?)
+}
+
+#[test]
+fn without_a_duration_a_run_ends_with_its_log() {
+    let wheels =
+        "front_left_rate_rad_s,front_right_rate_rad_s,rear_left_rate_rad_s,rear_right_rate_rad_s";
+    let cases = [
+        ("twist", "vx_m_s,vy_m_s,omega_rad_s", "0.1,0,0"),
+        ("wheel_rates", wheels, "1,1,1,1"),
+        ("path", "x_m,y_m,heading_deg", "0,0,0"),
+    ];
+    for (drives, columns, row) in cases {
+        // A rate holds until the next, the last one as long as the others; of a path the last point is the end. A run has whole control
+        // periods: 25 or 24 of 0.03 s come nearest.
+        let holds_s = if drives == "path" { 0.0 } else { 0.01 };
+        for (further, duration_s) in [
+            ("", 0.73 + holds_s),
+            ("from_s = 0.23\n", 0.5 + holds_s),
+            (
+                "[run]\ncontrol_dt_s = 0.03\n",
+                if drives == "path" { 0.72 } else { 0.75 },
+            ),
+            ("[run]\nduration_s = 0.3\n", 0.3),
+        ] {
+            let run = of_a_log(drives, columns, row, further).expect("a run");
+            let lasted_s = run.summary.duration_s;
+            assert!(
+                (lasted_s - duration_s).abs() < 1e-9,
+                "{drives} {further}: {lasted_s}"
+            );
+            // What is written out says how long it was.
+            assert!((run.scenario.run.duration_s - duration_s).abs() < 0.0151);
+        }
+    }
+}
+
+#[test]
+fn a_window_beyond_the_end_of_the_log_is_refused_as_one_beyond_a_duration() {
+    let further = "[sensors.pose]\nlatency_s = 5\n";
+    let refused = of_a_log("twist", "vx_m_s,vy_m_s,omega_rad_s", "0.1,0,0", further);
+    let said = refused.expect_err("no pose ever arrives").to_string();
+    assert!(said.contains("latency_s"), "{said}");
+}
+
+#[test]
+fn of_files_that_are_no_logs_no_column_and_no_cell_is_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let said = |text: &str, names: &str| {
+        std::fs::write(folder.path().join("log.csv"), text).expect("a file");
+        let motion =
+            format!("[playback]\nfile = \"log.csv\"\ndrives = \"twist\"\nnames = {{ {names} }}\n");
+        let scenario = scenario(folder.path(), &motion).expect("a scenario");
+        format!(
+            "{:?}",
+            run(&scenario)
+                .map(|run| run.summary)
+                .expect_err("it is no log")
+        )
+    };
+    let names = "t_s = \"user\", vx_m_s = \"PASSWORD\", vy_m_s = \"name\", omega_rad_s = \"id\"";
+    for text in [
+        "user,PASSWORD=hunter2,name,id\nbob,hunter2,x,y\n",
+        "user,PASSWORD,name,id\nhunter2,a,b,c\n",
+        "user,PASSWORD,name,id\n1,hunter2,3,4\n",
+    ] {
+        let said = said(text, names);
+        assert!(!said.contains("hunter2"), "{said}");
+    }
+    // Of a log the column that may be meant is shown.
+    let log = "t_s,vx_m_s,vy_m_s,omega_rad_ss\n0,1,2,3\n1,1,2,3\n";
+    assert!(said(log, "").contains("`omega_rad_ss`"));
 }

@@ -41,6 +41,9 @@ impl Summary {
         let (twist_ideal_mean, twist_contact_mean) =
             (run.twist_ideal.get(), run.twist_contact.get());
         let driven = run.driven(twist_ideal_mean, settings.driven_share);
+        let twist_asked_mean = run.twist_asked.get();
+        let asked = run.driven(twist_asked_mean, settings.driven_share);
+        let chassis_load_share = run.chassis_load_share();
         let reckoning = run.reckoning.finish();
         let slips = header.wheels.iter().zip(run.wheels);
         let wheels: Vec<_> = slips
@@ -71,12 +74,14 @@ impl Summary {
             wheel_rate_command_max_rad_s: all_wheels.command_rad_s.get(),
             wheel_torque_max_n_m: all_wheels.torque_n_m.get(),
             saturated_share: run.saturated.get(),
+            twist_asked_mean,
             twist_mean,
             twist_ripple: twist_mean
                 .filter(|_| header.open_loop)
                 .map(|_| ripple.get()),
             twist_ideal_mean,
             twist_contact_mean,
+            twist_ratio_asked: ratio(twist_mean, twist_asked_mean, asked),
             twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
             twist_ratio_contact: ratio(twist_mean, twist_contact_mean, driven),
             slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
@@ -87,6 +92,7 @@ impl Summary {
                 .filter_map(|wheel| wheel.friction_used_max)
                 .reduce(f64::max),
             airborne_share: all_wheels.airborne.get(),
+            chassis_load_share,
             contact_residual_max_m_s: run.residual_m_s.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,
             odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
@@ -113,6 +119,7 @@ struct Accumulator {
     seen_rad: Rms,
     saturated: Mean,
     twist: MeanTwist,
+    twist_asked: MeanTwist,
     twist_ideal: MeanTwist,
     twist_contact: MeanTwist,
     /// The farthest wheel's distance from the body's origin, in metres.
@@ -121,6 +128,8 @@ struct Accumulator {
     reckoning: odometry::Accumulator,
     ledger: Ledger,
     residual_m_s: Largest,
+    /// What the wheels and the chassis carried, over time, in N s.
+    carried_n_s: [f64; 2],
     /// The pose of the last row within the window of the means, and for how many control periods it stands.
     measured: Option<(Pose, f64)>,
     first: Option<Record>,
@@ -138,6 +147,7 @@ impl Accumulator {
             seen_rad: Rms::default(),
             saturated: Mean::default(),
             twist: MeanTwist::default(),
+            twist_asked: MeanTwist::default(),
             twist_ideal: MeanTwist::default(),
             twist_contact: MeanTwist::default(),
             arm_m: positions
@@ -147,6 +157,7 @@ impl Accumulator {
             reckoning: odometry::Accumulator::default(),
             ledger: Ledger::default(),
             residual_m_s: Largest::default(),
+            carried_n_s: [0.0; 2],
             measured: None,
             first: None,
             last: None,
@@ -188,6 +199,7 @@ impl Accumulator {
                 self.twist
                     .add_sum(moved.scaled(1.0 / header.control_dt_s), periods);
             }
+            self.twist_asked.add(record.command_twist_in_body, periods);
             self.twist_ideal.add(record.twist_ideal, periods);
             self.twist_contact.add(record.twist_contact, periods);
             let v = record.twist_ideal;
@@ -198,15 +210,27 @@ impl Accumulator {
         self.reckoning.add(record);
         self.ledger.add(record, header.row_span_s(record.t_s));
         self.residual_m_s.add(record.contact_residual_m_s);
+        if let (Some(support), Some(before)) = (record.support, &self.last) {
+            let since_s = record.t_s - before.t_s;
+            self.carried_n_s[0] += support.wheels_n * since_s;
+            self.carried_n_s[1] += support.chassis_n * since_s;
+        }
         self.first.get_or_insert(*record);
         self.last = Some(*record);
     }
 
-    /// Which components of the twist are driven.
-    fn driven(&self, ideal_mean: Option<Twist>, share: f64) -> [bool; 3] {
+    /// The share of all that is carried that rests on the chassis; `None` where nothing is, or that is not known.
+    fn chassis_load_share(&self) -> Option<f64> {
+        let [wheels_n_s, chassis_n_s] = self.carried_n_s;
+        let sum_n_s = wheels_n_s + chassis_n_s;
+        (sum_n_s > 0.0).then(|| chassis_n_s / sum_n_s)
+    }
+
+    /// Which components of a mean twist, that the wheels turn for or that was asked for, are driven.
+    fn driven(&self, mean: Option<Twist>, share: f64) -> [bool; 3] {
         // A micrometre per second: nothing drives a robot that stands.
         const STANDING_M_S: f64 = 1e-6;
-        let (Some(mean), Some(speed_rms)) = (ideal_mean, self.ideal_speed_m_s.get()) else {
+        let (Some(mean), Some(speed_rms)) = (mean, self.ideal_speed_m_s.get()) else {
             return [false; 3];
         };
         [mean.vx_m_s, mean.vy_m_s, self.arm_m * mean.omega_rad_s]

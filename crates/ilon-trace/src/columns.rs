@@ -3,7 +3,7 @@
 use ilon_robot::Pose;
 
 use crate::header::Header;
-use crate::record::{Desired, MAX_TASKS, Record, TaskShare, WheelSample};
+use crate::record::{Desired, MAX_TASKS, Record, Support, TaskShare, WheelSample};
 use crate::rows::Projection;
 use crate::trace::{RowMut, Trace};
 
@@ -98,6 +98,13 @@ static DESIRED: [Column<Desired>; 6] = reals! { Desired;
     "desired_omega_rad_s" => velocity_in_world.omega_rad_s,
 };
 
+static SUPPORT: [Column<Support>; 4] = reals! { Support;
+    "wheels_load_n" => wheels_n,
+    "chassis_load_n" => chassis_n,
+    "obstacle_force_x_n" => obstacles_x_n,
+    "obstacle_force_y_n" => obstacles_y_n,
+};
+
 static MEASURED: [Column<Pose>; 3] = reals! { Pose;
     "measured_x_m" => x_m,
     "measured_y_m" => y_m,
@@ -153,6 +160,7 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
 #[derive(Debug)]
 enum Source {
     Record(&'static Column<Record>),
+    Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
     Measured(&'static Column<Pose>),
     Task(usize, &'static Column<TaskShare>),
@@ -179,6 +187,7 @@ impl Signal {
         let record = trace.records().get(step)?;
         match &self.source {
             Source::Record(column) => Some((column.get)(record)),
+            Source::Support(column) => record.support.as_ref().map(column.get),
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Measured(column) => record.measured.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
@@ -202,6 +211,11 @@ impl Signal {
         }
     }
 
+    /// Whether a file may lack it: traces have had it only since some version.
+    pub(crate) fn is_newer(&self) -> bool {
+        matches!(self.source, Source::Support(_))
+    }
+
     /// Puts a value read from a file into a row.
     pub(crate) fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
         let RowMut {
@@ -212,6 +226,9 @@ impl Signal {
         let Some(value) = value else { return };
         match &self.source {
             Source::Record(column) => (column.set)(record, value),
+            Source::Support(column) => {
+                (column.set)(record.support.get_or_insert_default(), value);
+            }
             Source::Desired(column) => {
                 (column.set)(record.desired.get_or_insert_default(), value);
             }
@@ -245,6 +262,12 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         nullable: false,
         source: Source::Record(column),
     });
+    let support = SUPPORT.iter().map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Support(column),
+    });
     let desired = DESIRED.iter().map(|column| Signal {
         name: column.name.to_owned(),
         kind: column.kind,
@@ -276,6 +299,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         })
     });
     let mut all: Vec<Signal> = record
+        .chain(support)
         .chain(desired)
         .chain(measured)
         .chain(task)

@@ -195,6 +195,46 @@ mod tests {
         assert!(refused > 0 && read > 0, "{refused} refused, {read} read");
     }
 
+    /// A column by another name is one that the file lacks.
+    #[test]
+    fn columns_that_older_versions_did_not_write_are_read_as_absent_and_others_are_missed() {
+        let folder = Folder::new("older");
+        let path = folder.0.join("trace.parquet");
+        let trace = made_up_trace(1, 6, true);
+        trace.write_parquet(&path).unwrap();
+        let whole = fs::read(&path).unwrap();
+        let without = |names: &[&str]| {
+            let mut renamed = whole.clone();
+            for name in names {
+                let length = name.len();
+                let places: Vec<usize> = (0..renamed.len() - length)
+                    .filter(|&at| &renamed[at..at + length] == name.as_bytes())
+                    .collect();
+                assert!(!places.is_empty(), "{name}");
+                places.into_iter().for_each(|at| renamed[at] = b'X');
+            }
+            checksum::seal(&mut renamed);
+            fs::write(&path, &renamed).unwrap();
+            Trace::read_parquet(&path)
+        };
+        let support = [
+            "wheels_load_n",
+            "chassis_load_n",
+            "obstacle_force_x_n",
+            "obstacle_force_y_n",
+        ];
+        let older = without(&support).unwrap();
+        assert!(
+            older
+                .records()
+                .iter()
+                .all(|record| record.support.is_none())
+        );
+        assert_eq!(older.records()[3].desired, trace.records()[3].desired);
+        let error = without(&["desired_x_m"]).unwrap_err().to_string();
+        assert!(error.contains("desired_x_m"), "{error}");
+    }
+
     #[test]
     fn a_trace_that_cannot_be_written_leaves_nothing_behind() {
         let folder = Folder::new("unwritable");

@@ -6,6 +6,8 @@ use ilon_robot::{CollisionShape, Looks, Pose, Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::fault::Fault;
+
 /// What a run was: everything a report needs beside the records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Header {
@@ -67,6 +69,41 @@ pub struct Header {
     /// The ground that the robot drove on; `None` where it is not known.
     #[serde(default)]
     pub ground: Option<Ground>,
+    /// What went wrong on purpose; `None` where that is not known.
+    #[serde(default)]
+    pub faults: Option<Vec<Fault>>,
+    /// The guidance that tracked a reference; `None` where none did, or that is not known.
+    #[serde(default)]
+    pub guidance: Option<Guidance>,
+    /// The line of the direct-current motors at the wheels; `None` where only the wheels' limits hold, or that is not known.
+    #[serde(default)]
+    pub motor_line: Option<MotorLine>,
+    /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
+    #[serde(default)]
+    pub commands_by_contact: bool,
+}
+
+/// The torque of a direct-current motor at its wheel, which falls linearly with the rate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorLine {
+    /// At standstill, in N m.
+    pub stall_torque_n_m: f64,
+    /// The rate without load, in rad/s.
+    pub no_load_rate_rad_s: f64,
+    /// Where the current limit holds it, in N m; `None` without one.
+    #[serde(default)]
+    pub current_limit_n_m: Option<f64>,
+}
+
+/// The guidance law that tracked the reference of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guidance {
+    /// Gain on the position error, K_r of Indiveri 2009, eq. (26), in 1/s.
+    pub position_gain_per_s: f64,
+    /// Gain on the heading error, K_phi of the same equation, in 1/s.
+    pub heading_gain_per_s: f64,
+    /// The product of a gain and the control period from which on the error cannot settle.
+    pub unstable_from: f64,
 }
 
 /// The ground of a run. All places count in the plane of the floor, which may slope.

@@ -26,6 +26,7 @@ mod accumulate;
 mod columns;
 pub mod difference;
 mod error;
+mod fault;
 pub mod file;
 mod finite;
 mod fold;
@@ -50,12 +51,15 @@ pub mod trace;
 pub use columns::{Kind, Signal};
 pub use difference::{Difference, differences, number};
 pub use error::TraceError;
+pub use fault::{Fault, FaultKind};
 pub use hash::{hash_of_rows, trace_hash};
-pub use header::{Ground, GroundBox, GroundPatch, GroundRelief, Header, WheelHeader};
+pub use header::{
+    Ground, GroundBox, GroundPatch, GroundRelief, Guidance, Header, MotorLine, WheelHeader,
+};
 pub use ledger::Ledger;
 pub use metrics::{Settings, Summary};
 pub use quantities::Quantity;
-pub use record::{Desired, MAX_TASKS, Record, TaskShare, Truth, WheelSample};
+pub use record::{Desired, MAX_TASKS, Record, Support, TaskShare, Truth, WheelSample};
 pub use recording::{Recorded, Recording};
 pub use rows::{Projection, Rows};
 pub use sink::Sink;

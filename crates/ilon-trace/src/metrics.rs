@@ -93,6 +93,9 @@ pub struct Summary {
     /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
     pub saturated_share: Option<f64>,
 
+    /// Mean of the twist asked for in the body frame, before any saturation, within the window of the means.
+    #[serde(default)]
+    pub twist_asked_mean: Option<Twist>,
     /// Mean real twist in the body frame within the window of the means.
     pub twist_mean: Option<Twist>,
     /// Rms deviation of the real twist from its mean within that window: how much an open-loop drive shakes; `None` in
@@ -102,6 +105,9 @@ pub struct Summary {
     pub twist_ideal_mean: Option<Twist>,
     /// Mean of the twist that the contact kinematics gives for the real wheel rates.
     pub twist_contact_mean: Option<Twist>,
+    /// Real over asked for, component by component.
+    #[serde(default)]
+    pub twist_ratio_asked: TwistRatio,
     /// Real over ideal, component by component.
     pub twist_ratio_ideal: TwistRatio,
     /// Real over contact kinematics, component by component.
@@ -119,6 +125,9 @@ pub struct Summary {
     /// The part of the wheels' time that they spent in the air, in [0, 1].
     #[serde(default)]
     pub airborne_share: Option<f64>,
+    /// The share of all that the ground carries of the robot that rests on its chassis and not on its wheels, over the run, in [0, 1].
+    #[serde(default)]
+    pub chassis_load_share: Option<f64>,
     /// By how much the laws of contact and of dry friction were broken in the worst step, in m/s: the speed at which
     /// something moved that should not.
     #[serde(default)]

@@ -76,6 +76,43 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
     GROUPS.iter().flat_map(|group| group.quantities)
 }
 
+/// The figures of a run that a person looks at first, the most telling first: of those below the ones that apply, ten at most. Of a robot
+/// that tracks a path none of [`Group::open_loop_only`].
+pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
+    const MOST: usize = 10;
+    let tracks = summary.position_error_final_m.is_some();
+    let says_nothing = |key: &str| {
+        let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
+        tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key))
+    };
+    let known = HEADLINES.iter().filter(|key| !says_nothing(key));
+    let known = known.filter_map(|key| by_key(key));
+    let applies = |quantity: &&Quantity| quantity.value(summary).is_some();
+    known.filter(applies).take(MOST).collect()
+}
+
+/// The keys of [`headlines`]: what became of the twist or of the path, and then what it took.
+const HEADLINES: [&str; 18] = [
+    "twist_ratio_ideal.vx",
+    "twist_ratio_ideal.vy",
+    "twist_ratio_ideal.omega",
+    "twist_ratio_contact.vx",
+    "twist_ratio_contact.vy",
+    "twist_ratio_contact.omega",
+    "position_error_rms_m",
+    "position_error_max_m",
+    "position_error_final_m",
+    "heading_error_max_rad",
+    "heading_error_final_rad",
+    "saturated_share",
+    "slip_energy_j",
+    "friction_used_max",
+    "wheel_torque_max_n_m",
+    "odometry_drift_m_per_m",
+    "slip_speed_max_m_s",
+    "hub_ripple_m",
+];
+
 /// The quantity of a key such as `position_error_rms_m`; `None` where there is none.
 pub fn by_key(key: &str) -> Option<&'static Quantity> {
     all().find(|quantity| quantity.key == key)
@@ -164,6 +201,23 @@ mod tests {
         }
         // Otherwise the comparison above says nothing.
         assert!(present > 60, "{present} of {} are there", all().count());
+    }
+
+    #[test]
+    fn the_headlines_are_quantities_that_apply_and_ten_at_most() {
+        for key in HEADLINES {
+            assert!(by_key(key).is_some(), "{key}");
+        }
+        let summary = whole_summary();
+        let keys = |summary: &Summary| headlines(summary).iter().map(|q| q.key).collect::<Vec<_>>();
+        // It tracks a path: what was driven against it comes first, and no ratio of mean twists.
+        assert_eq!(keys(&summary), HEADLINES[6..16]);
+        let open_loop = Summary {
+            position_error_final_m: None,
+            ..summary
+        };
+        let first: Vec<_> = keys(&open_loop).into_iter().take(6).collect();
+        assert_eq!(first, HEADLINES[..6]);
     }
 
     #[test]

@@ -70,6 +70,30 @@ pub struct Record {
     /// By how much the laws of contact and of dry friction were broken since the last row, in m/s or rad/s: the speed at
     /// which something moved that should not, at the worst place and step.
     pub contact_residual_m_s: f64,
+    /// What carried the robot, and what stood in its way; `None` where a trace does not say.
+    pub support: Option<Support>,
+}
+
+/// What the ground did to a robot as a whole: means since the last row, in N; zero in the first row.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Support {
+    /// What the wheels carry: the ground's force on them along the floor's normal.
+    pub wheels_n: f64,
+    /// What the chassis carries: the same of what of it lies on the ground.
+    pub chassis_n: f64,
+    /// How walls, kerbs and bumps push the robot: the part of all normal forces that lies in the floor's plane, along the robot's
+    /// heading.
+    pub obstacles_x_n: f64,
+    /// The same to the left of its heading.
+    pub obstacles_y_n: f64,
+}
+
+impl Support {
+    /// The share that the wheels carry of what is carried; `None` in the air.
+    pub fn wheels_share(&self) -> Option<f64> {
+        let sum_n = self.wheels_n + self.chassis_n;
+        (sum_n > 0.0).then(|| self.wheels_n / sum_n)
+    }
 }
 
 /// The robot's true state, in the world frame: its origin lies in the floor's plane, and z is the floor's normal, on a slope

@@ -235,6 +235,24 @@ mod tests {
     }
 
     #[test]
+    fn a_wheels_energies_are_those_of_its_last_row() {
+        // Both are counted from the beginning, in the air too.
+        let after = |slip_energy_j, spin_up_energy_j, touching| WheelSample {
+            slip_energy_j,
+            spin_up_energy_j,
+            touching,
+            ..WheelSample::default()
+        };
+        let trace = one_wheel(&[
+            after(0.25, 0.125, true),
+            after(0.5, 0.125, false),
+            after(0.75, 0.375, false),
+        ]);
+        let slip = &per_wheel(&trace)[0];
+        assert_eq!((slip.energy_j, slip.spin_up_energy_j), (0.75, 0.375));
+    }
+
+    #[test]
     fn each_wheel_is_measured_by_its_own_radius_and_samples() {
         let wheel = |radius_m| WheelHeader {
             radius_m,

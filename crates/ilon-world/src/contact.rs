@@ -13,6 +13,7 @@ pub(crate) mod reactions;
 pub(crate) mod response;
 pub(crate) mod row;
 pub(crate) mod scene;
+pub(crate) mod support;
 pub(crate) mod tread;
 pub(crate) mod turned;
 pub(crate) mod wheel_contact;

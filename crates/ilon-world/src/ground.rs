@@ -4,7 +4,7 @@ mod anchor;
 mod floor;
 mod surface;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use parry3d::bounding_volume::Aabb;
 use rapier3d::prelude::*;
 
@@ -39,6 +39,23 @@ pub(crate) struct Ground {
 struct Solid {
     floor_from_solid: Isometry3<f64>,
     shape: SharedShape,
+}
+
+impl Solid {
+    /// Whether a box around it meets another, which is given by its least and greatest coordinates in the floor's frame, in metres.
+    fn reaches(&self, least_m: &Vector3<f64>, most_m: &Vector3<f64>) -> bool {
+        // Turned here and moved in f64, so that far from the origin nothing is rounded.
+        let turned = convert::rotation(&self.floor_from_solid.rotation);
+        let around = self
+            .shape
+            .compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
+        let at_m = self.floor_from_solid.translation.vector;
+        let (from_m, to_m) = (
+            at_m + convert::to_f64(around.mins),
+            at_m + convert::to_f64(around.maxs),
+        );
+        (0..3).all(|axis| from_m[axis] <= most_m[axis] && to_m[axis] >= least_m[axis])
+    }
 }
 
 impl Ground {
@@ -88,15 +105,21 @@ impl Ground {
         !self.solids.is_empty()
     }
 
+    /// Whether the ground may reach into a box, given by its least and greatest coordinates in the floor's frame, in metres.
+    pub fn reaches(&self, least_m: &Vector3<f64>, most_m: &Vector3<f64>) -> bool {
+        let mut solids = self.solids.iter();
+        self.has_plane && least_m.z <= 0.0 || solids.any(|solid| solid.reaches(least_m, most_m))
+    }
+
     /// How far a shape of a robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
-    /// parry cannot tell. f32 counts from the robot's anchor.
+    /// parry cannot tell. f32 counts from what is beneath `origin_m`.
     pub fn distance_m(
         &self,
-        anchor: &Anchor,
+        origin_m: &Vector3<f64>,
         floor_from_shape: &Isometry3<f64>,
         shape: &SharedShape,
     ) -> f64 {
-        let rapier_from_floor = anchor.rapier_from_floor();
+        let rapier_from_floor = Translation3::new(-origin_m.x, -origin_m.y, 0.0);
         let in_rapier = convert::pose(&(rapier_from_floor * floor_from_shape));
         let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
         let plane = plane.iter().map(|plane| (Pose::IDENTITY, plane));

@@ -1,9 +1,10 @@
 //! The robot in the world: its bodies in rapier, its state in f64, its wheels and their rollers, its energy.
 
 pub(crate) mod articulated;
-pub(crate) mod assembly;
+pub(crate) mod drive;
 pub(crate) mod energy;
 pub(crate) mod roller;
+pub(crate) mod shapes;
 pub(crate) mod shared;
 pub(crate) mod slide;
 pub(crate) mod state;

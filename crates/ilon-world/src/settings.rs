@@ -1,5 +1,59 @@
 //! How a world is built and stepped. Every default is the outcome of the measurements in `docs/accuracy.md`.
 
+use ilon_robot::Scale;
+
+/// What a rigid contact gives way by under a wheel's load, of the wheel's radius.
+const SAG: f64 = 5.5e-6;
+
+/// How long a contact's spring takes to give back what it was loaded with, in a robot's unit of time: three times what critical damping
+/// takes of a wheel's load, 2 sqrt([`SAG`]). Nothing bounces, and little load changes hands for the micrometres by which a robot leans while one
+/// of its wheels hands over.
+const RELAXATION: f64 = 0.014;
+
+/// The stiffness of a robot's contacts with the ground where none is said, in N/m: hard rollers on hard ground. A wheel goes in by 5.5e-6
+/// of its radius: 1e8 N/m, and 0.28 um, for a robot of 11 kg on four wheels of 50 mm.
+pub fn contact_stiffness_n_m(scale: &Scale) -> f64 {
+    scale.stiffness_n_m(SAG)
+}
+
+/// The relaxation of a robot's contacts where none is said, in seconds: a millisecond for wheels of 50 mm on earth.
+pub fn contact_relaxation_s(scale: &Scale) -> f64 {
+    RELAXATION * scale.time_s()
+}
+
+/// The spring of a robot's contacts, with its damper.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactSpring {
+    pub stiffness_n_m: f64,
+    pub relaxation_s: f64,
+}
+
+impl ContactSpring {
+    /// Of a robot of these units.
+    pub fn of(settings: &Settings, scale: &Scale) -> Self {
+        let stiffness_n_m = settings.contact_stiffness_n_m;
+        let relaxation_s = settings.contact_relaxation_s;
+        Self {
+            stiffness_n_m: stiffness_n_m.unwrap_or_else(|| contact_stiffness_n_m(scale)),
+            relaxation_s: relaxation_s.unwrap_or_else(|| contact_relaxation_s(scale)),
+        }
+    }
+
+    /// The softer of two.
+    pub fn softer(self, other: Self) -> Self {
+        if other.stiffness_n_m < self.stiffness_n_m {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// By how much a contact gives for what it carries over a step, in m/s per N s.
+    pub fn compliance(&self, dt_s: f64) -> f64 {
+        1.0 / (self.stiffness_n_m * dt_s * (dt_s + self.relaxation_s))
+    }
+}
+
 /// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
 /// this is: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,16 +90,11 @@ pub struct Settings {
     pub contacts: ContactSolver,
     /// Which rollers are looked at for contact.
     pub roller_bodies: RollerBodies,
-    /// Stiffness of every contact with the ground, in N/m, > 0. The default is that of hard rollers on hard ground: under
-    /// 28 N a roller goes in by 0.3 um.
-    pub contact_stiffness_n_m: f64,
+    /// Stiffness of every contact of a robot with the ground, in N/m, > 0; `None` for [`contact_stiffness_n_m`].
+    pub contact_stiffness_n_m: Option<f64>,
     /// Time in which a contact's spring gives back what it was loaded with, in seconds, >= 0: the damper beside it has this
-    /// times the stiffness. The default lets nothing bounce that weighs less than 300 kg, and lets little load change hands
-    /// for the micrometres by which a robot leans while one of its wheels hands over.
-    pub contact_relaxation_s: f64,
-    /// Places of the robot that are nearer to the ground than this are contact candidates, in metres, > 0; the distance that a
-    /// wheel moves in a step comes on top.
-    pub prediction_m: f64,
+    /// times the stiffness. `None` for [`contact_relaxation_s`].
+    pub contact_relaxation_s: Option<f64>,
     /// Gravity along -z, in m/s^2.
     pub gravity_m_s2: f64,
 }
@@ -57,9 +106,8 @@ impl Default for Settings {
             split_dt_s: None,
             contacts: ContactSolver::Ilon,
             roller_bodies: RollerBodies::All,
-            contact_stiffness_n_m: 1e8,
-            contact_relaxation_s: 1e-3,
-            prediction_m: 1e-3,
+            contact_stiffness_n_m: None,
+            contact_relaxation_s: None,
             gravity_m_s2: 9.81,
         }
     }

@@ -1,10 +1,10 @@
-//! The world: bodies on the ground, stepped by rapier.
+//! The world: bodies on the ground, and their steps.
 
 mod advance;
 mod body;
 mod check;
 pub(crate) mod disturbance;
-mod reference;
+mod in_rapier;
 mod standing;
 #[cfg(test)]
 mod tests;
@@ -14,23 +14,22 @@ use std::cell::RefCell;
 
 use ilon_robot::Pose as PlanarPose;
 use nalgebra::Vector3;
-use rapier3d::prelude::*;
 
 use crate::contact::reactions::Reactions;
+use crate::contact::support::Support;
 use crate::ground::Ground;
 use crate::robot::articulated::{Articulated, WheelCounts};
 use crate::robot::shared::SharedRobot;
-use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
+use crate::{Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState};
 pub use disturbance::{Payload, Push};
 
-/// Robots in a rapier world; in most of them one.
+/// Robots on the ground; in most worlds one.
 ///
 /// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read afterwards is the truth; what a
 /// robot's sensors make of it is not this crate's business.
 ///
-/// rapier computes in f32. Positions and wheel angles that only ever grow would lose their small increments there, so
-/// the world sums them in f64 and hands rapier the rounded sum before every step. A copy goes on to the bit as the original does.
+/// A copy goes on to the bit as the original does.
 #[derive(Clone)]
 pub struct World {
     ground: Ground,
@@ -100,16 +99,9 @@ impl World {
         let mut bodies = Vec::with_capacity(1);
         for (robot, start) in robots {
             check::check(&robot, floor, settings)?;
-            let (mut rapier, mut anchor) = Articulated::empty_engine(&ground, settings);
             let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
-            anchor.follow(&start_m, &ground, &mut rapier.colliders);
-            let stands = standing::standing(&robot, floor, (&ground, &anchor), start)?;
-            bodies.push(Articulated::build(
-                robot,
-                (rapier, anchor),
-                &stands,
-                settings,
-            ));
+            let stands = standing::standing(&robot, floor, (&ground, &start_m), start)?;
+            bodies.push(Articulated::build(robot, &ground, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;
         Ok(Self {
@@ -130,6 +122,7 @@ impl World {
             body.rates_asked_rad_s
                 .copy_from_slice(&body.state.wheel_rates_rad_s);
             body.counts.fill(WheelCounts::default());
+            body.support = Support::default();
         }
         self.residual_m_s = 0.0;
         let parts = self.parts();
@@ -151,6 +144,7 @@ impl World {
                 contact.spin_up_power_w = counts.taken.spin_up_j / dt_s;
                 contact.impact_power_w = counts.taken.impact_j / dt_s;
             }
+            body.support = body.support.over(dt_s);
             body.pushes.clear();
             body.motors.fill(MotorTorque::constant(0.0));
         }
@@ -159,7 +153,7 @@ impl World {
     /// In how many parts the coming step is taken.
     fn parts(&self) -> u32 {
         match self.settings.split_dt_s {
-            Some(part_s) if self.reactions.about_to_slide() => {
+            Some(part_s) if self.reactions.about_to_slide(&self.bodies) => {
                 (self.settings.dt_s / part_s).ceil().max(1.0) as u32
             }
             _ => 1,
@@ -167,24 +161,6 @@ impl World {
     }
 }
 
-/// rapier as it has to be set where its own solver has no contact to solve: it finds contacts and moves bodies.
-pub(crate) fn integration_parameters(settings: &Settings) -> IntegrationParameters {
-    if settings.contacts == ContactSolver::Rapier {
-        return reference::integration_parameters(settings);
-    }
-    IntegrationParameters {
-        dt: settings.dt_s as Real,
-        num_solver_iterations: 1,
-        // It has no contact to solve, and so none to stabilise.
-        num_internal_stabilization_iterations: 0,
-        num_internal_pgs_iterations: 1,
-        normalized_prediction_distance: settings.prediction_m as Real,
-        // One exact contact a roller and piece of ground: nothing to merge, and every force stays where it acts.
-        contact_clustering: false,
-        // A recycled contact keeps its old lever arm, but a roller's contact wanders along it all the time.
-        contact_recycling: false,
-        friction_model: FrictionModel::Coulomb,
-        max_ccd_substeps: 0,
-        ..IntegrationParameters::default()
-    }
-}
+/// How near to anything a chassis is looked at for contact, in wheel radii; the distance that it moves in a step comes on top where that
+/// is known.
+pub(crate) const NEAR: f64 = 0.02;

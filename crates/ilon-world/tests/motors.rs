@@ -114,7 +114,6 @@ fn a_gear_takes_its_share_of_a_constant_torque_from_the_first_step_on() {
         world.robot().wheel_rates_rad_s()[0]
     };
     let share = turned(0.8, 100.0) / turned(1.0, 100.0);
-    // rapier's rates are f32, of some 1e-7; 20 of them.
     assert!((share - 0.8).abs() < 1e-5, "{share}");
     assert!((turned(0.8, f64::INFINITY) - turned(0.8, 100.0)).abs() < 1e-12);
 }

@@ -30,6 +30,7 @@
 // What is printed goes through `cli::say`, which bears closed and full streams; the macros of std panic there.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod answers;
 pub mod bench;
 pub mod cli;
 pub mod pages;

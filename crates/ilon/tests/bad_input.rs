@@ -477,15 +477,15 @@ fn a_roller_that_is_not_there_cannot_seize() {
 }
 
 #[test]
-fn a_push_of_no_duration_and_a_payload_of_no_mass() {
+fn a_push_of_no_duration_and_a_payload_of_less_than_no_mass() {
     for (fault, what) in [
         (
             "push = { impulse_x_n_s = 1, lasts_s = 0 }",
             "`faults.0.push.lasts_s` is 0, but must be greater than 0",
         ),
         (
-            "payload = { mass_kg = 0 }",
-            "`faults.0.payload.mass_kg` is 0, but must be greater than 0",
+            "payload = { mass_kg = -1 }",
+            "`faults.0.payload.mass_kg` is -1, but must be 0 or more",
         ),
         (
             "friction_changed = { friction = -0.1 }",

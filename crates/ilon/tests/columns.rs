@@ -9,7 +9,7 @@ use ilon::Scenario;
 use ilon::control::{ContactKinematics, Kinematics};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
 use ilon::simulate::Simulation;
-use ilon::trace::{Desired, Record, TaskShare, Trace, Truth, WheelSample};
+use ilon::trace::{Desired, Record, Support, TaskShare, Trace, Truth, WheelSample};
 use ilon::world::{BodyState, Energy, WheelContact};
 
 /// Onto a circle, over a slippery patch and a kerb, with a push meanwhile; a row every physics step, exact sensors.
@@ -53,6 +53,7 @@ struct Seen {
     bearing_j: f64,
     impact_j: f64,
     residual_m_s: f64,
+    support: ilon::world::Support,
 }
 
 fn look(simulation: &Simulation) -> Seen {
@@ -78,6 +79,7 @@ fn look(simulation: &Simulation) -> Seen {
         bearing_j: world.bearing_energy_j(),
         impact_j: world.impact_energy_j(),
         residual_m_s: world.contact_residual_m_s(),
+        support: world.robot().support(),
     }
 }
 
@@ -145,6 +147,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             kinetic_energy_j,
             potential_energy_j,
             contact_residual_m_s,
+            support,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         let Truth {
@@ -292,6 +295,23 @@ fn every_signal_of_the_robot_is_what_happened() {
             (now.energy.kinetic_j, now.energy.potential_j)
         );
         assert_eq!(contact_residual_m_s, now.residual_m_s);
+        let Support {
+            wheels_n,
+            chassis_n,
+            obstacles_x_n,
+            obstacles_y_n,
+        } = support.expect("what carried it");
+        let (sin, cos) = pose.heading_rad.sin_cos();
+        let [x_n, y_n] = now.support.obstacles_n.into();
+        // A mean over one step is that step's, to the rounding of a product and a quotient.
+        for (recorded, seen) in [
+            (wheels_n, now.support.wheels_n),
+            (chassis_n, now.support.chassis_n),
+            (obstacles_x_n, cos * x_n + sin * y_n),
+            (obstacles_y_n, cos * y_n - sin * x_n),
+        ] {
+            assert_relative_eq!(recorded, seen, max_relative = 1e-9, epsilon = 1e-9);
+        }
     }
     assert!(outside_j.abs() > 0.1, "the push did something");
     assert!(

@@ -482,7 +482,7 @@ fn the_schema_is_json_and_knows_every_section() {
 fn each_file_that_a_person_writes_has_a_schema() {
     let folder = Folder::new();
     for (kind, required) in [
-        ("scenario", "run"),
+        ("scenario", "robot"),
         ("robot", "chassis"),
         ("study", "scenario"),
     ] {

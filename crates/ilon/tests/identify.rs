@@ -23,11 +23,16 @@ fn volksbot(folder: &Folder) {
 
 /// A log of ideal omni wheels of 49.2 mm at 0.26 m, driven ahead, to the left and round, as a table of text.
 fn table() -> String {
+    table_of(1.0, 500)
+}
+
+/// The same of a robot that makes a share of its way sideways, and of which each drive takes so many rows but for that round.
+fn table_of(sideways: f64, rows: u32) -> String {
     let (radius_m, lever_m) = (0.0492, 0.26);
     let mut text = "t,x,y,heading,w1,w2,w3\n".to_owned();
     let (mut x, mut y, mut heading, mut wheels) = (0.0, 0.0, 0.0_f64, [0.0; 3]);
     let row_s = 0.02;
-    for row in 0..1500 {
+    for row in 0..2 * rows + 500 {
         // What a tracker sees to 0.1 mm, in a pattern that repeats after long.
         let noise = |salt: f64| 1e-4 * (f64::from(row) * salt).sin();
         text += &format!(
@@ -41,13 +46,14 @@ fn table() -> String {
             wheels[2]
         );
         let [vx, vy, omega] =
-            [[0.2, 0.0, 0.0], [0.0, 0.2, 0.1], [0.0, 0.0, 0.6]][row as usize / 500];
+            [[0.2, 0.0, 0.0], [0.0, 0.2, 0.1], [0.0, 0.0, 0.6]][(row / rows).min(2) as usize];
         // Wheels at 0, 120 and 240 degrees, the first straight ahead of the middle: each drives along its tangent.
         for (wheel, angle) in wheels.iter_mut().enumerate() {
             let place = wheel as f64 * 2.0 * PI / 3.0;
             let tangent = vy * place.cos() - vx * place.sin() + lever_m * omega;
             *angle -= tangent / radius_m * row_s;
         }
+        let vy = sideways * vy;
         let middle = heading + 0.5 * omega * row_s;
         x += (middle.cos() * vx - middle.sin() * vy) * row_s;
         y += (middle.sin() * vx + middle.cos() * vy) * row_s;
@@ -195,6 +201,139 @@ fn a_table_of_text_makes_the_robot_known_and_all_results_are_written() {
         folder.read("found/identified.json"),
         folder.read("again/identified.json")
     );
+}
+
+/// What the page and the terminal say in sentences, of the same findings: each line but the last of a wish is one.
+fn sentences(folder: &Folder, out: &str, printed: &str) -> Vec<String> {
+    let page = folder.read(&format!("{out}/report.html"));
+    let lead = page.split("<div class=\"story\">").nth(1).expect("a lead");
+    let lead = lead.split("</div>").next().unwrap_or_default();
+    let plain = |line: &str| {
+        let line = line
+            .replace("<b>✓</b> ", "")
+            .replace("<b class=\"failed\">✗</b> ", "");
+        let line = line
+            .replace("<p>", "")
+            .replace("<code>", "`")
+            .replace("</code>", "`")
+            .replace("&quot;", "\"")
+            .replace("&#39;", "'");
+        line.replace("&lt;", "<")
+            .replace("&gt;", ">")
+            .replace("&amp;", "&")
+    };
+    let lines: Vec<String> = lead
+        .split("</p>")
+        .map(plain)
+        .filter(|line| !line.is_empty())
+        .collect();
+    for line in &lines {
+        assert!(
+            printed.contains(line.as_str()),
+            "`{line}` is not in {printed}"
+        );
+    }
+    lines
+}
+
+/// The numbers of a sentence.
+fn numbers(sentence: &str) -> Vec<f64> {
+    let parts = sentence.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'));
+    parts
+        .filter_map(|part| part.trim_end_matches('.').parse().ok())
+        .collect()
+}
+
+fn starting<'l>(lines: &'l [String], with: &str) -> &'l str {
+    let line = lines.iter().find(|line| line.starts_with(with));
+    line.unwrap_or_else(|| panic!("no line starts with `{with}`: {lines:#?}"))
+}
+
+/// A robot with wheels of 49.2 mm for 50 at 260 mm for 250, which makes 0.96 of its way sideways: what it does and what to set follow on paper.
+#[test]
+fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_truth() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    folder.write("log.csv", &table_of(0.96, 500));
+    folder.write("study.toml", STUDY);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+    ended_with(0, &output);
+    let printed = stdout(&output);
+    let lines = sentences(&folder, "found", &printed);
+    let near = |value: f64, truth: f64, within: f64| {
+        assert!(
+            (value - truth).abs() <= within,
+            "{value} for {truth}: {lines:#?}"
+        );
+    };
+    // 4 % less than ahead, by noise of 0.1 mm on 0.2 m a stretch, over tens of stretches: to a twentieth of a percent.
+    let sideways = numbers(starting(&lines, "Sideways it goes"));
+    near(sideways[0], 4.0, 0.1);
+    assert!(
+        sideways[1] <= sideways[0] && sideways[0] <= sideways[2],
+        "{lines:#?}"
+    );
+    let sideways_line = starting(&lines, "Sideways it goes");
+    assert!(
+        sideways_line.contains("% less far than ahead ("),
+        "{sideways_line}"
+    );
+    assert!(
+        sideways_line.contains("rigid rollers explain nothing of it"),
+        "{sideways_line}"
+    );
+    near(numbers(starting(&lines, "Ahead it goes"))[0], 1.6, 0.1);
+    // 1 - (49.2 / 50) (250 / 260).
+    near(numbers(starting(&lines, "It turns"))[0], 5.38, 0.1);
+    let set = starting(
+        &lines,
+        "In omni_wheel_drive_controller set the wheel radius rho, `wheel_radius`, to ",
+    );
+    let [radius, _, _, before, lever, ..] = numbers(set)[..] else {
+        panic!("{set}");
+    };
+    near(radius, 49.2, 0.05);
+    near(before, 50.0, 0.0);
+    assert!(set.contains("`robot_radius`"), "{set}");
+    near(lever, 260.0, 0.5);
+    let factor = numbers(starting(&lines, "Multiply vy, the speed sideways, by "));
+    near(factor[0], 1.0 / 0.96, 0.001);
+    // One run: what others would scatter by is not known.
+    assert!(
+        starting(&lines, "To know more, ").contains("six runs or more"),
+        "{lines:#?}"
+    );
+    // The answer stands before the values, and all other tables only where they are asked for.
+    let place = |text: &str| printed.find(text);
+    assert!(place("Sideways it goes") < place("Parameters"), "{printed}");
+    assert_eq!(place("Ends of runs"), None, "{printed}");
+    let full = folder.ilon(&["identify", "study.toml", "--out", "found", "--table"]);
+    assert!(stdout(&full).contains("Ends of runs"), "{}", stdout(&full));
+    let quiet = folder.ilon(&["identify", "study.toml", "--out", "found", "-q"]);
+    assert_eq!(ended_with(0, &quiet), "");
+}
+
+/// Of a log in which nothing goes sideways nothing is said of that but what to drive.
+#[test]
+fn what_a_log_does_not_hold_is_what_is_to_be_driven() {
+    let folder = Folder::new();
+    volksbot(&folder);
+    let rows: Vec<String> = table().lines().take(501).map(str::to_owned).collect();
+    folder.write("log.csv", &(rows.join("\n") + "\n"));
+    folder.write("study.toml", STUDY);
+    let output = folder.ilon(&["identify", "study.toml", "--out", "found"]);
+    ended_with(0, &output);
+    let lines = sentences(&folder, "found", &stdout(&output));
+    assert!(
+        !lines.iter().any(|line| line.starts_with("Sideways")),
+        "{lines:#?}"
+    );
+    assert!(!lines.iter().any(|line| line.contains("vy")), "{lines:#?}");
+    let wish = starting(&lines, "To know more, drive sideways");
+    assert!(wish.contains("turns on the spot"), "{wish}");
+    let json: serde_json::Value =
+        serde_json::from_str(&folder.read("found/identified.json")).expect("JSON");
+    assert!(json["gains"]["sideways"].is_null() && json["controller"]["sideways_factor"].is_null());
 }
 
 #[test]

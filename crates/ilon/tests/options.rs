@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use support::{Folder, ended_with, stdout};
+use support::{FAILS, Folder, ended_with, stdout};
 
 /// A base with four plain wheels of 50 mm; `NAME` is how a wheel's joint is called, before its place.
 fn base(name: &str, geometry: &str, inertia: &str) -> String {
@@ -230,9 +230,14 @@ fn a_page_is_opened_once_it_is_written() {
         folder.path("bin").display(),
         std::env::var("PATH").unwrap_or_default()
     );
-    for arguments in [
-        vec!["run", "good.toml", "--out", "out", "--open"],
-        vec!["report", "out", "--open"],
+    folder.write(
+        "study.toml",
+        "scenario = \"good.toml\"\naxes.world.floor.friction = [0.2]\n",
+    );
+    for (arguments, out) in [
+        (vec!["run", "good.toml", "--out", "out", "--open"], "out"),
+        (vec!["report", "out", "--open"], "out"),
+        (vec!["sweep", "study.toml", "--open"], "out/study"),
     ] {
         let _ = std::fs::remove_file(folder.path("opened"));
         let output = folder
@@ -251,7 +256,7 @@ fn a_page_is_opened_once_it_is_written() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         let page = folder
-            .path("out/report.html")
+            .path(&format!("{out}/report.html"))
             .canonicalize()
             .expect("it is written");
         assert_eq!(folder.read("opened").trim(), page.display().to_string());
@@ -333,4 +338,83 @@ fn a_bench_drives_its_wheels_with_the_bandwidth_that_is_asked_for() {
     };
     // The drives are slow; what differs is how far the wheels lag while they start, and with it the place of the rollers.
     assert!(measured(&[]) != measured(&["--bandwidth", "5"]));
+}
+
+/// What a command prints for a person is left out when it is asked to be quiet; its code, its data and what did not hold are not.
+#[test]
+fn every_command_knows_to_be_quiet() {
+    let folder = Folder::new();
+    folder.scenario("failing.toml", FAILS);
+    let silent: [&[&str]; 8] = [
+        &["run", "good.toml", "--out", "out", "--no-report"],
+        &["check", "good.toml"],
+        &["inspect", "robot.urdf"],
+        &["inspect", "robot.urdf", "--html", "robot.html"],
+        &["run", "good.toml", "--out", "other"],
+        &["compare", "out", "other", "--out", "compare.html"],
+        &["report", "other"],
+        &["demo", "shown"],
+    ];
+    for arguments in silent {
+        // Before the command and behind it.
+        for arguments in [
+            [&["-q"], arguments].concat(),
+            [arguments, &["--quiet"]].concat(),
+        ] {
+            let output = folder.ilon(&arguments);
+            assert_eq!(ended_with(0, &output), "", "{arguments:?}");
+            assert_eq!(stdout(&output), "", "{arguments:?}");
+        }
+    }
+    let output = folder.ilon(&["check", "-q", "good.toml", "failing.toml"]);
+    ended_with(1, &output);
+    let said = stdout(&output);
+    assert!(said.starts_with("FAILED failing "), "{said}");
+    assert!(!said.contains("good"), "{said}");
+    let output = folder.ilon(&["inspect", "-q", "nowhere.urdf"]);
+    assert!(ended_with(2, &output).contains("nowhere.urdf"));
+}
+
+#[test]
+fn a_check_as_json_names_each_scenario_its_outcome_and_its_bounds() {
+    let folder = Folder::new();
+    folder.scenario("failing.toml", FAILS);
+    folder.write("bad.toml", "robot = 1");
+    let output = folder.ilon(&["check", "--json", "failing.toml", "bad.toml"]);
+    ended_with(2, &output);
+    let all: Value = serde_json::from_str(&stdout(&output)).expect("JSON alone");
+    let [failing, bad] = all["scenarios"].as_array().expect("a list").as_slice() else {
+        panic!("{all}");
+    };
+    assert_eq!(failing["outcome"], "failed");
+    assert_eq!(failing["bounds"][0]["quantity"], "twist_ratio_contact.vx");
+    assert_eq!(failing["bounds"][0]["held"], false);
+    // It drives ahead without sliding: as the rollers that touch roll.
+    let measured = failing["bounds"][0]["measured"].as_f64().expect("a number");
+    assert!((measured - 1.0).abs() < 0.01, "{measured}");
+    assert_eq!(bad["outcome"], "could not run");
+    assert!(bad["error"].is_string());
+}
+
+/// The answer comes first, then ten figures at most; all of them are printed when asked for.
+#[test]
+fn a_run_answers_before_it_lists_figures() {
+    let folder = Folder::new();
+    let printed = |more: &[&str]| {
+        let arguments = [&["run", "good.toml", "--out", "out", "--no-report"], more].concat();
+        let output = folder.ilon(&arguments);
+        ended_with(0, &output);
+        stdout(&output)
+    };
+    let short = printed(&[]);
+    let rows = |text: &str| text.lines().filter(|line| line.starts_with("  ")).count();
+    assert!((1..=10).contains(&rows(&short)), "{short}");
+    let answer = short.lines().next().expect("a line");
+    assert!(
+        answer.ends_with('.') && answer.contains("the robot did"),
+        "{short}"
+    );
+    let long = printed(&["--table"]);
+    assert!(rows(&long) > rows(&short), "{long}");
+    assert!(long.starts_with(answer), "{long}");
 }

@@ -277,15 +277,12 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
         DISC,
         "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"
     ),
-    Proposal(
-        "its mesh `wheel.stl` cannot be read: there is no such file",
-        "the wheel's radius is 49.0 mm"
-    );
+    Refused("no two kinds of clues agree on one: its inertia about its axis, as that of a solid disc (49 mm)");
     "a mesh that is not there"
 )]
 #[test_case(
     replaced(DISC, &format!("{}<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>", DISC.replace("0.05", "0.0279"))),
-    Proposal("the wheel's geometry does not show its radius", "the wheel's radius is 49.0 mm");
+    Refused("what can be read of its shapes (27.9 mm), its inertia about its axis, as that of a solid disc (49 mm)");
     "one of two shapes that is not there"
 )]
 #[test_case(
@@ -293,8 +290,19 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
         DISC,
         "<collision><geometry><mesh filename=\"package://absent/wheel.stl\"/></geometry></collision>"
     ),
-    Proposal("--package absent=FOLDER", "the wheel's radius is 49.0 mm");
+    Refused("--package absent=FOLDER`, `--wheel-radius-m`");
     "a mesh of an absent package"
+)]
+#[test_case(
+    replaced(
+        DISC,
+        "<collision><geometry><mesh filename=\"wheel_98mm.stl\"/></geometry></collision>"
+    ),
+    Proposal(
+        "49 mm is what two or more clues agree on: the name `wheel_98mm.stl` (49 or 98 mm), its inertia",
+        "49.0 mm as given; for it speak the name `wheel_98mm.stl`"
+    );
+    "a mesh that is not there and says its size"
 )]
 #[test_case(
     base().replace("base_link", "chassis").replace("<robot name=\"base\">", &format!(

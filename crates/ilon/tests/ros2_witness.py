@@ -307,6 +307,11 @@ def wheels():
         # What its controllers publish is left to them.
         published = dict(client.node.get_topic_names_and_types())
         assert not {"/joint_states", "/odom"} & set(published), published
+        # A controller manager takes this description, and fails on one without the block.
+        described = client.listen(String, "/robot_description", LATCHED)
+        wait_for(lambda: described, "the description")
+        (block,) = xml.fromstring(described[0].data).findall("ros2_control")
+        assert sorted(joint.get("name") for joint in block.findall("joint")) == sorted(names)
         # In another order than the robot's, as a hardware interface has its own; first NaN, as before the controllers are active.
         message = JointState(name=list(reversed(names)), velocity=[math.nan] * 4)
         repeat(commands, message, 0.5)
@@ -666,15 +671,16 @@ def parameters():
         assert answer(asks.get_parameters(["friction"])).values[0].double_value == 0.01
         ice = way()
         assert ice < 0.5 * floor and floor > 0.15, (ice, floor)
-        limited = answer(asks.set_parameters([Parameter("friction", value=-3.0)])).results[0]
-        assert limited.successful and "out of range" in limited.reason
+        # What would not hold is refused, and changes nothing.
+        refused = answer(asks.set_parameters([Parameter("friction", value=-3.0)])).results[0]
+        assert not refused.successful and "from 0 to 2" in refused.reason, refused
         for name, value in (("friction", "much"), ("mode", "fly"), ("other", 1), ("paused", 3)):
             refused = answer(asks.set_parameters([Parameter(name, value=value)])).results[0]
             assert not refused.successful and name in refused.reason, refused
         # All or none.
         both = [Parameter("friction", value=0.7), Parameter("mode", value="fly")]
         assert not answer(asks.set_parameters_atomically(both)).result.successful
-        assert answer(asks.get_parameters(["friction"])).values[0].double_value == 0.0
+        assert answer(asks.get_parameters(["friction"])).values[0].double_value == 0.01
         both = [Parameter("friction", value=0.7), Parameter("mode", value="reference")]
         assert answer(asks.set_parameters_atomically(both)).result.successful
         ilon.goes_on()

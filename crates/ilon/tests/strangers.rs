@@ -29,6 +29,19 @@ fn scenario(folder: &Folder, robot: &str, of_robot: &str, further: &str) {
     folder.write("in/s.toml", &text);
 }
 
+/// Writes `in/i.toml`: a study that takes a file for a log.
+fn study(folder: &Folder, file: &str) {
+    let wheels: String = (1..=3)
+        .map(|wheel| format!("wheel_{wheel} = {{ column = \"w{wheel}\", unit = \"rad\" }}\n"))
+        .collect();
+    let text = format!(
+        "robot = \"robot.urdf\"\n[log]\ntime = {{ column = \"root\", unit = \"s\" }}\nx = {{ column = \"x\", unit = \"m\" }}\n\
+         y = {{ column = \"y\", unit = \"m\" }}\nheading = {{ column = \"h\", unit = \"rad\" }}\n[log.bag]\npose = \"/pose\"\n\
+         [log.wheels]\n{wheels}[[runs]]\nfile = \"{file}\"\n"
+    );
+    folder.write("in/i.toml", &text);
+}
+
 fn waypoints(folder: &Folder, file: &str) {
     let text = format!(
         "[robot]\nfile = \"robot.urdf\"\n{}\n[run]\nduration_s = 0.5\n",
@@ -148,6 +161,14 @@ fn of_files_of_another_kind_nothing_is_shown() {
         secrets(&["run", "in/s.toml"]);
         waypoints(&folder, file);
         secrets(&check);
+    }
+    folder.write(
+        "secret.csv",
+        "root,SECRET,x,y,h\nSECRET,two,three,four,five\n",
+    );
+    for file in foreign.into_iter().chain(["../secret.csv"]) {
+        study(&folder, file);
+        secrets(&["identify", "in/i.toml"]);
     }
     // As a scenario itself, where a link leads to it.
     for file in [
@@ -337,7 +358,24 @@ fn what_never_ends_or_is_very_large_is_refused_at_once() {
         folder.path("base/good.parquet"),
     )
     .expect("moved");
-    let all: [&[&str]; 13] = [
+    for (name, file) in [
+        ("kernel", "/proc/kmsg"),
+        ("device", "/dev/zero"),
+        ("pipe", "../pipe.csv"),
+    ] {
+        study(&folder, file);
+        fs::rename(
+            folder.path("in/i.toml"),
+            folder.path(&format!("in/{name}.toml")),
+        )
+        .expect("moved");
+    }
+    fs::copy(folder.path("robot.urdf"), folder.path("in/robot.urdf")).expect("copied");
+    let all: [&[&str]; 17] = [
+        &["identify", "in/kernel.toml"],
+        &["identify", "in/device.toml"],
+        &["identify", "in/pipe.toml"],
+        &["run", "/proc/kmsg"],
         &["run", "pipe.toml"],
         &["run", "/dev/zero"],
         &["run", "big.toml"],
@@ -355,7 +393,9 @@ fn what_never_ends_or_is_very_large_is_refused_at_once() {
     for arguments in all {
         let told = ended_with(2, &folder.ilon(arguments));
         assert!(
-            told.contains("a pipe") || told.contains("a device") || told.contains("MB"),
+            ["a pipe", "a device", "MB", "a view into the kernel"]
+                .iter()
+                .any(|why| told.contains(why)),
             "{arguments:?}: {told}"
         );
     }

@@ -83,6 +83,17 @@ fn a_full_disk_behind_standard_error_costs_nothing_and_behind_standard_output_is
     assert_eq!(status.expect("it runs").code(), Some(2));
     // The results are there; what could not be printed was the table.
     assert_eq!(folder.names("b"), WHOLE);
+    // Help and version are what was asked for, too.
+    for asked in [
+        &["--help"][..],
+        &["--version"],
+        &["help"],
+        &["run", "--help"],
+    ] {
+        let mut help = folder.command(asked);
+        let status = help.stdout(full()).stderr(Stdio::null()).status();
+        assert_eq!(status.expect("it runs").code(), Some(2), "{asked:?}");
+    }
 }
 
 #[test]

@@ -234,6 +234,99 @@ fn what_was_found_is_printed_written_and_shown_with_commands_that_run_it_again()
     );
 }
 
+/// The lead of a page, as plain text.
+fn lead(page: &str) -> String {
+    let lead = page.split("<div class=\"story\">").nth(1).expect("a lead");
+    let lead = lead.split("</div>").next().unwrap_or_default();
+    lead.replace("</p><p>", "\n")
+        .replace("&gt;", ">")
+        .replace("&lt;", "<")
+}
+
+/// One sentence on the terminal and on the page, with the numbers of `findings.json`.
+#[test]
+fn a_grid_says_its_range_and_main_effects_on_the_terminal_and_on_the_page() {
+    let folder = Folder::new();
+    study(
+        &folder,
+        "quantities = [\"steps\"]\nset.run.control_dt_s = 0.02\n[axes]\nrun.duration_s = [0.2, 0.4]\nrun.physics_dt_s = [0.001, 0.002]\n",
+    );
+    let output = folder.ilon(&["sweep", "study.toml", "--out", "out"]);
+    ended_with(0, &output);
+    // 200 and 400 steps of 1 ms, 100 and 200 of 2 ms: each axis causes 22500 of 47500.
+    let sentence = "Physics steps: from 100 (duration 0.2 s, physics dt 0.002 s, run 1) to 400 (duration 0.4 s, physics dt 0.001 s, run 2). \
+                    Duration causes 47 % of what varies (mean 150 at 0.2 s, 300 at 0.4 s), physics dt causes 47 % of what varies (mean 150 at \
+                    0.002 s, 300 at 0.001 s); 5.3 % they cause only together.";
+    let printed = stdout(&output);
+    assert!(printed.contains(sentence), "{printed}");
+    let lead = lead(&folder.read("out/report.html"));
+    assert!(lead.contains(sentence), "{lead}");
+    let findings: serde_json::Value =
+        serde_json::from_str(&folder.read("out/findings.json")).expect("JSON");
+    assert_eq!(findings["ranges"][0]["largest"]["value"], 400.0);
+}
+
+#[test]
+fn what_a_study_does_not_answer_is_said_on_the_terminal_and_on_the_page() {
+    let folder = Folder::new();
+    for method in ["sobol_indices", "morris"] {
+        // Its means begin after these runs have ended.
+        study(
+            &folder,
+            &format!(
+                "method = \"{method}\"\npoints = 3\nquantities = [\"twist_mean.vy_m_s\"]\nset.run.duration_s = 0.2\n\
+                 axes.world.floor.friction = {{ from = 0.2, to = 0.8 }}\n"
+            ),
+        );
+        let output = folder.ilon(&["sweep", "study.toml", "--out", method]);
+        ended_with(0, &output);
+        let runs = if method == "morris" { 6 } else { 9 };
+        let sentence = format!(
+            "Real twist, mean: vy is absent in {runs} of {runs} runs: it is taken over the window of the means"
+        );
+        let printed = stdout(&output);
+        assert!(printed.contains(&sentence), "{printed}");
+        let lead = lead(&folder.read(&format!("{method}/report.html")));
+        assert!(lead.contains(&sentence), "{lead}");
+        let findings: serde_json::Value =
+            serde_json::from_str(&folder.read(&format!("{method}/findings.json"))).expect("JSON");
+        assert_eq!(findings["gaps"][0]["absent"], runs);
+    }
+}
+
+#[test]
+fn quiet_it_prints_nothing_but_what_is_asked_for() {
+    let folder = Folder::new();
+    study(
+        &folder,
+        "expect.slip_energy_j = { max = -1 }\naxes.world.floor.friction = [0.2]\n",
+    );
+    let output = folder.ilon(&["sweep", "study.toml", "-q"]);
+    assert_eq!(ended_with(0, &output), "");
+    assert!(folder.path("out/study/report.html").exists());
+    let output = folder.ilon(&["sweep", "study.toml", "--quiet", "--json"]);
+    ended_with(0, &output);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON alone");
+    assert_eq!((&json["runs"], stderr(&output).as_str()), (&1.into(), ""));
+    // A shard and what is gathered of it too; a fault is said all the same.
+    let shard = [
+        "sweep",
+        "study.toml",
+        "-q",
+        "--out",
+        "parts",
+        "--shard",
+        "1/1",
+    ];
+    assert_eq!(ended_with(0, &folder.ilon(&shard)), "");
+    let merged = folder.ilon(&["sweep", "--merge", "parts", "-q"]);
+    assert_eq!(ended_with(0, &merged), "");
+    assert_ne!(
+        ended_with(2, &folder.ilon(&["sweep", "nowhere.toml", "-q"])),
+        ""
+    );
+}
+
 #[test]
 fn a_page_of_ten_thousand_runs_is_below_two_megabytes() {
     use ilon::report::sweep::{Quantity, Run, Shown, Varied, html};

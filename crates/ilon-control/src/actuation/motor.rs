@@ -1,11 +1,12 @@
-//! What a wheel's motor can give: URDF effort and velocity limits, and the torque-speed line of a DC motor.
+//! What a wheel's motor can give: URDF effort and velocity limits, and a DC motor with its back-EMF in all four quadrants.
 
 use ilon_robot::MotorLimits;
 
 use crate::ControlError;
 use crate::error::positive;
 
-/// A torque that a motor can give at one moment, in N m: min <= 0 <= max.
+/// The torques that a motor can give at one moment, in N m: min <= max. Both have the same sign where a load turns a DC motor beyond
+/// its no-load rate: then it brakes, whatever its controller does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueRange {
     /// Most negative torque.
@@ -30,33 +31,99 @@ impl TorqueRange {
     }
 }
 
+/// A DC motor and its controller, all figures at the wheel (after the gear, its losses left out).
+///
+/// With torque constant K, winding resistance R and a voltage u U between full reverse (u = -1) and full forward (u = 1) its current is
+/// (u U - K w) / R, and its torque
+///
+/// tau = stall (u - w / no_load),  stall = K U / R,  no_load = U / K,
+///
+/// at every rate w: also beyond the no-load rate, where it brakes at full voltage, and turned backwards, where it pushes with more than
+/// the stall torque. Shorted it brakes by -stall w / no_load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DcMotor {
+    /// Torque at rest on the full voltage, in N m, > 0.
+    pub stall_torque_n_m: f64,
+    /// Rate at which it gives no torque on the full voltage, in rad/s, > 0.
+    pub no_load_rate_rad_s: f64,
+    /// Where the controller's current limit holds its torque, driving and braking alike, in N m, > 0; infinite without one.
+    pub current_limit_n_m: f64,
+    /// Whether the supply, or a chopper across it, takes the power that comes back. Where nothing does, the controller turns it into
+    /// heat in the winding, and beyond the no-load rate no current flows unless the voltage is taken back: the motor coasts.
+    pub regenerates: bool,
+}
+
 /// How a motor's torque depends on its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MotorCurve {
     /// It does not, up to the velocity limit.
     #[default]
     Flat,
-    /// A DC motor on a fixed supply: the torque it can drive with falls in a line from the stall torque at rest to
-    /// nothing at the no-load rate. See [`MotorCurve::dc_line`].
-    DcLine {
-        /// Torque at rest, at the wheel, in N m.
-        stall_torque_n_m: f64,
-        /// Rate at which it drives no more, at the wheel, in rad/s.
-        no_load_rate_rad_s: f64,
-    },
+    /// A DC motor on a fixed supply.
+    Dc(DcMotor),
 }
 
 impl MotorCurve {
-    /// The torque-speed line of a DC motor of torque constant K, winding resistance R and supply U behind a gear:
-    /// stall torque K U / R and no-load rate U / K, both at the wheel (after the gear, its losses left out).
+    /// A DC motor of a stall torque in N m and a no-load rate in rad/s at the wheel, without a current limit, on a supply that takes
+    /// power back.
     ///
     /// # Errors
     /// [`ControlError::NotPositive`].
     pub fn dc_line(stall_torque_n_m: f64, no_load_rate_rad_s: f64) -> Result<Self, ControlError> {
-        Ok(Self::DcLine {
-            stall_torque_n_m: positive("the motor's stall torque in N m", stall_torque_n_m)?,
-            no_load_rate_rad_s: positive("the motor's no-load rate in rad/s", no_load_rate_rad_s)?,
+        Self::dc(DcMotor {
+            stall_torque_n_m,
+            no_load_rate_rad_s,
+            current_limit_n_m: f64::INFINITY,
+            regenerates: true,
         })
+    }
+
+    /// A DC motor.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`] where a figure is not above zero.
+    pub fn dc(motor: DcMotor) -> Result<Self, ControlError> {
+        positive("the motor's stall torque in N m", motor.stall_torque_n_m)?;
+        positive(
+            "the motor's no-load rate in rad/s",
+            motor.no_load_rate_rad_s,
+        )?;
+        if motor.current_limit_n_m != f64::INFINITY {
+            let what = "the torque of the motor's current limit in N m";
+            positive(what, motor.current_limit_n_m)?;
+        }
+        Ok(Self::Dc(motor))
+    }
+}
+
+/// What bounds a motor's torque about a wheel rate: two parallel lines of back-EMF, and a limit that holds at every rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorBounds {
+    /// What full reverse and full forward give at the rate; infinite without a curve.
+    pub line: TorqueRange,
+    /// By how much both fall per rate gained, in N m s/rad; 0 without a curve.
+    pub fall_n_m_s: f64,
+    /// The largest torque of either sign, in N m. It holds where the lines ask for more, too.
+    pub limit_n_m: f64,
+    /// Whether the lines also force a torque upon a motor that is turned beyond its no-load rate.
+    pub regenerates: bool,
+}
+
+impl MotorBounds {
+    /// The torques that are left at the rate.
+    pub fn range(&self) -> TorqueRange {
+        let TorqueRange {
+            mut min_n_m,
+            mut max_n_m,
+        } = self.line;
+        if !self.regenerates {
+            (min_n_m, max_n_m) = (min_n_m.min(0.0), max_n_m.max(0.0));
+        }
+        let limited = |torque_n_m: f64| torque_n_m.clamp(-self.limit_n_m, self.limit_n_m);
+        TorqueRange {
+            min_n_m: limited(min_n_m),
+            max_n_m: limited(max_n_m),
+        }
     }
 }
 
@@ -87,32 +154,30 @@ impl Motor {
 
     /// The torques it can give at a wheel rate.
     ///
-    /// Driving (torque along the rate): up to the effort limit and the DC line, and nothing at or beyond the velocity
-    /// limit. Braking (torque against the rate): up to the effort limit and the stall torque, at any rate. With the
-    /// supply reversed a DC motor's back-EMF would add to the supply and drive more than the stall current; the
-    /// drive's current limit, taken to be the stall current, is what holds it there. Beyond the no-load rate the
-    /// motor is let coast: its range never leaves zero out, so that no torque is forced upon the wheel.
+    /// A motor without a curve drives and brakes up to its effort limit. A DC motor gives what its voltage and back-EMF do between
+    /// full reverse and full forward, within the effort limit and that of its current. Neither drives (torque along the rate) at or beyond
+    /// the velocity limit.
     pub fn range(&self, rate_rad_s: f64) -> TorqueRange {
         self.range_on(rate_rad_s, 1.0)
     }
 
     /// The torques it can give at a wheel rate while a share of the supply's voltage is left, 0 to 1.
     ///
-    /// Of the DC line stall torque and no-load rate are both proportional to the supply (K U / R and U / K), so that it
-    /// shifts in parallel. Of a motor without a curve the limits of torque and rate shrink by the share.
+    /// Of a DC motor stall torque and no-load rate are both proportional to the supply (K U / R and U / K), so that both lines shift in
+    /// parallel; without any supply it is shorted. Of a motor without a curve the limits of torque and rate shrink by the share.
     pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
-        let range = self.torque_range_on(rate_rad_s, supply_share);
+        let TorqueRange { min_n_m, max_n_m } = self.bounds_on(rate_rad_s, supply_share).range();
         if rate_rad_s.abs() < self.velocity_limit_on(supply_share) {
-            range
+            TorqueRange { min_n_m, max_n_m }
         } else if rate_rad_s >= 0.0 {
             TorqueRange {
-                max_n_m: 0.0,
-                ..range
+                min_n_m: min_n_m.min(0.0),
+                max_n_m: max_n_m.min(0.0),
             }
         } else {
             TorqueRange {
-                min_n_m: 0.0,
-                ..range
+                min_n_m: min_n_m.max(0.0),
+                max_n_m: max_n_m.max(0.0),
             }
         }
     }
@@ -122,69 +187,42 @@ impl Motor {
     pub fn velocity_limit_on(&self, supply_share: f64) -> f64 {
         match self.curve {
             MotorCurve::Flat => share_of(self.velocity_rad_s, supply_share),
-            MotorCurve::DcLine { .. } => self.velocity_rad_s,
+            MotorCurve::Dc(_) => self.velocity_rad_s,
         }
     }
 
-    /// The rate at and beyond which it drives no more while a share of the supply's voltage is left, in rad/s: its velocity
-    /// limit, or the no-load rate, if that is lower.
-    pub fn rate_limit_on(&self, supply_share: f64) -> f64 {
-        let velocity_rad_s = self.velocity_limit_on(supply_share);
+    /// What bounds its torque about a wheel rate while a share of the supply's voltage is left, but for the velocity limit: for who
+    /// holds that, and follows the lines, within a step of time and not from one to the next.
+    pub fn bounds_on(&self, rate_rad_s: f64, supply_share: f64) -> MotorBounds {
         match self.curve {
-            MotorCurve::Flat => velocity_rad_s,
-            MotorCurve::DcLine {
-                no_load_rate_rad_s, ..
-            } => velocity_rad_s.min(share_of(no_load_rate_rad_s, supply_share)),
+            MotorCurve::Flat => MotorBounds {
+                line: TorqueRange::UNLIMITED,
+                fall_n_m_s: 0.0,
+                limit_n_m: share_of(self.effort_n_m, supply_share),
+                regenerates: true,
+            },
+            MotorCurve::Dc(motor) => {
+                let fall_n_m_s = motor.stall_torque_n_m / motor.no_load_rate_rad_s;
+                let at_rest_n_m = supply_share * motor.stall_torque_n_m;
+                MotorBounds {
+                    line: TorqueRange {
+                        min_n_m: -at_rest_n_m - fall_n_m_s * rate_rad_s,
+                        max_n_m: at_rest_n_m - fall_n_m_s * rate_rad_s,
+                    },
+                    fall_n_m_s,
+                    limit_n_m: self.effort_n_m.min(motor.current_limit_n_m),
+                    regenerates: motor.regenerates,
+                }
+            }
         }
     }
 
-    /// By how much a torque in N m that it gives at a wheel rate falls per rate gained, in N m s/rad: the slope of the DC line
-    /// where it drives with all that the line allows, else 0.
-    pub fn droop_on(&self, torque_n_m: f64, rate_rad_s: f64, supply_share: f64) -> f64 {
-        let MotorCurve::DcLine {
-            stall_torque_n_m,
-            no_load_rate_rad_s,
-        } = self.curve
-        else {
-            return 0.0;
-        };
-        let line_n_m = stall_torque_n_m * (supply_share - rate_rad_s.abs() / no_load_rate_rad_s);
-        let drives = torque_n_m * rate_rad_s >= 0.0;
-        if drives && line_n_m > 0.0 && torque_n_m.abs() >= line_n_m {
-            stall_torque_n_m / no_load_rate_rad_s
-        } else {
-            0.0
-        }
-    }
-
-    /// As [`Self::range_on`], but for the velocity limit: for who holds that apart, within a step of time and not from one
-    /// to the next, where a wheel at its limit would be driven in one step and free in the other.
-    pub fn torque_range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
-        let (brake_n_m, drive_n_m) = match self.curve {
-            MotorCurve::Flat => {
-                let effort_n_m = share_of(self.effort_n_m, supply_share);
-                (effort_n_m, effort_n_m)
-            }
-            MotorCurve::DcLine {
-                stall_torque_n_m,
-                no_load_rate_rad_s,
-            } => {
-                let brake_n_m = (self.effort_n_m).min(share_of(stall_torque_n_m, supply_share));
-                let slowed = supply_share - rate_rad_s.abs() / no_load_rate_rad_s;
-                let drive_n_m = (stall_torque_n_m * slowed).clamp(0.0, brake_n_m);
-                (brake_n_m, drive_n_m)
-            }
-        };
-        if rate_rad_s >= 0.0 {
-            TorqueRange {
-                min_n_m: -brake_n_m,
-                max_n_m: drive_n_m,
-            }
-        } else {
-            TorqueRange {
-                min_n_m: -drive_n_m,
-                max_n_m: brake_n_m,
-            }
+    /// The torque of its shorted winding per rate, in N m s/rad, against the rate; `None` of a motor without a curve, whose winding is
+    /// not known.
+    pub fn shorted_n_m_s(&self) -> Option<f64> {
+        match self.curve {
+            MotorCurve::Flat => None,
+            MotorCurve::Dc(motor) => Some(motor.stall_torque_n_m / motor.no_load_rate_rad_s),
         }
     }
 }
@@ -230,55 +268,92 @@ mod tests {
         assert!((given(&dc(), -9.0, -10.0) + 2.0).abs() < 1e-15);
     }
 
+    /// Full forward and full reverse of a line of 4 N m and 20 rad/s, within 3 N m: 4 (+-1 - w / 20).
     #[test]
     fn nothing_drives_at_or_beyond_the_velocity_limit_but_braking_stays() {
         for rate_rad_s in [18.0, 25.0] {
-            assert_eq!(given(&dc(), 1.0, rate_rad_s), 0.0);
+            assert!(given(&dc(), 1.0, rate_rad_s) <= 0.0);
             assert_eq!(given(&dc(), -9.0, rate_rad_s), -3.0);
-            assert_eq!(given(&dc(), -1.0, -rate_rad_s), 0.0);
+            assert!(given(&dc(), -1.0, -rate_rad_s) >= 0.0);
             assert_eq!(given(&dc(), 9.0, -rate_rad_s), 3.0);
         }
     }
 
+    fn unlimited(curve: MotorCurve) -> Motor {
+        Motor::new(&MotorLimits::default(), curve).unwrap()
+    }
+
     #[test]
-    fn braking_never_exceeds_the_stall_torque() {
-        let limits = MotorLimits {
-            effort_n_m: 10.0,
-            velocity_rad_s: f64::INFINITY,
-        };
-        let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
-        assert_eq!(given(&motor, -9.0, 15.0), -4.0);
-        assert_eq!(given(&motor, 9.0, -30.0), 4.0);
+    fn the_line_holds_in_all_four_quadrants() {
+        let motor = unlimited(MotorCurve::dc_line(0.3, 20.0).unwrap());
+        // 0.3 (1 - w/20) and 0.3 (-1 - w/20).
+        for (rate_rad_s, forward_n_m, reverse_n_m) in [
+            (-30.0, 0.75, 0.15),
+            (-10.0, 0.45, -0.15),
+            (0.0, 0.3, -0.3),
+            (10.0, 0.15, -0.45),
+            (20.0, 0.0, -0.6),
+            (30.0, -0.15, -0.75),
+        ] {
+            let TorqueRange { min_n_m, max_n_m } = motor.range(rate_rad_s);
+            assert!((max_n_m - forward_n_m).abs() < 1e-15, "{rate_rad_s}");
+            assert!((min_n_m - reverse_n_m).abs() < 1e-15, "{rate_rad_s}");
+            // Without any supply both are the shorted winding's.
+            let TorqueRange { min_n_m, max_n_m } = motor.range_on(rate_rad_s, 0.0);
+            let shorted_n_m = -motor.shorted_n_m_s().unwrap() * rate_rad_s;
+            assert!((max_n_m - shorted_n_m).abs() < 1e-15, "{rate_rad_s}");
+            assert_eq!(min_n_m, max_n_m);
+        }
+    }
+
+    #[test]
+    fn a_current_limit_holds_driving_and_braking_alike() {
+        let curve = MotorCurve::dc(DcMotor {
+            stall_torque_n_m: 4.0,
+            no_load_rate_rad_s: 20.0,
+            current_limit_n_m: 1.0,
+            regenerates: true,
+        });
+        let motor = unlimited(curve.unwrap());
+        for rate_rad_s in [-15.0, 0.0, 15.0] {
+            let range = motor.range(rate_rad_s);
+            assert_eq!((range.min_n_m, range.max_n_m), (-1.0, 1.0), "{rate_rad_s}");
+        }
+        // The line crosses it at 4 (1 - w/20) = 1, 15 rad/s; at 22 rad/s full forward brakes with 0.4, at 40 with no more than 1.
+        assert!((motor.range(22.0).max_n_m + 0.4).abs() < 1e-15);
+        assert_eq!(motor.range(40.0).max_n_m, -1.0);
+    }
+
+    #[test]
+    fn where_nothing_takes_power_back_a_motor_coasts_beyond_its_no_load_rate_and_still_brakes() {
+        let curve = MotorCurve::dc(DcMotor {
+            stall_torque_n_m: 4.0,
+            no_load_rate_rad_s: 20.0,
+            current_limit_n_m: f64::INFINITY,
+            regenerates: false,
+        });
+        let motor = unlimited(curve.unwrap());
+        let range = motor.range(30.0);
+        assert_eq!((range.min_n_m, range.max_n_m), (-10.0, 0.0));
+        let range = motor.range(-30.0);
+        assert_eq!((range.min_n_m, range.max_n_m), (0.0, 10.0));
+        // Within its no-load rate nothing changes.
+        let range = motor.range(10.0);
+        assert_eq!((range.min_n_m, range.max_n_m), (-6.0, 2.0));
     }
 
     #[test]
     fn on_half_of_its_supply_a_dc_motor_has_half_its_stall_torque_and_no_load_rate() {
-        let limits = MotorLimits::default();
-        let motor = Motor::new(&limits, MotorCurve::dc_line(4.0, 20.0).unwrap()).unwrap();
+        let motor = unlimited(MotorCurve::dc_line(4.0, 20.0).unwrap());
         let drives_n_m = |rate_rad_s| motor.range_on(rate_rad_s, 0.5).max_n_m;
-        // 4 (0.5 - w/20): 2 at rest, 1 at 5 rad/s, nothing from 10 rad/s on; it brakes with 2.
-        assert_eq!([0.0, 5.0, 10.0, 15.0].map(drives_n_m), [2.0, 1.0, 0.0, 0.0]);
-        assert_eq!(motor.range_on(5.0, 0.5).min_n_m, -2.0);
-        assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
-    }
-
-    #[test]
-    fn what_drives_along_the_dc_line_falls_with_it_and_ends_at_the_no_load_rate() {
-        // The line of 4 N m and 20 rad/s falls by 0.2 N m per rad/s; below 5 rad/s the effort limit of 3 N m is what bounds.
-        let droop = |rate_rad_s: f64| {
-            let given_n_m = given(&dc(), 9.0, rate_rad_s);
-            dc().droop_on(given_n_m, rate_rad_s, 1.0)
-        };
-        assert_eq!([0.0, 4.0, 10.0, 17.0].map(droop), [0.0, 0.0, 0.2, 0.2]);
-        // Less than the line allows, and braking, do not fall.
-        assert_eq!(dc().droop_on(1.9, 10.0, 1.0), 0.0);
-        assert_eq!(dc().droop_on(-3.0, 10.0, 1.0), 0.0);
-        assert_eq!(dc().droop_on(-2.0, -10.0, 1.0), 0.2);
-        // 18 rad/s are its velocity limit; on 0.8 of its supply it has no load at 16.
+        // 4 (0.5 - w/20): 2 at rest, 1 at 5 rad/s, nothing at 10 and 1 of braking at 15; full reverse 4 (-0.5 - w/20).
         assert_eq!(
-            [1.0, 0.8].map(|share| dc().rate_limit_on(share)),
-            [18.0, 16.0]
+            [0.0, 5.0, 10.0, 15.0].map(drives_n_m),
+            [2.0, 1.0, 0.0, -1.0]
         );
+        assert_eq!(motor.range_on(5.0, 0.5).min_n_m, -3.0);
+        assert_eq!(motor.range_on(7.0, 1.0), motor.range(7.0));
+        // The velocity limit is the wheel's, and stays.
         assert_eq!(dc().velocity_limit_on(0.8), 18.0);
     }
 

@@ -24,9 +24,9 @@
 
 use ilon_robot::mean_of_gain;
 
-use super::TorqueLaw;
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
+use super::{FallingTorque, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -163,7 +163,7 @@ pub struct WheelLoop {
     settings: WheelLoopSettings,
     wheels: Vec<WheelState>,
     torques_n_m: Vec<f64>,
-    droops_n_m_s: Vec<f64>,
+    falling: Vec<FallingTorque>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -213,13 +213,13 @@ impl WheelLoop {
             settings,
             wheels: vec![WheelState::default(); wheel_count],
             torques_n_m: vec![0.0; wheel_count],
-            droops_n_m_s: vec![0.0; wheel_count],
+            falling: vec![FallingTorque::default(); wheel_count],
         })
     }
 }
 
 impl TorqueLaw for WheelLoop {
-    /// Of a continuous loop the torques are those that it would hold if the rates stayed; the droops say how they fall.
+    /// Of a continuous loop the torques are those that it would hold if the rates stayed; [`TorqueLaw::falling`] says how they fall.
     fn update(
         &mut self,
         targets_rad_s: &[f64],
@@ -229,22 +229,20 @@ impl TorqueLaw for WheelLoop {
     ) -> &[f64] {
         if dt_s > 0.0 {
             let inputs = targets_rad_s.iter().zip(rates_rad_s).zip(limits);
-            let outputs = self.torques_n_m.iter_mut().zip(&mut self.droops_n_m_s);
+            let outputs = self.torques_n_m.iter_mut().zip(&mut self.falling);
             let wheels = self.wheels.iter_mut().zip(outputs);
-            for ((wheel, (torque_n_m, droop_n_m_s)), ((target, rate), limit)) in wheels.zip(inputs)
-            {
-                (*torque_n_m, *droop_n_m_s) =
-                    wheel.update(&self.settings, *target, *rate, limit, dt_s);
+            for ((wheel, (torque_n_m, falling)), ((target, rate), limit)) in wheels.zip(inputs) {
+                *falling = wheel.update(&self.settings, *target, *rate, limit, dt_s);
+                *torque_n_m = limit.clamp(falling.torque_n_m);
             }
         }
         &self.torques_n_m
     }
 
-    /// Where the motor's limit cuts the torque, its droop is cut in proportion.
-    fn droops_n_m_s(&self) -> &[f64] {
+    fn falling(&self) -> &[FallingTorque] {
         match self.settings.timing {
             LoopTiming::Sampled => &[],
-            LoopTiming::Continuous => &self.droops_n_m_s,
+            LoopTiming::Continuous => &self.falling,
         }
     }
 
@@ -254,7 +252,7 @@ impl TorqueLaw for WheelLoop {
 }
 
 impl WheelState {
-    /// The torque at the rate now, and its droop.
+    /// What it asks for at the rate now, and how that falls.
     fn update(
         &mut self,
         settings: &WheelLoopSettings,
@@ -262,7 +260,7 @@ impl WheelState {
         rate_rad_s: f64,
         limit: &TorqueRange,
         dt_s: f64,
-    ) -> (f64, f64) {
+    ) -> FallingTorque {
         let gains = &settings.gains;
         let e = target_rad_s - rate_rad_s;
 
@@ -302,16 +300,14 @@ impl WheelState {
         if !winds_up {
             self.integral_n_m = integral;
         }
-        let given = limit.clamp(wanted);
-        // Cut by the motor's limit, the torque is zero at the same rate as uncut, and no light wheel that breaks loose
-        // shoots beyond it within the step. While it is cut it falls with the wheel's gain, to first order of the step: 0.3 % below
-        // the limit at 3.3 ms for a wheel that feels the limit all through, 0.05 % at 0.5 ms.
-        let share = if wanted == 0.0 { 1.0 } else { given / wanted };
         self.taken_early_n_m_s = match settings.timing {
             LoopTiming::Continuous if !winds_up => theta * step_n_m_s,
             _ => 0.0,
         };
-        (given, droop * share.clamp(0.0, 1.0))
+        FallingTorque {
+            torque_n_m: wanted,
+            droop_n_m_s: droop,
+        }
     }
 }
 

@@ -18,9 +18,8 @@ pub trait TorqueLaw: Debug + Send + Sync {
         dt_s: f64,
     ) -> &[f64];
 
-    /// How much torque each wheel loses per rate that it gains before the next update, in N m s/rad; empty of a law whose
-    /// torques are held.
-    fn droops_n_m_s(&self) -> &[f64] {
+    /// What a law that acts between its updates asks for, one a wheel; empty of a law whose torques are held.
+    fn falling(&self) -> &[FallingTorque] {
         &[]
     }
 
@@ -31,6 +30,15 @@ pub trait TorqueLaw: Debug + Send + Sync {
 
     /// A copy in the same state.
     fn boxed(&self) -> Box<dyn TorqueLaw>;
+}
+
+/// A torque that falls as its wheel gains rate, before the motor's limits, which hold it at every moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FallingTorque {
+    /// At the rate of the update, in N m.
+    pub torque_n_m: f64,
+    /// By how much it falls per rate that the wheel gains before the next update, in N m s/rad, >= 0.
+    pub droop_n_m_s: f64,
 }
 
 impl Clone for Box<dyn TorqueLaw> {

@@ -392,6 +392,34 @@ mod tests {
         assert!(after.covariance.m11 < before.covariance.m11);
     }
 
+    /// A step that a pose splits moves the robot and its covariance as the two steps do that it consists of, wherever it is split.
+    #[test]
+    fn a_split_step_is_its_two_parts() {
+        let whole = Twist::new(0.1, -0.04, 0.3);
+        let z = Pose {
+            x_m: 0.03,
+            y_m: -0.01,
+            heading_rad: 0.07,
+        };
+        for share in [0.1, 0.25, 0.5, 0.8] {
+            let taken_s = 0.1 * share;
+            let new = || PoseFilter::new(0.0, Pose::default(), &settings()).unwrap();
+            let (mut split, mut parts) = (new(), new());
+            split.predict(0.1, whole);
+            assert!(split.correct(taken_s, &z));
+            parts.predict(taken_s, whole.scaled(share));
+            assert!(parts.correct(taken_s, &z));
+            parts.predict(0.1, whole.scaled(1.0 - share));
+            let (split, parts) = (split.estimate(), parts.estimate());
+            // The same sums, of numbers below 1.
+            assert!(size(&split.pose, &parts.pose) < 1e-14, "{share}");
+            assert!(
+                (split.covariance - parts.covariance).norm() < 1e-16,
+                "{share}"
+            );
+        }
+    }
+
     #[test]
     fn its_covariance_is_what_its_errors_come_to() {
         // Robots that drift, and cameras that err, as the settings say, 200 ms late: the squared error weighed by the

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use ilon_robot::{FileAccess, Robot};
 use ilon_sim::Error;
+use ilon_sim::foreign::{self, is_head_of_log, quoted};
 use ilon_sim::scenario::nearest;
 
 use super::format::{Column, Format, Measure, Place};
@@ -42,7 +43,17 @@ pub(super) fn read(
     let header = header(path, format, &mut lines)?;
     let delimiter = delimiter(path, format)?;
     let names: Vec<String> = split(&header, delimiter);
-    let find = |what: &str, column: &Column| found(path, format, &names, what, column);
+    // Of a file that is no log nothing is shown: a study of a stranger may name any.
+    let is_log = lines.fill_buf().is_ok_and(|ahead| {
+        let end = ahead.iter().position(|byte| *byte == b'\n');
+        let first = String::from_utf8_lossy(&ahead[..end.unwrap_or(ahead.len())]);
+        let cells = split(&first, delimiter);
+        is_head_of_log(
+            names.iter().map(String::as_str),
+            cells.iter().map(String::as_str),
+        )
+    });
+    let find = |what: &str, column: &Column| found(path, format, (&names, is_log), what, column);
     let needed = |what: &str, column: &Option<Column>| match column {
         Some(column) => find(what, column),
         None => Err(fault(
@@ -201,7 +212,7 @@ fn split(header: &str, delimiter: u8) -> Vec<String> {
 fn found(
     path: &Path,
     format: &Format,
-    names: &[String],
+    (names, is_log): (&[String], bool),
     what: &str,
     column: &Column,
 ) -> Result<Found, Error> {
@@ -222,11 +233,15 @@ fn found(
                 }
                 _ => {
                     let near = nearest(name, names.iter().map(String::as_str));
-                    let hint = match (near, names.len()) {
+                    let hint = match (near.filter(|_| is_log), names.len()) {
                         (Some(near), _) => format!("is `{}` meant?", quoted(near)),
                         (None, 0 | 1) => format!(
                             "line {} holds one name alone: is `log.delimiter` = \"{}\" right?",
                             format.header_line, format.delimiter
+                        ),
+                        (None, _) if !is_log => format!(
+                            "nothing of it is shown, since no row of numbers follows line {}: see `log.header_line` and `log.delimiter`",
+                            format.header_line
                         ),
                         _ => {
                             let listed: Vec<String> =
@@ -309,9 +324,9 @@ fn number(
             Err(fault(
                 path,
                 format!(
-                    "line {line}, column `{}`: `{}` is no number",
+                    "line {line}, column `{}`: {} is no number",
                     column.name,
-                    quoted(&text)
+                    foreign::cell(&text)
                 ),
                 hint,
             ))
@@ -319,10 +334,56 @@ fn number(
     }
 }
 
-/// As a short text on one line.
-fn quoted(text: &str) -> String {
-    text.chars()
-        .filter(|letter| !letter.is_control())
-        .take(40)
-        .collect()
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// A log of the Volksbot whose three wheels are in a column each, as the format says of them.
+    fn read_wheels(columns: &str, row: impl Fn(f64) -> f64) -> Log {
+        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+        let robot = Robot::load(assets.join("volksbot.urdf")).expect("a shipped robot");
+        let mut text = "t,x,y,heading,wheel\n".to_owned();
+        for k in 0..40 {
+            let t_s = 0.05 * f64::from(k);
+            text += &format!("{t_s},0,0,0,{}\n", row(t_s));
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.csv");
+        std::fs::write(&path, text).expect("written");
+        let wheel = |name: &str| format!("wheels.{name} = {{ column = \"wheel\", {columns} }}\n");
+        let wheels: String = robot.wheels.iter().map(|one| wheel(&one.name)).collect();
+        let format: Format = toml::from_str(&format!(
+            "time = {{ column = \"t\", unit = \"s\" }}\nx = {{ column = \"x\", unit = \"m\" }}\n\
+             y = {{ column = \"y\", unit = \"m\" }}\nheading = {{ column = \"heading\", unit = \"rad\" }}\n{wheels}"
+        ))
+        .expect("a format");
+        Log::read(&path, &format, &robot, &FileAccess::anywhere()).expect("a log")
+    }
+
+    /// A wheel that turns steadily by its rates has turned by rate times time, whatever the unit.
+    #[test]
+    fn rates_are_summed_to_angles() {
+        for (unit, of_rad_s) in [("rad/s", 1.0), ("rpm", TAU / 60.0)] {
+            let log = read_wheels(&format!("unit = \"{unit}\""), |_| 3.0);
+            for (t_s, angles) in log.times_s.iter().zip(&log.angles_rad) {
+                // 40 sums of numbers below 10.
+                assert!(
+                    (angles[0] - 3.0 * of_rad_s * t_s).abs() < 1e-12,
+                    "{unit} {t_s}"
+                );
+            }
+        }
+    }
+
+    /// An absolute encoder that reads `zero` where the wheel stands as in the robot's file begins at what it reads less that.
+    #[test]
+    fn an_absolute_encoder_begins_at_its_reading_less_its_zero() {
+        let log = read_wheels("unit = \"deg\", zero = 30", |t_s| 75.0 + 10.0 * t_s);
+        // 45 degrees at first, and what it turns is counted from there.
+        assert!((log.begun_rad[0] - 45_f64.to_radians()).abs() < 1e-12);
+        let (t_s, angles) = (log.times_s[39], &log.angles_rad[39]);
+        assert!((angles[0] - (10.0 * t_s).to_radians()).abs() < 1e-12);
+    }
 }

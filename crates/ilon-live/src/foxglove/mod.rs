@@ -34,6 +34,7 @@ use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
 use crate::parameters::Parameters;
 use crate::session::Session;
+use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
 use parameters::Panel;
@@ -86,7 +87,7 @@ impl Foxglove {
     /// # Errors
     /// [`FoxgloveError`].
     pub fn start(port: u16, session: &Session, desk: &Desk) -> Result<Self, FoxgloveError> {
-        let topics = LiveTopics::of(session, true);
+        let topics = LiveTopics::of(session, false);
         let latched = Arc::new(Latched::default());
         let mut channels = Channels {
             context: Context::new(),
@@ -103,6 +104,7 @@ impl Foxglove {
             robot: Commanded::of(session.robot()),
             latched,
             playback: Arc::clone(&playback),
+            throttle: Mutex::default(),
         };
         let handle = channels
             .context
@@ -188,7 +190,7 @@ impl Watcher for Foxglove {
     }
 
     fn restarted(&mut self, session: &Session) {
-        self.topics = LiveTopics::of(session, true);
+        self.topics = LiveTopics::of(session, false);
         self.began_s = None;
         self.playback.restarted();
         self.look_due = Instant::now();
@@ -299,6 +301,15 @@ struct Listener {
     robot: Commanded,
     latched: Arc<Latched>,
     playback: Arc<Playback>,
+    throttle: Mutex<Throttle>,
+}
+
+impl Listener {
+    /// A note about a message, unless one like it was said shortly before.
+    fn throttled(&self, note: String) -> Option<String> {
+        let mut throttle = self.throttle.lock().unwrap_or_else(PoisonError::into_inner);
+        throttle.pass(note, Instant::now())
+    }
 }
 
 impl ServerListener for Listener {
@@ -339,8 +350,10 @@ impl ServerListener for Listener {
             .change
             .and_then(|change| self.desk.change(&change))
             .or(heard.note);
-        if let Some(note) = note {
-            client.send_status(Said::warning(note.clone()));
+        let Some(note) = note else { return };
+        // Whoever sent it hears of each, all others now and then.
+        client.send_status(Said::warning(note.clone()));
+        if let Some(note) = self.throttled(note) {
             self.desk.say(note);
         }
     }

@@ -29,6 +29,7 @@ use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
 use crate::parameters::Parameters;
 use crate::session::Session;
+use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
 use crate::watcher::{Row, Status, Watcher};
 
@@ -76,7 +77,7 @@ impl Ros2 {
         network: Network,
         options: Options,
     ) -> Result<Self, Ros2Error> {
-        let topics = LiveTopics::of(session, !options.controllers);
+        let topics = LiveTopics::of(session, options.controllers);
         let ends = Ends::new(session, &topics, &network, options)?;
         let (sender, receiver) = mpsc::channel(MOST_ROWS);
         let heart = Heart {
@@ -141,7 +142,7 @@ impl Watcher for Ros2 {
     }
 
     fn restarted(&mut self, session: &Session) {
-        let topics = LiveTopics::of(session, !self.controllers);
+        let topics = LiveTopics::of(session, self.controllers);
         self.pass(Event::Restarted(Box::new(topics)));
     }
 
@@ -355,11 +356,13 @@ impl Heart {
                 }
             }
         };
+        let throttle = RefCell::new(Throttle::default());
         let hear = |heard: Heard| {
             if let Some(note) = heard
                 .change
                 .and_then(|change| desk.change(&change))
                 .or(heard.note)
+                .and_then(|note| throttle.borrow_mut().pass(note, Instant::now()))
             {
                 desk.say(note);
             }
@@ -368,16 +371,21 @@ impl Heart {
         if let Some(twist_stamped) = &twist_stamped {
             let heard =
                 |message: &TwistStamped| hear(commands::twist_stamped(message, now_s.get()));
-            served.push(listen(twist_stamped, "/cmd_vel", &desk, heard));
+            served.push(listen(twist_stamped, "/cmd_vel", (&desk, &throttle), heard));
         }
         if let Some(twist) = &twist {
             let heard = |message: &Twist| hear(commands::twist(message));
-            served.push(listen(twist, "/cmd_vel", &desk, heard));
+            served.push(listen(twist, "/cmd_vel", (&desk, &throttle), heard));
         }
         let heard = |message: &JointState| hear(commands::joint_state(message, &robot));
-        served.push(listen(&joints, "/robot_joint_commands", &desk, heard));
+        served.push(listen(
+            &joints,
+            "/robot_joint_commands",
+            (&desk, &throttle),
+            heard,
+        ));
         let heard = |message: &Float64MultiArray| hear(commands::rates(message, &robot));
-        served.push(listen(&rates, "/wheel_commands", &desk, heard));
+        served.push(listen(&rates, "/wheel_commands", (&desk, &throttle), heard));
 
         let asked = step.receive_request_stream().for_each(|request| {
             if let Ok((id, request)) = request {
@@ -431,13 +439,18 @@ impl Heart {
 fn listen<'a, M: DeserializeOwned + 'static>(
     subscription: &'a Subscription<M>,
     topic: &'a str,
-    desk: &'a Desk,
+    (desk, throttle): (&'a Desk, &'a RefCell<Throttle>),
     heard: impl Fn(&M) + 'a,
 ) -> LocalBoxFuture<'a, ()> {
     let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {
         match message {
             Ok((message, _)) => heard(&message),
-            Err(fault) => desk.say(format!("a message on {topic} cannot be read: {fault}")),
+            Err(fault) => {
+                let note = format!("a message on {topic} cannot be read: {fault}");
+                if let Some(note) = throttle.borrow_mut().pass(note, Instant::now()) {
+                    desk.say(note);
+                }
+            }
         }
         future::ready(())
     };

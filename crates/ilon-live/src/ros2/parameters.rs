@@ -150,7 +150,7 @@ impl Answers<'_> {
         SetParametersAtomicallyResponse { result }
     }
 
-    /// What is out of range is limited, and said in the reason of a success.
+    /// What is out of range is refused, with the range.
     fn set_one(&self, parameter: &raw::Parameter) -> raw::SetParametersResult {
         let value = from_ros(parameter.value.clone().into());
         match self.parameters.set(&parameter.name, &value) {

@@ -78,7 +78,7 @@ pub fn read(
     files: &FileAccess,
     see: &mut dyn FnMut(&ReadMessage) -> bool,
 ) -> Result<(), BagReadError> {
-    for file in parts(path)? {
+    for file in parts(path, files)? {
         let opened = files.open(&file).map_err(|reason| BagReadError::Read {
             path: file.clone(),
             reason,
@@ -90,18 +90,21 @@ pub fn read(
     Ok(())
 }
 
+/// The most files of a bag's folder that are looked at.
+const MOST_FILES: usize = 100_000;
+
 /// The MCAP files of a bag, in their order.
-fn parts(path: &Path) -> Result<Vec<PathBuf>, BagReadError> {
+fn parts(path: &Path, access: &FileAccess) -> Result<Vec<PathBuf>, BagReadError> {
     let not_a_bag = |what| BagReadError::NotABag {
         path: path.to_owned(),
         what,
     };
-    let Ok(entries) = path.read_dir() else {
+    // A folder that may not be looked into is opened like a file, which is refused.
+    if !access.is_folder(path) {
         return Ok(vec![path.to_owned()]);
-    };
-    let mut files: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .collect();
+    }
+    let names = access.names_in(path, MOST_FILES).into_iter();
+    let mut files: Vec<PathBuf> = names.map(|name| path.join(name)).collect();
     let has = |ending: &str| {
         files
             .iter()

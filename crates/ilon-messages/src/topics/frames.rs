@@ -201,3 +201,39 @@ fn origin(node: Node<'_, '_>) -> Isometry3<f64> {
         UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    /// `rpy` turns about x, then y, then z of the parent: a yaw of a quarter turn takes x to y, a pitch x to -z, a roll y to z.
+    #[test]
+    fn an_origin_turns_by_its_roll_pitch_and_yaw() {
+        let placed = |rpy: &str| {
+            let text = format!("<joint><origin xyz=\"1 2 3\" rpy=\"{rpy}\"/></joint>");
+            let document = Document::parse(&text).expect("XML");
+            origin(document.root_element())
+        };
+        let quarter = FRAC_PI_2;
+        for (rpy, from, to) in [
+            (format!("0 0 {quarter}"), Vector3::x(), Vector3::y()),
+            (format!("0 {quarter} 0"), Vector3::x(), -Vector3::z()),
+            (format!("{quarter} 0 0"), Vector3::y(), Vector3::z()),
+            // Roll first: y goes to z, and by the yaw stays there; x goes to y by the yaw alone.
+            (format!("{quarter} 0 {quarter}"), Vector3::y(), Vector3::z()),
+            (format!("{quarter} 0 {quarter}"), Vector3::x(), Vector3::y()),
+        ] {
+            let parent_from_child = placed(&rpy);
+            assert!(
+                (parent_from_child.rotation * from - to).norm() < 1e-15,
+                "{rpy}"
+            );
+            assert_eq!(
+                parent_from_child.translation.vector,
+                Vector3::new(1.0, 2.0, 3.0)
+            );
+        }
+    }
+}

@@ -33,6 +33,7 @@ mod diagnostics;
 mod frames;
 mod outlet;
 mod robot_description;
+mod ros2_control;
 mod run;
 
 pub use bag_sink::BagSink;
@@ -40,4 +41,5 @@ pub use contacts::MARKER_RATE_HZ;
 pub use frames::{Fixed, Frames, Turning};
 pub use outlet::Outlet;
 pub use robot_description::robot_description;
+pub use ros2_control::with_ros2_control;
 pub use run::RunTopics;

@@ -12,6 +12,7 @@ use super::diagnostics::Window;
 use super::frames::Frames;
 use super::outlet::Outlet;
 use super::robot_description::robot_description;
+use super::ros2_control::with_ros2_control;
 use crate::bag::Qos;
 use crate::builtin_interfaces::Time;
 use crate::diagnostic_msgs::DiagnosticArray;
@@ -128,6 +129,15 @@ impl RunTopics {
     pub fn without_odometry_frame(mut self) -> Self {
         if std::mem::take(&mut self.has_odometry_frame) {
             self.tf.transforms.remove(0);
+        }
+        self
+    }
+
+    /// The same topics with a `<ros2_control>` block in the robot's URDF: a controller manager takes the first `/robot_description` that it
+    /// hears, and fails on one without.
+    pub fn with_ros2_control(mut self, robot: &Robot) -> Self {
+        if let Some(whole) = with_ros2_control(robot, &self.description) {
+            self.description = whole;
         }
         self
     }

@@ -151,7 +151,7 @@ fn course_in_ilon(
     let settings = ilon_world::Settings {
         dt_s: TICK_S / steps,
         roller_bodies: RollerBodies::Near,
-        contact_stiffness_n_m: contact_stiffness_n_m.unwrap_or(default.contact_stiffness_n_m),
+        contact_stiffness_n_m,
         ..default
     };
     let start = Pose::default();

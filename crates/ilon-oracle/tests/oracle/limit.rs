@@ -11,6 +11,8 @@
 //! halving is at most 1 / (2^0.6 - 1) = 1.94 of what halving changed. The stiffness of its contacts should not matter: what halving
 //! it changes is uncertain.
 
+use ilon_robot::Scale;
+
 use crate::case::Case;
 use crate::course::Course;
 use crate::engines::{Springs, in_ilon, on_springs};
@@ -35,7 +37,8 @@ pub fn rigid(case: &Case) -> Known {
 
 /// ilon with half of `step_s`, at its usual contact stiffness.
 pub fn ilon(case: &Case, step_s: f64) -> Known {
-    let usual_n_m = ilon_world::Settings::default().contact_stiffness_n_m;
+    let gravity_m_s2 = ilon_world::Settings::default().gravity_m_s2;
+    let usual_n_m = ilon_world::contact_stiffness_n_m(&Scale::of(&case.robot, gravity_m_s2));
     let coarse = in_ilon(case, step_s, None);
     let course = in_ilon(case, 0.5 * step_s, None);
     let softer = in_ilon(case, 0.5 * step_s, Some(0.5 * usual_n_m));

@@ -11,6 +11,7 @@ mod limit;
 mod logs;
 mod made;
 mod play;
+mod spin;
 mod table;
 mod transients;
 mod tread;

@@ -280,7 +280,7 @@ fn numbers_section(comparison: &Comparison) -> Section {
     for run in &comparison.runs {
         let _ = writeln!(
             body,
-            "<details><summary>The scenario of {}, with all defaults</summary><pre>{}</pre></details>",
+            "<details><summary>The scenario of {}, with all defaults</summary><pre tabindex=\"0\">{}</pre></details>",
             escape(&run.name),
             escape(&run.trace.header.scenario_toml)
         );

@@ -148,6 +148,31 @@ mod tests {
     use ilon_robot::Pose;
     use ilon_trace::Desired;
 
+    /// A point (0.3, 0.2) off the body's origin goes round as the body turns: what is lost at 1 rad/s is lost at (-0.2, 0.3) m/s there.
+    #[test]
+    fn what_turns_the_body_moves_its_reference_point() {
+        let header = Header {
+            control_dt_s: 0.01,
+            reference_point_m: [0.3, 0.2],
+            ..Header::default()
+        };
+        let mut sum = Integrator::default();
+        for row in 0..=100 {
+            let record = Record {
+                t_s: 0.01 * f64::from(row),
+                desired: Some(Desired::default()),
+                // Asked to turn to make up for nothing: the point is taken away at (-0.2, 0.3) m/s.
+                command_twist_in_body: Twist::new(0.0, 0.0, 1.0),
+                ..Record::default()
+            };
+            sum.add(&header, &record);
+        }
+        // The correction is what the reference wants, nothing, less what is asked; a second of it, give or take a row.
+        let [x_m, y_m] = sum.parts_m[0];
+        assert!((x_m - 0.2).abs() < 0.2 * 0.011, "{x_m}");
+        assert!((y_m + 0.3).abs() < 0.3 * 0.011, "{y_m}");
+    }
+
     /// The reference goes ahead at 1 m/s. From 1 to 2 s the robot's contacts slide by 0.4 m/s sideways, and the guidance asks 0.1 m/s
     /// against it.
     #[test]

@@ -1,12 +1,12 @@
-//! What happened, and when: faults and pushes from the scenario; slides, lost contacts, other ground and saturation from the rows.
+//! What happened, and when: faults, how the robot stood, slides, lost contacts, other ground and saturation.
 
 use ilon_trace::{Header, Record, WheelSample};
-use toml::Value;
 
+use super::faults;
+use super::posture::{Posture, Stance};
+use super::shortfall::Means;
+use super::spells::{Spell, Spells};
 use crate::words::{length, speed, time};
-
-/// Spells of the same kind that are nearer to each other than this are one.
-const GAP_S: f64 = 0.2;
 
 /// A wheel slides where it uses this share of its friction limit ...
 const SLIDING_SHARE: f64 = 0.95;
@@ -38,6 +38,8 @@ pub(crate) struct Event {
 pub(crate) enum EventKind {
     /// A fault or a push that the scenario sets.
     Fault,
+    /// The robot did not stand free on its wheels.
+    Stance(Stance),
     /// A wheel was on a patch or a box.
     Ground,
     /// A task of the guidance did not get what it asked for.
@@ -48,56 +50,19 @@ pub(crate) enum EventKind {
     Airborne(usize),
 }
 
-/// An unbroken time in which something held.
-#[derive(Clone, Copy, Debug, Default)]
-struct Spell {
-    from_s: f64,
-    until_s: f64,
-    /// Sum over the rows of what was given.
-    sum: f64,
-    largest: f64,
-    /// A counter of energy where it began, and now.
-    energy_j: [f64; 2],
-}
-
-/// Joins rows into spells.
-#[derive(Clone, Debug, Default)]
-struct Spells {
-    found: Vec<Spell>,
-}
-
-impl Spells {
-    /// Adds a row in which it held, with a value that stands for a period.
-    fn add(&mut self, t_s: f64, period_s: f64, value: f64, energy_j: [f64; 2]) {
-        match self.found.last_mut() {
-            Some(last) if t_s - last.until_s <= GAP_S => {
-                last.until_s = t_s;
-                last.sum += value * period_s;
-                last.largest = last.largest.max(value);
-                last.energy_j[1] = energy_j[1];
-            }
-            _ => self.found.push(Spell {
-                from_s: (t_s - period_s).max(0.0),
-                until_s: t_s,
-                sum: value * period_s,
-                largest: value,
-                energy_j,
-            }),
-        }
-    }
-}
-
 /// Watches the rows of a run as they come.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watch {
     slides: Vec<Spells>,
     flights: Vec<Spells>,
     saturated: Vec<Spells>,
-    /// Of each patch and each box.
+    /// Of each patch and each box; of a box how far inside its edges the wheels came.
     patches: Vec<Spells>,
     boxes: Vec<Spells>,
     energy_before_j: Vec<f64>,
-    end_s: f64,
+    pub posture: Posture,
+    pub faults: faults::Watch,
+    pub means: Means,
 }
 
 impl Watch {
@@ -111,13 +76,17 @@ impl Watch {
             patches: many(ground.map_or(0, |g| g.patches.len())),
             boxes: many(ground.map_or(0, |g| g.boxes.len())),
             energy_before_j: vec![0.0; header.wheels.len()],
-            end_s: 0.0,
+            posture: Posture::default(),
+            faults: faults::Watch::new(header),
+            means: Means::default(),
         }
     }
 
     pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
-        self.end_s = t_s;
+        self.posture.add(header, record, samples);
+        self.faults.add(header, record);
+        self.means.add(header, record, samples);
         for (task, spells) in record.tasks.iter().zip(&mut self.saturated) {
             if task.asked_rad_s > 0.0 && task.weight < 1.0 {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
@@ -161,16 +130,39 @@ impl Watch {
             let (sin, cos) = one.heading_rad.sin_cos();
             let [dx, dy] = [x_m - one.center_m[0], y_m - one.center_m[1]];
             let [along, across] = [cos * dx + sin * dy, cos * dy - sin * dx];
-            let inside = |off: f64, side: f64| off.abs() <= 0.5 * side + EDGE_M;
-            if inside(along, one.sides_m[0]) && inside(across, one.sides_m[1]) {
-                spells.add(t_s, dt_s, 1.0, [0.0; 2]);
+            let inside_m = |off_m: f64, side_m: f64| 0.5 * side_m - off_m.abs();
+            let inside_m = inside_m(along, one.sides_m[0]).min(inside_m(across, one.sides_m[1]));
+            if inside_m >= -EDGE_M {
+                spells.add(t_s, dt_s, inside_m, [0.0; 2]);
             }
         }
     }
 
     /// All that happened, in the order of time.
     pub fn events(&self, header: &Header) -> Vec<Event> {
-        let mut events = faults(header, self.end_s);
+        let mut events = Vec::new();
+        let mut outside = |kind, from_s, until_s, text| {
+            events.push(Event {
+                from_s,
+                until_s,
+                kind,
+                text,
+                slid_m: 0.0,
+                lost_j: 0.0,
+            });
+        };
+        for trouble in self.faults.troubles(header) {
+            outside(
+                EventKind::Fault,
+                trouble.from_s,
+                trouble.until_s,
+                trouble.text,
+            );
+        }
+        for episode in self.posture.episodes() {
+            let kind = EventKind::Stance(episode.stance);
+            outside(kind, episode.from_s, episode.until_s, episode.text());
+        }
         let mut push = |kind, spell: &Spell, text: String, slid_m: f64| {
             events.push(Event {
                 from_s: spell.from_s,
@@ -219,7 +211,10 @@ impl Watch {
             for (one, spells) in ground.boxes.iter().zip(&self.boxes) {
                 for spell in &spells.found {
                     let height = length(one.sides_m[2]);
-                    let text = format!("wheels cross a box {height} high");
+                    let text = match spell.largest > EDGE_M {
+                        true => format!("wheels cross a box {height} high"),
+                        false => format!("wheels touch the edge of a box {height} high"),
+                    };
                     push(EventKind::Ground, spell, text, 0.0);
                 }
             }
@@ -229,14 +224,19 @@ impl Watch {
     }
 }
 
+/// A time, or a span of time, in words.
+pub(super) fn when(from_s: f64, until_s: f64) -> String {
+    if until_s - from_s < 0.005 {
+        format!("at {}", time(from_s))
+    } else {
+        format!("from {from_s:.2} to {}", time(until_s))
+    }
+}
+
 impl Event {
     /// Its times in words.
     pub fn when(&self) -> String {
-        if self.until_s - self.from_s < 0.005 {
-            format!("at {}", time(self.from_s))
-        } else {
-            format!("from {:.2} to {}", self.from_s, time(self.until_s))
-        }
+        when(self.from_s, self.until_s)
     }
 
     /// Whether it overlaps a time.
@@ -247,76 +247,6 @@ impl Event {
     /// Whether it comes from outside of the robot.
     pub fn is_outside(&self) -> bool {
         matches!(self.kind, EventKind::Fault | EventKind::Ground)
-    }
-}
-
-/// The faults of the scenario. What this version does not know is named by its key.
-fn faults(header: &Header, end_s: f64) -> Vec<Event> {
-    let Ok(scenario) = header.scenario_toml.parse::<toml::Table>() else {
-        return Vec::new();
-    };
-    let faults = scenario.get("faults").and_then(Value::as_array);
-    let faults = faults.into_iter().flatten().filter_map(Value::as_table);
-    faults
-        .flat_map(|fault| fault.iter())
-        .filter_map(|(kind, fault)| {
-            let number = |key: &str| {
-                let value = fault.get(key)?;
-                value.as_float().or(value.as_integer().map(|x| x as f64))
-            };
-            let from_s = number("from_s").unwrap_or(0.0);
-            let until_s = number("until_s")
-                .or_else(|| Some(from_s + number("lasts_s")?))
-                .unwrap_or(end_s)
-                .min(end_s.max(from_s));
-            // A fault that would begin after the run's end did not happen.
-            (from_s <= end_s).then(|| Event {
-                from_s,
-                until_s,
-                kind: EventKind::Fault,
-                text: fault_in_words(kind, fault, &number),
-                slid_m: 0.0,
-                lost_j: 0.0,
-            })
-        })
-        .collect()
-}
-
-fn fault_in_words(kind: &str, fault: &Value, number: &dyn Fn(&str) -> Option<f64>) -> String {
-    let wheel = fault
-        .get("wheel")
-        .and_then(Value::as_str)
-        .unwrap_or("a wheel");
-    let x = |key: &str| number(key).unwrap_or(0.0);
-    match kind {
-        "friction_changed" => {
-            let friction = x("friction");
-            let kind = if friction < 0.1 { "slippery" } else { "other" };
-            match kind {
-                "slippery" => format!("the floor was slippery (friction {friction})"),
-                _ => format!("the floor's friction was {friction}"),
-            }
-        }
-        "motor_lost" => format!("the motor of {wheel} gave no torque"),
-        "encoder_lost" => format!("the encoder of {wheel} read zero"),
-        "encoder_scaled" => format!("the encoder of {wheel} read {} times the rate", x("factor")),
-        "pose_lost" => "the pose sensor saw nothing".to_owned(),
-        "pose_shifted" => format!(
-            "the pose sensor was off by {}",
-            length(x("x_m").hypot(x("y_m")))
-        ),
-        "battery_sag" => format!(
-            "the battery gave {:.0} % of its voltage",
-            100.0 * x("factor")
-        ),
-        "push" => {
-            let impulse = [x("impulse_x_n_s"), x("impulse_y_n_s"), x("impulse_z_n_s")];
-            let size = impulse.iter().map(|i| i * i).sum::<f64>().sqrt();
-            format!("the chassis was pushed with {size:.3} N s")
-        }
-        "payload" => format!("a payload of {} kg lay on the robot", x("mass_kg")),
-        "roller_stuck" => format!("roller {} of {wheel} was stuck", x("roller")),
-        other => other.replace('_', " "),
     }
 }
 
@@ -341,10 +271,6 @@ mod tests {
                 }],
                 ..Ground::default()
             }),
-            scenario_toml:
-                "[[faults]]\nfriction_changed = { friction = 0.02, from_s = 4, until_s = 7 }\n\
-                            [[faults]]\nmotor_lost = { wheel = \"front\", from_s = 99 }\n"
-                    .to_owned(),
             ..Header::default()
         }
     }
@@ -403,16 +329,5 @@ mod tests {
         assert!(
             (ground[0].from_s - 4.475).abs() < 0.02 && (ground[0].until_s - 5.525).abs() < 0.02
         );
-    }
-
-    #[test]
-    fn a_fault_that_begins_after_the_end_did_not_happen() {
-        let faults: Vec<_> = watched()
-            .into_iter()
-            .filter(|e| e.kind == EventKind::Fault)
-            .collect();
-        assert_eq!(faults.len(), 1);
-        assert_eq!((faults[0].from_s, faults[0].until_s), (4.0, 7.0));
-        assert!(faults[0].text.contains("slippery"), "{}", faults[0].text);
     }
 }

@@ -1,12 +1,19 @@
-//! The run in a few sentences: the largest error, when it was, and why; then what it cost, and what would help.
+//! The run in a few sentences: how the robot stood, what happened to it and what came of that; the largest error, when it was, and
+//! why; then what it cost, and what would help.
 
 mod budget;
+mod costs;
 mod events;
+mod faults;
 mod measured;
+mod phrases;
+mod posture;
 mod shortfall;
 mod slope;
+mod spells;
+mod tries;
 
-use ilon_trace::{Header, Settings, Summary};
+use ilon_trace::{Guidance, Settings, Summary};
 
 pub(crate) use budget::{Budget, Integrator, PARTS, Standing};
 pub(crate) use events::{Event, EventKind, Watch};
@@ -15,10 +22,15 @@ pub(crate) use measured::{Measured, apart};
 use crate::gathered::OfRobot;
 use crate::page::escape;
 use crate::shown::Shown;
-use crate::words::{angle, energy, length, percent, speed, time};
+use crate::words::{angle, length, time};
+use faults::Trouble;
+use phrases::capital;
+use posture::{Posture, Stance};
 
-/// The most sentences of the answer.
+/// The answer goes on with what things cost until it has as many sentences.
 const MOST_LINES: usize = 5;
+/// The most sentences on how the robot stood, and on what went wrong.
+const MOST_OF_A_KIND: usize = 4;
 
 /// Below this a position error is none that anyone asks about, in metres.
 const UNREMARKABLE_M: f64 = 1e-3;
@@ -38,13 +50,27 @@ pub(crate) struct Story {
 impl Story {
     pub fn of(shown: &Shown, summary: &Summary, settings: &Settings) -> Self {
         let header = &shown.trace.header;
+        let watch = shown.all.watch();
+        let posture = &watch.posture;
         let events = shown.all.events(header);
+        let troubles = watch.faults.troubles(header);
         let errors: Vec<(f64, f64)> = shown.all.robot(OfRobot::PositionError).collect();
         let start = Start::of(&errors, settings);
         let budget = budget::at_the_worst(shown.all.standings(), start.settled_s);
         let budget = budget.filter(|b| b.error_m > UNREMARKABLE_M);
-        let mut lines: Vec<String> = shown.all.measured.sentence().into_iter().collect();
-        let slope = slope::sentence(header, summary, &events);
+
+        // First what makes all else meaningless.
+        let instability = header.guidance.as_ref();
+        let instability = instability.and_then(|guidance| unstable(guidance, header.control_dt_s));
+        let stood = posture.episodes();
+        let sentences = stood.iter().map(|e| e.sentence(header, posture.end_s()));
+        let spoilt = posture.spoils(header.measure_from_s, header.measure_to_s);
+        let mut lines: Vec<String> = instability.into_iter().collect();
+        lines.extend(sentences.take(MOST_OF_A_KIND));
+        lines.extend(shown.all.measured.sentence());
+
+        let ends_at_m_s = shown.all.ends_at_m_s();
+        let slope = slope::sentence(header, summary, &events, ends_at_m_s);
         let (slope_first, slope) = match slope {
             Some((line, true)) => (Some(line), None),
             Some((line, false)) => (None, Some(line)),
@@ -54,21 +80,45 @@ impl Story {
         let excursion = budget.as_ref().map(|b| excursion(b, &start, &events));
         let ended = tracking(summary, &start);
         // What came from outside explains more than the way in from the start.
+        let mut explained = None;
         match excursion {
-            Some((line, true)) => lines.extend([Some(line), ended].into_iter().flatten()),
-            Some((line, false)) => lines.extend([ended, Some(line)].into_iter().flatten()),
+            Some((line, Some(by))) => {
+                explained = Some(by);
+                lines.extend([Some(line), ended].into_iter().flatten());
+            }
+            Some((line, None)) => lines.extend([ended, Some(line)].into_iter().flatten()),
             None => lines.extend(ended),
         }
+        let explained = explained.as_deref();
+        lines.extend(went_wrong(&troubles, posture, explained));
         if header.open_loop {
             lines.extend(obstacles(&events));
         }
-        lines.extend(shortfall::sentences(header, summary));
-        lines.extend(slope);
-        lines.extend(slipping(summary, &events));
-        lines.extend(saturation(summary, header, &events));
-        lines.extend(reckoning(summary));
-        lines.truncate(MOST_LINES);
-        let tries = tries(header, summary, &events);
+        let lies = |stance| matches!(stance, Stance::Fallen | Stance::Tipped);
+        if !(spoilt && stood.iter().any(|episode| lies(episode.stance))) {
+            let axes = shortfall::sentences(header, summary, &watch.means, !spoilt);
+            lines.extend(axes);
+        }
+        if !spoilt {
+            let costs = [
+                slope,
+                costs::slipping(summary, &events),
+                costs::saturation(summary, header, &events),
+                costs::reckoning(summary),
+            ];
+            let room = MOST_LINES.saturating_sub(lines.len());
+            lines.extend(costs.into_iter().flatten().take(room));
+        }
+        if header.faults.is_none() {
+            lines.push(
+                "The trace does not say what went wrong on purpose: it is of an older version."
+                    .to_owned(),
+            );
+        }
+        let tries = match spoilt {
+            true => Vec::new(),
+            false => tries::tries(header, summary, &events, &troubles),
+        };
         Self {
             lines,
             tries,
@@ -147,8 +197,58 @@ impl Start {
     }
 }
 
-/// The largest error and its cause; and whether the cause came from outside.
-fn excursion(budget: &Budget, start: &Start, events: &[Event]) -> (String, bool) {
+/// That a guidance cannot settle at its control period.
+fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
+    let products = [
+        ("position", guidance.position_gain_per_s * period_s),
+        ("heading", guidance.heading_gain_per_s * period_s),
+    ];
+    let beyond = products
+        .iter()
+        .filter(|(_, product)| *product >= guidance.unstable_from * (1.0 - 1e-12));
+    let words: Vec<String> = beyond
+        .map(|(name, product)| {
+            format!("the {name} gain times the control period is <b>{product:.3}</b>")
+        })
+        .collect();
+    (!words.is_empty()).then(|| {
+        format!(
+            "<b>The guidance is unstable</b>: {}, and from {:.3} on each correction is larger than the error.",
+            words.join(" and "),
+            guidance.unstable_from
+        )
+    })
+}
+
+/// What went wrong on purpose and what came of each, but for what has explained the largest error.
+fn went_wrong(troubles: &[Trouble], posture: &Posture, explained: Option<&str>) -> Vec<String> {
+    let others: Vec<&Trouble> = troubles
+        .iter()
+        .filter(|trouble| Some(trouble.text.as_str()) != explained)
+        .collect();
+    let mut lines: Vec<String> = others
+        .iter()
+        .take(MOST_OF_A_KIND)
+        .map(|trouble| {
+            format!(
+                "{} {}: <b>{}</b>.",
+                capital(&events::when(trouble.from_s, trouble.until_s)),
+                escape(&trouble.text),
+                trouble.consequence(posture)
+            )
+        })
+        .collect();
+    if others.len() > MOST_OF_A_KIND {
+        let more = others.len() - MOST_OF_A_KIND;
+        lines.push(format!(
+            "{more} more went wrong on purpose: see the events."
+        ));
+    }
+    lines
+}
+
+/// The largest error and its cause; and what came from outside, if that is the cause.
+fn excursion(budget: &Budget, start: &Start, events: &[Event]) -> (String, Option<String>) {
     const BEFORE_S: f64 = 0.3;
     let size = format!(
         "<b>{}</b> at <b>{}</b>",
@@ -174,12 +274,12 @@ fn excursion(budget: &Budget, start: &Start, events: &[Event]) -> (String, bool)
         let text = escape(&first.text);
         return (
             format!("{when} {text}{more}: the largest position error{after} was {size}. {parts}"),
-            true,
+            Some(first.text.clone()),
         );
     }
     (
         format!("The largest position error{after} was {size}. {parts}"),
-        false,
+        None,
     )
 }
 
@@ -258,215 +358,11 @@ fn tracking(summary: &Summary, start: &Start) -> Option<String> {
 fn obstacles(events: &[Event]) -> Option<String> {
     let outside: Vec<String> = events
         .iter()
-        .filter(|e| e.is_outside())
+        .filter(|e| e.kind == EventKind::Ground)
         .take(3)
         .map(|e| format!("{} {}", e.when(), escape(&e.text)))
         .collect();
     (!outside.is_empty()).then(|| format!("{}.", capital(&outside.join("; "))))
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(chars).collect()
-    })
-}
-
-/// What slid, when, and what it cost; and what new rollers cost.
-fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
-    let slip_j = summary.energy.slip_j?;
-    let of_work = summary
-        .energy
-        .motor_j
-        .filter(|&motor_j| motor_j > 0.0)
-        .map_or_else(String::new, |motor_j| {
-            format!(" of the motors' {}", energy(motor_j))
-        });
-    let hand_over = summary
-        .energy
-        .spin_up_j
-        .filter(|&j| j > 0.005)
-        .map_or_else(String::new, |j| {
-            format!(" Spinning up new rollers at hand-over took {}.", energy(j))
-        });
-    let slides: Vec<&Event> = events
-        .iter()
-        .filter(|e| matches!(e.kind, EventKind::Slide(_)))
-        .collect();
-    let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
-        let creep = speed(summary.slip_speed_rms_m_s.unwrap_or(0.0));
-        return Some(format!(
-            "No wheel slid at its friction limit (contacts crept at {creep} rms).{hand_over}"
-        ));
-    };
-    // What lay in the same time belongs to the same story.
-    let (from_s, until_s) = slides
-        .iter()
-        .filter(|e| e.overlaps(worst.from_s, worst.until_s))
-        .fold((worst.from_s, worst.until_s), |(a, b), e| {
-            (a.min(e.from_s), b.max(e.until_s))
-        });
-    let together: Vec<&&Event> = slides
-        .iter()
-        .filter(|e| e.overlaps(from_s, until_s))
-        .collect();
-    let lost_j: f64 = together.iter().map(|e| e.lost_j).sum();
-    let mut wheels: Vec<usize> = together
-        .iter()
-        .filter_map(|e| match e.kind {
-            EventKind::Slide(wheel) => Some(wheel),
-            _ => None,
-        })
-        .collect();
-    wheels.sort_unstable();
-    wheels.dedup();
-    let who = if wheels.len() == 1 {
-        let name = worst.text.split(" slides").next().unwrap_or("a wheel");
-        format!("<b>{}</b>", escape(name))
-    } else {
-        format!("<b>{} wheels</b>", wheels.len())
-    };
-    let share = if slip_j > 0.0 {
-        (lost_j / slip_j).min(1.0)
-    } else {
-        0.0
-    };
-    Some(format!(
-        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid up to {}.{hand_over}",
-        energy(slip_j),
-        percent(share),
-        from_s,
-        time(until_s),
-        length(together.iter().map(|e| e.slid_m).fold(0.0, f64::max)),
-    ))
-}
-
-/// For how long the guidance could not give what its tasks asked.
-fn saturation(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
-    let share = summary.saturated_share.filter(|&s| s > 0.005)?;
-    let longest = events
-        .iter()
-        .filter(|e| matches!(e.kind, EventKind::Saturated(_)))
-        .max_by(|a, b| (a.until_s - a.from_s).total_cmp(&(b.until_s - b.from_s)))?;
-    let EventKind::Saturated(task) = longest.kind else {
-        return None;
-    };
-    let name = header.task_names.get(task).map_or("", String::as_str);
-    Some(format!(
-        "The wheel rates were saturated for {} of the run; the task <b>{}</b> waited longest, {}.",
-        percent(share),
-        escape(name),
-        longest.when()
-    ))
-}
-
-/// How far dead reckoning drifts.
-fn reckoning(summary: &Summary) -> Option<String> {
-    let ideal = summary.odometry_ideal.m_per_m?;
-    let contact = summary.odometry_contact.m_per_m?;
-    Some(format!(
-        "Dead reckoning drifts by {} for each metre with the ideal kinematics, by {} with the kinematics of the rollers that touch.",
-        length(ideal),
-        length(contact)
-    ))
-}
-
-/// What could be tried, each with what the run itself says that it would gain.
-fn tries(header: &Header, summary: &Summary, events: &[Event]) -> Vec<String> {
-    let mut tries = Vec::new();
-    let scenario = header
-        .scenario_toml
-        .parse::<toml::Table>()
-        .unwrap_or_default();
-    let text = |section: &str, key: &str| {
-        let value = scenario.get(section)?.get(key)?;
-        value.as_str().map(str::to_owned)
-    };
-    let by_contact = text("guidance", "kinematics").as_deref() == Some("contact");
-    if let (Some(ideal), Some(contact), true, false) = (
-        summary.twist_ideal_mean,
-        summary.twist_contact_mean,
-        header.open_loop,
-        by_contact,
-    ) {
-        let ratio = summary.twist_ratio_ideal;
-        let missing = [
-            (ratio.vx, ideal.vx_m_s, contact.vx_m_s, "ahead"),
-            (ratio.vy, ideal.vy_m_s, contact.vy_m_s, "sideways"),
-            (
-                ratio.omega,
-                ideal.omega_rad_s,
-                contact.omega_rad_s,
-                "in turning",
-            ),
-        ]
-        .into_iter()
-        .filter_map(|(driven, ideal, contact, way)| {
-            driven.map(|_| ((ideal - contact) / ideal, way))
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((gain, way)) = missing.filter(|(gain, _)| *gain > 0.003) {
-            tries.push(format!(
-                "Command by the contact kinematics, <code>guidance.kinematics = \"contact\"</code>: <b>{} more {way}</b>, which is \
-                 what the rollers' geometry takes.",
-                percent(gain)
-            ));
-        }
-    }
-    if let (Some(ideal_m), Some(contact_m)) = (
-        summary.odometry_ideal.m_per_m,
-        summary.odometry_contact.m_per_m,
-    ) && ideal_m > 1e-3
-        && contact_m < 0.5 * ideal_m
-    {
-        tries.push(format!(
-            "Reckon with the rollers that touch (<code>ilon_control::Odometry</code>): drift falls from {} to <b>{}</b> for each metre.",
-            length(ideal_m),
-            length(contact_m)
-        ));
-    }
-    let at_start: f64 = events
-        .iter()
-        .filter(|e| matches!(e.kind, EventKind::Slide(_)) && e.from_s < 0.2)
-        .map(|e| e.lost_j)
-        .sum();
-    if let Some(slip_j) = summary
-        .energy
-        .slip_j
-        .filter(|&j| j > 0.05 && at_start > 0.3 * j)
-    {
-        let how = if header.open_loop {
-            "raise <code>twist.ramp_s</code>"
-        } else {
-            "begin nearer to the reference, or weigh torques by grip"
-        };
-        tries.push(format!(
-            "Start more gently ({how}): {} of the {} that sliding cost were lost in the first moments, <b>{}</b>.",
-            energy(at_start.min(slip_j)),
-            energy(slip_j),
-            percent((at_start / slip_j).min(1.0))
-        ));
-    }
-    if let (Some(share), Some(limit)) = (summary.saturated_share, header.wheel_rate_limit_rad_s)
-        && share > 0.2
-    {
-        tries.push(format!(
-            "Raise <code>guidance.wheel_rate_limit_rad_s</code> ({limit:.3} rad/s) or slow the reference: tasks waited for <b>{}</b> of the run.",
-            percent(share)
-        ));
-    }
-    if let Some(floor) = events
-        .iter()
-        .find(|e| e.kind == EventKind::Fault && e.text.contains("slippery"))
-    {
-        tries.push(format!(
-            "Slow down where the floor is slippery, or weigh torques by grip (compare <code>mecanum4_slippery_by_grip</code> with \
-             <code>mecanum4_slippery_plain</code>): what was lost was lost {}.",
-            floor.when()
-        ));
-    }
-    tries.truncate(4);
-    tries
 }
 
 #[cfg(test)]

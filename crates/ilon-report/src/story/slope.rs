@@ -3,7 +3,7 @@
 use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind};
-use crate::words::length;
+use crate::words::{length, speed};
 
 /// Slopes below this are level to every wheel, in radians.
 const LEAST_SLOPE_RAD: f64 = 1e-3;
@@ -13,14 +13,17 @@ const LARGE_PART: f64 = 0.5;
 const LEAST_SLID_M: f64 = 5e-3;
 /// The same of creep, and of wheels that give way.
 const LEAST_CREPT_M: f64 = 5e-5;
+/// A robot that ends slower than this is at rest, in m/s: what creeps is no faster.
+const AT_REST_M_S: f64 = 1e-3;
 /// A cause that carried the robot downhill for this part of the way that it made in all.
 const MOSTLY: f64 = 0.8;
 
-/// What the slope did, as HTML, and whether it explains the run before all else.
+/// What the slope did, as HTML, and whether it explains the run before all else; the robot ends the run at this speed.
 pub(super) fn sentence(
     header: &Header,
     summary: &Summary,
     events: &[Event],
+    ends_at_m_s: f64,
 ) -> Option<(String, bool)> {
     let ground = header.ground.as_ref()?;
     let slope_rad = ground.slope_rad;
@@ -74,10 +77,17 @@ pub(super) fn sentence(
     }
     // Wheels that turn lag for other reasons.
     if gave_m > LEAST_CREPT_M && summary.travelled_m < 2.0 * (gave_m + slid_m.max(0.0)) {
-        causes.push(format!(
-            "the wheels gave way by <b>{}</b> until their loops held the weight",
-            length(gave_m)
-        ));
+        causes.push(match ends_at_m_s < AT_REST_M_S {
+            true => format!(
+                "the wheels gave way by <b>{}</b> until their loops held the weight",
+                length(gave_m)
+            ),
+            false => format!(
+                "the wheels gave way by <b>{}</b>, and their motors do not hold the weight: at the end the robot goes at <b>{}</b>",
+                length(gave_m),
+                speed(ends_at_m_s)
+            ),
+        });
     }
     (!causes.is_empty()).then(|| (format!("{falls}: {}.", causes.join("; ")), false))
 }
@@ -91,6 +101,15 @@ mod tests {
 
     /// An open-loop run on a slope of friction 0.6 that went so far by slip and by servo, along x.
     fn said(slope_deg: f64, slip_m: f64, servo_m: f64) -> Option<(String, bool)> {
+        ended(slope_deg, slip_m, servo_m, 0.0)
+    }
+
+    fn ended(
+        slope_deg: f64,
+        slip_m: f64,
+        servo_m: f64,
+        ends_at_m_s: f64,
+    ) -> Option<(String, bool)> {
         let header = Header {
             open_loop: true,
             ground: Some(Ground {
@@ -110,7 +129,7 @@ mod tests {
         summary.travelled_m = (slip_m + servo_m).abs();
         summary.ledger.slip = term(slip_m);
         summary.ledger.servo = term(servo_m);
-        sentence(&header, &summary, &[])
+        sentence(&header, &summary, &[], ends_at_m_s)
     }
 
     #[test]
@@ -135,6 +154,11 @@ mod tests {
         assert!(
             creeping.contains("gave way by <b>1.00 mm</b>"),
             "{creeping}"
+        );
+        let (away, _) = ended(20.0, 0.0, 10.958, 4.3).unwrap_or_default();
+        assert!(
+            away.contains("do not hold the weight: at the end the robot goes at <b>4.300 m/s</b>"),
+            "{away}"
         );
         // Towards -x it falls where the slope is negative.
         let (other, _) = said(-6.0, -2e-4, 0.0).unwrap_or_default();

@@ -13,7 +13,7 @@ use std::path::Path;
 use ilon_trace::file::write_text;
 use ilon_trace::{TraceError, number};
 
-use crate::page::{self, Head, Section, escape};
+use crate::page::{self, Answer, Head, Section, Table, answers, escape, table};
 use crate::short;
 
 /// Runs that are listed at each end of a quantity.
@@ -43,15 +43,6 @@ pub struct Shown {
     pub tables: Vec<Table>,
     /// Whether the points are drawn, so that they are shown as a cloud and not as curves.
     pub is_sample: bool,
-}
-
-/// A sentence of the answer.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// Whether it is good or bad news; `None` of a plain finding.
-    pub is_good: Option<bool>,
-    /// The sentence, as plain text.
-    pub text: String,
 }
 
 /// A key that differs between runs.
@@ -104,17 +95,6 @@ pub struct Sensitivity {
 
 /// A bar, and where its end lies with 95 %.
 pub type Bar = (f64, Option<(f64, f64)>);
-
-/// A table of words.
-#[derive(Clone, Debug)]
-pub struct Table {
-    /// Its title.
-    pub title: String,
-    /// The heads of its columns.
-    pub head: Vec<String>,
-    /// Its rows.
-    pub rows: Vec<Vec<String>>,
-}
 
 /// The page. `command` says how a run is seen again.
 pub fn html(shown: &Shown, command: &dyn Fn(u64) -> String) -> String {
@@ -190,41 +170,6 @@ pub fn write(
     command: &dyn Fn(u64) -> String,
 ) -> Result<(), TraceError> {
     write_text(path, &html(shown, command))
-}
-
-fn answers(answers: &[Answer]) -> String {
-    let line = |answer: &Answer| {
-        let mark = match answer.is_good {
-            Some(true) => "<b>✓</b> ",
-            Some(false) => "<b class=\"failed\">✗</b> ",
-            None => "",
-        };
-        format!("<p>{mark}{}</p>", escape(&answer.text))
-    };
-    format!(
-        "<div class=\"story\">{}</div>\n",
-        answers.iter().map(line).collect::<String>()
-    )
-}
-
-fn table(table: &Table) -> String {
-    let cell = |tag: &str, words: &[String]| -> String {
-        words
-            .iter()
-            .map(|word| format!("<{tag}>{}</{tag}>", escape(word)))
-            .collect()
-    };
-    let rows: String = table
-        .rows
-        .iter()
-        .map(|row| format!("<tr>{}</tr>", cell("td", row)))
-        .collect();
-    format!(
-        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n",
-        escape(&table.title),
-        cell("th", &table.head)
-    )
 }
 
 /// A number for reading, of four digits.

@@ -9,7 +9,22 @@ mod writer;
 
 use crate::error::RobotError;
 use crate::options::LoadOptions;
-use crate::urdf::Prepared;
+use crate::urdf::{Prepared, wheels_seen};
+
+/// Of robots that a file may hold, the one in which the most wheels are seen; of as many, the first. An arm has more joints than the
+/// base that it stands on.
+fn with_most_wheels(
+    written: impl IntoIterator<Item = Result<Prepared, RobotError>>,
+) -> Option<Result<Prepared, RobotError>> {
+    let mut best: Option<((usize, usize), Result<Prepared, RobotError>)> = None;
+    for robot in written {
+        let wheels = robot.as_ref().map_or((0, 0), wheels_seen);
+        if best.as_ref().is_none_or(|(most, _)| wheels > *most) {
+            best = Some((wheels, robot));
+        }
+    }
+    best.map(|(_, robot)| robot)
+}
 
 /// The URDF of a text whose root element is that of another format; `None` where it is not.
 pub(crate) fn converted(

@@ -1,4 +1,4 @@
-//! SDF, the format of Gazebo: the model of a file with the most joints.
+//! SDF, the format of Gazebo: the model of a file in which most wheels are seen.
 //!
 //! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names, and every joint one of its
 //! child link. A URDF hangs links by their joints: here a link's frame is that of the joint above it.
@@ -17,6 +17,8 @@ use crate::xml;
 
 /// Deepest chain of frames that are each relative to another.
 const MOST_FRAMES: usize = 100;
+/// Most models of a file that are looked at.
+const MOST_MODELS: usize = 20;
 /// Limits beyond this are none.
 const NO_LIMIT: f64 = 1e12;
 
@@ -32,41 +34,43 @@ pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> 
         }
     };
     let root = document.root_element();
-    let models: Vec<Node> = root
+    let mut models: Vec<Node> = root
         .descendants()
         .filter(|n| n.has_tag_name("model") && child(*n, "link").is_some())
         .collect();
     let joints_of = |model: &Node| model.children().filter(|n| n.has_tag_name("joint")).count();
-    // Of several with as many joints, the first.
-    let best = models.iter().rev().max_by_key(|model| joints_of(model));
+    models.sort_by_key(|model| std::cmp::Reverse(joints_of(model)));
+    models.truncate(MOST_MODELS);
     let fault = |node: Node, reason: String| {
         let bytes = xml::opening_tag(text, node);
         RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes)
     };
-    let Some(model) = best else {
-        let reason = "it holds no `<model>` with links of its own".to_owned();
-        return Err(fault(root, reason));
-    };
     let version = root.attribute("version").unwrap_or_default();
-    let reader = Model {
-        model: *model,
-        old_axes: version_before(version, (1, 5)),
-        fault: &fault,
-    };
-    let mut prepared = Prepared::as_it_is(file, "");
-    let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
-    prepared.text = urdf.into();
-    prepared.origins = origins;
-    if models.len() > 1 {
-        let name = model.attribute("name").unwrap_or_default();
-        let words = format!(
-            "the robot of {} models in the file: the one with the most joints",
-            models.len()
-        );
-        let subject = format!("model `{name}`");
-        prepared.remarks.push(Remark::new(subject, words));
-    }
-    Ok(prepared)
+    let written = models.iter().map(|model| {
+        let reader = Model {
+            model: *model,
+            old_axes: version_before(version, (1, 5)),
+            fault: &fault,
+        };
+        let mut prepared = Prepared::as_it_is(file, "");
+        let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
+        prepared.text = urdf.into();
+        prepared.origins = origins;
+        if models.len() > 1 {
+            let name = model.attribute("name").unwrap_or_default();
+            let words = format!(
+                "the robot of {} models in the file: the one in which most wheels are seen",
+                models.len()
+            );
+            let subject = format!("model `{name}`");
+            prepared.remarks.push(Remark::new(subject, words));
+        }
+        Ok(prepared)
+    });
+    super::with_most_wheels(written).unwrap_or_else(|| {
+        let reason = "it holds no `<model>` with links of its own".to_owned();
+        Err(fault(root, reason))
+    })
 }
 
 fn version_before(version: &str, limit: (u32, u32)) -> bool {

@@ -1,5 +1,7 @@
 //! The faults of robot files.
 
+use super::clue::Clues;
+use super::words::{counted, listed, looked_at, missing};
 use crate::options::WheelOptions;
 
 /// What is wrong with a robot's description.
@@ -236,7 +238,7 @@ pub enum Fault {
     },
     /// The robot has fewer than three wheels.
     #[error(
-        "{} with passive rollers{}, but moving freely in the plane takes three{}",
+        "{} with passive rollers{}, but moving freely in the plane takes three{}{has}",
         counted(wheels.len(), "wheel"),
         if wheels.is_empty() { String::new() } else { format!(": {}", listed(wheels)) },
         looked_at(looked)
@@ -246,22 +248,24 @@ pub enum Fault {
         wheels: Vec<String>,
         /// The joints that were looked at, and why they are no wheels.
         looked: Vec<Looked>,
+        /// What a file without a single wheel has, in words.
+        has: String,
     },
     /// The robot has wheels, but they carry no rollers.
     #[error("{} without rollers: {}", counted(wheels.len(), "wheel"), listed(wheels))]
     NoRollers {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand.
-        rollers: Box<WheelOptions>,
+        /// Rollers that fit how they stand and what they are called; `None` where the two contradict.
+        rollers: Option<Box<WheelOptions>>,
     },
     /// The robot has steered wheels.
     #[error("{} on upright joints: {}. These are not Swedish wheels", counted(wheels.len(), "steered wheel"), listed(wheels))]
     Steered {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand with the upright joints held.
-        rollers: Box<WheelOptions>,
+        /// Rollers that fit how they stand with the upright joints held; `None` where what they are called contradicts.
+        rollers: Option<Box<WheelOptions>>,
     },
     /// A joint carries rollers, but does not turn.
     #[error(
@@ -347,8 +351,8 @@ pub enum Fault {
     WheelSizeUnknown {
         /// Why its geometry does not.
         reason: Option<String>,
-        /// A radius that something else in the file speaks for, in metres, and what.
-        guess: Option<(f64, String)>,
+        /// What else in the file speaks for a radius.
+        clues: Box<Clues>,
         /// The package that its geometry lies in, where that package's folder is not known.
         package: Option<String>,
     },
@@ -434,64 +438,4 @@ pub struct Looked {
     pub joint: String,
     /// Why it is none.
     pub reason: String,
-}
-
-fn missing(files: &[MissingFile]) -> String {
-    let of = |file: &MissingFile| match (&file.package, &file.reason) {
-        (Some(package), _) => {
-            format!(
-                "`{}` at {} (no folder of the package `{package}` is known)",
-                file.what, file.at
-            )
-        }
-        (None, Some(reason)) => format!("`{}` at {} ({reason})", file.what, file.at),
-        (None, None) => format!("`{}` at {}", file.what, file.at),
-    };
-    let (first, more) = (files.first().map(of), files.iter().skip(1).take(11).map(of));
-    let named: Vec<String> = first.into_iter().chain(more).collect();
-    let rest = match files.len().saturating_sub(named.len()) {
-        0 => String::new(),
-        rest => format!(", and {rest} more"),
-    };
-    format!(
-        "{} that it names cannot be found: {}{rest}",
-        counted(files.len(), "file"),
-        named.join(", ")
-    )
-}
-
-fn looked_at(looked: &[Looked]) -> String {
-    const SHOWN: usize = 12;
-    if looked.is_empty() {
-        return String::new();
-    }
-    let shown: Vec<String> = looked
-        .iter()
-        .take(SHOWN)
-        .map(|l| format!("`{}` {}", l.joint, l.reason))
-        .collect();
-    let rest = match looked.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        rest => format!("; and {rest} more"),
-    };
-    format!(". Looked at: {}{rest}", shown.join("; "))
-}
-
-/// `no wheels`, `1 wheel`, `2 wheels`.
-fn counted(count: usize, noun: &str) -> String {
-    match count {
-        0 => format!("no {noun}s"),
-        1 => format!("1 {noun}"),
-        count => format!("{count} {noun}s"),
-    }
-}
-
-pub(super) fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 8;
-    let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
-    let mut text = shown.join(", ");
-    if names.len() > SHOWN {
-        text.push_str(&format!(" and {} more", names.len() - SHOWN));
-    }
-    text
 }

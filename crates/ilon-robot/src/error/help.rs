@@ -6,6 +6,13 @@ use super::remedy::Remedy;
 /// A solid box, for whoever has no CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
 
+/// Whether an attribute gives a shape no size, which stands on links that are only frames.
+pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {
+    let numbers: Result<Vec<f64>, _> = value.split_whitespace().map(str::parse).collect();
+    ["size", "radius", "length"].contains(&key)
+        && numbers.is_ok_and(|n| n.iter().all(|x| *x >= 0.0) && n.contains(&0.0))
+}
+
 impl Fault {
     /// How to repair it in the file; what the options of reading can do is in [`Self::remedies`].
     pub(super) fn help(&self) -> String {
@@ -43,7 +50,7 @@ impl Fault {
                 "give a URDF, xacro, SDF or MJCF file, or a description in TOML"
             }
             Self::Xacro { .. } => {
-                "repair the place that is named; the xacro of ROS, or of `pip install xacro`, says what it makes of it"
+                "repair the place that is named; a file that you trust can be expanded by the xacro of ROS, which runs what stands in it"
             }
             Self::MissingFiles { files } => {
                 return if files.iter().any(|file| file.package.is_some()) {
@@ -94,6 +101,9 @@ impl Fault {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
                  ring; or name the joints of wheels that are modelled without rollers"
             }
+            Self::NoRollers { rollers: None, .. } => {
+                "say which rollers they carry, and they are put in: they are called mecanum wheels, and do not stand as such"
+            }
             Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
             Self::Steered { .. } => {
                 "steered wheels need another tool; if these stand for Swedish wheels, name them: their upright joints are \
@@ -126,14 +136,7 @@ impl Fault {
             Self::NoSuchWheel { .. } => "name a wheel that the description has",
             Self::NotAWheel { .. } => "name another joint, or give this one a level axis",
             Self::HasRollers => "leave this joint out of the wheels that are given rollers",
-            Self::WheelSizeUnknown { guess, .. } => {
-                return match guess {
-                    Some((radius_m, why)) => {
-                        format!("say the wheels' radius; {why} speaks for {radius_m:.4} m")
-                    }
-                    None => "say the wheels' radius".to_owned(),
-                };
-            }
+            Self::WheelSizeUnknown { clues, .. } => return clues.help(),
             Self::NotInX { .. } => "give gamma for all wheels, or for each wheel, instead",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersNotMade { .. } => {
@@ -165,7 +168,9 @@ impl Fault {
             | Self::InertiaTooLarge { .. }
             | Self::NoMass
             | Self::HubDoesNotTurn { .. } => vec![Remedy::Repair],
-            Self::OutOfRange { key, value, .. } if key == "value" && value == "0" => {
+            Self::OutOfRange { key, value, .. }
+                if (key == "value" && value == "0") || is_zero_size(key, value) =>
+            {
                 vec![Remedy::Repair]
             }
             Self::RollersHaveGaps { .. } => vec![Remedy::Repair, Remedy::AsModelled],
@@ -182,17 +187,21 @@ impl Fault {
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
             Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
-            Self::MissingArgument { name } => vec![Remedy::Argument { name: name.clone() }],
+            Self::MissingArgument { name } => vec![Remedy::Argument {
+                name: name.clone(),
+                value: None,
+            }],
             Self::NoRollers { rollers, .. } | Self::Steered { rollers, .. } => {
-                vec![Remedy::Rollers(rollers.clone())]
+                let rollers = rollers.iter().cloned();
+                rollers.map(Remedy::Rollers).collect()
             }
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),
             }],
-            Self::WheelSizeUnknown { guess, package, .. } => {
+            Self::WheelSizeUnknown { clues, package, .. } => {
                 let package = package.clone().map(|name| Remedy::Package { name });
                 let radius = Remedy::WheelRadius {
-                    guess_m: guess.as_ref().map(|guess| guess.0),
+                    guess_m: clues.proposed_m(),
                 };
                 package.into_iter().chain([radius]).collect()
             }

@@ -3,15 +3,19 @@
 //! An error says what is wrong and which [`Remedy`] applies. How a remedy is asked for, a front end words: as a flag, a key of a
 //! scenario, or an argument of a function.
 
+mod clue;
 mod fault;
 mod help;
 mod remedy;
+mod words;
 
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+pub use clue::{Clue, ClueKind, Clues};
 pub use fault::{Fault, Looked, MissingFile};
+pub(crate) use help::is_zero_size;
 pub use remedy::Remedy;
 
 /// Where in a text a fault sits.
@@ -59,6 +63,8 @@ struct Inner {
     element: Option<String>,
     trail: Vec<String>,
     others: Vec<RobotError>,
+    /// Other elements that were made of the same place and have the same fault.
+    alike: usize,
     /// The first byte of the element at fault in the text that was read, which may have been made from the file's.
     loaded: Option<usize>,
 }
@@ -74,6 +80,7 @@ impl RobotError {
             element: None,
             trail: Vec::new(),
             others: Vec::new(),
+            alike: 0,
             loaded: None,
         }))
     }
@@ -118,6 +125,22 @@ impl RobotError {
             first.0.others.extend(inner);
         }
         Some(first)
+    }
+
+    /// One error for all that say the same of one place: a line of a macro is at fault once, however often it is called.
+    pub fn by_place(errors: impl IntoIterator<Item = Self>) -> Vec<Self> {
+        let mut found: Vec<Self> = Vec::new();
+        for error in errors {
+            let is_alike = |known: &&mut Self| {
+                let (p, q) = (&known.0, &error.0);
+                p.place.is_some() && p.place == q.place && p.file == q.file && p.fault == q.fault
+            };
+            match found.iter_mut().find(is_alike) {
+                Some(known) => known.0.alike += 1,
+                None => found.push(error),
+            }
+        }
+        found
     }
 
     /// What is wrong.
@@ -179,6 +202,11 @@ impl fmt::Display for RobotError {
         }
         if let Some(element) = &self.0.element {
             write!(f, ": {element}")?;
+            match self.0.alike {
+                0 => {}
+                1 => f.write_str(" and another of the same place")?,
+                count => write!(f, " and {count} others of the same place")?,
+            }
         }
         write!(f, ": {}", self.0.fault)?;
         for step in &self.0.trail {

@@ -19,6 +19,8 @@ pub enum Remedy {
     Argument {
         /// Its name.
         name: String,
+        /// A value with which the file models what it does not with others.
+        value: Option<String>,
     },
     /// [`LoadOptions::rollers`]: take the rollers with the shapes of their file.
     AsModelled,
@@ -26,12 +28,17 @@ pub enum Remedy {
     Rollers(Box<WheelOptions>),
     /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
     WheelRadius {
-        /// A radius that something in the file speaks for, in metres.
+        /// The radius on which clues in the file agree, in metres.
         guess_m: Option<f64>,
     },
 }
 
 impl Remedy {
+    /// Whether it brings in something that the file does not model.
+    pub(crate) fn is_guess(&self) -> bool {
+        matches!(self, Self::Rollers(_) | Self::WheelRadius { .. })
+    }
+
     /// The options with the remedy in them; `None` where only a person knows what to say, or where it changes nothing.
     pub fn apply(&self, options: &LoadOptions) -> Option<LoadOptions> {
         let mut remedied = options.clone();
@@ -56,7 +63,11 @@ impl Remedy {
                 }
                 remedied.wheel_radius_m = Some((*guess_m)?);
             }
-            Self::Package { .. } | Self::Argument { .. } => return None,
+            Self::Argument { name, value } => {
+                let value = value.clone()?;
+                remedied.arguments.insert(name.clone(), value);
+            }
+            Self::Package { .. } => return None,
         }
         (remedied != *options).then_some(remedied)
     }

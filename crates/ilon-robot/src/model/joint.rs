@@ -26,7 +26,8 @@ pub struct DriveTrain {
     pub gear_ratio: f64,
     /// Inertia of the rotor about its own axis, before the gear, in kg m^2, >= 0.
     pub rotor_inertia_kg_m2: f64,
-    /// Share of the motor's power that leaves the gear, in (0, 1].
+    /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that arrives at the wheel. Where the load drives,
+    /// 2 - 1 / eta of the wheel's power arrives at the motor; at 0.5 and below the gear locks itself.
     pub gear_efficiency: f64,
     /// Dry friction of the gear, at the wheel, in N m, >= 0. It adds to that of the wheel's own bearing
     /// ([`Joint::friction_n_m`]).

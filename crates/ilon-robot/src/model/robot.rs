@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::{Collision, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// The robot's name in its file.
     pub name: String,
@@ -18,7 +18,7 @@ pub struct Robot {
 }
 
 /// The rigid body that carries the wheels. Links on fixed joints are merged into it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Chassis {
     /// The name of its link, which is the body frame.
     pub name: String,

@@ -1,5 +1,7 @@
 //! What rollers touch the ground with that is not rigid: a tread that gives, and what rolling on it costs.
 
+use super::Scale;
+
 /// A tread: rubber on a core. Its core keeps the shape of the roller; between core and ground it is a spring with a damper
 /// beside it, along the ground's normal and across it, for every roller that reaches the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,19 +73,23 @@ pub struct RollerSurface {
     pub axial_play_m: f64,
 }
 
-/// Stiffness of rollers with play that have no tread of their own, in N/m, and their damping as a share of what is critical: they do not
-/// bounce.
-const STIFF_N_M: f64 = 1e7;
+/// What rollers with play that have no tread of their own give way by under a wheel's load, of its radius, and their damping as a share of
+/// what is critical: they do not bounce.
+const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
 impl RollerSurface {
-    /// What its rollers touch the ground with under a load in kg: its tread, or, where they have none and can slide along their axles, one
-    /// of 1e7 N/m. About a hand-over two of them carry the wheel while one slides, and of rigid ones it cannot be said which carries
-    /// what.
-    pub fn touching_tread(&self, load_kg: f64) -> Option<Tread> {
-        let stiff = (self.axial_play_m > 0.0).then(|| Tread {
-            damping_n_s_m: Some(2.0 * STIFF_DAMPING * (STIFF_N_M * load_kg).sqrt()),
-            ..Tread::new(STIFF_N_M)
+    /// What its rollers touch the ground with on a robot of these units: its tread, or, where they have none and can slide along their
+    /// axles, one that gives way by 5.5e-5 of the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm. About a hand-over two of
+    /// them carry the wheel while one slides, and of rigid ones it cannot be said which carries what.
+    pub fn touching_tread(&self, scale: &Scale) -> Option<Tread> {
+        let stiff = (self.axial_play_m > 0.0).then(|| {
+            let stiffness_n_m = scale.stiffness_n_m(STIFF_SAG);
+            let critical_n_s_m = 2.0 * (stiffness_n_m * scale.load_kg).sqrt();
+            Tread {
+                damping_n_s_m: Some(STIFF_DAMPING * critical_n_s_m),
+                ..Tread::new(stiffness_n_m)
+            }
         });
         self.tread.or(stiff)
     }

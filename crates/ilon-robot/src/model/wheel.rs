@@ -8,7 +8,7 @@ use super::{
 };
 
 /// A driven Swedish wheel: hub, motor and the passive rollers on its rim.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Wheel {
     /// The name of the wheel's joint.
     pub name: String,

@@ -105,7 +105,8 @@ pub struct WheelSpec {
     /// Inertia of the rotor about its own axis, before the gear, in kg m^2. The wheel feels gear_ratio^2 times it.
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
-    /// Share of the motor's power that leaves the gear, in (0, 1].
+    /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that arrives at the wheel. Where the load drives,
+    /// 2 - 1 / eta of the wheel's power arrives at the motor; at 0.5 and below the gear locks itself.
     #[serde(default = "unity")]
     pub gear_efficiency: f64,
     /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.

@@ -1,5 +1,7 @@
 //! The rigid bodies that held joints make of links.
 
+use std::collections::HashMap;
+
 use nalgebra::{Point3, Vector3};
 
 use super::geometry::extent_m;
@@ -80,13 +82,39 @@ impl Tree {
 }
 
 impl RigidBody {
-    /// Says which movable joints of it are held at zero.
-    pub(super) fn remark_held(&self, tree: &Tree, of: &str, remarks: &mut Vec<Remark>) {
+    /// Says which movable joints of it are held at zero, and which of the wheels, by their joints, they would carry.
+    pub(super) fn remark_held(
+        &self,
+        tree: &Tree,
+        of: &str,
+        wheels: &[usize],
+        remarks: &mut Vec<Remark>,
+    ) {
+        if self.held.is_empty() {
+            return;
+        }
+        let above: HashMap<usize, usize> = (0..tree.joints.len())
+            .map(|j| (tree.joints[j].child, j))
+            .collect();
+        let joint_above = |j: &usize| above.get(&tree.joints[*j].parent).copied();
         for &j in &self.held {
-            remarks.push(Remark::new(
-                format!("joint `{}`", tree.joints[j].name),
-                format!("neither wheel nor roller: it is held at zero and moves with {of}"),
-            ));
+            let carried = wheels
+                .iter()
+                .filter(|&&wheel| std::iter::successors(Some(wheel), joint_above).any(|k| k == j));
+            let carried: Vec<String> = carried
+                .map(|&wheel| format!("`{}`", tree.joints[wheel].name))
+                .collect();
+            let words = if carried.is_empty() {
+                format!("neither wheel nor roller: it is held at zero and moves with {of}")
+            } else {
+                format!(
+                    "it lies between the chassis and {}, and is held at zero: their loads are those of wheels on a rigid frame, \
+                     where a rocker, a suspension or a steering would share them otherwise",
+                    carried.join(", ")
+                )
+            };
+            let subject = format!("joint `{}`", tree.joints[j].name);
+            remarks.push(Remark::new(subject, words));
         }
     }
 

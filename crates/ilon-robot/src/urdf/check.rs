@@ -9,7 +9,7 @@ use super::geometry::primitive;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::survey::{Survey, WheelLike};
-use super::tree::PlacedShape;
+use super::tree::{Motion, PlacedShape, Tree};
 use super::{doubt, form, infer};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
@@ -64,14 +64,14 @@ pub(super) fn check_wheel_count(
         if let Some(bare) = bare {
             let fault = Fault::NoRollers {
                 wheels: names(&bare),
-                rollers: Box::new(infer::fitting(tree, &bare)),
+                rollers: infer::fitting(source, tree, &bare).map(Box::new),
             };
             return Err(source.joint_error(&tree.joints[bare[0].joint].name, fault));
         }
         if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
-                rollers: Box::new(infer::fitting(tree, &steered)),
+                rollers: infer::fitting(source, tree, &steered).map(Box::new),
             };
             return Err(source.joint_error(&tree.joints[steered[0].joint].name, fault));
         }
@@ -85,7 +85,34 @@ pub(super) fn check_wheel_count(
             .map(|c| tree.joints[c.hub].name.clone())
             .collect(),
         looked: looked(loading, survey),
+        has: match candidates {
+            [] => format!(". The file has {}", inventory(tree)),
+            _ => String::new(),
+        },
     }))
+}
+
+/// What a file has, in words: links, and joints by how they move.
+fn inventory(tree: &Tree) -> String {
+    let kinds = [
+        (Motion::Turning, "turn"),
+        (Motion::Swinging, "turn within limits"),
+        (Motion::Other, "slide or float"),
+        (Motion::Fixed, "are fixed"),
+    ];
+    let counts = kinds.map(|(motion, words)| (tree.moving(motion).count(), words));
+    let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let joints: Vec<String> = counts
+        .map(|(count, words)| format!("{count} {words}"))
+        .collect();
+    let links = match tree.links.len() {
+        1 => "1 link".to_owned(),
+        count => format!("{count} links"),
+    };
+    match &joints[..] {
+        [] => format!("{links} and no joints"),
+        _ => format!("{links}, and joints of which {}", joints.join(", ")),
+    }
 }
 
 /// Why each joint is no wheel, those that could be one included.

@@ -84,6 +84,37 @@ pub(super) fn about(
     }
 }
 
+/// The radii of all shapes of a body that can be read and are round about an axis, which is z of the frame, in metres.
+pub(super) fn readable(
+    body: &RigidBody,
+    body_from_frame: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Vec<f64> {
+    let shapes = body.shapes.iter().chain(&body.visuals);
+    let discs = shapes.filter_map(|shape| of_shape(shape, body_from_frame, meshes).ok());
+    discs.map(|(radius_m, _)| radius_m).collect()
+}
+
+/// How far those meshes of a body that can be read reach from an axis, which is z of the frame, in metres.
+pub(super) fn mesh_reach_m(
+    body: &RigidBody,
+    body_from_frame: &Isometry3<f64>,
+    meshes: &Meshes,
+) -> Option<f64> {
+    let shapes = body.shapes.iter().chain(&body.visuals);
+    let points = shapes.filter_map(|shape| match &shape.geometry {
+        Geometry::Mesh { filename, scale } => {
+            let place = body_from_frame.inverse() * shape.body_from_shape;
+            mesh_points(meshes, filename, *scale, &place).ok()
+        }
+        _ => None,
+    });
+    points
+        .flatten()
+        .map(|point| point.xy().coords.norm())
+        .reduce(f64::max)
+}
+
 /// Radius and middle of one shape.
 fn of_shape(
     shape: &PlacedShape,

@@ -9,7 +9,7 @@ use super::body::RigidBody;
 use super::disc::{self, Disc};
 use super::hub::{check_level, hub_frame, remark_motor};
 use super::recognise::Candidate;
-use super::size;
+use super::size::Unsized;
 use super::survey::{self, Survey, WheelLike};
 use super::tree::Motion;
 use crate::error::{Fault, RobotError};
@@ -58,7 +58,10 @@ pub(super) fn wheels(
     let gammas_deg = match &options.gamma {
         Handedness::AllDeg(gamma_deg) => vec![*gamma_deg; likes.len()],
         Handedness::EachDeg(gammas_deg) => gammas_deg.clone(),
-        Handedness::XDeg(gamma_deg) => in_x(loading, &likes, *gamma_deg)?,
+        Handedness::XDeg(gamma_deg) => in_x_deg(&likes, *gamma_deg).map_err(|(i, what)| {
+            let name = &loading.tree.joints[likes[i].joint].name;
+            loading.source.joint_error(name, Fault::NotInX { what })
+        })?,
     };
     if gammas_deg.len() != likes.len() {
         return Err(loading.source.robot_error(Fault::OutOfRange {
@@ -141,7 +144,12 @@ fn check(loading: &Loading, options: &WheelOptions) -> Result<(), RobotError> {
 /// gamma of each wheel in the usual X: negative where its places ahead of the middle and to the left of it, in the frame that has
 /// the hub axes to the left, have one sign. With the hub axis along y the roller's axis on the ground is then
 /// (-cos gamma, -sin gamma) ~ (-1, 1) at the front left, across the arm (1, 1). An axle in the middle is handed like one ahead.
-fn in_x(loading: &Loading, likes: &[WheelLike], gamma_deg: f64) -> Result<Vec<f64>, RobotError> {
+///
+/// Where a wheel does not stand in an X: its index, and why not.
+pub(super) fn in_x_deg(
+    likes: &[WheelLike],
+    gamma_deg: f64,
+) -> Result<Vec<f64>, (usize, &'static str)> {
     let Some(first) = likes.first() else {
         return Ok(Vec::new());
     };
@@ -156,23 +164,19 @@ fn in_x(loading: &Loading, likes: &[WheelLike], gamma_deg: f64) -> Result<Vec<f6
     };
     let left = axis * 1f64.copysign(leading);
     let ahead = left.cross(&Vector3::z());
-    likes
-        .iter()
-        .map(|like| {
-            let name = &loading.tree.joints[like.joint].name;
-            let not_in_x = |what| Err(loading.source.joint_error(name, Fault::NotInX { what }));
-            if like.axis.dot(&left).abs() < 0.99 {
-                return not_in_x("the hub axis does not lie along that of the others");
-            }
-            let from_middle = like.origin.coords - middle;
-            let (x, y) = (from_middle.dot(&ahead), from_middle.dot(&left));
-            if y.abs() < IN_THE_MIDDLE_M {
-                return not_in_x("the wheel stands on the middle line that runs ahead");
-            }
-            let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
-            Ok(-gamma_deg.abs().copysign(x * y))
-        })
-        .collect()
+    let of_like = |(i, like): (usize, &WheelLike)| {
+        if like.axis.dot(&left).abs() < 0.99 {
+            return Err((i, "the hub axis does not lie along that of the others"));
+        }
+        let from_middle = like.origin.coords - middle;
+        let (x, y) = (from_middle.dot(&ahead), from_middle.dot(&left));
+        if y.abs() < IN_THE_MIDDLE_M {
+            return Err((i, "the wheel stands on the middle line that runs ahead"));
+        }
+        let x = if x.abs() < IN_THE_MIDDLE_M { 1.0 } else { x };
+        Ok(-gamma_deg.abs().copysign(x * y))
+    };
+    likes.iter().enumerate().map(of_like).collect()
 }
 
 /// A wheel with its rollers put in.
@@ -225,29 +229,48 @@ pub(super) fn wheel(
 fn size(loading: &mut Loading, given: &Given, body: &RigidBody) -> Result<(f64, f64), Fault> {
     let like = &given.like;
     let shown = disc::about(body, &hub_frame(&like.origin, &like.axis), &loading.meshes);
+    let unsized_wheel = Unsized {
+        joint: like.joint,
+        origin: like.origin,
+        axis: like.axis,
+        body,
+        ring_m: None,
+    };
     match (loading.options.wheel_radius_m, shown) {
-        (Some(radius_m), shown) => Ok((radius_m, shown.map_or(0.0, |disc| disc.middle_m))),
+        (Some(radius_m), Ok(disc)) => {
+            let words = format!(
+                "its geometry shows a radius of {:.1} mm: {:.1} mm are taken as given",
+                1e3 * disc.radius_m,
+                1e3 * radius_m
+            );
+            if (disc.radius_m - radius_m).abs() > 1e-3 * radius_m {
+                remark_wheel(loading, given, words);
+            }
+            Ok((radius_m, disc.middle_m))
+        }
+        (Some(radius_m), Err(_)) => {
+            let words = unsized_wheel.words_on(loading, radius_m);
+            remark_wheel(loading, given, words);
+            Ok((radius_m, 0.0))
+        }
         (None, Ok(disc)) => {
             remark_visual(loading, given, &disc);
             Ok((disc.radius_m, disc.middle_m))
         }
-        (None, Err(why)) => Err(size::unknown(
-            loading.tree,
-            &like.origin,
-            &like.axis,
-            body,
-            &why,
-        )),
+        (None, Err(why)) => Err(unsized_wheel.fault(loading, &why)),
     }
+}
+
+fn remark_wheel(loading: &mut Loading, given: &Given, words: String) {
+    let name = &loading.tree.joints[given.like.joint].name;
+    let subject = format!("wheel `{name}`");
+    loading.remarks.push(Remark::new(subject, words));
 }
 
 fn remark_visual(loading: &mut Loading, given: &Given, disc: &Disc) {
     if disc.of_visuals {
-        let name = &loading.tree.joints[given.like.joint].name;
-        loading.remarks.push(Remark::new(
-            format!("wheel `{name}`"),
-            "it has no collision geometry: its size is taken from what is shown of it",
-        ));
+        let words = "it has no collision geometry: its size is taken from what is shown of it";
+        remark_wheel(loading, given, words.to_owned());
     }
 }
 

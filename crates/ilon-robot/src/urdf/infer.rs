@@ -8,6 +8,8 @@
 
 use nalgebra::{Unit, Vector3};
 
+use super::given;
+use super::names::{self, is_mecanum, is_omni};
 use super::source::{Source, child};
 use super::survey::{Survey, WheelLike};
 use super::tree::Tree;
@@ -54,12 +56,8 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
         );
     }
     if !are_parallel(&wheels) {
-        // Mecanum wheels stand parallel: where the file calls them so, it means something else than it says.
-        if called(source, tree, &wheels).is_some() {
-            return None;
-        }
         return named(
-            Handedness::AllDeg(0.0),
+            by_groups(source, tree, &wheels)?,
             "their axes, on which plain wheels could not roll".to_owned(),
         );
     }
@@ -73,16 +71,51 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
     )
 }
 
-/// Rollers that would fit how the wheels stand: for a person to confirm.
-pub(super) fn fitting(tree: &Tree, wheels: &[&WheelLike]) -> WheelOptions {
+/// Rollers that would fit how the wheels stand and what they are called: for a person to confirm. `None` where the two contradict.
+pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Option<WheelOptions> {
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
     let gamma = if are_parallel(&wheels) {
         Handedness::XDeg(MECANUM_DEG)
     } else {
-        Handedness::AllDeg(0.0)
+        by_groups(source, tree, &wheels)?
     };
     let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
-    WheelOptions::new(ROLLERS, gamma).on(joints.collect())
+    Some(WheelOptions::new(ROLLERS, gamma).on(joints.collect()))
+}
+
+/// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called
+/// otherwise, are such; the others are omni wheels. `None` where wheels are called mecanum wheels and do not stand as such.
+fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Handedness> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (i, wheel) in wheels.iter().enumerate() {
+        let with = |group: &&mut Vec<usize>| are_aligned(&wheels[group[0]].axis, &wheel.axis);
+        match groups.iter_mut().find(with) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    let mut gammas_deg = vec![0.0; wheels.len()];
+    for group in groups {
+        let likes: Vec<WheelLike> = group.iter().map(|&i| wheels[i].clone()).collect();
+        let called = |is: fn(&str) -> bool| {
+            let mut joints = likes.iter().map(|like| like.joint);
+            joints.any(|j| names::of_wheel(source, tree, j).iter().any(|name| is(name)))
+        };
+        let (mecanum, omni) = (called(is_mecanum), called(is_omni));
+        if stand_in_x(&likes) && (mecanum || !omni) {
+            let in_x = given::in_x_deg(&likes, MECANUM_DEG).ok()?;
+            for (i, gamma_deg) in group.into_iter().zip(in_x) {
+                gammas_deg[i] = gamma_deg;
+            }
+        } else if mecanum {
+            return None;
+        }
+    }
+    Some(if gammas_deg.iter().all(|gamma_deg| *gamma_deg == 0.0) {
+        Handedness::AllDeg(0.0)
+    } else {
+        Handedness::EachDeg(gammas_deg)
+    })
 }
 
 /// The wheels in question: those that turn, or else all that could be.
@@ -203,34 +236,12 @@ fn plugin(source: &Source) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// Whether a name speaks of mecanum wheels, spelt as people do.
-fn is_mecanum(name: &str) -> bool {
-    let lower = name.to_lowercase();
-    ["mecanum", "mechanum", "mecanuum"]
-        .iter()
-        .any(|word| lower.contains(word))
-}
-
 /// Where the file calls the wheels mecanum wheels: by their joints, links or meshes, by the macro that makes them or the file that
 /// they come from, by the robot's name or the file's own.
 fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
     let of_wheel = |wheel: &WheelLike| {
-        let joint = &tree.joints[wheel.joint];
-        let link = &tree.links[joint.child];
-        let meshes =
-            link.shapes
-                .iter()
-                .chain(&link.visuals)
-                .filter_map(|shape| match &shape.geometry {
-                    urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
-                    _ => None,
-                });
-        let names = [joint.name.clone(), link.name.clone()];
-        names
-            .into_iter()
-            .chain(meshes)
-            .chain(makers(source, &joint.name))
-            .find(|name| is_mecanum(name))
+        let names = names::of_wheel(source, tree, wheel.joint);
+        names.into_iter().find(|name| is_mecanum(name))
     };
     let robot = source.robot().attribute("name").map(str::to_owned);
     let file = std::path::Path::new(&source.prepared.file)
@@ -241,39 +252,6 @@ fn called(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> 
         .find_map(of_wheel)
         .or_else(|| robot.filter(|name| is_mecanum(name)))
         .or_else(|| file.filter(|name| is_mecanum(name)))
-}
-
-/// The macro in which a joint is written, and the file, where an expansion knows them.
-fn makers(source: &Source, joint: &str) -> Vec<String> {
-    let origin = source
-        .named("joint", joint)
-        .and_then(|node| source.prepared.origin(node.range().start));
-    let Some(origin) = origin else {
-        return Vec::new();
-    };
-    let file = std::path::Path::new(&*origin.file).file_name();
-    let file = file.map(|name| name.to_string_lossy().into_owned());
-    let written = roxmltree::Document::parse(&origin.text).ok();
-    let macros = written.iter().flat_map(|document| {
-        let at = |node: &roxmltree::Node| node.range().contains(&origin.bytes.start);
-        let around = document.descendants().filter(at);
-        around
-            .filter(|node| node.tag_name().name() == "macro")
-            .filter_map(|node| node.attribute("name").map(str::to_owned))
-            .collect::<Vec<_>>()
-    });
-    macros.chain(file).collect()
-}
-
-/// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
-fn own_name(mesh: &str) -> String {
-    if mesh.starts_with("package://") || mesh.starts_with("model://") {
-        return mesh.to_owned();
-    }
-    mesh.rsplit(['/', '\\'])
-        .next()
-        .unwrap_or_default()
-        .to_owned()
 }
 
 #[cfg(test)]

@@ -91,6 +91,9 @@ impl Meshes {
 
 fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
     let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
+    if is_lfs_pointer(&bytes) {
+        return Err(LFS_POINTER.to_owned());
+    }
     let vertices = match kind(path).as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(&bytes)?,
@@ -107,6 +110,15 @@ fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
         return Err("it holds a vertex that is not finite".to_owned());
     }
     Ok(vertices)
+}
+
+/// What is said of a file that is not there yet.
+pub(crate) const LFS_POINTER: &str =
+    "it is a pointer of Git LFS to a file that was not fetched: `git lfs pull` fetches it";
+
+/// Whether a file only says where Git LFS keeps its content.
+pub(crate) fn is_lfs_pointer(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"version https://git-lfs.github.com/spec/")
 }
 
 /// The kind of a mesh file: how its name ends, in small letters.

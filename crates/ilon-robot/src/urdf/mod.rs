@@ -7,6 +7,7 @@
 //! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
 //! ignored, assumed or doubted is remarked. [`looks`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
 
+mod alike;
 mod body;
 mod check;
 mod dae;
@@ -24,6 +25,7 @@ mod infer;
 mod looks;
 mod measure;
 mod mesh;
+mod names;
 mod normalise;
 mod outline;
 mod prepared;
@@ -41,17 +43,18 @@ use std::collections::HashSet;
 
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
-use crate::options::{LoadOptions, WheelOptions};
+use crate::options::{LoadOptions, RollerForms, WheelOptions};
 use body::RigidBody;
 use check::LEAST_WHEELS;
 use faults::Faults;
 use given::Given;
 pub use looks::{Looks, Mesh};
-pub(crate) use mesh::Meshes;
+pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
 pub use outline::WheelOutline;
 pub(crate) use prepared::{Origin, Prepared};
 use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
+pub(crate) use size::is_wheel_size;
 use source::Source;
 use survey::Survey;
 use tree::{Motion, Tree};
@@ -97,6 +100,19 @@ pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, R
         robot: check::check(&source, robot.0)?,
         inferred,
     })
+}
+
+/// How many wheels with rollers a text shows, and how many level joints that turn and have nothing that turns above or below them.
+pub(crate) fn wheels_seen(prepared: &Prepared) -> (usize, usize) {
+    let source = Source::parse(prepared).ok();
+    let Some(tree) = source.and_then(|source| repair::tree(&source)) else {
+        return (0, 0);
+    };
+    let is_bare = |j: &usize| {
+        tree.is_level(*j) && tree.turning_above(*j).is_none() && tree.turning_below(*j).is_none()
+    };
+    let bare = tree.moving(Motion::Turning).filter(is_bare).count();
+    (recognise::find(&tree).len(), bare)
 }
 
 /// The file's links and joints, placed.
@@ -147,8 +163,10 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
             "the wheels",
             format!(
                 "modelled without rollers; by {} they are Swedish wheels, and each is given {} rollers, which is a guess: say \
-                 how many there are, and at which angle, if it matters",
-                inferred.why, inferred.rollers.rollers
+                 how many there are, and at which angle, if it matters{}",
+                inferred.why,
+                inferred.rollers.rollers,
+                other_values(&loading.source.prepared.choices)
             ),
         ));
     }
@@ -161,6 +179,20 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     check::check_wheel_count(loading, candidates, given.len(), &survey)?;
     remark_left_alone(loading, &rollers, &survey);
     Ok((given, rollers, inferred))
+}
+
+/// Which other values a file knows of its arguments, which may bring rollers of its own, in words.
+fn other_values(choices: &[(String, Vec<String>)]) -> String {
+    let choice =
+        |(name, values): &(String, Vec<String>)| format!("`{name}` ({})", values.join(", "));
+    let choices: Vec<String> = choices.iter().take(6).map(choice).collect();
+    match &choices[..] {
+        [] => String::new(),
+        choices => format!(
+            "; other values that the file knows of its arguments may bring rollers: {}",
+            choices.join(", ")
+        ),
+    }
 }
 
 /// Says which turning joints are no wheels, where it was looked for wheels without names.
@@ -204,6 +236,9 @@ fn wheels(
         wheels.extend(faults.keep(made));
     }
     faults.into_result()?;
+    if loading.options.rollers == RollerForms::Barrel {
+        alike::even_out(tree, candidates, &mut wheels, &mut loading.remarks);
+    }
     wheels.sort_by_key(|(joint, _)| *joint);
     let mut drives = transmission::drives(loading.source, tree);
     drives.extend(loading.source.prepared.drives.clone());
@@ -237,7 +272,7 @@ fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> Rig
     let tree = loading.tree;
     let body = tree.rigid_body(tree.joints[joint].child, |j| moving.contains(&j));
     let of = format!("wheel `{}`", tree.joints[joint].name);
-    body.remark_held(tree, &of, &mut loading.remarks);
+    body.remark_held(tree, &of, &[], &mut loading.remarks);
     body
 }
 
@@ -274,7 +309,10 @@ fn assemble(
     let (source, tree) = (loading.source, loading.tree);
     let moving = moving(candidates, given);
     let body = tree.rigid_body(tree.root, |j| moving.contains(&j));
-    body.remark_held(tree, "the chassis", &mut loading.remarks);
+    let hubs = candidates.iter().map(|candidate| candidate.hub);
+    let hubs = hubs.chain(given.iter().map(|given| given.like.joint));
+    let hubs: Vec<usize> = hubs.collect();
+    body.remark_held(tree, "the chassis", &hubs, &mut loading.remarks);
     let reach_m = |mass: &MassProperties| {
         let to_wheels = wheels
             .iter()

@@ -224,8 +224,11 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
     copy(out, child(joint, "origin"), &PLACE);
     copy(out, child(joint, "parent"), &["link"]);
     copy(out, child(joint, "child"), &["link"]);
-    // Of a joint that does not move, nothing else was checked.
-    if joint_type != "fixed" {
+    // Of a joint that does not move nothing else was checked. Its axis is not part of URDF, and yet says how a wheel that it holds
+    // would turn.
+    if joint_type == "fixed" {
+        copy(out, stated_axis(joint), &["xyz"]);
+    } else {
         copy(out, child(joint, "axis"), &["xyz"]);
         if let Some(limit) = child(joint, "limit") {
             out.push_str("<limit");
@@ -245,6 +248,16 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
         out.push_str("/>");
     }
     out.push_str("</joint>");
+}
+
+/// The axis that a joint states, where it has a direction.
+pub(super) fn stated_axis<'a, 'i>(joint: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
+    let axis = child(joint, "axis")?;
+    let text = axis.attribute("xyz")?;
+    let numbers = text.split_whitespace().map(str::parse::<f64>);
+    let numbers = numbers.collect::<Result<Vec<f64>, _>>().ok()?;
+    let length: f64 = numbers.iter().map(|x| x.abs()).sum();
+    (numbers.len() == 3 && length > 1e-6 && length < 1e9).then_some(axis)
 }
 
 /// An element with those of its attributes that are read.

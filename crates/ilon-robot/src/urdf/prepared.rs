@@ -33,6 +33,10 @@ pub(crate) struct Prepared {
     pub(crate) uncalled_macros: Vec<String>,
     /// Files beside it that include it.
     pub(crate) callers: Vec<String>,
+    /// What is called a size in its xacro source, with its value.
+    pub(crate) sizes: Vec<(String, f64)>,
+    /// Values that its xacro source knows of its arguments, other than those that they have.
+    pub(crate) choices: Vec<(String, Vec<String>)>,
 }
 
 /// A change of a text: a range of its bytes, and what stands there instead.
@@ -49,6 +53,8 @@ impl Prepared {
             drives: BTreeMap::new(),
             uncalled_macros: Vec::new(),
             callers: Vec::new(),
+            sizes: Vec::new(),
+            choices: Vec::new(),
         }
     }
 

@@ -13,7 +13,7 @@ use super::solid::{self, Solid};
 use super::source::{Source, child, describe};
 use super::tree::{Motion, Tree};
 use super::{normalise, recognise};
-use crate::error::{Fault, RobotError};
+use crate::error::{Fault, RobotError, is_zero_size};
 use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
 
@@ -115,6 +115,13 @@ fn repair(
         Fault::DuplicateName { tag, .. } => rename(source, node, tag),
         Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
         Fault::ChassisBelowFloor { .. } => leave_out_lowest(source),
+        Fault::MissingAttribute { .. } if number_in(node).is_some() => move_number(source, node),
+        Fault::OutOfRange { key, value, .. } if is_zero_size(key, value) => {
+            let shape = node.ancestors().find(|n| n.has_tag_name("collision"))?;
+            let lines = lines_of(&source.text()[shape.range()]);
+            let said = format!("left out: it has no size (`{key}=\"{value}\"`)");
+            Some((vec![(shape.range(), lines)], said))
+        }
         // What is wrong on purpose, such as a mass below 0, is nobody's to guess.
         Fault::OutOfRange { value, .. } if value != "0" => None,
         Fault::NoMass
@@ -134,6 +141,22 @@ fn repair(
         }
         _ => None,
     }
+}
+
+/// The number that stands in a `<mass>` instead of in its attribute.
+fn number_in(node: Node) -> Option<f64> {
+    let text = node.text().filter(|_| node.has_tag_name("mass"))?;
+    let number = text.trim().parse::<f64>().ok();
+    number.filter(|kg| kg.is_finite() && *kg > 0.0)
+}
+
+/// Reads `<mass>2.5</mass>` as what it was meant for.
+fn move_number(source: &Source, node: Node) -> Option<(Vec<Edit>, String)> {
+    let kg = number_in(node)?;
+    let lines = lines_of(&source.text()[node.range()]);
+    let edit = (node.range(), format!("<mass value=\"{kg}\"/>{lines}"));
+    let said = format!("its mass of {kg} kg stands as text, and is read as `value`");
+    Some((vec![edit], said))
 }
 
 /// Gives a link a mass and an inertia that a body of its shapes has.
@@ -367,8 +390,8 @@ fn leave_out_lowest(source: &Source) -> Option<(Vec<Edit>, String)> {
     Some((vec![(shape.range(), lines)], said))
 }
 
-/// The tree of a text that was read before.
-fn tree(source: &Source) -> Option<Tree> {
+/// The tree of a text, where it can be read.
+pub(super) fn tree(source: &Source) -> Option<Tree> {
     let left_out = normalise::LeftOut::default();
     let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
     Tree::build(source, urdf).ok()

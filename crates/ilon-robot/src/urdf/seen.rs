@@ -14,7 +14,7 @@ use super::geometry::{self, mesh_points, primitive};
 use super::handover::barrel_half_length_m;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
-use super::size;
+use super::size::Unsized;
 use super::source::Source;
 use super::tree::{PlacedShape, Tree};
 use crate::error::{Fault, RobotError};
@@ -55,30 +55,51 @@ pub(super) fn rollers(
     }
     faults.into_result()?;
     let joint = &loading.tree.joints[candidate.hub];
-    match bare.first() {
-        None => Ok(seen),
-        Some(_) if seen.len() == candidate.rollers.len() => {
-            loading.remarks.push(Remark::new(
-                format!("wheel `{}`", joint.name),
-                format!(
-                    "{} of its rollers have no geometry that can be read: they are taken to reach the radius that was given",
-                    bare.len()
-                ),
-            ));
-            Ok(seen)
-        }
-        Some(fault) => {
-            let why = match fault {
-                Fault::RollerWithoutShape => {
-                    NoDisc::NotRound(format!("{} of its rollers have no geometry", bare.len()))
-                }
-                other => NoDisc::Unreadable(other.clone()),
-            };
-            let (origin, axis) = (&joint.origin, &joint.axis);
-            let fault = size::unknown(loading.tree, origin, axis, hub, &why);
-            Err(loading.source.joint_error(&joint.name, fault))
-        }
+    let Some(fault) = bare.first() else {
+        return Ok(seen);
+    };
+    let unsized_wheel = Unsized {
+        joint: candidate.hub,
+        origin: joint.origin,
+        axis: joint.axis,
+        body: hub,
+        ring_m: ring_m(loading, candidate, body_from_joint),
+    };
+    let radius_m = loading.options.wheel_radius_m;
+    if let Some(radius_m) = radius_m.filter(|_| seen.len() == candidate.rollers.len()) {
+        let words = format!(
+            "{} of its rollers have no geometry that can be read, and are taken to reach its radius; {}",
+            bare.len(),
+            unsized_wheel.words_on(loading, radius_m)
+        );
+        let subject = format!("wheel `{}`", joint.name);
+        loading.remarks.push(Remark::new(subject, words));
+        return Ok(seen);
     }
+    let why = match fault {
+        Fault::RollerWithoutShape => {
+            NoDisc::NotRound(format!("{} of its rollers have no geometry", bare.len()))
+        }
+        other => NoDisc::Unreadable(other.clone()),
+    };
+    let fault = unsized_wheel.fault(loading, &why);
+    Err(loading.source.joint_error(&joint.name, fault))
+}
+
+/// How far the rollers' axes pass from the hub axis on average, in metres.
+fn ring_m(
+    loading: &Loading,
+    candidate: &Candidate,
+    body_from_joint: &Isometry3<f64>,
+) -> Option<f64> {
+    let hub_from_body = body_from_joint.inverse();
+    let rings_m = candidate.rollers.iter().map(|&j| {
+        let joint = &loading.tree.joints[j];
+        let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
+        Some(fit::skew(&(hub_from_body * joint.origin), &axis)?.ring_radius_m)
+    });
+    let rings_m = rings_m.collect::<Option<Vec<f64>>>()?;
+    Some(rings_m.iter().sum::<f64>() / rings_m.len() as f64)
 }
 
 fn see(

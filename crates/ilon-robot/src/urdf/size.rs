@@ -1,54 +1,279 @@
-//! What speaks for a wheel's size where its geometry does not show it.
+//! Gathers what speaks for a wheel's size where its geometry does not show it: [`crate::error::Clues`] weighs it.
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use super::Loading;
 use super::body::RigidBody;
-use super::disc::NoDisc;
-use super::tree::Tree;
-use crate::error::Fault;
+use super::disc::{self, NoDisc};
+use super::hub::hub_frame;
+use super::names;
+use super::source::Source;
+use super::tree::{Motion, Tree};
+use crate::error::{Clue, ClueKind, Clues, Fault};
 
 /// Wheels of robots, in metres: what lies outside is no guess worth making.
 const PLAUSIBLE_M: std::ops::Range<f64> = 0.005..2.0;
+/// Rollers are thinner than the ring that their axes stand on.
+const MOST_OF_RING: f64 = 2.0;
 
-/// The fault of a wheel whose size is not known, with a guess.
-pub(super) fn unknown(
-    tree: &Tree,
-    origin: &Point3<f64>,
-    axis: &Unit<Vector3<f64>>,
-    body: &RigidBody,
-    why: &NoDisc,
-) -> Fault {
-    let package = match why {
-        NoDisc::Unreadable(Fault::PackageUnknown { package, .. }) => Some(package.clone()),
-        _ => None,
-    };
-    Fault::WheelSizeUnknown {
-        reason: Some(why.words()),
-        guess: guess(tree, origin, axis, body),
-        package,
+/// A wheel whose size is asked about.
+pub(super) struct Unsized<'a> {
+    pub(super) joint: usize,
+    pub(super) origin: Point3<f64>,
+    pub(super) axis: Unit<Vector3<f64>>,
+    pub(super) body: &'a RigidBody,
+    /// Distance of its rollers' axes from the hub axis, in metres, where it has some.
+    pub(super) ring_m: Option<f64>,
+}
+
+impl Unsized<'_> {
+    /// The fault of a wheel whose size is not known, with what speaks for one.
+    pub(super) fn fault(&self, loading: &Loading, why: &NoDisc) -> Fault {
+        let package = match why {
+            NoDisc::Unreadable(Fault::PackageUnknown { package, .. }) => Some(package.clone()),
+            _ => None,
+        };
+        Fault::WheelSizeUnknown {
+            reason: Some(why.words()),
+            clues: Box::new(self.clues(loading)),
+            package,
+        }
+    }
+
+    /// What is to be said of a radius that is taken because it was given.
+    pub(super) fn words_on(&self, loading: &Loading, radius_m: f64) -> String {
+        format!(
+            "its geometry does not show its radius: {:.1} mm as given; {}",
+            1e3 * radius_m,
+            self.clues(loading).on(radius_m)
+        )
+    }
+
+    /// What the file says of its radius.
+    pub(super) fn clues(&self, loading: &Loading) -> Clues {
+        let (source, tree) = (loading.source, loading.tree);
+        let mut clues = Clues::default();
+        clues.clues.extend(said(source));
+        self.add_shapes(loading, &mut clues);
+        clues.clues.extend(self.named(source, tree));
+        self.add_heights(tree, &mut clues);
+        clues.clues.extend(self.inertia());
+        if let Some(ring_m) = self.ring_m {
+            let what = "the ring on which its rollers' axes stand";
+            clues.least_m.push((ring_m, what.to_owned()));
+            clues.most_m.push((MOST_OF_RING * ring_m, what.to_owned()));
+        }
+        clues.most_m.extend(self.neighbour(tree));
+        clues
+            .clues
+            .retain(|clue| clue.radii_m.iter().any(|m| PLAUSIBLE_M.contains(m)));
+        clues
+    }
+
+    /// What can be read of its shapes: those that are round about its axis, and how far the others reach.
+    fn add_shapes(&self, loading: &Loading, clues: &mut Clues) {
+        let frame: Isometry3<f64> = hub_frame(&self.origin, &self.axis);
+        let discs = disc::readable(self.body, &frame, &loading.meshes);
+        if let Some(largest_m) = discs.iter().copied().reduce(f64::max) {
+            let what = "what can be read of its shapes".to_owned();
+            // A hub is smaller than its wheel.
+            if self.ring_m.is_none_or(|ring_m| largest_m > ring_m) {
+                let clue = Clue::new(ClueKind::Shape, what.clone(), largest_m);
+                clues.clues.push(clue);
+            }
+            clues.least_m.push((largest_m, what));
+        }
+        if let Some(reach_m) = disc::mesh_reach_m(self.body, &frame, &loading.meshes) {
+            let what = "the reach of its meshes from its axis".to_owned();
+            clues.least_m.push((reach_m, what));
+        }
+    }
+
+    /// Sizes in the names of the wheel, its meshes and what makes it.
+    fn named(&self, source: &Source, tree: &Tree) -> Vec<Clue> {
+        let mut clues: Vec<Clue> = Vec::new();
+        for name in names::of_wheel(source, tree, self.joint) {
+            let radii_m = radii_in_name(&name);
+            if !radii_m.is_empty() && !clues.iter().any(|known| known.radii_m == radii_m) {
+                clues.push(Clue {
+                    kind: ClueKind::Name,
+                    what: format!("the name `{name}`"),
+                    radii_m,
+                });
+            }
+        }
+        clues
+    }
+
+    /// The height of its axis above what may lie on the floor: frames that are called so, or else the root.
+    fn add_heights(&self, tree: &Tree, clues: &mut Clues) {
+        const FLOORS: [&str; 4] = ["footprint", "ground", "floor", "projected"];
+        let is_floor = |name: &str| FLOORS.iter().any(|word| name.to_lowercase().contains(word));
+        let called = tree.links.iter().find(|link| is_floor(&link.name));
+        let frame = called.unwrap_or(&tree.links[tree.root]);
+        let height_m = self.origin.z - frame.body_from_link.translation.z;
+        if PLAUSIBLE_M.contains(&height_m) {
+            let what = format!("the height of its axis above the frame `{}`", frame.name);
+            if called.is_some() {
+                clues.most_m.push((height_m, what.clone()));
+            }
+            clues
+                .clues
+                .push(Clue::new(ClueKind::Height, what, height_m));
+        }
+    }
+
+    fn inertia(&self) -> Option<Clue> {
+        let mass = self.body.mass.as_ref()?;
+        let axis = self.axis.into_inner();
+        let axial = axis.dot(&(mass.inertia_kg_m2 * axis));
+        let what = "its inertia about its axis, as that of a solid disc".to_owned();
+        let radius_m = (2.0 * axial / mass.mass_kg).sqrt();
+        Some(Clue::new(ClueKind::Inertia, what, radius_m))
+    }
+
+    /// Half of the way to the nearest wheel in its plane: beyond it they would cut into each other.
+    fn neighbour(&self, tree: &Tree) -> Option<(f64, String)> {
+        /// Wheels within this of a plane are in it, in metres.
+        const IN_PLANE_M: f64 = 0.01;
+        let others = tree.moving(Motion::Turning).filter(|&j| {
+            let other = &tree.joints[j];
+            j != self.joint
+                && tree.turning_above(j).is_none()
+                && other.axis.dot(&self.axis).abs() > 0.99
+                && (other.origin - self.origin).dot(&self.axis).abs() < IN_PLANE_M
+        });
+        let apart_m = |j: usize| (tree.joints[j].origin - self.origin).norm();
+        let nearest = others.min_by(|&p, &q| apart_m(p).total_cmp(&apart_m(q)))?;
+        let words = format!("half of the way to `{}`", tree.joints[nearest].name);
+        (apart_m(nearest) > IN_PLANE_M).then(|| (0.5 * apart_m(nearest), words))
     }
 }
 
-/// A radius that something else in the file speaks for: the height of the axis over the root frame, where that lies on the floor;
-/// or the wheel's inertia about its axis, that of a solid disc.
-fn guess(
-    tree: &Tree,
-    origin: &Point3<f64>,
-    axis: &Unit<Vector3<f64>>,
-    body: &RigidBody,
-) -> Option<(f64, String)> {
-    let root = &tree.links[tree.root].name;
-    let rounded = |radius_m: f64| (1e4 * radius_m).round() / 1e4;
-    if PLAUSIBLE_M.contains(&origin.z) {
-        let why =
-            format!("the height of its axis above the frame `{root}`, if that lies on the floor,");
-        return Some((rounded(origin.z), why));
+/// Whether a name speaks of a wheel's radius, and whether as of a diameter.
+pub(crate) fn is_wheel_size(name: &str) -> Option<bool> {
+    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
+    let plain = plain.to_lowercase();
+    let holds = |word: &str| plain.contains(word);
+    if !(holds("wheel") || holds("mecanum"))
+        || holds("roller")
+        || holds("caster")
+        || holds("castor")
+    {
+        return None;
     }
-    let mass = body.mass.as_ref()?;
-    let axial = axis.dot(&(mass.inertia_kg_m2 * axis.into_inner()));
-    let radius_m = (2.0 * axial / mass.mass_kg).sqrt();
-    let why = "its inertia about its axis, if it is a solid disc,".to_owned();
-    PLAUSIBLE_M
-        .contains(&radius_m)
-        .then(|| (rounded(radius_m), why))
+    if holds("diam") {
+        return Some(true);
+    }
+    holds("radius").then_some(false)
+}
+
+/// What is called the wheel's radius or diameter: by xacro's properties, arguments and parameters, and by settings of plug-ins.
+fn said(source: &Source) -> Vec<Clue> {
+    let mut clues: Vec<Clue> = Vec::new();
+    let mut add = |what: String, is_diameter: bool, value: f64| {
+        let value_m = if is_diameter { 0.5 * value } else { value };
+        // Whoever writes 50 means millimetres.
+        let radius_m = if value_m > PLAUSIBLE_M.end {
+            1e-3 * value_m
+        } else {
+            value_m
+        };
+        let is_new = clues.iter().all(|known| known.radii_m != [radius_m]);
+        if is_new && PLAUSIBLE_M.contains(&radius_m) {
+            clues.push(Clue::new(ClueKind::Said, what, radius_m));
+        }
+    };
+    for (name, value) in &source.prepared.sizes {
+        if let Some(is_diameter) = is_wheel_size(name) {
+            add(format!("`{name}` of the xacro file"), is_diameter, *value);
+        }
+    }
+    let settings = source.robot().children().filter(|n| {
+        let tag = n.tag_name().name();
+        n.is_element() && !["link", "joint"].contains(&tag)
+    });
+    for node in settings.flat_map(|n| n.descendants()) {
+        let name = node.attribute("name").unwrap_or(node.tag_name().name());
+        let text = node.attribute("value").or(node.text()).unwrap_or_default();
+        if let (Some(is_diameter), Ok(value)) = (is_wheel_size(name), text.trim().parse()) {
+            add(format!("the setting `{name}`"), is_diameter, value);
+        }
+    }
+    clues
+}
+
+/// The radii that a size in a name may mean, in metres: `4inch` is a diameter, as wheels are sold; `_100` and `100mm` are diameters or
+/// radii.
+fn radii_in_name(name: &str) -> Vec<f64> {
+    /// Numbers of a wheel, a part, a side or a version are smaller.
+    const LEAST_MM: f64 = 30.0;
+    const INCH_M: f64 = 0.0254;
+    let lower = name.to_lowercase();
+    let mut rest = lower.as_str();
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let number = &rest[start..];
+        let end = number.find(|c: char| !c.is_ascii_digit() && c != '.');
+        let end = end.unwrap_or(number.len());
+        let digits = number[..end].trim_end_matches('.');
+        let after = &number[digits.len()..];
+        let follows_letter = rest[..start].ends_with(|c: char| c.is_alphanumeric());
+        let unit = after.trim_start_matches(['-', '_', ' ']);
+        if let Ok(value) = digits.parse::<f64>() {
+            if unit.starts_with("inch")
+                || (unit.starts_with("in") && !unit[2..].starts_with(char::is_alphabetic))
+            {
+                return vec![0.5 * INCH_M * value];
+            }
+            let stands_alone = !follows_letter && !after.starts_with(char::is_alphanumeric);
+            if unit.starts_with("mm")
+                || (stands_alone && value >= LEAST_MM && !digits.contains('.'))
+            {
+                return vec![0.5e-3 * value, 1e-3 * value];
+            }
+        }
+        rest = after;
+    }
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_in_names() {
+        for (name, radii_mm) in [
+            ("wheel_4inch.stl", vec![50.8]),
+            ("4-inch-mecanum", vec![50.8]),
+            ("mecanum_wheel_250", vec![125.0, 250.0]),
+            ("Wheel-100mm-left.STL", vec![50.0, 100.0]),
+            ("front_left_wheel_1", vec![]),
+            ("wheel2_link", vec![]),
+            ("v1.2", vec![]),
+            ("wheel_100.stl", vec![50.0, 100.0]),
+            ("am0137", vec![]),
+        ] {
+            let found: Vec<f64> = radii_in_name(name)
+                .iter()
+                .map(|m| (1e4 * m).round() / 10.0)
+                .collect();
+            assert_eq!(found, radii_mm, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_of_sizes_of_wheels_are_known() {
+        for (name, is_diameter) in [
+            ("wheel_radius", Some(false)),
+            ("wheelDiameter", Some(true)),
+            ("mecanum_wheel_r", None),
+            ("roller_radius", None),
+            ("wheel_roller_radius", None),
+            ("caster_wheel_radius", None),
+            ("wheel_width", None),
+        ] {
+            assert_eq!(is_wheel_size(name), is_diameter, "{name}");
+        }
+    }
 }

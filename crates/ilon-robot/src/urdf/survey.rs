@@ -3,6 +3,8 @@
 //! A joint could be one where it turns about a level axis, or its geometry is round about one; nothing that turns hangs below
 //! it, and no steering above; and it stands on the floor on which the others stand.
 
+use std::collections::{HashMap, HashSet};
+
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::disc::{self, Disc};
@@ -67,6 +69,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
         }
     }
     survey.keep_on_the_floor(tree, candidates);
+    survey.leave_out_parts(tree, candidates);
     survey
 }
 
@@ -83,7 +86,17 @@ pub(super) fn named(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike,
     if joint.motion == Motion::Turning {
         return Ok(on_own_axis(tree, j, meshes));
     }
-    look(tree, j, meshes)
+    // One that does not turn is taken by the axis that it states, where its geometry shows none.
+    look(tree, j, meshes).or_else(|why| {
+        if joint.motion == Motion::Fixed && joint.states_axis && tree.is_level(j) {
+            return Ok(on_own_axis(tree, j, meshes));
+        }
+        Err(if joint.motion == Motion::Fixed {
+            format!("{why}; an `<axis>` in the joint would say about which axis it turns")
+        } else {
+            why
+        })
+    })
 }
 
 fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
@@ -107,8 +120,8 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
             } else {
                 tree.rigid_body(joint.child, |k| tree.joints[k].motion == Motion::Turning)
             };
-            // A limited joint on a level axis with something round about it turns a wheel as far as it goes.
-            if joint.motion == Motion::Swinging && tree.is_level(j) {
+            // A joint with a level axis and something round about it holds a wheel, whether it turns or not.
+            if joint.states_axis && tree.is_level(j) {
                 let own = on_own_axis(tree, j, meshes);
                 if own.disc.is_some() {
                     return Ok(own);
@@ -236,6 +249,41 @@ impl Survey {
                 }
             });
         }
+    }
+
+    /// Leaves out what is part of a wheel, or of what holds one, of all that does not turn: rollers and brackets that are round too.
+    fn leave_out_parts(&mut self, tree: &Tree, candidates: &[Candidate]) {
+        /// Wheels of one robot differ by less than this factor.
+        const SMALLER: f64 = 0.5;
+        /// What lies this near to a wheel's middle, as a share of its radius, is no wheel beside it.
+        const INSIDE: f64 = 0.5;
+        let radius_m = |like: &WheelLike| like.disc.map_or(0.0, |disc| disc.radius_m);
+        let turning: Vec<WheelLike> = self.turning.clone();
+        let others = self.others.clone();
+        let largest_m = turning
+            .iter()
+            .chain(&others)
+            .map(radius_m)
+            .fold(0.0, f64::max);
+        let above: HashMap<usize, usize> = (0..tree.joints.len())
+            .map(|j| (tree.joints[j].child, j))
+            .collect();
+        let joint_above = |j: &usize| above.get(&tree.joints[*j].parent).copied();
+        let hubs: HashSet<usize> = candidates.iter().map(|candidate| candidate.hub).collect();
+        let is_part = |like: &WheelLike| {
+            let own_m = radius_m(like);
+            let within = |other: &WheelLike| {
+                let apart_m = (other.origin - like.origin).norm();
+                let is_larger = radius_m(other) > own_m
+                    || (radius_m(other) == own_m && other.joint < like.joint);
+                other.joint != like.joint && is_larger && apart_m < INSIDE * radius_m(other)
+            };
+            let mut holders = std::iter::successors(Some(like.joint), joint_above);
+            let in_hub = holders.any(|j| hubs.contains(&j));
+            let is_small = own_m > 0.0 && own_m < SMALLER * largest_m;
+            in_hub || is_small || turning.iter().chain(&others).any(within)
+        };
+        self.others.retain(|like| !is_part(like));
     }
 
     /// What could be wheels, named or not.

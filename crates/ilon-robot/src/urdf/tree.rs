@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, V
 use urdf_rs::{Geometry, JointLimit, JointType};
 
 use super::faults::Faults;
+use super::normalise::stated_axis;
 use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{Joint, MassProperties, MotorLimits};
@@ -50,6 +51,8 @@ pub(super) struct TreeJoint {
     pub(super) origin: Point3<f64>,
     /// The axis in the body frame.
     pub(super) axis: Unit<Vector3<f64>>,
+    /// Whether the file says which axis that is.
+    pub(super) states_axis: bool,
     pub(super) limits: MotorLimits,
     pub(super) losses: Joint,
     /// Whether it follows another joint.
@@ -103,7 +106,11 @@ impl Tree {
         let joints: Vec<TreeJoint> = joints
             .into_iter()
             .zip(&hanging.ends)
-            .map(|(joint, ends)| tree_joint(joint, *ends, &placed))
+            .map(|(joint, ends)| {
+                let node = source.named("joint", &joint.name);
+                let states_axis = node.and_then(stated_axis).is_some();
+                tree_joint(joint, *ends, &placed, states_axis)
+            })
             .collect();
         let mut turning_above: Vec<Option<usize>> = vec![None; joints.len()];
         for &j in &from_the_top {
@@ -290,6 +297,7 @@ fn tree_joint(
     joint: urdf_rs::Joint,
     (parent, child): (usize, usize),
     body_from_link: &[Isometry3<f64>],
+    states_axis: bool,
 ) -> TreeJoint {
     let urdf_rs::Joint {
         name,
@@ -337,6 +345,7 @@ fn tree_joint(
         child,
         origin: Point3::from(body_from_link[child].translation.vector),
         axis,
+        states_axis,
         limits: MotorLimits {
             effort_n_m: or_none(effort),
             velocity_rad_s: or_none(velocity),

@@ -4,6 +4,8 @@
 
 use std::cell::Cell;
 
+use super::python::Value;
+
 /// Most steps of one expansion. A step is the evaluation of a token, an element, a value, or of some dozen bytes; a robot with
 /// a hundred rollers takes some hundred thousand.
 const MOST_STEPS: u64 = 4_000_000;
@@ -68,6 +70,17 @@ impl Budget {
     /// Pays for a text of that many bytes.
     pub(super) fn spend_bytes(&self, bytes: usize) -> Result<(), Spent> {
         self.spend(1 + bytes as u64 / 24)
+    }
+
+    /// Pays for going through a value, to print, copy or compare it: before that is done, for a short text can make a value that
+    /// never ends.
+    pub(super) fn spend_on(&self, value: &Value) -> Result<(), Spent> {
+        self.spend_bytes(value.size().bytes())
+    }
+
+    /// How deep it is now.
+    pub(super) fn depth(&self) -> usize {
+        self.depth.get()
     }
 
     /// Goes down by so many levels, until the guard is dropped.

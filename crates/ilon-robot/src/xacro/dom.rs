@@ -53,6 +53,12 @@ pub(super) enum Node {
 }
 
 impl Element {
+    /// Bytes of its names, which it is written with whatever its values are.
+    pub(super) fn name_bytes(&self) -> usize {
+        let names = self.attributes.iter().map(|a| a.name.len());
+        2 * self.name.len() + names.sum::<usize>()
+    }
+
     /// The value of an attribute.
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
         let found = self.attributes.iter().find(|a| a.name == name)?;

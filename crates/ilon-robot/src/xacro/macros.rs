@@ -25,6 +25,13 @@ pub(super) struct Parameter {
     pub(super) default: Option<String>,
 }
 
+impl Parameter {
+    /// Bytes of its texts.
+    pub(super) fn bytes(&self) -> usize {
+        self.name.len() + self.default.as_ref().map_or(0, String::len)
+    }
+}
+
 /// A set of macros within another, and namespaces of more.
 #[derive(Debug)]
 pub(super) struct Macros {
@@ -186,8 +193,13 @@ fn default_end(text: &str) -> Option<usize> {
             break;
         }
         if c == '\'' || c == '"' {
-            // An unpaired quote is no default.
-            end += 1 + text[end + 1..].find(c)? + 1;
+            end += match text[end + 1..].find(c) {
+                Some(length) => length + 2,
+                // In three of them the one between is what is quoted.
+                None if text[..end].ends_with(c) => 1,
+                // An unpaired quote is no default.
+                None => return None,
+            };
         } else {
             end += c.len_utf8();
         }
@@ -227,6 +239,12 @@ mod tests {
                 plain("**blocks")
             ]
         );
+    }
+
+    #[test]
+    fn of_three_quotes_the_one_between_is_quoted() {
+        let three = with("a", "\x27\x27\x27");
+        assert_eq!(read("a:=''' b:=2"), [three, with("b", "2")]);
     }
 
     #[test]

@@ -4,15 +4,14 @@
 //! same on every machine. It works in this order: a file's elements are read with their places ([`dom`]); the tree is gone through
 //! once ([`expand`]), evaluating texts ([`text`], [`substitution`]) whose expressions are a little Python ([`python`]), looking
 //! properties up in scopes ([`scope`]) and macros in theirs ([`macros`]); the result is written, and each of its elements keeps
-//! the place that it came from. [`budget`] ends what has no end. Where a program has the xacro of ROS itself, that is asked about what
-//! is refused ([`ros`]).
+//! the place that it came from. [`budget`] ends what has no end. Nothing of a
+//! file is ever run as code: what this language does not know is refused, and no other interpreter is asked.
 
 mod budget;
 mod dom;
 mod expand;
 mod macros;
 mod python;
-mod ros;
 mod scope;
 mod substitution;
 mod text;
@@ -30,9 +29,6 @@ use dom::SourceFile;
 
 use crate::files::FileAccess;
 use crate::packages::{Package, Packages};
-
-pub(crate) use ros::expanded_by_ros;
-pub use ros::{FindPackage, RosXacro, use_ros_xacro};
 
 /// Longest file that is read, included ones too, in bytes.
 pub(crate) const MAX_BYTES: u64 = 16 << 20;
@@ -58,6 +54,10 @@ pub(crate) struct Expanded {
     pub(crate) notes: Vec<Note>,
     /// The arguments that the file declares, with the value that each has.
     pub(crate) arguments: BTreeMap<String, String>,
+    /// What is called a size of a wheel, with its value.
+    pub(crate) sizes: Vec<(String, f64)>,
+    /// Of arguments that conditions look at, the values that they could have instead.
+    pub(crate) choices: Vec<(String, Vec<String>)>,
     /// Macros that are defined and never called.
     pub(crate) uncalled: Vec<String>,
 }

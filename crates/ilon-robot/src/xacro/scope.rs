@@ -86,6 +86,13 @@ impl Scope {
         }
     }
 
+    /// The names that it holds itself, in order.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.entries.borrow().keys().cloned().collect();
+        names.sort();
+        names
+    }
+
     /// How many scopes lie around this one.
     pub(super) fn depth(&self) -> u64 {
         self.depth

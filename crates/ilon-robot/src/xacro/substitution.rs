@@ -7,6 +7,9 @@ use std::rc::Rc;
 use super::budget::Budget;
 use super::python::{Arguments, Error, Surroundings, Value, XacroFunction, evaluate, text};
 
+/// Steps that looking for a package takes.
+const FIND: u64 = 400;
+
 /// What a substitution can ask for.
 pub(super) trait Answers {
     /// The value of an argument.
@@ -32,7 +35,8 @@ pub(super) fn resolve(inner: &str, answers: &dyn Answers) -> Result<String, Erro
         if expression.contains("__") {
             return Err(Error::new("$(eval ...) may not contain double underscores"));
         }
-        return Ok(text(&evaluate(expression, &OfEval { answers })?));
+        let value = evaluate(expression, &OfEval { answers })?;
+        return Ok(text(&value, answers.budget())?);
     }
     let resolved = command(inner, answers)?;
     // The value of an argument may itself name a package.
@@ -78,6 +82,8 @@ fn command(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
 }
 
 fn find(package: &str, answers: &dyn Answers) -> Result<String, Error> {
+    // Folders are looked through.
+    answers.budget().spend(FIND)?;
     answers
         .package(package)
         .ok_or_else(|| Error::Package(package.to_owned()))

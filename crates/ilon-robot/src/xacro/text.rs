@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::budget::{Budget, Spent};
 use super::python::{Error, Value, text};
 
 /// A piece of a text.
@@ -59,11 +60,12 @@ fn unclosed(rest: &str) -> Error {
 }
 
 /// The value of evaluated pieces: a lone one keeps its type, several are joined to text.
-pub(super) fn joined(mut values: Vec<Value>) -> Value {
-    match values.len() {
-        1 => values.remove(0),
-        _ => Value::Text(Rc::from(values.iter().map(text).collect::<String>())),
+pub(super) fn joined(mut values: Vec<Value>, budget: &Budget) -> Result<Value, Spent> {
+    if values.len() == 1 {
+        return Ok(values.remove(0));
     }
+    let texts = values.iter().map(|value| text(value, budget));
+    Ok(Value::Text(Rc::from(texts.collect::<Result<String, _>>()?)))
 }
 
 /// The truth of a condition: `true`, `false` and whole numbers as text, or any value of an expression.

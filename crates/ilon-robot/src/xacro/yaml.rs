@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Tag};
 
-use super::python::{Dict, Error, Surroundings, Value, evaluate};
+use super::python::{Dict, Error, Surroundings, Value, check_nesting, evaluate};
 
 /// Deepest nesting that is read.
 const DEEPEST: usize = 64;
@@ -73,6 +73,7 @@ impl Reader<'_> {
                 Some(Open::List(anchor, items)) => self.add(anchor, Value::list(items)),
                 Some(Open::Dict(anchor, entries, mut dict, _)) => {
                     for (key, value) in entries {
+                        self.around.budget().spend_on(&key)?;
                         dict.insert(key, value)?;
                     }
                     self.add(anchor, Value::Dict(dict.into()))
@@ -94,6 +95,8 @@ impl Reader<'_> {
     }
 
     fn add(&mut self, anchor: usize, value: Value) -> Result<(), Error> {
+        // Aliases nest deeper than brackets do.
+        check_nesting(&value)?;
         if anchor != 0 {
             self.anchors.insert(anchor, value.clone());
         }
@@ -246,7 +249,7 @@ fn float(text: &str, signed: bool) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::python::repr;
+    use super::super::python::brief;
     use super::plain;
 
     #[test]
@@ -272,7 +275,7 @@ mod tests {
             ("09", "'09'"),
             ("wheel", "'wheel'"),
         ] {
-            assert_eq!(repr(&plain(text)), value, "{text}");
+            assert_eq!(brief(&plain(text)), value, "{text}");
         }
     }
 }

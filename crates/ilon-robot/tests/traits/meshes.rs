@@ -141,6 +141,56 @@ fn the_barrel_of_a_mesh_is_fitted(file: &str, write: fn(&[[[f64; 3]; 3]]) -> Vec
     );
 }
 
+/// One of three equal wheels is drawn by other facets, and comes out half a percent smaller: the robot stands level all the same.
+#[test]
+fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
+    let folder = folder("facets");
+    let rings = barrel_rings_mm();
+    let smaller = |rings: &[Vec<[f64; 3]>], by_mm: f64| -> Vec<Vec<[f64; 3]>> {
+        let thinner = |p: &[f64; 3]| {
+            let r = p[0].hypot(p[1]);
+            [p[0] * (r - by_mm) / r, p[1] * (r - by_mm) / r, p[2]]
+        };
+        rings
+            .iter()
+            .map(|ring| ring.iter().map(thinner).collect())
+            .collect()
+    };
+    let write = |name: &str, rings: &[Vec<[f64; 3]>]| {
+        std::fs::write(folder.join(name), binary_stl(&triangles(rings))).expect("writable");
+    };
+    write("a.stl", &rings);
+    for (by_mm, level) in [(0.25, true), (1.5, false)] {
+        write("b.stl", &smaller(&rings, by_mm));
+        let mut in_first = false;
+        let mut text = String::new();
+        for line in with_mesh("a.stl").lines() {
+            if line.contains("<link name=") {
+                in_first = line.contains("wheel_1_");
+            }
+            text += &if in_first {
+                line.replace("a.stl", "b.stl")
+            } else {
+                line.to_owned()
+            };
+            text.push('\n');
+        }
+        std::fs::write(folder.join("robot.urdf"), text).expect("writable");
+        let robot = Robot::load(folder.join("robot.urdf")).expect("a robot");
+        let radii_m: Vec<f64> = robot.wheels.iter().map(|wheel| wheel.radius_m).collect();
+        let apart_m = (radii_m[0] - radii_m[1]).abs();
+        // What is 3 % smaller is another wheel.
+        assert_eq!(apart_m == 0.0, level, "{radii_m:?}");
+        assert_eq!(
+            remarked(&robot, "wheel `wheel_1`", "the facets explain it"),
+            level
+        );
+        let roller = &robot.wheels[0].rollers[0];
+        let reach_m = roller.ring_radius_m() + roller.radius_m;
+        assert!((reach_m - robot.wheels[0].radius_m).abs() < 1e-9);
+    }
+}
+
 /// The small robot as xacro: its first wheel's place is computed, its links of rollers come from a macro of another file.
 fn as_xacro(include: &str) -> (String, String) {
     let text = small()

@@ -11,7 +11,7 @@ use crate::Run;
 use crate::scenario::{Bound, Expect};
 
 /// What came of one expectation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Verdict {
     /// The quantity's dotted name.
     pub quantity: String,

@@ -10,10 +10,13 @@ use super::run::TIME_SLACK_S;
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 #[schemars(rename = "FaultSection")]
 pub enum Fault {
-    /// A motor gives no torque; its wheel turns freely.
+    /// A motor is lost: it gives no torque, and its wheel turns freely (but for its gear), or its winding is shorted.
     MotorLost {
         /// The wheel's joint.
         wheel: String,
+        /// Whether its winding is shorted, so that its back-EMF brakes the wheel; needs `[motors.dc]`.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        shorted: bool,
         /// When it begins, in seconds.
         #[serde(default)]
         #[schemars(range(min = 0.0))]
@@ -82,8 +85,8 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
-    /// The battery sags. Of motors with `[motors.dc]` stall torque and no-load rate fall with the supply, of others the
-    /// limits of torque and rate.
+    /// The battery sags. Of motors with `[motors.dc]` stall torque and no-load rate fall with the supply's voltage, until at a share of 0
+    /// they are shorted; of others the limits of torque and rate fall.
     BatterySag {
         /// What is left of the supply's voltage, from 0 to 1.
         #[schemars(range(min = 0.0, max = 1.0))]
@@ -132,8 +135,8 @@ pub enum Fault {
     /// A mass is put on the chassis and stays fixed to it: a point, so that what is large is written as several. It has
     /// the velocity of its place when it comes, and goes with it.
     Payload {
-        /// Its mass, in kg.
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        /// Its mass, in kg; of 0 there is none.
+        #[schemars(range(min = 0.0))]
         mass_kg: f64,
         /// Where on the chassis, along the body's x axis, in metres; without it, at the chassis's centre of mass.
         #[serde(default, skip_serializing_if = "Option::is_none")]

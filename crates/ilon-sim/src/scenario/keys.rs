@@ -18,6 +18,11 @@ pub(crate) fn is_computable(number: f64) -> bool {
     number == 0.0 || SIZES.contains(&number.abs())
 }
 
+/// Whether a number that may have either sign is of such a size, or as good as zero: a rate of cos(90 deg) is 6e-17 to a script.
+pub(crate) fn is_computable_with_sign(number: f64) -> bool {
+    number.abs() <= *SIZES.end()
+}
+
 /// A key or value that a scenario may not hold.
 #[derive(Debug)]
 pub(crate) struct Fault {
@@ -55,6 +60,30 @@ pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<()
         document.span(),
         &checker.alternatives(schema),
     )
+}
+
+/// Whether a key, given from the outermost table in, holds a list, and nothing else that has keys.
+pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
+    let checker = Checker {
+        root: schema,
+        path: Vec::new(),
+    };
+    let mut alternatives = checker.alternatives(schema);
+    for part in path {
+        let is_place = part.parse::<usize>().is_ok();
+        let within = |schema: &&'s Json| {
+            let named = schema.get("properties").and_then(|named| named.get(part));
+            let item = || schema.get("items").filter(|_| is_place);
+            let other = || schema.get("additionalProperties");
+            named.or_else(item).or_else(other)
+        };
+        let inner: Vec<&Json> = alternatives.iter().filter_map(within).collect();
+        alternatives = inner
+            .into_iter()
+            .flat_map(|schema| checker.alternatives(schema))
+            .collect();
+    }
+    accepts(&alternatives, "array") && !accepts(&alternatives, "object")
 }
 
 /// The nearest of some names to one that is not among them, if it is near enough to be meant.
@@ -161,6 +190,25 @@ impl<'s> Checker<'s> {
             DeValue::Float(number) if accepts(&alternatives, "number") => {
                 let parsed = number.as_str().parse().unwrap_or(f64::NAN);
                 self.number(parsed, span, &alternatives)
+            }
+            DeValue::Table(table)
+                if accepts(&alternatives, "array")
+                    && !table.is_empty()
+                    && table
+                        .keys()
+                        .all(|key| key.get_ref().parse::<usize>().is_ok()) =>
+            {
+                let places: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+                Err(self.fault(
+                    FaultKind::Key,
+                    span,
+                    format!(
+                        "the list `{}` has no place {} yet",
+                        self.key(),
+                        places.join(", ")
+                    ),
+                    "places count from 0; the place after the last one adds to the list, one at a time".to_owned(),
+                ))
             }
             other => Err(self.fault(
                 FaultKind::Type,
@@ -292,7 +340,19 @@ impl<'s> Checker<'s> {
         }
         let whole = |schema: &&Json| schema.get("type").and_then(Json::as_str) == Some("integer");
         let judged = self.path.first().is_some_and(|section| section == "expect");
-        if !judged && !alternatives.iter().any(whole) && !is_computable(number) {
+        let bound = |name| {
+            alternatives
+                .iter()
+                .find_map(|schema| schema.get(name).and_then(Json::as_f64))
+        };
+        // What says itself how large it may be is no length, time or mass: stiff contacts of heavy robots.
+        let says_so = bound("maximum").is_some_and(|most| (1.0..=most).contains(&number));
+        let has_sign = bound("minimum").is_none() && bound("exclusiveMinimum").is_none();
+        let computable = match has_sign {
+            true => is_computable_with_sign(number),
+            false => is_computable(number) || says_so,
+        };
+        if !judged && !alternatives.iter().any(whole) && !computable {
             let (least, most) = (SIZES.start(), SIZES.end());
             return Err(self.fault(
                 FaultKind::Value,
@@ -304,11 +364,6 @@ impl<'s> Checker<'s> {
                 format!("write 0 or a number whose size is between {least:e} and {most:e}"),
             ));
         }
-        let bound = |name| {
-            alternatives
-                .iter()
-                .find_map(|schema| schema.get(name).and_then(Json::as_f64))
-        };
         let broken = match (
             bound("minimum"),
             bound("exclusiveMinimum"),

@@ -97,9 +97,25 @@ impl Scenario {
     /// # Errors
     /// Like [`Self::load`].
     pub fn from_toml(text: &str, name: &str, folder: impl Into<PathBuf>) -> Result<Self, Error> {
-        let mut scenario = parse(text, name, &[])?;
+        Self::from_toml_with(text, name, folder, &[], &FileAccess::anywhere())
+    }
+
+    /// Reads a scenario from text with some of its keys changed; its relative paths start from `folder`, and all files that it names must be
+    /// among those that may be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load_with`].
+    pub fn from_toml_with(
+        text: &str,
+        name: &str,
+        folder: impl Into<PathBuf>,
+        settings: &[Setting],
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
+        let mut scenario = parse(text, name, settings)?;
         scenario.name = name.to_owned();
         scenario.folder = folder.into();
+        scenario.files = files.clone();
         Ok(scenario)
     }
 
@@ -244,7 +260,13 @@ fn merged<'t>(
         origins
             .settings
             .push((dotted_keys(setting.get_ref()), line));
-        merge(document.get_mut(), setting.into_inner());
+        let is_list = |path: &[String]| keys::is_list(schema(), path);
+        merge(
+            document.get_mut(),
+            setting.into_inner(),
+            &mut Vec::new(),
+            &is_list,
+        );
     }
     Ok((document, origins))
 }

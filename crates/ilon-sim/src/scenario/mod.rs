@@ -28,7 +28,7 @@ pub(crate) use faults::within;
 pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
-pub(crate) use keys::{SIZES, is_computable};
+pub(crate) use keys::{SIZES, is_computable, is_computable_with_sign};
 pub use materials::{Across, Against, MaterialPair, Materials};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
@@ -88,6 +88,7 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
     /// Duration and time steps.
+    #[serde(default)]
     pub run: Run,
     /// Bounds on what the run must come to, held by `ilon check`.
     #[serde(default, skip_serializing_if = "Expect::is_empty")]

@@ -12,7 +12,8 @@ pub(crate) const TIME_SLACK_S: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RunSection")]
 pub struct Run {
-    /// Simulated time in seconds.
+    /// Simulated time in seconds. Without it a `playback` runs until its log ends; every other motion needs it.
+    #[serde(default = "until_its_log_ends", skip_serializing_if = "is_open")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub duration_s: f64,
     /// The step of physics and wheel loop in seconds, or `"auto"`: the longest that serves this robot and its loop.
@@ -34,7 +35,24 @@ pub struct Run {
     pub roller_angles_hz: Option<f64>,
 }
 
+impl Default for Run {
+    fn default() -> Self {
+        Self {
+            duration_s: until_its_log_ends(),
+            physics_dt_s: Step::default(),
+            control_dt_s: default_control_dt_s(),
+            record_every: one(),
+            roller_angles_hz: None,
+        }
+    }
+}
+
 impl Run {
+    /// Whether the scenario leaves it open how long the run is: as long as the log that is played back.
+    pub fn is_open(&self) -> bool {
+        is_open(&self.duration_s)
+    }
+
     /// How many control periods the run has: its duration, rounded to whole ones, and at least one.
     pub fn control_periods(&self) -> u64 {
         (self.duration_s / self.control_dt_s).round().max(1.0) as u64
@@ -79,6 +97,15 @@ impl Default for Step {
     fn default() -> Self {
         Self::Auto(Auto::Auto)
     }
+}
+
+/// A time that has no end, until the log says when it ends.
+fn until_its_log_ends() -> f64 {
+    f64::INFINITY
+}
+
+fn is_open(duration_s: &f64) -> bool {
+    *duration_s == f64::INFINITY
 }
 
 fn one() -> u32 {

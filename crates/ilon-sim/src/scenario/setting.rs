@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use miette::{NamedSource, SourceSpan};
+use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 /// What the text of a setting is called where a fault shows its place.
@@ -130,47 +131,101 @@ pub(super) fn dotted_keys(table: &DeTable<'_>) -> Vec<String> {
     keys
 }
 
-/// Whether a table names elements of a list, by their indices from 0.
-fn is_element(items: &DeArray<'_>, table: &DeTable<'_>) -> bool {
-    let is_index = |key: &str| key.parse::<usize>().is_ok_and(|at| at < items.len());
-    !table.is_empty() && table.keys().all(|key| is_index(key.get_ref()))
-}
-
-fn merge_elements<'i>(items: &mut DeArray<'i>, elements: DeTable<'i>) {
-    for (key, value) in elements {
-        let at = key.get_ref().parse::<usize>().ok();
-        let Some(slot) = at.and_then(|at| items.get_mut(at)) else {
-            continue;
-        };
-        match (slot.get_mut(), value.get_ref()) {
-            (DeValue::Table(slot), DeValue::Table(_)) => {
-                if let DeValue::Table(value) = value.into_inner() {
-                    merge(slot, value);
-                }
-            }
-            _ => *slot = value,
-        }
-    }
-}
-
-/// Lays one table over another. The value of a setting replaces the value that it names; tables on the way are merged.
-pub(super) fn merge<'i>(below: &mut DeTable<'i>, above: DeTable<'i>) {
+/// Lays one table over another, at a key given from the outermost table in; `is_list` says whether a key holds a list.
+///
+/// The value of a setting replaces the value that it names; tables on the way are merged. A number in a key is a place in a list: that of an
+/// element that is there, or that after the last, which adds one. A list that is not there is made.
+pub(super) fn merge<'i>(
+    below: &mut DeTable<'i>,
+    above: DeTable<'i>,
+    at: &mut Vec<String>,
+    is_list: &impl Fn(&[String]) -> bool,
+) {
     for (key, value) in above {
+        at.push(key.get_ref().to_string());
         let existing = below
             .iter_mut()
             .find(|(known, _)| known.get_ref() == key.get_ref());
-        match (existing, value.get_ref()) {
-            (Some((_, slot)), DeValue::Table(_)) => match (slot.get_mut(), value.into_inner()) {
-                (DeValue::Table(slot), DeValue::Table(value)) => merge(slot, value),
-                (DeValue::Array(items), DeValue::Table(value)) if is_element(items, &value) => {
-                    merge_elements(items, value);
-                }
-                (slot, value) => *slot = value,
-            },
-            (Some((_, slot)), _) => *slot = value,
-            (None, _) => {
-                below.insert(key, value);
+        match existing {
+            Some((_, slot)) => merge_value(slot, value, at, is_list),
+            None => {
+                below.insert(key, with_lists(value, at, is_list));
             }
         }
+        at.pop();
     }
+}
+
+fn merge_value<'i>(
+    slot: &mut Spanned<DeValue<'i>>,
+    value: Spanned<DeValue<'i>>,
+    at: &mut Vec<String>,
+    is_list: &impl Fn(&[String]) -> bool,
+) {
+    let span = value.span();
+    match (slot.get_mut(), value.into_inner()) {
+        (DeValue::Table(slot), DeValue::Table(value)) => merge(slot, value, at, is_list),
+        (DeValue::Array(items), DeValue::Table(value)) if are_places(&value, items.len()) => {
+            for (place, value) in by_place(value) {
+                at.push(place.to_string());
+                match items.get_mut(place) {
+                    Some(item) => merge_value(item, value, at, is_list),
+                    None => items.push(with_lists(value, at, is_list)),
+                }
+                at.pop();
+            }
+        }
+        (_, value) => *slot = with_lists(Spanned::new(span, value), at, is_list),
+    }
+}
+
+/// A value in which tables that name all places of a list from the first on are lists.
+fn with_lists<'i>(
+    value: Spanned<DeValue<'i>>,
+    at: &mut Vec<String>,
+    is_list: &impl Fn(&[String]) -> bool,
+) -> Spanned<DeValue<'i>> {
+    let span = value.span();
+    let table = match value.into_inner() {
+        DeValue::Table(table) => table,
+        other => return Spanned::new(span, other),
+    };
+    let made = if is_list(at) && are_places(&table, 0) {
+        let mut items = DeArray::new();
+        for (place, value) in by_place(table) {
+            at.push(place.to_string());
+            items.push(with_lists(value, at, is_list));
+            at.pop();
+        }
+        DeValue::Array(items)
+    } else {
+        let mut inner = DeTable::new();
+        merge(&mut inner, table, at, is_list);
+        DeValue::Table(inner)
+    };
+    Spanned::new(span, made)
+}
+
+/// Whether the keys of a table are places of a list of so many elements, or of those that come after them without a gap.
+fn are_places(table: &DeTable<'_>, count: usize) -> bool {
+    let mut places: Vec<usize> = Vec::new();
+    for key in table.keys() {
+        match key.get_ref().parse() {
+            Ok(place) => places.push(place),
+            Err(_) => return false,
+        }
+    }
+    places.sort_unstable();
+    let new = places.iter().filter(|place| **place >= count);
+    !places.is_empty() && (count..).zip(new).all(|(next, place)| next == *place)
+}
+
+/// The values of a table whose keys are places of a list, in their order.
+fn by_place<'i>(table: DeTable<'i>) -> Vec<(usize, Spanned<DeValue<'i>>)> {
+    let placed = table
+        .into_iter()
+        .filter_map(|(key, value)| Some((key.get_ref().parse().ok()?, value)));
+    let mut placed: Vec<_> = placed.collect();
+    placed.sort_by_key(|(place, _)| *place);
+    placed
 }

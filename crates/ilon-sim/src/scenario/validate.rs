@@ -3,7 +3,7 @@
 use ilon_trace::file::MOST_ROWS;
 
 use super::objection::Objection;
-use super::{Contacts, Motion, Robot, RollerBodies, Rollers, Scenario, Step};
+use super::{Contacts, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step};
 use crate::Error;
 
 /// The most physics steps of a run: weeks of computing.
@@ -38,6 +38,14 @@ impl Scenario {
         self.object_to_solver()?;
         self.object_to_materials()?;
         self.object_to_windows()?;
+        let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
+        if let (Some(index), None) = (self.faults.iter().position(is_shorted), &self.motors.dc) {
+            return Err(Objection::to(
+                format!("faults.{index}"),
+                "`motor_lost` with `shorted` needs to know the motor's winding, and there is no `[motors.dc]`",
+                "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
+            ));
+        }
         if self.wheel_loop.friction.is_some()
             && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
         {
@@ -204,6 +212,17 @@ impl Scenario {
             }
             self.object_to_step(dt_s)?;
         }
+        if run.is_open() {
+            // How long the log is shows when it is read; then all this is looked at again.
+            return match &self.playback {
+                Some(_) => Ok(()),
+                None => Err(Objection::to(
+                    "run.duration_s",
+                    "the key `run.duration_s` is missing",
+                    "add `run.duration_s`: simulated time in seconds; a `playback` alone can do without, which ends with its log",
+                )),
+            };
+        }
         if run.duration_s < run.control_dt_s {
             return Err(Objection::to(
                 "run.duration_s",
@@ -250,7 +269,7 @@ impl Scenario {
     /// Refuses physics steps that never come to an end, or that miss poses.
     fn object_to_step(&self, physics_dt_s: f64) -> Result<(), Objection> {
         let steps = self.run.duration_s / physics_dt_s;
-        if steps > MOST_STEPS {
+        if !self.run.is_open() && steps > MOST_STEPS {
             return Err(Objection::to(
                 "run.duration_s",
                 format!(

@@ -104,7 +104,9 @@ pub struct Motors {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub rotor_inertia_kg_m2: Option<f64>,
-    /// Share of a motor's power that leaves its gear; left out, what the robot's file says, or else all of it.
+    /// Efficiency eta of a gear: the share of its motor's power that arrives at the wheel. Where the load drives, 2 - 1 / eta of the wheel's
+    /// power arrives at the motor; at 0.5 and below the gear locks itself, and a wheel turns only as far as its motor drives it. Left
+    /// out, what the robot's file says, or else no loss.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub gear_efficiency: Option<f64>,
@@ -128,17 +130,31 @@ impl Motors {
     }
 }
 
-/// A direct-current motor at the wheel: its torque falls linearly with its rate.
+/// A direct-current motor at the wheel, on a voltage from full reverse to full forward: its torque at the share u of the voltage,
+/// -1 to 1, is stall_torque (u - rate / no_load_rate), at every rate, also beyond the no-load rate and turned backwards.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "DcMotorSection")]
 pub struct DcMotor {
-    /// Torque at standstill, at the wheel, in N m.
+    /// Torque at standstill on the full voltage, at the wheel, in N m.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stall_torque_n_m: f64,
-    /// Rate without load, at the wheel, in rad/s.
+    /// Rate without load on the full voltage, at the wheel, in rad/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub no_load_rate_rad_s: f64,
+    /// Torque at which the controller's current limit holds the motor, driving and braking alike, at the wheel, in N m; left out, only the
+    /// effort of the robot's file holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub current_limit_n_m: Option<f64>,
+    /// Whether the battery, or a chopper beside it, takes the power that the motor gives back. Where nothing takes it, braking heats the
+    /// winding alone, and beyond its no-load rate the motor coasts on full voltage.
+    #[serde(default = "yes")]
+    pub regeneration: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[cfg(test)]

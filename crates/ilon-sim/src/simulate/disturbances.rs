@@ -91,7 +91,7 @@ impl Disturbances {
                     y_m,
                     z_m,
                     ..
-                } => {
+                } if mass_kg > 0.0 => {
                     let payload = Payload::new(mass_kg, place(x_m, y_m, z_m))?;
                     this.payloads.push((payload, fault.clone()));
                 }

@@ -1,12 +1,12 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, DynamicModel, LoopTiming, Motor, MotorCurve,
-    PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares, WheelGains,
-    WheelLoop, WheelLoopSettings,
+    ComputedTorque, ComputedTorqueSettings, DcMotor, DynamicModel, LoopTiming, Motor, MotorBounds,
+    MotorCurve, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares,
+    WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::Robot;
-use ilon_world::MotorTorque;
+use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::plant::WheelCommand;
 use super::resolve::Resolved;
@@ -54,7 +54,12 @@ impl Drive {
             }
         };
         let curve = match scenario.motors.dc {
-            Some(dc) => MotorCurve::dc_line(dc.stall_torque_n_m, dc.no_load_rate_rad_s)?,
+            Some(dc) => MotorCurve::dc(DcMotor {
+                stall_torque_n_m: dc.stall_torque_n_m,
+                no_load_rate_rad_s: dc.no_load_rate_rad_s,
+                current_limit_n_m: dc.current_limit_n_m.unwrap_or(f64::INFINITY),
+                regenerates: dc.regeneration,
+            })?,
             None => MotorCurve::Flat,
         };
         let motors: Vec<Motor> = robot
@@ -76,59 +81,78 @@ impl Drive {
         self.law.shares()
     }
 
-    /// The torques of the next physics step, within what each motor can give at its rate while a share of the supply is
-    /// left. What a motor's rate limit takes of them is for the step to find out.
+    /// The torques of the next physics step while a share of the supply is left, each with what its motor can give about the rate of
+    /// its wheel. The wheel loops go by the rates that are seen.
     pub fn torques(
         &mut self,
         command: WheelCommand<'_>,
-        rates_rad_s: &[f64],
+        rates: WheelRates<'_>,
         supply_share: f64,
         dt_s: f64,
     ) -> &[MotorTorque] {
-        let inputs = self.motors.iter().zip(rates_rad_s);
+        let motors = self.motors.iter().zip(rates.real_rad_s);
         let outputs = self.limits.iter_mut().zip(&mut self.torques);
-        for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(inputs) {
-            *limit = motor.torque_range_on(*rate_rad_s, supply_share);
+        for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
+            let bounds = motor.bounds_on(*rate_rad_s, supply_share);
+            *limit = bounds.range();
             *torque = MotorTorque {
-                rate_limit_rad_s: motor.rate_limit_on(supply_share),
+                rate_limit_rad_s: motor.velocity_limit_on(supply_share),
+                bounds: bounds_in_world(&bounds),
                 ..MotorTorque::constant(0.0)
             };
         }
-        let rates = match command {
-            WheelCommand::Rates(rates) => rates,
+        let targets = match command {
+            WheelCommand::Rates(targets) => targets,
             WheelCommand::Torques(asked) => {
                 let given = self.torques.iter_mut().zip(&self.limits);
                 for ((given, limit), asked) in given.zip(asked) {
                     given.torque_n_m = limit.clamp(*asked);
                 }
-                self.fall_with_the_rates(rates_rad_s, supply_share);
                 return &self.torques;
             }
         };
-        let targets = self.targets_rad_s.iter_mut().zip(rates);
-        for ((target, asked), motor) in targets.zip(&self.motors) {
+        let held = self.targets_rad_s.iter_mut().zip(targets);
+        for ((target, asked), motor) in held.zip(&self.motors) {
             let limit_rad_s = motor.velocity_limit_on(supply_share);
             *target = asked.clamp(-limit_rad_s, limit_rad_s);
         }
         let (targets, limits) = (&self.targets_rad_s, &self.limits);
-        let torques_n_m = self.law.update(targets, rates_rad_s, limits, dt_s);
+        let torques_n_m = self.law.update(targets, rates.seen_rad_s, limits, dt_s);
         for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
             torque.torque_n_m = *torque_n_m;
         }
-        for (torque, droop_n_m_s) in self.torques.iter_mut().zip(self.law.droops_n_m_s()) {
-            torque.droop_n_m_s = *droop_n_m_s;
+        for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
+            torque.torque_n_m = falling.torque_n_m;
+            torque.droop_n_m_s = falling.droop_n_m_s;
         }
-        self.fall_with_the_rates(rates_rad_s, supply_share);
         &self.torques
     }
 
-    /// Lets the torques that motors bound fall as their lines do within the step.
-    fn fall_with_the_rates(&mut self, rates_rad_s: &[f64], supply_share: f64) {
-        let motors = self.motors.iter().zip(rates_rad_s);
-        for (torque, (motor, rate_rad_s)) in self.torques.iter_mut().zip(motors) {
-            let droop_n_m_s = motor.droop_on(torque.torque_n_m, *rate_rad_s, supply_share);
-            torque.droop_n_m_s = torque.droop_n_m_s.max(droop_n_m_s);
-        }
+    /// What the motor of a wheel that turns at a rate in rad/s does while its winding is shorted; nothing where its winding is not known.
+    pub fn shorted(&self, wheel: usize, rate_rad_s: f64) -> MotorTorque {
+        let motor = &self.motors[wheel];
+        let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
+        MotorTorque::with_droop(-per_rate_n_m_s * rate_rad_s, per_rate_n_m_s)
+    }
+}
+
+/// The rates of a robot's wheels, in rad/s, one a wheel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WheelRates<'a> {
+    /// As they are: a motor's back-EMF is of these.
+    pub real_rad_s: &'a [f64],
+    /// As the encoders have them.
+    pub seen_rad_s: &'a [f64],
+}
+
+/// What bounds a motor, in the world's words.
+fn bounds_in_world(bounds: &MotorBounds) -> TorqueBounds {
+    TorqueBounds {
+        least_n_m: bounds.line.min_n_m,
+        most_n_m: bounds.line.max_n_m,
+        fall_n_m_s: bounds.fall_n_m_s,
+        limit_n_m: bounds.limit_n_m,
+        regenerates: bounds.regenerates,
     }
 }
 

@@ -1,9 +1,10 @@
 //! What goes wrong on purpose with the robot's own sensors and motors, while it does.
 
 use ilon_robot::{Pose, Robot, wrap_angle};
+use ilon_trace::FaultKind;
 
 use crate::Error;
-use crate::scenario::{Fault, nearest};
+use crate::scenario::{Fault, Frame, nearest};
 
 /// The index of a wheel by its joint's name.
 ///
@@ -20,6 +21,98 @@ pub(super) fn wheel_index(name: &str, robot: &Robot) -> Result<usize, Error> {
             },
         )
     })
+}
+
+/// The faults of a scenario as a trace keeps them.
+///
+/// # Errors
+/// [`Error::Invalid`] for a wheel that the robot does not have.
+pub(super) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace::Fault>, Error> {
+    let center_m = robot.chassis.mass.center_of_mass_m;
+    let place = |x_m: &Option<f64>, y_m: &Option<f64>, z_m: &Option<f64>| {
+        [
+            x_m.unwrap_or(center_m.x),
+            y_m.unwrap_or(center_m.y),
+            z_m.unwrap_or(center_m.z),
+        ]
+    };
+    let kind_of = |fault: &Fault| -> Result<FaultKind, Error> {
+        Ok(match fault {
+            Fault::MotorLost { wheel, shorted, .. } => FaultKind::MotorLost {
+                wheel: wheel_index(wheel, robot)?,
+                shorted: *shorted,
+            },
+            Fault::EncoderLost { wheel, .. } => FaultKind::EncoderLost {
+                wheel: wheel_index(wheel, robot)?,
+            },
+            Fault::EncoderScaled { wheel, factor, .. } => FaultKind::EncoderScaled {
+                wheel: wheel_index(wheel, robot)?,
+                factor: *factor,
+            },
+            Fault::PoseLost { .. } => FaultKind::PoseLost,
+            Fault::PoseShifted {
+                x_m,
+                y_m,
+                heading_deg,
+                ..
+            } => FaultKind::PoseShifted {
+                by_m: [*x_m, *y_m],
+                by_rad: heading_deg.to_radians(),
+            },
+            Fault::BatterySag { share, .. } => FaultKind::BatterySag { share: *share },
+            Fault::Push {
+                impulse_x_n_s,
+                impulse_y_n_s,
+                impulse_z_n_s,
+                frame,
+                x_m,
+                y_m,
+                z_m,
+                ..
+            } => FaultKind::Push {
+                impulse_n_s: [*impulse_x_n_s, *impulse_y_n_s, *impulse_z_n_s],
+                in_body: *frame == Frame::Body,
+                place_m: place(x_m, y_m, z_m),
+            },
+            Fault::Payload {
+                mass_kg,
+                x_m,
+                y_m,
+                z_m,
+                ..
+            } => FaultKind::Payload {
+                mass_kg: *mass_kg,
+                place_m: place(x_m, y_m, z_m),
+            },
+            Fault::RollerStuck { wheel, roller, .. } => FaultKind::RollerStuck {
+                wheel: wheel_index(wheel, robot)?,
+                roller: *roller,
+            },
+            Fault::FrictionChanged { friction, .. } => FaultKind::FrictionChanged {
+                friction: *friction,
+            },
+        })
+    };
+    faults
+        .iter()
+        .map(|fault| {
+            let (from_s, until_s) = fault.window_s();
+            Ok(ilon_trace::Fault {
+                from_s,
+                until_s,
+                kind: kind_of(fault)?,
+            })
+        })
+        .collect()
+}
+
+/// What is left of a motor that is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum LostMotor {
+    /// No current flows: the wheel turns freely.
+    Free,
+    /// Its winding is shorted: its back-EMF brakes the wheel.
+    Shorted,
 }
 
 /// The faults of a run within the robot; what comes from outside is [`super::disturbances`].
@@ -90,10 +183,17 @@ impl Faults {
             .product()
     }
 
-    /// Whether the motor of a wheel is lost.
-    pub fn motor_is_lost(&self, t_s: f64, wheel: usize) -> bool {
-        self.on(t_s)
-            .any(|(fault, of)| of == wheel && matches!(fault, Fault::MotorLost { .. }))
+    /// How the motor of a wheel is lost, if it is; of two faults the short.
+    pub fn lost_motor(&self, t_s: f64, wheel: usize) -> Option<LostMotor> {
+        let lost = self.on(t_s).filter_map(|(fault, of)| match fault {
+            Fault::MotorLost { shorted, .. } if of == wheel => Some(if *shorted {
+                LostMotor::Shorted
+            } else {
+                LostMotor::Free
+            }),
+            _ => None,
+        });
+        lost.max()
     }
 
     fn on(&self, t_s: f64) -> impl Iterator<Item = (&Fault, usize)> {
@@ -123,10 +223,10 @@ mod tests {
     #[test]
     fn a_fault_is_there_from_its_beginning_to_its_end_and_on_its_wheel_only() {
         let faults = faults("[[faults]]\nmotor_lost = { wheel = 'b', from_s = 1, until_s = 2 }");
-        let lost = |t_s| [0, 1].map(|wheel| faults.motor_is_lost(t_s, wheel));
-        assert_eq!(lost(0.99), [false, false]);
-        assert_eq!(lost(1.0), [false, true]);
-        assert_eq!(lost(2.0), [false, false]);
+        let lost = |t_s| [0, 1].map(|wheel| faults.lost_motor(t_s, wheel));
+        assert_eq!(lost(0.99), [None, None]);
+        assert_eq!(lost(1.0), [None, Some(LostMotor::Free)]);
+        assert_eq!(lost(2.0), [None, None]);
     }
 
     #[test]

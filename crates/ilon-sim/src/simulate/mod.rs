@@ -10,12 +10,12 @@ mod fusion;
 mod pilot;
 mod plant;
 mod playback;
-mod quoted;
 mod recorder;
 mod reference;
 mod remarks;
 mod resolve;
 mod sensors;
+mod stability;
 mod tuning;
 mod twist_profile;
 mod waypoints;
@@ -25,7 +25,7 @@ use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Loaded, Looks, Robot};
-use ilon_trace::{Header, Recorded, Recording, Sink, Summary, Trace, TraceError};
+use ilon_trace::{Header, MotorLine, Recorded, Recording, Sink, Summary, Trace, TraceError};
 pub use ilon_world::WheelContact;
 use ilon_world::World;
 
@@ -40,10 +40,9 @@ pub use clock::CpuTime;
 pub use floor::relief_heights_m;
 
 use crate::remedy;
-use crate::scenario::Scenario;
+use crate::scenario::{self, Scenario};
 use crate::{Error, judge};
 use pilot::Pilot;
-use quoted::quoted;
 
 /// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`].
 #[derive(Clone, Debug)]
@@ -417,6 +416,16 @@ fn header(
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
         ground: Some(floor::ground(scenario, robot)?),
+        faults: Some(faults::recorded(&scenario.faults, robot)?),
+        guidance: pilot
+            .follows_reference()
+            .then(|| stability::guidance(scenario)),
+        motor_line: scenario.motors.dc.map(|dc| MotorLine {
+            stall_torque_n_m: dc.stall_torque_n_m,
+            no_load_rate_rad_s: dc.no_load_rate_rad_s,
+            current_limit_n_m: dc.current_limit_n_m,
+        }),
+        commands_by_contact: scenario.guidance.kinematics == scenario::Kinematics::Contact,
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
         ..Header::of_robot(robot)
     })

@@ -296,6 +296,11 @@ impl Pilot {
         }
     }
 
+    /// Whether the guidance of the scenario follows a reference.
+    pub fn follows_reference(&self) -> bool {
+        matches!(self.motion, Planned::Reference(_))
+    }
+
     /// From when on means are taken, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {

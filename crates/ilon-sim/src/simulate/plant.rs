@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 
 use super::clock::Clock;
 use super::disturbances::Disturbances;
-use super::drive::Drive;
-use super::faults::Faults;
+use super::drive::{Drive, WheelRates};
+use super::faults::{Faults, LostMotor};
 use super::floor;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
@@ -96,6 +96,19 @@ struct Plan {
     kinematics: Kinematics,
     floor: Floor,
     settings: Settings,
+}
+
+impl Plan {
+    /// Whether plants of both are alike in all but where they are: the same scenario, and the same robot.
+    fn is_that_of(&self, other: &Arc<Self>) -> Result<bool, Error> {
+        if std::ptr::eq(self, Arc::as_ptr(other)) {
+            return Ok(true);
+        }
+        let (ours, theirs) = (self.resolved.scenario(), other.resolved.scenario());
+        // As text, in which every default is spelled out and numbers are whole; and the robot, for its file may have changed.
+        let (robot, their_robot): (&Robot, &Robot) = (&self.robot, &other.robot);
+        Ok(ours.to_toml()? == theirs.to_toml()? && robot == their_robot)
+    }
 }
 
 /// A plant as it was at one moment.
@@ -307,17 +320,25 @@ impl Plant {
     pub(super) fn actuate(&mut self, command: WheelCommand<'_>) {
         self.observe();
         let t_s = self.clock.time_s();
+        let rates = WheelRates {
+            real_rad_s: self.world.robot().wheel_rates_rad_s(),
+            seen_rad_s: &self.sensors.seen().wheel_rates_rad_s,
+        };
         let torques = self.drive.torques(
             command,
-            &self.sensors.seen().wheel_rates_rad_s,
+            rates,
             self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
         self.motors.copy_from_slice(torques);
         for (wheel, motor) in self.motors.iter_mut().enumerate() {
             // A lost motor has no loop either.
-            if self.faults.motor_is_lost(t_s, wheel) {
-                *motor = MotorTorque::constant(0.0);
+            match self.faults.lost_motor(t_s, wheel) {
+                Some(LostMotor::Free) => *motor = MotorTorque::constant(0.0),
+                Some(LostMotor::Shorted) => {
+                    *motor = self.drive.shorted(wheel, rates.real_rad_s[wheel]);
+                }
+                None => {}
             }
         }
     }
@@ -440,9 +461,25 @@ impl Plant {
         Snapshot(Box::new(self.clone()))
     }
 
-    /// Goes back to a snapshot, of this plant or of another: from there all is as it was, to the bit.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
+    /// Goes back to a snapshot, of this plant or of another of the same scenario and robot: from there all is as it was, to the bit.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a snapshot of another scenario or robot; the plant is then as it was.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
+        if !self.plan.is_that_of(&snapshot.0.plan)? {
+            return Err(Error::invalid(
+                format!(
+                    "the snapshot is of another simulation, of `{}` with the robot `{}`: this one is of `{}` with `{}`",
+                    snapshot.0.plan.resolved.scenario().name,
+                    snapshot.0.plan.robot.name,
+                    self.plan.resolved.scenario().name,
+                    self.plan.robot.name,
+                ),
+                "go back to a snapshot of the same scenario, with the same keys and the same robot",
+            ));
+        }
         *self = (*snapshot.0).clone();
+        Ok(())
     }
 }
 

@@ -2,8 +2,9 @@
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry};
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
+use ilon_trace::{Desired, Header, MAX_TASKS, Record, Support, TaskShare, Trace, WheelSample};
 use ilon_world::World;
+use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
@@ -26,6 +27,8 @@ pub struct Recorder {
     sums: Vec<WheelSums>,
     /// The largest since the last row.
     residual_m_s: f64,
+    /// Of the whole robot, since the last row.
+    carried: Carried,
     samples: Vec<WheelSample>,
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
@@ -60,6 +63,32 @@ struct WheelSums {
     time_s: f64,
 }
 
+/// What is summed of the whole robot between rows: impulses in the world frame in N s, and time in s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Carried {
+    wheels_n_s: f64,
+    chassis_n_s: f64,
+    obstacles_n_s: Vector2<f64>,
+    time_s: f64,
+}
+
+impl Carried {
+    /// Means along a heading, in N.
+    fn means(&self, heading_rad: f64) -> Support {
+        if self.time_s <= 0.0 {
+            return Support::default();
+        }
+        let (sin, cos) = libm::sincos(heading_rad);
+        let obstacles_n = self.obstacles_n_s / self.time_s;
+        Support {
+            wheels_n: self.wheels_n_s / self.time_s,
+            chassis_n: self.chassis_n_s / self.time_s,
+            obstacles_x_n: cos * obstacles_n.x + sin * obstacles_n.y,
+            obstacles_y_n: cos * obstacles_n.y - sin * obstacles_n.x,
+        }
+    }
+}
+
 impl Recorder {
     #[allow(clippy::too_many_arguments)]
     pub(super) fn new(
@@ -82,6 +111,7 @@ impl Recorder {
             turned_rad: vec![0.0; wheel_count],
             sums: vec![WheelSums::default(); wheel_count],
             residual_m_s: 0.0,
+            carried: Carried::default(),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,
@@ -131,6 +161,11 @@ impl Recorder {
             sums.time_s += dt_s;
         }
         self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
+        let support = world.robot().support();
+        self.carried.wheels_n_s += support.wheels_n * dt_s;
+        self.carried.chassis_n_s += support.chassis_n * dt_s;
+        self.carried.obstacles_n_s += support.obstacles_n * dt_s;
+        self.carried.time_s += dt_s;
     }
 
     /// Adds a row: the state now, what was decided on it, and the torques that follow.
@@ -178,9 +213,11 @@ impl Recorder {
             kinetic_energy_j: energy.kinetic_j,
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
+            support: Some(self.carried.means(plant.truth().pose.heading_rad)),
         };
         self.sample_wheels(world, decided.wheel_rates_rad_s);
         self.residual_m_s = 0.0;
+        self.carried = Carried::default();
         self.trace.push(record, &self.samples);
         self.record_rollers(t_s, world);
     }

@@ -8,8 +8,9 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{drive, reference, remarks, tuning};
+use super::{drive, reference, remarks, stability, tuning};
 use crate::Error;
+use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
 
 /// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
@@ -67,6 +68,10 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
     let log = Log::read(&scenario, robot, start_pose(&scenario))?;
+    if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {
+        scenario.run.duration_s = log.end_s();
+        scenario.validate()?;
+    }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
     let reference = reference::reference_of(&scenario)?.or(path);
     // What it would decide says how fast the wheels are asked to turn.
@@ -95,24 +100,32 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
     scenario.check_step(physics_dt_s)?;
 
-    let defaults = ilon_world::Settings::default();
+    let scale = tuning::scale_of(&scenario, robot);
     let solver = &mut scenario.world.solver;
     if solver.contacts == Contacts::Ilon {
         solver
             .contact_stiffness_n_m
-            .get_or_insert(defaults.contact_stiffness_n_m);
+            .get_or_insert_with(|| ilon_world::contact_stiffness_n_m(&scale));
         solver
             .contact_relaxation_s
-            .get_or_insert(defaults.contact_relaxation_s);
+            .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));
     }
     drive::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
+    let world = &scenario.world;
+    if !world.floor.is_of_material() {
+        let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
+        warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
+    }
     warnings.extend(remarks::of_friction(&scenario));
     warnings.extend(remarks::of_what_comes_too_late(&scenario));
     warnings.extend(remarks::of_heading(&scenario));
     match pilot.feasibility(scenario.run.duration_s) {
-        Some(feasibility) => warnings.extend(remarks::of_feasibility(&feasibility)),
+        Some(feasibility) => {
+            warnings.extend(remarks::of_feasibility(&feasibility));
+            warnings.extend(stability::remark(&scenario));
+        }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
             warnings.extend(remarks::of_twist(asked_rad_s, limit_rad_s));
@@ -183,7 +196,6 @@ impl Resolved {
     /// The settings of the world.
     pub(super) fn world_settings(&self) -> ilon_world::Settings {
         let world = &self.scenario.world;
-        let defaults = ilon_world::Settings::default();
         let solver = &world.solver;
         ilon_world::Settings {
             dt_s: self.physics_dt_s,
@@ -196,14 +208,9 @@ impl Resolved {
                 RollerBodies::All => ilon_world::RollerBodies::All,
                 RollerBodies::Near => ilon_world::RollerBodies::Near,
             },
-            contact_stiffness_n_m: solver
-                .contact_stiffness_n_m
-                .unwrap_or(defaults.contact_stiffness_n_m),
-            contact_relaxation_s: solver
-                .contact_relaxation_s
-                .unwrap_or(defaults.contact_relaxation_s),
+            contact_stiffness_n_m: solver.contact_stiffness_n_m,
+            contact_relaxation_s: solver.contact_relaxation_s,
             gravity_m_s2: world.gravity_m_s2,
-            ..defaults
         }
     }
 }

@@ -3,30 +3,39 @@
 use std::f64::consts::TAU;
 
 use ilon_control::DynamicModel;
-use ilon_robot::{Robot, Wheel};
+use ilon_robot::{Robot, Scale, Wheel};
 
 use crate::Error;
 use crate::scenario::{Contacts, LoopTiming, Rollers, Scenario, WheelLaw};
 
-/// The longest step on an open plane, in seconds. Mean motion is as accurate at 20 steps a second as at 1000, but how a
+// Times are in the robot's own unit, sqrt(rho / g), of which a wheel of 50 mm has 14 a second: robots of one shape and any size get steps
+// of one sort, and slip alike.
+
+/// The longest step on an open plane: 1/240 s for wheels of 50 mm. Mean motion is as accurate at 20 steps a second as at 1000, but how a
 /// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/accuracy.md`).
-const LONGEST_ON_A_PLANE_S: f64 = 1.0 / 240.0;
+const LONGEST_ON_A_PLANE: f64 = 0.0584;
+/// The longest step on edges and bumps, where rollers are as modelled, and where the wheels' rates have no bound: 2 ms for wheels of 50 mm.
+const LONGEST_ON_EDGES: f64 = 0.0281;
+/// The longest step of rigid rollers whose wheel is no circle, or that slide along their axles: half a millisecond for wheels of 50 mm. Each
+/// roller lands, and a landing is known by its step: at four times the step the heading is off by 0.3 %, the heat of sliding by a quarter.
+const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
 /// Steps that a roller's passage over the ground takes at least: one that is missed altogether is never felt.
 const STEPS_PER_PASSAGE: f64 = 6.0;
-/// The shortest step that a sampled wheel loop is given for its bandwidth, in seconds; below, its gains give way.
-const SHORTEST_FOR_LOOP_S: f64 = 1.0 / 2000.0;
-/// The parts in which a step is taken while a roller is about to slide, in seconds: what a fast turn on the edge of its grip
-/// loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
-const SPLIT_DT_S: f64 = 1e-4;
-/// The shortest step that a limit of the wheels' rates makes by itself, in seconds. Many files hold a limit that no wheel
-/// reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
-const SHORTEST_FOR_LIMIT_S: f64 = 1e-3;
+/// The shortest step that a sampled wheel loop is given for its bandwidth, half a millisecond for wheels of 50 mm; below, its gains give
+/// way.
+const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
+/// The parts in which a step is taken while a roller is about to slide, 0.1 ms for wheels of 50 mm: what a fast turn on the edge of its
+/// grip loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
+const SPLIT: f64 = 1.4e-3;
+/// The shortest step that a limit of the wheels' rates makes by itself, a millisecond for wheels of 50 mm. Many files hold a limit that no
+/// wheel reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
+const SHORTEST_FOR_LIMIT: f64 = 0.0141;
 /// How far a robot's bouncing on its treads moves on in a step at most, in radians: the step then sees it.
 const BOUNCE_A_STEP_RAD: f64 = 0.5;
-/// The shortest step that treads make by themselves, in seconds. Stiffer ones are damped where the step does not see them, and
-/// near to rigid.
-const SHORTEST_FOR_TREAD_S: f64 = 1e-3;
-/// The longest step where rapier solves the contacts, in seconds.
+/// The shortest step that treads make by themselves, a millisecond for wheels of 50 mm. Stiffer ones are damped where the step does not see
+/// them, and near to rigid.
+const SHORTEST_FOR_TREAD: f64 = 0.0141;
+/// The longest step where rapier solves the contacts, in seconds: its contacts have a frequency of their own, 1000 Hz.
 const LONGEST_IN_RAPIER_S: f64 = 1e-3;
 /// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
 const FASTER_THAN_ASKED: f64 = 2.0;
@@ -37,15 +46,40 @@ const SHORTEST_S: f64 = 1e-5;
 /// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
 pub(super) fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
     let by_ilon = scenario.world.solver.contacts == Contacts::Ilon;
-    (by_ilon && is_open_plane(scenario, robot)).then_some(SPLIT_DT_S)
+    let serves = by_ilon && is_open_plane(scenario, robot);
+    serves.then(|| SPLIT * scale_of(scenario, robot).time_s())
+}
+
+/// The robot's units in the scenario's gravity.
+pub(super) fn scale_of(scenario: &Scenario, robot: &Robot) -> Scale {
+    Scale::of(robot, scenario.world.gravity_m_s2)
 }
 
 /// Whether wheels that are round, wherever their rollers are on their axles, roll on nothing but a plane.
 fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
-    let is_round = |wheel: &Wheel| wheel.is_round() && wheel.surface.axial_play_m == 0.0;
     let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
     round && floor.boxes.is_empty() && floor.rough.is_none()
+}
+
+/// Whether a wheel is a circle, wherever its rollers are on their axles.
+fn is_round(wheel: &Wheel) -> bool {
+    wheel.is_round() && wheel.surface.axial_play_m == 0.0
+}
+
+/// What rollers need that land one after the other. A tread of their own softens that.
+fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
+    let lands = |wheel: &Wheel| !is_round(wheel) && wheel.surface.tread.is_none();
+    let made = scenario.robot.rollers == Rollers::Barrel;
+    Need {
+        longest_s: if made && robot.wheels.iter().any(lands) {
+            LONGEST_IN_LANDINGS * scale.time_s()
+        } else {
+            f64::INFINITY
+        },
+        because: String::new(),
+        help: "",
+    }
 }
 
 /// What a step must be no longer than, and which key or joint has it so.
@@ -67,11 +101,13 @@ pub(super) fn physics_dt_s(
     model: &DynamicModel,
     asked_rad_s: Option<f64>,
 ) -> Result<f64, Error> {
+    let scale = scale_of(scenario, robot);
     let needs = [
-        contact_need(scenario, robot, asked_rad_s),
+        contact_need(scenario, robot, (&scale, asked_rad_s)),
+        landing_need(scenario, robot, &scale),
         solver_need(scenario),
-        tread_need(robot),
-        loop_need(scenario, model),
+        tread_need(robot, &scale),
+        loop_need(scenario, model, &scale),
         pose_need(scenario),
     ];
     let shortest = needs
@@ -95,10 +131,15 @@ pub(super) fn physics_dt_s(
     Ok(control_dt_s / steps)
 }
 
-/// What the contacts allow: the world's measured default, and longer steps for exact rollers on an open plane where the
+/// What the contacts allow: what edges do, and longer steps for exact rollers on an open plane where the
 /// wheels' rates are bounded.
-fn contact_need(scenario: &Scenario, robot: &Robot, asked_rad_s: Option<f64>) -> Need {
-    let default_s = ilon_world::Settings::default().dt_s;
+fn contact_need(
+    scenario: &Scenario,
+    robot: &Robot,
+    (scale, asked_rad_s): (&Scale, Option<f64>),
+) -> Need {
+    let [on_a_plane_s, default_s, for_limits_s] =
+        [LONGEST_ON_A_PLANE, LONGEST_ON_EDGES, SHORTEST_FOR_LIMIT].map(|of| of * scale.time_s());
     let limit_rad_s = scenario
         .guidance
         .wheel_rate_limit_rad_s
@@ -108,17 +149,17 @@ fn contact_need(scenario: &Scenario, robot: &Robot, asked_rad_s: Option<f64>) ->
     let for_rate_s =
         |rate_rad_s: f64| TAU / (rollers.unwrap_or(1) as f64 * rate_rad_s) / STEPS_PER_PASSAGE;
     let longest_s = if is_open_plane(scenario, robot) && limit_rad_s.is_finite() {
-        LONGEST_ON_A_PLANE_S
+        on_a_plane_s
     } else {
         default_s
     };
     let for_limit_s = for_rate_s(limit_rad_s);
     let (for_rates_s, because, help) = match asked_rad_s {
-        _ if for_limit_s >= SHORTEST_FOR_LIMIT_S => (for_limit_s, String::new(), ""),
+        _ if for_limit_s >= for_limits_s => (for_limit_s, String::new(), ""),
         Some(asked_rad_s) => {
             let rate_rad_s = limit_rad_s.min(FASTER_THAN_ASKED * asked_rad_s);
             let most_s = if limit_rad_s.is_finite() {
-                SHORTEST_FOR_LIMIT_S
+                for_limits_s
             } else {
                 default_s
             };
@@ -156,17 +197,18 @@ fn solver_need(scenario: &Scenario) -> Need {
 }
 
 /// What rollers that give need: a step that sees the robot bounce on them.
-fn tread_need(robot: &Robot) -> Need {
-    let load_kg = robot.mass_kg() / robot.wheels.len() as f64;
+fn tread_need(robot: &Robot, scale: &Scale) -> Need {
+    let load_kg = scale.load_kg;
+    let shortest_s = SHORTEST_FOR_TREAD * scale.time_s();
     let treads = robot
         .wheels
         .iter()
-        .filter_map(|wheel| wheel.surface.touching_tread(load_kg));
+        .filter_map(|wheel| wheel.surface.touching_tread(scale));
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     Need {
         longest_s: seen_s
             .reduce(f64::min)
-            .map_or(f64::INFINITY, |seen_s| seen_s.max(SHORTEST_FOR_TREAD_S)),
+            .map_or(f64::INFINITY, |seen_s| seen_s.max(shortest_s)),
         because: String::new(),
         help: "",
     }
@@ -202,14 +244,14 @@ fn pose_need(scenario: &Scenario) -> Need {
 
 /// What the wheel loop allows. A PID that is sampled once a step must leave a wheel in the air in peace: k_p dt <= J_air.
 /// Computed torque is sampled too: a bandwidth w needs w dt of a tenth or so to be what it says.
-fn loop_need(scenario: &Scenario, model: &DynamicModel) -> Need {
+fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     let wheel_loop = &scenario.wheel_loop;
     let longest_s = match (wheel_loop.law, wheel_loop.timing) {
         (WheelLaw::Pid, LoopTiming::Continuous) => f64::INFINITY,
         (WheelLaw::Pid, LoopTiming::Sampled) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
             let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
-            (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP_S)
+            (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP * scale.time_s())
         }
         _ => 0.12 / wheel_loop.bandwidth_rad_s,
     };
@@ -252,7 +294,8 @@ mod tests {
             let dt_s = chosen_s(&format!("run.control_dt_s = {control_dt_s}"));
             let steps = control_dt_s / dt_s;
             assert!((steps - steps.round()).abs() < 1e-9 * steps);
-            assert!(dt_s <= LONGEST_ON_A_PLANE_S * (1.0 + 1e-9));
+            // sqrt(0.05 / 9.81) = 71.4 ms.
+            assert!(dt_s <= LONGEST_ON_A_PLANE * 0.0714);
         }
     }
 
@@ -336,12 +379,28 @@ mod tests {
             for wheel in &mut robot.wheels {
                 wheel.surface.tread = Some(ilon_robot::Tread::new(stiffness_n_m));
             }
-            tread_need(robot).longest_s
+            tread_need(robot, &Scale::of(robot, 9.81)).longest_s
         };
-        assert_eq!(tread_need(&robot).longest_s, f64::INFINITY);
+        let scale = Scale::of(&robot, 9.81);
+        assert_eq!(tread_need(&robot, &scale).longest_s, f64::INFINITY);
         // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; near to rigid ones of 1e8 N/m a millisecond.
         assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
-        assert_eq!(longest_s(&mut robot, 1e8), 1e-3);
+        assert!((longest_s(&mut robot, 1e8) - 1e-3).abs() < 1e-5);
+    }
+
+    #[test]
+    fn rigid_rollers_that_land_get_steps_that_know_when() {
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0";
+        let scenario = Scenario::from_toml(text, "test", "").unwrap();
+        let mut robot = Robot::from_urdf_str(URDF, "mecanum4").unwrap();
+        let longest_s =
+            |robot: &Robot| landing_need(&scenario, robot, &Scale::of(robot, 9.81)).longest_s;
+        assert_eq!(longest_s(&robot), f64::INFINITY);
+        robot.wheels[1].surface.axial_play_m = 2e-4;
+        // 0.00701 sqrt(0.05 / 9.81) s; a tread of its own softens the landing.
+        assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
+        robot.wheels[1].surface.tread = Some(ilon_robot::Tread::new(1e5));
+        assert_eq!(longest_s(&robot), f64::INFINITY);
     }
 
     #[test]

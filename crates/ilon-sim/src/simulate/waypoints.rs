@@ -6,9 +6,9 @@ use ilon_control::{Heading, Reference};
 use ilon_robot::FileAccess;
 use nalgebra::Vector2;
 
-use super::quoted;
 use crate::Error;
-use crate::scenario::{SIZES, is_computable};
+use crate::foreign::quoted;
+use crate::scenario::{SIZES, is_computable, is_computable_with_sign};
 
 /// The columns that a file of waypoints may have.
 const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
@@ -158,8 +158,12 @@ pub(super) fn read(
             let text = row.get(index).unwrap_or("");
             let name = &header[index];
             let quoted = quoted(text);
+            let computable = match t == Some(index) {
+                true => is_computable,
+                false => is_computable_with_sign,
+            };
             match text.parse::<f64>() {
-                Ok(number) if is_computable(number) => Ok(number),
+                Ok(number) if computable(number) => Ok(number),
                 Ok(number) if number.is_finite() => Err(fault(
                     format!(
                         "line {line}: `{name}` is {quoted}, which is beyond what can be computed with"
@@ -228,7 +232,9 @@ mod tests {
         let with = |t: &str, x: &str| told(&format!("t_s,x_m,y_m\n0,0,0\n{t},{x},0\n2,1,0\n"));
         assert_eq!(with("1", "1e9"), "read");
         assert_eq!(with("1", "-0"), "read");
-        for wild in ["1e10", "-1e308", "1e-13"] {
+        // sin(360 deg) is a zero.
+        assert_eq!(with("1", "-2.4e-16"), "read");
+        for wild in ["1e10", "-1e308"] {
             let expected =
                 format!("line 3: `x_m` is {wild}, which is beyond what can be computed with");
             assert_eq!(with("1", wild), expected);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 use ilon_trace::file::write_text;
 use rayon::prelude::*;
@@ -33,7 +33,8 @@ pub(super) struct Sweep<'s> {
     done: AtomicU64,
     failed: AtomicU64,
     found: u64,
-    most: u64,
+    /// How many runs there will be: a search puts right what it was thought to need.
+    likely: AtomicI64,
 }
 
 /// Runs all of a study that is not in the store, and says what came of it. Whatever goes wrong with a run is in its row.
@@ -113,6 +114,16 @@ pub(super) fn most_runs(study: &Study, shard: Option<Shard>) -> u64 {
     }
 }
 
+/// How many runs a study comes to where each search along a key finds one crossing.
+fn likely_runs(study: &Study, shard: Option<Shard>) -> u64 {
+    match study.question() {
+        Question::Find(find) => {
+            searches(study) * find.likely_trials() * u64::from(study.file().repetitions)
+        }
+        _ => most_runs(study, shard),
+    }
+}
+
 impl<'s> Sweep<'s> {
     /// A study of which some rows may be there, watched by nobody.
     pub fn new(study: &'s Study, store: &'s Store, options: &'s Options) -> Self {
@@ -129,7 +140,7 @@ impl<'s> Sweep<'s> {
             done: AtomicU64::new(found),
             failed: AtomicU64::new(failed.count() as u64),
             found,
-            most: most_runs(study, options.shard),
+            likely: AtomicI64::new(likely_runs(study, options.shard) as i64),
         }
     }
 
@@ -153,7 +164,7 @@ impl<'s> Sweep<'s> {
             Question::Minimise(minimise) => {
                 let trial = self.trial(minimise)?;
                 let (axes, seed) = (self.study.axes().len(), self.study.file().seed);
-                minimise.search_from(part, axes, seed, trial)
+                minimise.search_from(part, axes, seed, &|_| (), trial)
             }
         }
     }
@@ -163,9 +174,19 @@ impl<'s> Sweep<'s> {
             done: self.done.load(Ordering::Relaxed),
             found: self.found,
             failed: self.failed.load(Ordering::Relaxed),
-            most: self.most,
+            likely: self
+                .likely
+                .load(Ordering::Relaxed)
+                .unsigned_abs()
+                .max(self.done.load(Ordering::Relaxed)),
             is_search: !matches!(self.study.question(), Question::Table { .. }),
         });
+    }
+
+    /// So many trials that a search was thought to need are not made.
+    fn spare(&self, trials: i64) {
+        let runs = trials * i64::from(self.study.file().repetitions);
+        self.likely.fetch_sub(runs, Ordering::Relaxed);
     }
 
     /// The row of a task, run unless it was.
@@ -251,7 +272,8 @@ impl<'s> Sweep<'s> {
         let Some(quantity) = figure_index(&find.quantity) else {
             return Err(no_quantity(&find.quantity));
         };
-        let found = find.search(|trial, key| {
+        let spare = |trials| self.spare(trials);
+        let found = find.search(&spare, |trial, key| {
             let mut values = on_axes.clone();
             values.push(Value::Float(key));
             let trial = search * find.most_trials() + trial;
@@ -292,7 +314,8 @@ impl<'s> Sweep<'s> {
     fn minimise(&self, minimise: &Minimise) -> Result<MinimumAt, Error> {
         let study = self.study;
         let trial = self.trial(minimise)?;
-        let minimum = minimise.search(study.axes().len(), study.file().seed, trial)?;
+        let spare = |trials| self.spare(trials);
+        let minimum = minimise.search(study.axes().len(), study.file().seed, &spare, trial)?;
         let keys = study.axes().iter().map(|axis| axis.key.clone());
         let values: BTreeMap<String, Value> = keys.zip(values_on(study, &minimum.place)).collect();
         Ok(MinimumAt {

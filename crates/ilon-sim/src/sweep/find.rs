@@ -65,15 +65,22 @@ impl Find {
         (widest / self.tolerance).log2().ceil().max(0.0) as u64 + spare as u64
     }
 
+    /// How many values are tried where the quantity crosses its value once.
+    pub(super) fn likely_trials(&self) -> u64 {
+        u64::from(self.scan.max(2)) + self.most_halvings()
+    }
+
     /// How many values are tried at most.
     pub(super) fn most_trials(&self) -> u64 {
         let scan = u64::from(self.scan.max(2));
         scan + (scan - 1) * self.most_halvings()
     }
 
-    /// Searches. `quantity` gives what comes of trial so-and-so at a value of the key; `None` where it failed.
+    /// Searches. `quantity` gives what comes of trial so-and-so at a value of the key; `None` where it failed. `spare` is given by how many
+    /// fewer or more they are than [`Self::likely_trials`], as soon as that is known.
     pub(super) fn search<E: Send>(
         &self,
+        spare: &(dyn Fn(i64) + Sync),
         quantity: impl Fn(u64, f64) -> Result<Option<f64>, E> + Sync,
     ) -> Result<Found, E> {
         let keys = self.scanned();
@@ -93,13 +100,14 @@ impl Find {
                 _ => false,
             })
             .collect();
+        spare((1 - brackets.len() as i64) * self.most_halvings() as i64);
         let crossings = brackets
             .par_iter()
             .filter_map(|&at| {
                 let low = (keys[at], values[at]?);
                 let high = (keys[at + 1], values[at + 1]?);
                 let first = keys.len() as u64 + at as u64 * self.most_halvings();
-                Some(self.narrow(low, high, first, &quantity))
+                Some(self.narrow(low, high, first, spare, &quantity))
             })
             .collect::<Result<_, E>>()?;
         let known: Vec<f64> = values.iter().flatten().copied().collect();
@@ -128,8 +136,10 @@ impl Find {
         mut low: (f64, f64),
         mut high: (f64, f64),
         first: u64,
+        spare: &(dyn Fn(i64) + Sync),
         quantity: &impl Fn(u64, f64) -> Result<Option<f64>, E>,
     ) -> Result<Crossing, E> {
+        let mut halvings = 0;
         for halving in 0..self.most_halvings() {
             if high.0 - low.0 <= self.tolerance {
                 break;
@@ -138,6 +148,7 @@ impl Find {
             if middle <= low.0 || middle >= high.0 {
                 break;
             }
+            halvings += 1;
             let Some(value) = quantity(first + halving, middle)? else {
                 break;
             };
@@ -152,6 +163,7 @@ impl Find {
                 high = (middle, value);
             }
         }
+        spare((self.most_halvings() - halvings) as i64);
         let share = (self.crosses - low.1) / (high.1 - low.1);
         Ok(Crossing {
             key_below: low.0,
@@ -167,6 +179,7 @@ impl Find {
 mod tests {
     use std::convert::Infallible;
     use std::sync::Mutex;
+    use std::sync::atomic::{AtomicI64, Ordering};
 
     use super::*;
 
@@ -185,7 +198,11 @@ mod tests {
 
     fn search(find: &Find, f: impl Fn(f64) -> Option<f64> + Sync) -> Found {
         let numbers = Mutex::new(Vec::new());
-        let found = find.search(|number, x| {
+        let spared = AtomicI64::new(0);
+        let spare = |trials| {
+            spared.fetch_add(trials, Ordering::Relaxed);
+        };
+        let found = find.search(&spare, |number, x| {
             numbers.lock().unwrap().push(number);
             Ok::<_, Infallible>(f(x))
         });
@@ -194,6 +211,11 @@ mod tests {
         let count = numbers.len();
         numbers.dedup();
         assert_eq!(numbers.len(), count, "each trial has a number of its own");
+        // How many there will be is known in the end.
+        assert_eq!(
+            count as i64 + spared.into_inner(),
+            find.likely_trials() as i64
+        );
         assert!(
             numbers
                 .last()

@@ -40,16 +40,18 @@ struct Descent {
 }
 
 impl Minimise {
-    /// Searches `axes` axes. `trial` gives what comes of trial so-and-so at a place, given as a share of each axis.
+    /// Searches `axes` axes. `trial` gives what comes of trial so-and-so at a place, given as a share of each axis. `spare` is given how
+    /// many of [`Self::most_trials`] are not made, as soon as that is known.
     pub(super) fn search<E: Send>(
         &self,
         axes: usize,
         seed: u32,
+        spare: &(dyn Fn(i64) + Sync),
         trial: impl Fn(u64, &[f64]) -> Result<Trial, E> + Sync,
     ) -> Result<Minimum, E> {
         let descents: Vec<Descent> = (0..u64::from(self.starts))
             .into_par_iter()
-            .map(|start| self.descend(start, &start_of(start, axes, seed), &trial))
+            .map(|start| self.descend(start, &start_of(start, axes, seed), spare, &trial))
             .collect::<Result<_, E>>()?;
         let best_of = |descent: &Descent| {
             let kept = descent.tried.iter().filter_map(|(number, place, trial)| {
@@ -89,9 +91,10 @@ impl Minimise {
         start: u64,
         axes: usize,
         seed: u32,
+        spare: &(dyn Fn(i64) + Sync),
         trial: impl Fn(u64, &[f64]) -> Result<Trial, E> + Sync,
     ) -> Result<(), E> {
-        self.descend(start, &start_of(start, axes, seed), &trial)
+        self.descend(start, &start_of(start, axes, seed), spare, &trial)
             .map(drop)
     }
 
@@ -111,6 +114,7 @@ impl Minimise {
         &self,
         start: u64,
         from: &[f64],
+        spare: &(dyn Fn(i64) + Sync),
         trial: &impl Fn(u64, &[f64]) -> Result<Trial, E>,
     ) -> Result<Descent, E> {
         let first = start * u64::from(self.evaluations);
@@ -188,6 +192,7 @@ impl Minimise {
             Some(tolerances),
         );
         drop(kept);
+        spare(i64::from(self.evaluations) - tried.borrow().len() as i64);
         match stopped.take() {
             Some(error) => Err(error),
             None => Ok(Descent {
@@ -221,6 +226,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::convert::Infallible;
     use std::sync::Mutex;
+    use std::sync::atomic::{AtomicI64, Ordering};
 
     use super::super::file::OneBound;
     use super::*;
@@ -240,7 +246,11 @@ mod tests {
 
     fn search(minimise: &Minimise, f: impl Fn(&[f64]) -> Trial + Sync) -> Minimum {
         let numbers = Mutex::new(Vec::new());
-        let found = minimise.search(2, 1, |number, place| {
+        let spared = AtomicI64::new(0);
+        let spare = |trials| {
+            spared.fetch_add(trials, Ordering::Relaxed);
+        };
+        let found = minimise.search(2, 1, &spare, |number, place| {
             numbers.lock().unwrap().push(number);
             Ok::<_, Infallible>(f(place))
         });
@@ -249,6 +259,10 @@ mod tests {
         let count = numbers.len();
         numbers.dedup();
         assert_eq!(numbers.len(), count, "each trial has a number of its own");
+        assert_eq!(
+            count as i64 + spared.into_inner(),
+            minimise.most_trials() as i64
+        );
         assert!(
             numbers
                 .last()
@@ -310,11 +324,9 @@ mod tests {
 
     #[test]
     fn an_error_ends_the_search() {
-        let found = minimise(None).search(
-            2,
-            1,
-            |number, _| if number > 3 { Err("full") } else { Ok(None) },
-        );
+        let found = minimise(None).search(2, 1, &|_| (), |number, _| {
+            if number > 3 { Err("full") } else { Ok(None) }
+        });
         assert_eq!(found, Err("full"));
     }
 }

@@ -16,9 +16,9 @@ pub struct Progress {
     pub found: u64,
     /// Those of them that failed.
     pub failed: u64,
-    /// How many there will be; of a search, at most.
-    pub most: u64,
-    /// Whether there may be fewer than `most`.
+    /// How many there will be; of a search as far as is known.
+    pub likely: u64,
+    /// Whether there may be fewer or more than that.
     pub is_search: bool,
 }
 

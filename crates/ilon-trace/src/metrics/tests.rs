@@ -1,6 +1,6 @@
 use super::*;
 use crate::header::WheelHeader;
-use crate::record::{Desired, TaskShare, WheelSample};
+use crate::record::{Desired, Support, TaskShare, WheelSample};
 use ilon_robot::Pose;
 
 const DT_S: f64 = 0.01;
@@ -234,6 +234,40 @@ fn without_a_reference_the_errors_are_null_in_json() {
     let nothing = serde_json::json!({"vx": null, "vy": null, "omega": null});
     assert_eq!(json["twist_ratio_ideal"], nothing);
     assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), s);
+}
+
+#[test]
+fn what_was_asked_for_and_what_the_chassis_carried_are_counted() {
+    let s = summary(|t| {
+        let mut record = Record {
+            command_twist_in_body: Twist::new(0.5, 0.0, 0.0),
+            twist_ideal: Twist::new(0.1, 0.0, 0.0),
+            support: Some(Support {
+                wheels_n: 30.0,
+                // Half of the time as much as the wheels.
+                chassis_n: if t < 5.005 { 30.0 } else { 0.0 },
+                ..Support::default()
+            }),
+            ..Record::default()
+        };
+        record.truth.twist_in_body = Twist::new(0.1, 0.0, 0.0);
+        (record, WheelSample::default())
+    });
+    // 600 sums of numbers below 1 over poses of a metre.
+    assert!((s.twist_asked_mean.unwrap().vx_m_s - 0.5).abs() < 1e-12);
+    assert!((s.twist_ratio_asked.vx.unwrap() - 0.2).abs() < 1e-11);
+    assert_eq!(
+        (s.twist_ratio_asked.vy, s.twist_ratio_asked.omega),
+        (None, None)
+    );
+    // 30 N for 5 s of 30 N for 10 s and 30 N for 5 s: a third, to the row at its edge.
+    assert!(
+        (s.chassis_load_share.unwrap() - 1.0 / 3.0).abs() < 1e-3,
+        "{:?}",
+        s.chassis_load_share
+    );
+    let unknown = summary(|_| (Record::default(), WheelSample::default()));
+    assert_eq!(unknown.chassis_load_share, None);
 }
 
 #[test]

@@ -191,6 +191,7 @@ pub static GROUPS: &[Group] = &[
             detail!(seen_heading_error_rms_rad, "estimated heading off by, rms", DEGREE, 3),
         ],
     },
+    twist!("twist asked for, mean", twist_asked_mean),
     twist!("real twist, mean", twist_mean),
     twist!("real twist, rms about its mean", twist_ripple),
     twist!(
@@ -201,6 +202,7 @@ pub static GROUPS: &[Group] = &[
         "twist of the wheel rates by the rollers that touch, mean",
         twist_contact_mean
     ),
+    ratio!("real over asked for", twist_ratio_asked),
     ratio!("real over ideal, equation (7)", twist_ratio_ideal),
     ratio!("real over contact kinematics", twist_ratio_contact),
     Group {
@@ -212,6 +214,7 @@ pub static GROUPS: &[Group] = &[
             main!(wheel_torque_max_n_m, "largest torque", NEWTON_METRE, 3),
             main!(hub_ripple_m, "hub ripple", MILLIMETRE, 4),
             detail!(airborne_share, "in the air", PERCENT, 2),
+            detail!(chassis_load_share, "weight that rests on the chassis", PERCENT, 2),
         ],
     },
     Group {

@@ -1,6 +1,6 @@
 //! Where the chassis of two articulated bodies are near each other.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
@@ -8,12 +8,12 @@ use crate::contact::candidates::{Candidate, Turning};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::engine::convert;
+use crate::world::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
     ///
-    /// Each body has a rapier world of its own, so that rapier does not find these: parry is asked about each pair of shapes, in
-    /// the frame of the first body's chassis, where f32 is as fine as for the ground.
+    /// parry is asked about each pair of shapes in the frame of the first body's chassis, where f32 is as fine as for the ground.
     pub fn find_between(&self, found: &mut Vec<Candidate>) {
         for (index, a) in self.each().enumerate() {
             for b in self.each().skip(index + 1) {
@@ -26,7 +26,7 @@ impl Scenes<'_> {
         let floor_from_a = a.middle.floor_from_chassis();
         let a_from_b = floor_from_a.inv_mul(b.middle.floor_from_chassis());
         let closes_m_s = speed_m_s(a) + speed_m_s(b);
-        let within_m = self.settings.prediction_m + self.dt_s * closes_m_s;
+        let within_m = NEAR * a.scale.length_m.max(b.scale.length_m) + self.dt_s * closes_m_s;
         for (shape_a, a_from_shape) in shapes(a) {
             for (shape_b, b_from_shape) in shapes(b) {
                 let pose_b = convert::pose(&a_from_b) * b_from_shape;
@@ -83,10 +83,9 @@ fn speed_m_s(scene: &Scene<'_>) -> f64 {
 
 /// The shapes of a chassis, with their poses in its frame.
 fn shapes<'a>(scene: &Scene<'a>) -> impl Iterator<Item = (&'a SharedShape, Pose)> {
-    let colliders = &scene.rapier.colliders;
-    let of_chassis = scene.rapier.bodies[scene.assembly.chassis].colliders();
-    of_chassis.iter().filter_map(|handle| {
-        let collider = colliders.get(*handle)?;
-        Some((collider.shared_shape(), *collider.position_wrt_parent()?))
+    let chassis_from_body = Isometry3::from(-scene.body.chassis_mass.center_of_mass_m);
+    let shapes = scene.body.robot.chassis_shapes().iter();
+    shapes.map(move |(body_from_shape, shape)| {
+        (shape, convert::pose(&(chassis_from_body * body_from_shape)))
     })
 }

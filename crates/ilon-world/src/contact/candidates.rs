@@ -1,7 +1,6 @@
 //! Where a robot is near the ground: the places that may touch in the step.
 
 use nalgebra::Vector3;
-use rapier3d::prelude::*;
 
 use crate::RollerBodies;
 use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
@@ -9,9 +8,9 @@ use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surf
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
 use crate::contact::turned::PlacedTurned;
-use crate::engine::convert;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;
+use crate::world::NEAR;
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///
@@ -105,33 +104,30 @@ impl Scene<'_> {
     /// Fills `found` with the places of the chassis that are near the ground.
     pub fn find_chassis(&self, found: &mut Vec<Candidate>) {
         found.clear();
-        let body = &self.rapier.bodies[self.assembly.chassis];
-        for collider in body.colliders() {
-            self.find_in_rapier(*collider, |place_m, normal, gap_m| {
-                let lever_m = place_m - self.middle.center_m();
-                let axes = frame(normal, Vector3::x());
-                let velocity = |state: &State| {
-                    let turned = state.floor_from_chassis().rotation
-                        * self.middle.floor_from_chassis().rotation.inverse();
-                    along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
-                };
-                found.push(Candidate {
-                    a: self.member(Part::Chassis),
-                    b: Partner::Ground,
-                    place_m,
-                    normal,
-                    along: Vector3::x(),
-                    gap_m,
-                    turning: Turning::in_each_half(
-                        0.5 * (velocity(self.ahead) - velocity(self.before)),
-                    ),
-                    came_down: false,
-                    travel_m_s: Vector3::zeros(),
-                    on_barrel: false,
-                    gap_ahead_m: gap_m,
-                });
+        self.shapes.of_chassis(|place_m, normal, gap_m| {
+            let lever_m = place_m - self.middle.center_m();
+            let axes = frame(normal, Vector3::x());
+            let velocity = |state: &State| {
+                let turned = state.floor_from_chassis().rotation
+                    * self.middle.floor_from_chassis().rotation.inverse();
+                along_frame(&axes, &self.before.angular_rad_s.cross(&(turned * lever_m)))
+            };
+            found.push(Candidate {
+                a: self.member(Part::Chassis),
+                b: Partner::Ground,
+                place_m,
+                normal,
+                along: Vector3::x(),
+                gap_m,
+                turning: Turning::in_each_half(
+                    0.5 * (velocity(self.ahead) - velocity(self.before)),
+                ),
+                came_down: false,
+                travel_m_s: Vector3::zeros(),
+                on_barrel: false,
+                gap_ahead_m: gap_m,
             });
-        }
+        });
     }
 
     /// Fills `found` with the places of a wheel's rollers that are near the ground.
@@ -145,23 +141,23 @@ impl Scene<'_> {
     fn prediction_m(&self, wheel: usize) -> f64 {
         let hub_m = self.before.hubs()[wheel].center_m;
         let speed_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
-            + self.before.hub_rate(wheel).norm() * self.assembly.wheels[wheel].reach_m;
-        self.settings.prediction_m + self.dt_s * speed_m_s
+            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+        NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
 
     /// How far a place of a wheel's rollers may come down in the second half of the step, in metres.
     fn comes_down_m(&self, wheel: usize) -> f64 {
-        /// Beside the motion of the step itself.
-        const MARGIN_M: f64 = 1e-5;
+        /// Beside the motion of the step itself, in wheel radii.
+        const MARGIN: f64 = 2e-4;
         let hub_m = self.before.hubs()[wheel].center_m;
         let falls_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
             + self.settings.gravity_m_s2 * self.dt_s
-            + self.before.hub_rate(wheel).norm() * self.assembly.wheels[wheel].reach_m;
-        MARGIN_M + 0.5 * self.dt_s * falls_m_s
+            + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
+        MARGIN * self.scale.length_m + 0.5 * self.dt_s * falls_m_s
     }
 
     fn find_barrels(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
-        let body = &self.assembly.wheels[wheel];
+        let body = &self.wheels[wheel];
         let hub = &self.middle.hubs()[wheel];
         let prediction_m = self.prediction_m(wheel);
         let reach_m = body.reach_m + prediction_m;
@@ -212,7 +208,7 @@ impl Scene<'_> {
         if !body.is_round {
             self.find_turned(wheel, (prediction_m, room), found);
             if !gives && found.len() > 1 {
-                leave_out_higher(found, hub, &body.rollers);
+                leave_out_higher(found, hub, (&body.rollers, self.scale));
             }
         }
         if let Some((index, nearest)) = lowest
@@ -224,7 +220,7 @@ impl Scene<'_> {
         }
         if !upright && !gives && body.is_round && found.len() > 1 {
             let axis = hub.axis();
-            leave_out_handed_over(found, &axis);
+            leave_out_handed_over(found, &axis, self.scale);
         }
     }
 
@@ -236,7 +232,7 @@ impl Scene<'_> {
         found: &mut Vec<Candidate>,
     ) {
         let hub = &self.middle.hubs()[wheel];
-        for (index, roller) in self.assembly.wheels[wheel].rollers.iter().enumerate() {
+        for (index, roller) in self.wheels[wheel].rollers.iter().enumerate() {
             let Some(placed) = roller.placed_turned(hub) else {
                 continue;
             };
@@ -291,7 +287,7 @@ impl Scene<'_> {
         nearest: &Nearest,
         support: impl Fn(Vector3<f64>, Vector3<f64>) -> (Vector3<f64>, bool),
     ) -> Candidate {
-        let roller = &self.assembly.wheels[wheel].rollers[index];
+        let roller = &self.wheels[wheel].rollers[index];
         let touches = |state: &State| {
             let hub = &state.hubs()[wheel];
             let axis = hub.rotation * roller.axis_in_hub;
@@ -309,7 +305,7 @@ impl Scene<'_> {
         };
         let (before, ahead) = (touches(self.before), touches(self.ahead));
         // A roller that gives takes its load over bit by bit.
-        let gives = self.assembly.wheels[wheel].surface.tread.is_some();
+        let gives = self.wheels[wheel].surface.tread.is_some();
         let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized && !gives;
         let turning = if !self.sees_rollers_pass {
             Turning::NONE
@@ -375,12 +371,12 @@ impl Scene<'_> {
 
     /// The places of rollers with the shapes of their file, as rapier finds them.
     fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
-        let body = &self.assembly.wheels[wheel];
+        let body = &self.wheels[wheel];
         let hub = &self.middle.hubs()[wheel];
-        for part in &body.colliders {
-            let roller = &body.rollers[part.roller];
-            let along = hub.rotation * roller.axis_in_hub;
-            self.find_in_rapier(part.collider, |place_m, normal, gap_m| {
+        self.shapes
+            .of_rollers(wheel, |index, place_m, normal, gap_m| {
+                let roller = &body.rollers[index];
+                let along = hub.rotation * roller.axis_in_hub;
                 let in_hub_m = hub.rotation.tr_mul(&(place_m - hub.center_m));
                 let velocity = |state: &State| {
                     let hub = &state.hubs()[wheel];
@@ -392,7 +388,7 @@ impl Scene<'_> {
                     along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
                 found.push(Candidate {
-                    a: self.member(Part::Roller(wheel, part.roller)),
+                    a: self.member(Part::Roller(wheel, index)),
                     b: Partner::Ground,
                     place_m,
                     normal,
@@ -407,43 +403,6 @@ impl Scene<'_> {
                     gap_ahead_m: gap_m,
                 });
             });
-        }
-    }
-
-    /// Shows where rapier found a collider near the ground: place on the ground, normal out of it, and distance.
-    fn find_in_rapier(
-        &self,
-        collider: ColliderHandle,
-        mut show: impl FnMut(Vector3<f64>, Vector3<f64>, f64),
-    ) {
-        for pair in self.rapier.narrow_phase.contact_pairs_with(collider) {
-            let is_first = pair.collider1 == collider;
-            let ground = if is_first {
-                pair.collider2
-            } else {
-                pair.collider1
-            };
-            let rapier_from_ground = self.rapier.colliders[ground].position();
-            for manifold in pair.manifolds() {
-                // A manifold's normal points from its first shape to its second.
-                let towards_second = convert::to_f64(manifold.data.normal);
-                let normal = if is_first {
-                    -towards_second
-                } else {
-                    towards_second
-                };
-                for point in &manifold.points {
-                    let on_ground = if is_first {
-                        point.local_p2
-                    } else {
-                        point.local_p1
-                    };
-                    let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
-                    let place_m = self.origin_m + in_rapier_m;
-                    show(place_m, normal, f64::from(point.dist));
-                }
-            }
-        }
     }
 }
 

@@ -25,9 +25,10 @@ use crate::contact::problem::ImpulseProblem;
 use crate::contact::reaction::Reaction;
 use crate::contact::response::{Responses, of_axles};
 use crate::contact::row::Row;
+use crate::robot::articulated::Articulated;
 
-/// A contact that comes in faster, in m/s, hits: what happens then takes the whole step.
-const HITS_M_S: f64 = 1e-2;
+/// A contact that comes in faster, in its robot's unit of speed, hits: what happens then takes the whole step. 1 cm/s for wheels of 50 mm.
+const HITS: f64 = 0.0143;
 
 /// The jump of a step; nothing where no roller came down.
 #[derive(Clone, Debug, Default)]
@@ -67,19 +68,14 @@ impl Held<'_> {
         let rows = (&self.rows[row], &self.rows[column]);
         of_axles(rows, |axle| [self.freed_axles[axle], 0.0])
     }
-
-    /// What the unit impulse on a wheel does to the rate of another.
-    fn of_wheel_at(&self, wheel: usize, at: usize) -> f64 {
-        let at = self.responses.wheels()[at];
-        self.responses.of_wheel(wheel, (at.body, at.dof))
-    }
 }
 
 impl Jump {
-    /// Whether rollers came down in a step, and gently.
-    pub fn happens(reactions: &[Reaction]) -> bool {
+    /// Whether rollers of bodies came down in a step, and gently.
+    pub fn happens(reactions: &[Reaction], bodies: &[Articulated]) -> bool {
         let pressing = |r: &&Reaction| r.rows() == 3 && r.impulse.x > 0.0;
-        let gently = |r: &Reaction| r.velocity_before.x > -HITS_M_S;
+        let gently =
+            |r: &Reaction| r.velocity_before.x > -HITS * bodies[r.a.body].scale.speed_m_s();
         reactions.iter().filter(pressing).all(gently) && reactions.iter().any(takes_up)
     }
 
@@ -119,6 +115,11 @@ impl Jump {
         change.iter().map(move |change| over * change)
     }
 
+    /// Half of what it does to the rates of the bodies once it is found, to be completed.
+    pub fn change_mut(&mut self) -> &mut [f64] {
+        &mut self.change
+    }
+
     /// p_j of a row.
     pub fn impulse(&self, row: usize) -> f64 {
         self.impulses[row]
@@ -140,7 +141,7 @@ impl Jump {
     /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
     /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
     fn free_wheels(&mut self, held: &Held<'_>) {
-        let wheels = held.responses.wheels().len();
+        let wheels = held.responses.wheels();
         self.freeing.clear();
         self.freeing.resize(wheels * wheels, 0.0);
         for column in 0..wheels {
@@ -148,7 +149,7 @@ impl Jump {
             for (row, lost) in held.held_n_m_s2.iter().enumerate() {
                 self.matrix.extend((0..wheels).map(|k| {
                     let one = if row == k { 1.0 } else { 0.0 };
-                    one - lost * held.of_wheel_at(row, k)
+                    one - lost * held.responses.between_wheels(row, k)
                 }));
             }
             self.solution.clear();
@@ -165,7 +166,7 @@ impl Jump {
 
     /// What each row does to the wheels, as they are held and what freeing them adds.
     fn find_at_wheels(&mut self, held: &Held<'_>) {
-        let wheels = held.responses.wheels().len();
+        let wheels = held.responses.wheels();
         self.at_wheels.clear();
         self.freed.clear();
         for row in 0..self.impulses.len() {
@@ -185,7 +186,7 @@ impl Jump {
         held: &Held<'_>,
         (row, column): (usize, usize),
     ) -> f64 {
-        let wheels = held.responses.wheels().len();
+        let wheels = held.responses.wheels();
         let mut sum = problem.w(row, column) + held.of_freed_axle(row, column);
         let at = &self.at_wheels[row * wheels..][..wheels];
         for (at, freed) in at.iter().zip(&self.freed[column * wheels..]) {
@@ -234,9 +235,9 @@ impl Jump {
         self.held = still;
     }
 
-    /// What the impulses do to the rows and to the bodies.
+    /// What the impulses do to the rows, and half of what they do to the bodies.
     fn find_effect(&mut self, problem: &ImpulseProblem, held: &Held<'_>) {
-        let wheels = held.responses.wheels().len();
+        let wheels = held.responses.wheels();
         // What the impulses do to the wheels, as they are held, and then what freeing them adds.
         self.matrix.clear();
         for wheel in 0..wheels {
@@ -260,19 +261,12 @@ impl Jump {
                     .map(|(a, y)| y * self.at_wheels[row * wheels + a])
                     .sum::<f64>();
         }
-        for body in 0..held.responses.bodies() {
-            let dofs = held.responses.dofs_of(body);
-            for (dof, change) in self.change[dofs].iter_mut().enumerate() {
-                let of_rows = self.held.iter().filter_map(|&row| {
-                    let rates = held.responses.of_row(row, body)?;
-                    Some(self.impulses[row] * f64::from(rates[dof]))
-                });
-                let of_wheels = self.solution.iter().enumerate();
-                *change = of_rows.sum::<f64>()
-                    + of_wheels
-                        .map(|(a, y)| y * held.responses.of_wheel(a, (body, dof)))
-                        .sum::<f64>();
-            }
+        for &row in &self.held {
+            let impulse = self.impulses[row];
+            held.responses.add_row(row, impulse, &mut self.change);
+        }
+        for (wheel, impulse) in self.solution.iter().enumerate() {
+            held.responses.add_wheel(wheel, *impulse, &mut self.change);
         }
     }
 }

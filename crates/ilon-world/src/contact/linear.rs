@@ -1,87 +1,5 @@
 //! Small dense linear systems.
 
-use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
-use rapier3d::math::Real;
-
-/// Right-hand sides that are solved together: as many as a processor computes with at once.
-const LANES: usize = 4;
-
-/// Room for [`solve_together`].
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Lanes {
-    /// From where each row is taken.
-    order: Vec<usize>,
-    rows: Vec<[Real; LANES]>,
-}
-
-/// Solves a factorised system for many right-hand sides, one after the other in `columns`, in place.
-///
-/// The numbers are those of [`LU::solve_mut`] to the bit: the same operations in the same order for each side, but several sides
-/// take each of them together.
-pub(crate) fn solve_together(factors: &LU<Real, Dyn, Dyn>, columns: &mut [Real], room: &mut Lanes) {
-    // Both triangles as they were computed: to take them apart costs as much as solving.
-    let triangles = factors.lu_internal();
-    let n = triangles.nrows();
-    if n == 0 {
-        return;
-    }
-    let Lanes { order, rows } = room;
-    order.clear();
-    order.extend(0..n);
-    let mut places = DVectorViewMut::from_slice(order, n);
-    factors.p().permute_rows(&mut places);
-    rows.clear();
-    rows.resize(n, [0.0; LANES]);
-    for sides in columns.chunks_mut(n * LANES) {
-        for (row, from) in rows.iter_mut().zip(&*order) {
-            for (x, side) in row.iter_mut().zip(sides.chunks_exact(n)) {
-                *x = side[*from];
-            }
-        }
-        solve_lower(triangles, rows);
-        solve_upper(triangles, rows);
-        for (lane, side) in sides.chunks_exact_mut(n).enumerate() {
-            for (x, row) in side.iter_mut().zip(&*rows) {
-                *x = row[lane];
-            }
-        }
-    }
-}
-
-/// Takes a multiple of what is known from a row.
-#[inline(always)]
-fn take(row: &mut [Real; LANES], known: &[Real; LANES], share: Real) {
-    for (x, known) in row.iter_mut().zip(known) {
-        *x -= known * share;
-    }
-}
-
-/// Solves with the triangle below the diagonal, on which there are ones.
-fn solve_lower(l: &DMatrix<Real>, rows: &mut [[Real; LANES]]) {
-    let n = rows.len();
-    for (column, entries) in l.as_slice().chunks_exact(n).enumerate() {
-        let (known, below) = rows[column..].split_at_mut(1);
-        for (row, share) in below.iter_mut().zip(&entries[column + 1..]) {
-            take(row, &known[0], *share);
-        }
-    }
-}
-
-/// Solves with the triangle on and above the diagonal.
-fn solve_upper(u: &DMatrix<Real>, rows: &mut [[Real; LANES]]) {
-    let n = rows.len();
-    for (column, entries) in u.as_slice().chunks_exact(n).enumerate().rev() {
-        if entries[column] == 0.0 {
-            return;
-        }
-        let (above, known) = rows[..=column].split_at_mut(column);
-        known[0] = known[0].map(|x| x / entries[column]);
-        for (row, share) in above.iter_mut().zip(entries) {
-            take(row, &known[0], *share);
-        }
-    }
-}
-
 /// Solves a linear system, given row by row, in place by elimination with row pivots. Says whether it is regular.
 pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
     let n = x.len();
@@ -177,8 +95,6 @@ fn largest(rows: &[f64], n: usize, column: usize) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
-
     use super::*;
 
     /// Numbers between -1 and 1, always the same.
@@ -189,31 +105,6 @@ mod tests {
             f64::from(state >> 8) / f64::from(1 << 23) - 1.0
         })
         .take(count)
-    }
-
-    #[test]
-    fn sides_that_are_solved_together_are_those_solved_one_by_one_to_the_bit() {
-        for n in [1, 2, 7, 10, 12] {
-            // Nothing on the diagonal is large, so that rows change their places.
-            let matrix = DMatrix::from_iterator(n, n, numbers(n * n, 1).map(|x| x as Real));
-            let factors = LU::new(matrix);
-            for sides in [0, 1, 3, 13] {
-                let mut together: Vec<_> = numbers(n * sides, 2).map(|x| x as Real).collect();
-                let mut one_by_one = together.clone();
-                for side in one_by_one.chunks_exact_mut(n) {
-                    let mut b = DVector::from_column_slice(side);
-                    assert!(factors.solve_mut(&mut b));
-                    side.copy_from_slice(b.as_slice());
-                }
-                solve_together(&factors, &mut together, &mut Lanes::default());
-                let bits = |of: &[Real]| of.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                assert_eq!(
-                    bits(&together),
-                    bits(&one_by_one),
-                    "{n} rows, {sides} sides"
-                );
-            }
-        }
     }
 
     #[test]

@@ -146,7 +146,7 @@ impl Scene<'_> {
     fn axis_of(&self, part: Part, state: &State) -> Vector3<f64> {
         match part {
             Part::Roller(wheel, roller) => {
-                let axis_in_hub = self.assembly.wheels[wheel].rollers[roller].axis_in_hub;
+                let axis_in_hub = self.wheels[wheel].rollers[roller].axis_in_hub;
                 state.hubs()[wheel].rotation * axis_in_hub
             }
             _ => Vector3::x(),
@@ -158,7 +158,7 @@ impl Scene<'_> {
         let Part::Roller(wheel, roller) = part else {
             return None;
         };
-        let state = &self.assembly.wheels[wheel].rollers[roller];
+        let state = &self.wheels[wheel].rollers[roller];
         let hub = &self.middle.hubs()[wheel];
         Some(Axle {
             body: self.index,
@@ -190,39 +190,25 @@ impl Scene<'_> {
         place_m: Vector3<f64>,
         direction: Vector3<f64>,
     ) -> Side {
-        let mut turn = (place_m - state.center_m()).cross(&direction);
-        let (mut hub_row, mut axle_row, mut slide) = (None, None, 0.0);
-        if let Part::Roller(wheel, roller) = part {
-            let hub = &state.hubs()[wheel];
-            let mut of_hub = (place_m - hub.center_m).cross(&direction);
-            let body = &self.assembly.wheels[wheel];
-            let roller = &body.rollers[roller];
-            if !roller.seized {
-                let axis = hub.rotation * roller.axis_in_hub;
-                let lever_m = place_m - roller.center_m(hub);
-                let share = axis.dot(&lever_m.cross(&direction));
-                turn -= share * axis;
-                of_hub -= share * axis;
-                axle_row = Some((0, share));
-                if roller.slide.is_some() {
-                    slide = axis.dot(&direction);
-                }
+        let Part::Roller(wheel, roller) = part else {
+            return self.moving_with(None, state, (&place_m, &direction), &Vector3::zeros());
+        };
+        let hub = &state.hubs()[wheel];
+        let roller = &self.wheels[wheel].rollers[roller];
+        let axis = hub.rotation * roller.axis_in_hub;
+        let share = if roller.seized {
+            0.0
+        } else {
+            axis.dot(&(place_m - roller.center_m(hub)).cross(&direction))
+        };
+        let carried = -share * axis;
+        let mut side = self.moving_with(Some(wheel), state, (&place_m, &direction), &carried);
+        if !roller.seized {
+            side.axle = Some((0, share));
+            if roller.slide.is_some() {
+                side.slide = axis.dot(&direction);
             }
-            hub_row = Some((body.hub_dof, hub.axis().dot(&of_hub)));
         }
-        Side {
-            body: self.index,
-            chassis: [
-                direction.x,
-                direction.y,
-                direction.z,
-                turn.x,
-                turn.y,
-                turn.z,
-            ],
-            hub: hub_row,
-            axle: axle_row,
-            slide,
-        }
+        side
     }
 }

@@ -12,13 +12,15 @@
 //! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
 //! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning;
 //! - *disc*: |p| <= most, over two rows; it sticks, or p is as large as it may be and opposes the motion;
-//! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes.
+//! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes;
+//! - *curve*: (u, p) lies on a curve of straight pieces along which velocity grows: a motor at its bounds with its gear.
 //!
 //! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
 //! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
 //! find out roughly what sticks and what slides, and it begins again from there. Rollers that slide along their axles or
 //! that rolling costs something have another way to find that out: `split`.
 
+mod curve;
 mod newton;
 mod one_contact;
 mod split;
@@ -28,6 +30,8 @@ mod tests;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+pub(crate) use curve::Curve;
+use curve::Curves;
 use newton::Newton;
 use one_contact::contact_impulse;
 use split::Split;
@@ -65,6 +69,11 @@ pub(crate) enum Law {
         /// The velocity that takes it to the stop ahead, in m/s, >= 0.
         most_m_s: f64,
     },
+    /// One row: velocity and impulse lie on a curve, which is added before: [`ImpulseProblem::add_curve`].
+    Curve {
+        /// Its place among the curves.
+        place: usize,
+    },
 }
 
 /// What holds of one row that slides between stops.
@@ -81,7 +90,7 @@ impl Law {
         match self {
             Law::Contact { .. } => 3,
             Law::Disc { .. } => 2,
-            Law::Joint { .. } | Law::Slide { .. } => 1,
+            Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. } => 1,
         }
     }
 
@@ -90,7 +99,7 @@ impl Law {
         match self {
             Law::Contact { .. } => Some(1),
             Law::Disc { .. } => Some(0),
-            Law::Joint { .. } | Law::Slide { .. } => None,
+            Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. } => None,
         }
     }
 }
@@ -126,6 +135,7 @@ pub(crate) struct ImpulseProblem {
     stretches: Vec<Stretch>,
     /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
     coupled: Vec<(usize, f64)>,
+    curves: Curves,
     newton: Newton,
     split: Split,
     /// The impulses that broke the laws least so far.
@@ -161,6 +171,7 @@ impl ImpulseProblem {
         self.softness.clear();
         self.stretches.clear();
         self.coupled.clear();
+        self.curves.clear();
     }
 
     /// Adds a law, with the velocity that there would be without any impulse: normal and two tangents of a contact, the
@@ -224,7 +235,7 @@ impl ImpulseProblem {
                 least_n_m_s,
                 most_n_m_s,
             } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
-            Law::Slide { .. } => self.set(at, asked.x),
+            Law::Slide { .. } | Law::Curve { .. } => self.set(at, asked.x),
             Law::Disc { most_n_s } => self.set_within(at, asked.xy(), most_n_s),
             Law::Contact { friction, .. } => {
                 let normal = asked.x.max(0.0);
@@ -270,6 +281,7 @@ impl ImpulseProblem {
                 least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
             }
             Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
+            Law::Curve { place } => self.on_curve(at, place).is_upright(),
             Law::Disc { most_n_s } => {
                 self.in_disc(at, pair(&self.impulses, at)).norm() < most_n_s * (1.0 - 1e-9)
             }
@@ -390,6 +402,10 @@ impl ImpulseProblem {
                 let impulse = self.impulses[at] - share * self.velocities[at] / self.w(at, at);
                 self.bring(index, Vector3::new(impulse, 0.0, 0.0));
             }
+            Law::Curve { place } => {
+                let by = self.on_curve(at, place).impulse - self.impulses[at];
+                self.set(at, self.impulses[at] + share * by);
+            }
             // Beside these no sweeps are gone: `split`.
             Law::Slide { .. } | Law::Disc { .. } => {}
             Law::Contact {
@@ -447,6 +463,7 @@ impl ImpulseProblem {
                 normal.max(self.error_in_disc(at + 1, friction * p.x.max(0.0)))
             }
             Law::Disc { most_n_s } => self.error_in_disc(at, most_n_s),
+            Law::Curve { place } => (self.on_curve(at, place).velocity - self.velocities[at]).abs(),
         };
         self.laws.iter().map(of).fold(0.0, f64::max)
     }

@@ -40,6 +40,8 @@ pub(crate) enum Part {
     Rolling(usize, usize),
     /// What keeps the motor of a wheel from driving it beyond its rate limit.
     RateLimit(usize),
+    /// What a wheel's motor at its bounds, its gear and its bearing put on it beside what is straight of the motor.
+    Drive(usize),
 }
 
 impl Part {
@@ -196,7 +198,11 @@ impl Reaction {
         match self.a.part {
             Part::Chassis | Part::Roller(..) => 3,
             Part::Rolling(..) => 2,
-            Part::Hub(_) | Part::Axle(..) | Part::Slide(..) | Part::RateLimit(_) => 1,
+            Part::Hub(_)
+            | Part::Axle(..)
+            | Part::Slide(..)
+            | Part::RateLimit(_)
+            | Part::Drive(_) => 1,
         }
     }
 

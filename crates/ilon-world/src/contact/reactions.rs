@@ -1,7 +1,7 @@
 //! What bodies, the ground and dry bearings do to one another in a step.
 //!
-//! rapier moves each body's chassis and hubs as if nothing touched them: their mass matrix, gravity, motors and the forces of turning
-//! frames. The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
+//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and the forces of turning
+//! frames ([`crate::dynamics`]). The impulses of ground and bearings that follow are solved for here, all at once and to the end, and change the
 //! rates with which the step is taken. Each contact is between body A and its partner B, the ground or another body, and its rows
 //! hold what stands for these two alone.
 //!
@@ -21,10 +21,11 @@
 //! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
 //! step of constant inertia; where rollers come down, [`crate::contact::jump`] says of which velocities.
 //!
-//! **The compliance.** Every contact is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
+//! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
 //! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
 //! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
 
+mod driven;
 mod gather;
 mod give;
 mod rolling;
@@ -32,18 +33,17 @@ mod rolling;
 use std::mem::swap;
 
 use nalgebra::Vector3;
-use rapier3d::prelude::*;
 
-use crate::Settings;
 use crate::contact::candidates::{Candidate, Workspace};
 use crate::contact::jump::{Held, Jump};
-use crate::contact::linear::{Lanes, solve_together};
 use crate::contact::potential::{Axle, PotentialContact};
-use crate::contact::problem::ImpulseProblem;
-use crate::contact::reaction::{Part, Partner, Reaction};
+use crate::contact::problem::{Curve, ImpulseProblem};
+use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::contact::response::Responses;
 use crate::contact::row::Row;
 use crate::contact::scene::Scenes;
+use crate::robot::articulated::Articulated;
+use crate::settings::ContactSpring;
 
 /// The reactions of the last step, and room for those of the next.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +61,6 @@ pub(crate) struct Reactions {
     rows: Vec<Row>,
     problem: ImpulseProblem,
     responses: Responses,
-    lanes: Lanes,
     /// What the motor and bearing of each wheel of all bodies lose of their impulse per rate gained, in N m s per rad/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
@@ -74,6 +73,10 @@ pub(crate) struct Reactions {
     before_dt_s: f64,
     /// Energy of treads that left the ground in the step, in J.
     released_j: f64,
+    /// The wheels, each with its body, whose motors reach a bound within the step.
+    driven: Vec<(usize, usize)>,
+    /// Room for the curve of a drive.
+    curve: Curve,
 }
 
 /// A roller that something touched in a step.
@@ -87,6 +90,15 @@ pub(crate) struct TouchedRoller {
     pub rate_rad_s: f64,
     /// Its rate along its axle after the step, in m/s; 0 without play.
     pub slide_m_s: f64,
+}
+
+/// The spring of a contact: a robot's own with the ground, the softer one between two robots.
+fn spring_between(bodies: &[Articulated], a: Member, b: Partner) -> ContactSpring {
+    let of_a = bodies[a.body].spring;
+    match b {
+        Partner::Of(member) => of_a.softer(bodies[member.body].spring),
+        Partner::Ground | Partner::Itself => of_a,
+    }
 }
 
 impl Reactions {
@@ -105,7 +117,6 @@ impl Reactions {
             rows,
             problem,
             responses,
-            lanes,
             held_n_m_s2,
             freed_axles,
             change,
@@ -114,6 +125,8 @@ impl Reactions {
             dt_s: _,
             before_dt_s: _,
             released_j: _,
+            driven,
+            curve,
         } = self;
         swap(found, &mut other.found);
         swap(nearby, &mut other.nearby);
@@ -125,45 +138,42 @@ impl Reactions {
         swap(rows, &mut other.rows);
         swap(problem, &mut other.problem);
         swap(responses, &mut other.responses);
-        swap(lanes, &mut other.lanes);
         swap(held_n_m_s2, &mut other.held_n_m_s2);
         swap(freed_axles, &mut other.freed_axles);
         swap(change, &mut other.change);
         swap(jump, &mut other.jump);
+        swap(driven, &mut other.driven);
+        swap(curve, &mut other.curve);
     }
 
-    /// Solves for the reactions of the step that rapier has just taken without any.
+    /// Solves for the reactions of the step that the bodies have just taken without any.
     pub fn react(&mut self, scenes: Scenes<'_>) {
         self.clear();
         self.before_dt_s = self.dt_s;
         self.dt_s = scenes.dt_s;
         self.find(scenes);
-        self.gather(scenes);
-        let bodies = scenes.bodies.iter();
-        self.responses
-            .clear(bodies.map(|body| body.rates_free.len()));
-        let mut lanes = std::mem::take(&mut self.lanes);
-        let mut answer = |body: usize, impulses: &mut [Real]| {
-            let scene = scenes.of(body);
-            let multibody = &scene.rapier.multibody_joints[scene.assembly.multibody];
-            solve_together(multibody.inv_augmented_mass(), impulses, &mut lanes);
-        };
-        self.solve(&mut answer);
-        self.jump.clear(self.rows.len(), self.responses.dofs());
-        if Jump::happens(&self.all) {
-            self.find_jump(scenes, &mut answer);
+        // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
+        loop {
+            self.gather(scenes);
+            self.responses.clear(scenes);
+            self.solve(scenes);
+            if !self.find_bounded_motors(scenes) {
+                break;
+            }
+            self.forget_laws();
         }
-        self.lanes = lanes;
+        self.jump.clear(self.rows.len(), self.responses.dofs());
+        if Jump::happens(&self.all, scenes.bodies) {
+            self.find_jump(scenes);
+        }
         self.count_work();
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
-    fn find_jump(&mut self, scenes: Scenes<'_>, mut answer: impl FnMut(usize, &mut [Real])) {
+    fn find_jump(&mut self, scenes: Scenes<'_>) {
         self.held_n_m_s2.clear();
+        self.responses.find_of_wheels(scenes);
         for scene in scenes.each() {
-            let wheels = scene.assembly.wheels.iter().map(|wheel| wheel.hub_dof);
-            self.responses
-                .find_of_wheels(scene.index, wheels, &mut answer);
             self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
         }
         self.freed_axles.clear();
@@ -178,6 +188,7 @@ impl Reactions {
         };
         self.problem.swap_room(self.jump.room());
         self.jump.find(&self.all, &self.problem, &held);
+        self.responses.complete(scenes, self.jump.change_mut());
         self.problem.swap_room(self.jump.room());
         let over = 1.0 - self.jump.share();
         for (row, of) in self.rows.iter().enumerate() {
@@ -289,18 +300,19 @@ impl Reactions {
 
     /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or has just begun to slide. One
     /// that gives is at its limit whenever it takes over, and its tread decides when it slides.
-    pub fn about_to_slide(&self) -> bool {
+    pub fn about_to_slide(&self, bodies: &[Articulated]) -> bool {
         /// Near its limit, as a share of it.
         const NEAR_LIMIT: f64 = 0.5;
-        /// A roller that slides faster has made up its mind, in m/s.
-        const SLIDES_M_S: f64 = 0.03;
+        /// A roller that slides faster, in its robot's unit of speed, has made up its mind: 3 cm/s for wheels of 50 mm.
+        const SLIDES: f64 = 0.043;
         self.all.iter().any(|reaction| {
+            let slides_m_s = SLIDES * bodies[reaction.a.body].scale.speed_m_s();
             let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
             matches!(reaction.a.part, Part::Roller(..))
                 && reaction.tread().is_none()
                 && limit > 0.0
                 && reaction.impulse.yz().norm() > limit
-                && reaction.velocity_after.yz().norm() < SLIDES_M_S
+                && reaction.velocity_after.yz().norm() < slides_m_s
         })
     }
 
@@ -319,33 +331,49 @@ impl Reactions {
         self.released_j
     }
 
+    /// Whether something pressed on an articulated body in the last step.
+    pub fn press_on(&self, body: usize) -> bool {
+        self.all.iter().any(|reaction| {
+            let of_b = matches!(reaction.b, Partner::Of(member) if member.body == body);
+            reaction.rows() == 3 && reaction.impulse.x > 0.0 && (reaction.a.body == body || of_b)
+        })
+    }
+
     /// Energy in the springs of rigid contacts, in J: F^2 / (2 k) each.
-    pub fn spring_energy_j(&self, settings: &Settings, dt_s: f64) -> f64 {
-        let force_n = |reaction: &Reaction| reaction.impulse.x / dt_s;
+    pub fn spring_energy_j(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
         let is_rigid = |reaction: &&Reaction| reaction.rows() == 3 && reaction.tread().is_none();
         let contacts = self.all.iter().filter(is_rigid);
-        let squares: f64 = contacts.map(|reaction| force_n(reaction).powi(2)).sum();
-        0.5 * squares / settings.contact_stiffness_n_m
+        let energy_j = |reaction: &Reaction| {
+            let spring = spring_between(bodies, reaction.a, reaction.b);
+            0.5 * (reaction.impulse.x / dt_s).powi(2) / spring.stiffness_n_m
+        };
+        contacts.map(energy_j).sum()
     }
 
     fn clear(&mut self) {
         // Copied, so that neither list takes the room that the other has grown.
         self.before.clear();
         self.before.append(&mut self.all);
+        self.driven.clear();
+        self.nearby.clear();
+        self.forget_laws();
+    }
+
+    /// Forgets the laws of the step, but not where bodies are near the ground and one another.
+    fn forget_laws(&mut self) {
+        self.all.clear();
         self.rows.clear();
         self.axles.clear();
         self.problem.clear();
-        self.nearby.clear();
         self.gaps_m.clear();
     }
 
-    /// Solves for the impulses, given how impulses on a body answer: `answer` takes generalised impulses, one of each degree of
-    /// freedom after the other, to the rates that they give.
-    fn solve(&mut self, answer: impl FnMut(usize, &mut [Real])) {
-        self.responses.find(&self.rows, answer);
-        let (rows, axles, responses) = (&self.rows, &self.axles, &self.responses);
+    /// Solves for the impulses.
+    fn solve(&mut self, scenes: Scenes<'_>) {
+        self.responses.find(&self.rows, scenes);
+        let (axles, responses) = (&self.axles, &self.responses);
         self.problem
-            .set_delassus(|row, w| responses.fill_w(rows, axles, row, w));
+            .set_delassus(|row, w| responses.fill_w(axles, row, w));
         // What acted in the last step is most of what acts in this one.
         for law in 0..self.all.len() {
             let now = &self.all[law];
@@ -371,9 +399,10 @@ impl Reactions {
         }
         self.error = self.problem.solve();
         self.take_solution();
+        self.responses.complete(scenes, &mut self.change);
     }
 
-    /// Takes the impulses over, and what they do.
+    /// Takes the impulses over, and half of what they do to the bodies' rates.
     fn take_solution(&mut self) {
         self.change.clear();
         self.change.resize(self.responses.dofs(), 0.0);
@@ -391,12 +420,7 @@ impl Reactions {
             reaction.take(impulse, velocity, slides, self.dt_s);
             for _ in rows {
                 let impulse = self.problem.impulses()[row];
-                for (body, response) in self.responses.each_of_row(row) {
-                    let change = &mut self.change[self.responses.dofs_of(body)];
-                    for (change, rate) in change.iter_mut().zip(response) {
-                        *change += impulse * f64::from(*rate);
-                    }
-                }
+                self.responses.add_row(row, impulse, &mut self.change);
                 for side in self.rows[row].sides() {
                     let Some((axle, c)) = side.axle else {
                         continue;

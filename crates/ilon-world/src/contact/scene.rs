@@ -1,16 +1,18 @@
 //! Everything that a step's reactions depend on.
 
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Scale};
 use nalgebra::Vector3;
 
-use crate::engine::copy::Engine;
+use crate::contact::row::Side;
+use crate::dynamics::{Factors, Motion, Path, Tree};
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
-use crate::robot::assembly::Assembly;
+use crate::robot::shapes::Shapes;
 use crate::robot::state::State;
+use crate::robot::wheel::WheelBody;
 use crate::{MotorTorque, Settings};
 
-/// Everything that a step's reactions depend on: the ground and all articulated bodies, as rapier left them.
+/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they move without one another.
 #[derive(Clone, Copy)]
 pub(crate) struct Scenes<'a> {
     pub ground: &'a Ground,
@@ -25,12 +27,14 @@ pub(crate) struct Scenes<'a> {
 pub(crate) struct Scene<'a> {
     /// Its place among the bodies.
     pub index: usize,
-    pub rapier: &'a Engine,
-    /// Where its rapier world counts from, in the floor's frame, in metres.
-    pub origin_m: Vector3<f64>,
+    pub body: &'a Articulated,
     pub ground: &'a Ground,
     pub robot: &'a Robot,
-    pub assembly: &'a Assembly,
+    /// Its own units.
+    pub scale: &'a Scale,
+    pub wheels: &'a [WheelBody],
+    pub tree: &'a Tree,
+    pub shapes: &'a Shapes,
     pub settings: &'a Settings,
     /// How long the step is, in seconds.
     pub dt_s: f64,
@@ -46,10 +50,10 @@ pub(crate) struct Scene<'a> {
     pub rates_before: &'a [f64],
     /// And at its end without any reaction.
     pub rates_free: &'a [f64],
-    /// What the motors do.
+    /// What the motors do as far as it is straight, which is solved with the masses.
     pub motors: &'a [MotorTorque],
-    /// The torque of each wheel's motor that its gear takes a share of, in N m.
-    pub geared_n_m: &'a [f64],
+    /// What the motors do.
+    pub motor_laws: &'a [MotorTorque],
     /// What each wheel's motor and bearing lose of their impulse in the step per rate that it gains, in N m s per rad/s.
     pub held_n_m_s2: &'a [f64],
 }
@@ -60,11 +64,13 @@ impl<'a> Scenes<'a> {
         let body = &self.bodies[index];
         Scene {
             index,
-            rapier: &body.rapier,
-            origin_m: body.anchor.origin_m(),
+            body,
             ground: self.ground,
             robot: &body.robot,
-            assembly: &body.assembly,
+            scale: &body.scale,
+            wheels: &body.wheels,
+            tree: &body.tree,
+            shapes: &body.shapes,
             settings: self.settings,
             dt_s: self.dt_s,
             before: &body.before,
@@ -74,7 +80,7 @@ impl<'a> Scenes<'a> {
             rates_before: &body.rates_before,
             rates_free: &body.rates_free,
             motors: &body.motors,
-            geared_n_m: &body.geared_n_m,
+            motor_laws: &body.motor_laws,
             held_n_m_s2: &body.held_n_m_s2,
         }
     }
@@ -82,5 +88,46 @@ impl<'a> Scenes<'a> {
     /// What concerns each articulated body, in their order.
     pub fn each(self) -> impl Iterator<Item = Scene<'a>> {
         (0..self.bodies.len()).map(move |index| self.of(index))
+    }
+}
+
+impl<'a> Scene<'a> {
+    /// The body's mass matrix in the middle of the step, factorised.
+    pub fn factors(&self) -> &'a Factors {
+        self.body.mechanics.factors()
+    }
+
+    /// The rate of a wheel.
+    pub fn of_hub(&self, wheel: usize) -> Side {
+        let joint = self.wheels[wheel].joint;
+        let share = |at: usize| if at == joint { 1.0 } else { 0.0 };
+        Side::of_joints(self.index, self.tree.path(joint, share))
+    }
+
+    /// How fast what moves with a wheel's hub, or with the chassis, moves along a direction at a place, and turns along another, given in the
+    /// pose of a state.
+    pub fn moving_with(
+        &self,
+        wheel: Option<usize>,
+        state: &State,
+        (place_m, direction): (&Vector3<f64>, &Vector3<f64>),
+        turn: &Vector3<f64>,
+    ) -> Side {
+        let about = |point_m: &Vector3<f64>| (place_m - point_m).cross(direction) + turn;
+        let share = |joint: usize| {
+            let link = &state.hubs()[joint];
+            match self.tree.joints()[joint].motion {
+                Motion::Turns => link.axis().dot(&about(&link.center_m)),
+                Motion::Slides => link.axis().dot(direction),
+            }
+        };
+        let joints = wheel.map_or(Path::NONE, |wheel| {
+            self.tree.path(self.wheels[wheel].joint, share)
+        });
+        let about_root = about(&state.center_m());
+        let mut side = Side::of_joints(self.index, joints);
+        side.root.fixed_rows_mut::<3>(0).copy_from(direction);
+        side.root.fixed_rows_mut::<3>(3).copy_from(&about_root);
+        side
     }
 }

@@ -303,6 +303,35 @@ mod tests {
         }
     }
 
+    /// Bend and force of a step follow one rule: what the bristle is bent by at the end, and how the force of the step bends it, agree.
+    #[test]
+    fn a_bristle_bends_by_the_velocities_weighed_as_its_force_weighs_them() {
+        // From rest and unbent, without damper and renewal: F = -k h b u_1 in the mean of the step, b = 1/4 + 3/4 z of the implicit share z,
+        // and the bend at its end is h (1 + z) / 2 u_1: half of it by the trapezoidal rule, all of it by the implicit one.
+        let law = TreadLaw {
+            shear: Spring {
+                damping_n_s_m: 0.0,
+                ..LAW.shear
+            },
+            ..LAW
+        };
+        for (h, per_kg) in [(1e-5, 0.5), (1e-3, 50.0), (1e-2, 500.0)] {
+            let z_squared = 4e4 * per_kg * h * h;
+            let implicit = z_squared / (4.0 + z_squared);
+            let still = (Vector2::zeros(), Vector2::zeros());
+            let shear = law.shear(still, [per_kg; 2], [0.0; 2], h);
+            let compliance = 1.0 / (h * 4e4 * h * (0.25 + 0.75 * implicit));
+            let bend_m = shear.bent_m(Vector2::new(0.1, -0.2), None, h);
+            let expected = h * 0.5 * (1.0 + implicit) * Vector2::new(0.1, -0.2);
+            let relative = (shear.softness[0].compliance - compliance) / compliance;
+            assert!(relative.abs() < 1e-14, "{h}: {relative}");
+            assert!(
+                (bend_m - expected).norm() < 1e-14 * h,
+                "{h}: {bend_m} {expected}"
+            );
+        }
+    }
+
     #[test]
     fn a_roller_that_rolls_under_a_pull_creeps_by_the_pull_over_the_creep_stiffness() {
         // V = 0.2 m/s over lambda = 5 mm: nu = 40/s. A steady u of 1 mm/s bends to u / nu = 25 um, 1 N at 4e4 N/m.

@@ -192,6 +192,31 @@ mod tests {
     }
 
     #[test]
+    fn friction_falls_as_a_bell_of_the_sliding_speed() {
+        // From 0.6 at rest to 0.2 at speed over 0.1 m/s: of the difference, 0.4, exp(-(v / 0.1)^2) is left at v.
+        let surface = FloorSurface {
+            sliding: Some(Stribeck {
+                friction: 0.2,
+                speed_m_s: 0.1,
+            }),
+            ..CARPET
+        };
+        for (v, left) in [
+            (0.0, 1.0),
+            (0.05, (-0.25_f64).exp()),
+            (0.2, (-4.0_f64).exp()),
+        ] {
+            let expected = 0.2 + 0.4 * left;
+            // Two libraries' exponentials, and a handful of roundings.
+            assert!(
+                (surface.friction_at_speed(0.6, v) - expected).abs() < 1e-15,
+                "{v}"
+            );
+        }
+        assert_eq!(CARPET.friction_at_speed(0.6, 0.05), 0.6);
+    }
+
+    #[test]
     fn along_across_and_against_a_nap_it_drags_as_stated() {
         assert_eq!(CARPET.resistances(0.3), [0.1, 0.2]);
         assert_eq!(CARPET.resistances(-0.3), [0.15, 0.2]);

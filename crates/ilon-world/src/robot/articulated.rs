@@ -1,35 +1,46 @@
 //! A robot as one articulated body of a world.
 
-use ilon_robot::{MassProperties as RobotMass, Robot, Wheel};
-use nalgebra::{Isometry3, Vector3};
-use rapier3d::prelude::*;
+use std::sync::Arc;
 
+use ilon_robot::{MassProperties, Robot, Scale, Wheel};
+use nalgebra::{Isometry3, Vector3};
+
+use crate::contact::support::Support;
 use crate::contact::wheel_contact::{Taken, WheelContact};
-use crate::engine::convert;
-use crate::engine::copy::Engine;
-use crate::engine::dispatcher::RollerDispatcher;
-use crate::ground::{Anchor, Ground};
-use crate::robot::assembly::Assembly;
+use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
+use crate::ground::Ground;
+use crate::motor_torque::WheelInertia;
+use crate::reference::Reference;
 use crate::robot::energy::{kinetic_j, potential_j};
-use crate::robot::roller::{ARMATURE, RollerState};
-use crate::robot::shared::SharedRobot;
+use crate::robot::shapes::Shapes;
+use crate::robot::shared::{SharedRobot, tree_of};
 use crate::robot::state::State;
+use crate::robot::wheel::WheelBody;
+use crate::settings::ContactSpring;
 use crate::world::disturbance::{ActingPush, Payload};
-use crate::world::integration_parameters;
 use crate::{ContactSolver, MotorTorque, Settings};
 
-/// A robot as one articulated body of a world: chassis, wheels and rollers, in f64 and in a rapier world of its own.
+/// A robot as one articulated body of a world: chassis, wheels and rollers, in f64.
 ///
-/// Each body counts in f32 from an anchor near itself, so that bodies far apart are as exact as one. rapier moves each as if no
-/// other were there; what they do to each other and to the ground is solved for all at once, by
+/// Each moves as if no other were there ([`crate::dynamics`]); what they do to each other and to the ground is solved for all at once, by
 /// [`Reactions`](crate::contact::reactions::Reactions).
 #[derive(Clone)]
 pub(crate) struct Articulated {
-    pub rapier: Engine,
-    /// The ground as its rapier world has it, and where that counts from.
-    pub anchor: Anchor,
     pub robot: SharedRobot,
-    pub assembly: Assembly,
+    /// Its own units, without what it carries.
+    pub scale: Scale,
+    /// That of its contacts.
+    pub spring: ContactSpring,
+    pub wheels: Vec<WheelBody>,
+    /// What is joined to what, and weighs how much.
+    pub tree: Arc<Tree>,
+    /// The tree in the middle of the step, and what acts on it.
+    pub mechanics: Mechanics,
+    pub loads: Loads,
+    /// What of it touches the ground as parry finds it.
+    pub shapes: Shapes,
+    /// The robot in rapier, where that moves it.
+    pub reference: Option<Box<Reference>>,
     pub state: State,
     /// The state when the last step began.
     pub before: State,
@@ -41,19 +52,25 @@ pub(crate) struct Articulated {
     /// Whether the last step was short enough to see rollers pass.
     pub sees_rollers_pass: bool,
     pub contacts: Vec<WheelContact>,
-    /// What the motors do in the coming step.
+    /// What carried it in the last step; within a step the impulses so far.
+    pub support: Support,
+    /// What the motors do in the coming step, as far as it is straight: it is solved with the masses.
     pub motors: Vec<MotorTorque>,
+    /// What they do with all bounds.
+    pub motor_laws: Vec<MotorTorque>,
     /// What the motors put on the wheels in the last step.
     pub acted_n_m: Vec<f64>,
     /// Rates by degree of freedom when the step began, and at its end without reactions.
     pub rates_before: Vec<f64>,
     pub rates_free: Vec<f64>,
-    /// The torque of each wheel's motor that its gear takes a share of, in N m.
-    pub geared_n_m: Vec<f64>,
+    /// Room for generalised forces.
+    pub forces: Vec<f64>,
+    /// Whether something pressed on it in the last step.
+    pub is_touched: bool,
     /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
     pub held_n_m_s2: Vec<f64>,
     /// The chassis with what it carries.
-    pub chassis_mass: RobotMass,
+    pub chassis_mass: MassProperties,
     pub payloads: Vec<Payload>,
     /// What pushes during the coming step.
     pub pushes: Vec<ActingPush>,
@@ -62,8 +79,8 @@ pub(crate) struct Articulated {
     pub rates_asked_rad_s: Vec<f64>,
     /// What each wheel did over the step.
     pub counts: Vec<WheelCounts>,
-    /// The inertia that a wheel feels on the ground: its own and its share of the robot's mass, in kg m^2.
-    pub wheel_inertia_kg_m2: f64,
+    /// What its wheels set against their motors.
+    pub wheel_inertia: WheelInertia,
 }
 
 /// What a wheel did over a step.
@@ -75,89 +92,93 @@ pub(crate) struct WheelCounts {
 }
 
 impl Articulated {
-    /// The ground in a rapier world of its own, before the robot is there.
-    pub fn empty_engine(ground: &Ground, settings: &Settings) -> (Engine, Anchor) {
-        let narrow_phase = match settings.contacts {
-            ContactSolver::Ilon => NarrowPhase::new(),
-            ContactSolver::Rapier => NarrowPhase::with_query_dispatcher(RollerDispatcher),
-        };
-        let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
-        let mut rapier = Engine::new(gravity, integration_parameters(settings), narrow_phase);
-        let anchor = Anchor::insert(ground, &mut rapier.colliders, settings.contacts);
-        (rapier, anchor)
-    }
-
-    /// Puts a robot at rest into a rapier world that has the ground, with its body frame at a pose.
+    /// A robot at rest with its body frame at a pose.
     pub fn build(
         robot: SharedRobot,
-        (mut rapier, anchor): (Engine, Anchor),
+        ground: &Ground,
         floor_from_body: &Isometry3<f64>,
         settings: &Settings,
     ) -> Self {
-        let state = State::at_rest(&robot, floor_from_body);
-        let chassis_mass = robot.chassis.mass.clone();
-        let assembly = Assembly::build(
-            &mut rapier,
-            (&robot, &chassis_mass),
-            &state.seen_from(&anchor),
-            &robot.rollers_at_rest(),
-            settings.contacts,
-        );
-        let (dofs, wheels) = (assembly.dofs(&rapier), robot.wheels.len());
-        Self {
+        let tree = Arc::clone(robot.tree());
+        let state = State::at_rest(&robot, &tree, floor_from_body);
+        let (dofs, count) = (tree.dofs(), robot.wheels.len());
+        let scale = Scale::of(&robot, settings.gravity_m_s2);
+        let wheels = robot.wheels.iter().zip(robot.rollers_at_rest());
+        let wheels = wheels.enumerate().map(|(index, (wheel, rollers))| {
+            // The hubs are the joints of the tree.
+            WheelBody::new(wheel, index, rollers, &scale)
+        });
+        let mut body = Self {
             before: state.clone(),
             middle: state.clone(),
             ahead: state.clone(),
             sees_rollers_pass: true,
             state,
-            contacts: vec![WheelContact::default(); wheels],
-            motors: vec![MotorTorque::constant(0.0); wheels],
-            acted_n_m: vec![0.0; wheels],
+            wheels: wheels.collect(),
+            mechanics: Mechanics::of(&tree),
+            loads: Loads::none(&tree),
+            shapes: Shapes::default(),
+            reference: None,
+            contacts: vec![WheelContact::default(); count],
+            support: Support::default(),
+            motors: vec![MotorTorque::constant(0.0); count],
+            motor_laws: vec![MotorTorque::constant(0.0); count],
+            acted_n_m: vec![0.0; count],
             rates_before: vec![0.0; dofs],
             rates_free: vec![0.0; dofs],
-            geared_n_m: vec![0.0; wheels],
-            held_n_m_s2: vec![0.0; wheels],
-            chassis_mass,
+            forces: vec![0.0; dofs],
+            is_touched: false,
+            held_n_m_s2: vec![0.0; count],
+            chassis_mass: robot.chassis.mass.clone(),
             payloads: Vec::new(),
             pushes: Vec::new(),
-            asked: vec![MotorTorque::constant(0.0); wheels],
-            rates_asked_rad_s: vec![0.0; wheels],
-            counts: vec![WheelCounts::default(); wheels],
-            wheel_inertia_kg_m2: wheel_inertia_kg_m2(&robot, 0.0),
+            asked: vec![MotorTorque::constant(0.0); count],
+            rates_asked_rad_s: vec![0.0; count],
+            counts: vec![WheelCounts::default(); count],
+            wheel_inertia: wheel_inertia(&robot, 0.0),
+            scale,
+            spring: ContactSpring::of(settings, &scale),
             robot,
-            assembly,
-            rapier,
-            anchor,
+            tree,
+        };
+        if settings.contacts == ContactSolver::Rapier {
+            body.reference = Some(Box::new(Reference::new(&body, ground, settings)));
+        }
+        body
+    }
+
+    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the body's axes, and which rollers turn.
+    pub fn weigh(&mut self, moved_m: Vector3<f64>) {
+        let rollers = self.wheels.iter().map(|wheel| wheel.rollers.as_slice());
+        self.tree = Arc::new(tree_of(&self.robot, &self.chassis_mass, rollers));
+        for state in [
+            &mut self.state,
+            &mut self.before,
+            &mut self.middle,
+            &mut self.ahead,
+        ] {
+            state.recenter(moved_m, &self.tree);
+        }
+        if let Some(mut reference) = self.reference.take() {
+            reference.rebuild(self);
+            self.reference = Some(reference);
         }
     }
 
-    /// Builds the robot again, in the state in which it is.
-    pub fn rebuild(&mut self, solver: ContactSolver) {
-        let rollers: Vec<Vec<RollerState>> = self
-            .assembly
-            .wheels
-            .iter()
-            .map(|wheel| wheel.rollers.clone())
-            .collect();
-        self.assembly.remove(&mut self.rapier);
-        self.assembly = Assembly::build(
-            &mut self.rapier,
-            (&self.robot, &self.chassis_mass),
-            &self.state.seen_from(&self.anchor),
-            &rollers,
-            solver,
-        );
+    /// A wheel's axis among its degrees of freedom.
+    pub fn dof_of(&self, wheel: usize) -> usize {
+        ROOT_DOFS + self.wheels[wheel].joint
     }
 }
 
 impl Articulated {
     /// Its kinetic energy, in J.
-    pub fn kinetic_j(&self, solver: ContactSolver) -> f64 {
+    pub fn kinetic_j(&self) -> f64 {
         let robot = (&*self.robot, &self.chassis_mass);
-        let robot_j = kinetic_j(robot, &self.state, &self.assembly.wheels);
-        match solver {
-            ContactSolver::Ilon => robot_j,
-            ContactSolver::Rapier => robot_j + self.armatures_j(),
+        let robot_j = kinetic_j(robot, &self.state, &self.wheels);
+        match &self.reference {
+            None => robot_j,
+            Some(reference) => robot_j + reference.armatures_j(self),
         }
     }
 
@@ -166,25 +187,13 @@ impl Articulated {
         let robot = (&*self.robot, &self.chassis_mass);
         potential_j(robot, &self.state, gravity)
     }
-
-    /// Energy in the armatures of rollers that are bodies, in J.
-    fn armatures_j(&self) -> f64 {
-        let wheels = self.assembly.wheels.iter().enumerate();
-        let of_wheels = wheels.map(|(index, wheel)| {
-            let hub_rate_in_hub = self.state.hub_rate_in_hub(index);
-            let rollers = wheel.bodies.iter().map(|part| &wheel.rollers[part.roller]);
-            let spins = rollers.map(|roller| roller.spin_up_j(roller.spin_rad_s(&hub_rate_in_hub)));
-            ARMATURE * spins.sum::<f64>()
-        });
-        of_wheels.sum()
-    }
 }
 
-/// The inertia that a wheel of a robot feels on the ground, in kg m^2: its hub's and its rollers' about its axis, and its share
-/// of the robot's mass, with what it carries in kg, at its rim. The mean of the wheels.
-pub(crate) fn wheel_inertia_kg_m2(robot: &Robot, carried_kg: f64) -> f64 {
+/// The inertia of a robot's wheels: their hubs' and their rollers' about their axes, and on the ground the share of the robot's mass,
+/// with what it carries in kg, at the rim. On the ground the mean of the wheels, spinning the least.
+pub(crate) fn wheel_inertia(robot: &Robot, carried_kg: f64) -> WheelInertia {
     let count = robot.wheels.len() as f64;
-    let of = |wheel: &Wheel| {
+    let spinning_kg_m2 = |wheel: &Wheel| {
         let rollers = wheel.rollers.iter();
         let at_ring = rollers.map(|roller| {
             roller.mass_kg * roller.center_in_hub_m.xy().norm_squared()
@@ -193,7 +202,13 @@ pub(crate) fn wheel_inertia_kg_m2(robot: &Robot, carried_kg: f64) -> f64 {
         wheel.hub.inertia_kg_m2[(2, 2)]
             + wheel.drive.reflected_inertia_kg_m2()
             + at_ring.sum::<f64>()
-            + (robot.mass_kg() + carried_kg) / count * wheel.radius_m * wheel.radius_m
     };
-    robot.wheels.iter().map(of).sum::<f64>() / count
+    let share_kg = (robot.mass_kg() + carried_kg) / count;
+    let on_ground_kg_m2 =
+        |wheel: &Wheel| spinning_kg_m2(wheel) + share_kg * wheel.radius_m * wheel.radius_m;
+    let wheels = robot.wheels.iter();
+    WheelInertia {
+        on_ground_kg_m2: wheels.clone().map(on_ground_kg_m2).sum::<f64>() / count,
+        spinning_kg_m2: wheels.map(spinning_kg_m2).fold(f64::INFINITY, f64::min),
+    }
 }

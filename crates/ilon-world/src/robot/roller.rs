@@ -9,12 +9,14 @@ use std::sync::Arc;
 
 use ilon_robot::{Barrel, Roller, RollerForm, Turned, Wheel};
 use nalgebra::{Isometry3, Vector3};
+use parry3d::shape::SharedShape;
 
 use crate::contact::nearest::PlacedBarrel;
 use crate::contact::potential::AxleSlide;
 use crate::contact::turned::PlacedTurned;
+use crate::dynamics::LinkPose;
+use crate::engine::shapes::shape_of_roller;
 use crate::robot::slide::Slide;
-use crate::robot::state::HubPose;
 
 /// What a bearing did in a step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +47,8 @@ pub(crate) struct FixedRoller {
     pub barrel: Option<Barrel>,
     /// The profile by numbers of a roller that is turned to one.
     pub turned: Option<Turned>,
+    /// The shape of its file of a roller that has that, in its own frame.
+    pub shape: Option<SharedShape>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
     /// Inertia about its axis, in kg m^2.
@@ -65,6 +69,10 @@ impl FixedRoller {
             RollerForm::Turned(turned) => (None, Some(turned.clone())),
             _ => (Some(wheel.barrel(roller)), None),
         };
+        let shape = match &roller.form {
+            RollerForm::AsModelled(modelled) => shape_of_roller(modelled),
+            _ => None,
+        };
         let play_m = wheel.surface.axial_play_m;
         let bounding_radius_m = match (&barrel, &turned) {
             (Some(barrel), _) => PlacedBarrel::bounding_radius_m(barrel),
@@ -77,6 +85,7 @@ impl FixedRoller {
             bounding_radius_m,
             barrel,
             turned,
+            shape,
             axial_inertia_kg_m2: roller.axial_inertia_kg_m2,
             damping_n_m_s: roller.joint.damping_n_m_s,
             friction_n_m: roller.joint.friction_n_m,
@@ -143,7 +152,7 @@ impl RollerState {
     }
 
     /// The roller's middle on a hub, in the floor's frame, in metres.
-    pub fn center_m(&self, hub: &HubPose) -> Vector3<f64> {
+    pub fn center_m(&self, hub: &LinkPose) -> Vector3<f64> {
         let in_hub_m = &self.hub_from_roller.translation.vector;
         match self.place_m() {
             0.0 => hub.place_m(in_hub_m),
@@ -177,7 +186,7 @@ impl RollerState {
     }
 
     /// Its barrel as it is placed by a hub, in the floor's frame; `None` where it has the shapes of its file.
-    pub fn placed_barrel(&self, hub: &HubPose) -> Option<PlacedBarrel<'_>> {
+    pub fn placed_barrel(&self, hub: &LinkPose) -> Option<PlacedBarrel<'_>> {
         let barrel = self.barrel.as_ref()?;
         Some(PlacedBarrel {
             barrel,
@@ -187,7 +196,7 @@ impl RollerState {
     }
 
     /// Its profile by numbers as it is placed by a hub, in the floor's frame; `None` where it has none.
-    pub fn placed_turned(&self, hub: &HubPose) -> Option<PlacedTurned<'_>> {
+    pub fn placed_turned(&self, hub: &LinkPose) -> Option<PlacedTurned<'_>> {
         let turned = self.turned.as_ref()?;
         Some(PlacedTurned {
             turned,
@@ -198,7 +207,7 @@ impl RollerState {
 
     /// Radii of curvature of its surface where it reaches furthest against a direction in the floor's frame, along its outline and around its
     /// axis, in metres; `None` where it has the shapes of its file, or stands upright.
-    pub fn radii_m(&self, hub: &HubPose, normal: &Vector3<f64>) -> Option<[f64; 2]> {
+    pub fn radii_m(&self, hub: &LinkPose, normal: &Vector3<f64>) -> Option<[f64; 2]> {
         /// As upright as this, as the sine of the angle between axis and ground, it does not roll.
         const LEAST_LEVEL: f64 = 1e-3;
         let axis = hub.rotation * self.axis_in_hub;

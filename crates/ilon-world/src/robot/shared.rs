@@ -3,9 +3,14 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::Robot;
+use ilon_robot::{MassProperties, Robot, Wheel};
+use nalgebra::{Isometry3, Vector3};
+use parry3d::shape::SharedShape;
 
+use crate::dynamics::{Joint, Motion, Tree};
+use crate::engine::shapes::shape_of;
 use crate::robot::roller::{FixedRoller, RollerState};
+use crate::robot::wheel::carried_mass;
 
 /// A robot made ready for worlds: all worlds that are built of one share what never changes in it, so that a thousand of them
 /// take the memory of their states.
@@ -29,17 +34,57 @@ struct Shared {
     robot: Robot,
     /// Wheel by wheel.
     rollers: Vec<Vec<Arc<FixedRoller>>>,
+    /// Without anything on its chassis, and with rollers that all turn.
+    tree: Arc<Tree>,
+    /// The shapes of the chassis with their poses in the body frame.
+    chassis_shapes: Vec<(Isometry3<f64>, SharedShape)>,
 }
 
 impl SharedRobot {
     /// The rollers of all wheels, at rest.
     pub(crate) fn rollers_at_rest(&self) -> Vec<Vec<RollerState>> {
-        let at_rest = |roller: &Arc<FixedRoller>| RollerState::at_rest(Arc::clone(roller));
-        let wheels = self.0.rollers.iter();
-        wheels
-            .map(|rollers| rollers.iter().map(at_rest).collect())
-            .collect()
+        self.0.rollers.iter().map(|of| at_rest(of)).collect()
     }
+
+    /// The robot as a tree, as it is by itself.
+    pub(crate) fn tree(&self) -> &Arc<Tree> {
+        &self.0.tree
+    }
+
+    /// The shapes of the chassis with their poses in the body frame.
+    pub(crate) fn chassis_shapes(&self) -> &[(Isometry3<f64>, SharedShape)] {
+        &self.0.chassis_shapes
+    }
+}
+
+/// Rollers of a wheel that stand still.
+fn at_rest(rollers: &[Arc<FixedRoller>]) -> Vec<RollerState> {
+    let rollers = rollers.iter();
+    rollers
+        .map(|roller| RollerState::at_rest(Arc::clone(roller)))
+        .collect()
+}
+
+/// A robot as a tree, with what its chassis weighs and what of its rollers turns: the hubs are the links of the chassis, in the order of
+/// the wheels.
+pub(crate) fn tree_of<'a>(
+    robot: &Robot,
+    chassis: &MassProperties,
+    rollers: impl Iterator<Item = &'a [RollerState]>,
+) -> Tree {
+    let chassis_from_body = Isometry3::from(-chassis.center_of_mass_m);
+    let root = MassProperties {
+        center_of_mass_m: Vector3::zeros(),
+        ..chassis.clone()
+    };
+    let joint = |(wheel, rollers): (&Wheel, &[RollerState])| Joint {
+        parent: None,
+        motion: Motion::Turns,
+        parent_from_link: chassis_from_body * wheel.body_from_hub,
+        mass: carried_mass(wheel, rollers),
+        armature: wheel.drive.reflected_inertia_kg_m2(),
+    };
+    Tree::new(root, robot.wheels.iter().zip(rollers).map(joint).collect())
 }
 
 impl Deref for SharedRobot {
@@ -54,9 +99,23 @@ impl From<&Robot> for SharedRobot {
     fn from(robot: &Robot) -> Self {
         let fixed = |wheel| move |roller| Arc::new(FixedRoller::new(wheel, roller));
         let wheels = robot.wheels.iter();
+        let rollers: Vec<Vec<_>> = wheels
+            .map(|wheel| wheel.rollers.iter().map(fixed(wheel)).collect())
+            .collect();
+        let turning: Vec<Vec<_>> = rollers.iter().map(|of| at_rest(of)).collect();
+        let tree = tree_of(
+            robot,
+            &robot.chassis.mass,
+            turning.iter().map(Vec::as_slice),
+        );
         Self(Arc::new(Shared {
-            rollers: wheels
-                .map(|wheel| wheel.rollers.iter().map(fixed(wheel)).collect())
+            rollers,
+            tree: Arc::new(tree),
+            chassis_shapes: robot
+                .chassis
+                .collisions
+                .iter()
+                .filter_map(shape_of)
                 .collect(),
             robot: robot.clone(),
         }))

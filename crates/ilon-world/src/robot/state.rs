@@ -5,13 +5,12 @@ use std::sync::Arc;
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::ground::Anchor;
+use crate::dynamics::{LinkPose, ROOT_DOFS, Tree};
 
 /// The state of a robot but for its rollers.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    /// Pose of the chassis's centre of mass, along the body's axes. rapier's multibody wants a root whose origin is
-    /// its centre of mass.
+    /// Pose of the chassis's centre of mass, along the body's axes.
     floor_from_chassis: Isometry3<f64>,
     /// Velocity of the chassis's centre of mass, in the floor's frame, m/s.
     pub velocity_m_s: Vector3<f64>,
@@ -21,39 +20,18 @@ pub(crate) struct State {
     wheel_angles_rad: Vec<f64>,
     /// Rates of the wheels, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// Poses of the hub frames in the chassis frame at wheel angle zero; copies of a state share them.
-    chassis_from_hub: Arc<[Isometry3<f64>]>,
-    /// Where the hubs are: follows from the poses above.
-    hubs: Vec<HubPose>,
-}
-
-/// Pose of a hub's frame, turned with the wheel, in the floor's frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct HubPose {
-    /// The hub's middle, in metres.
-    pub center_m: Vector3<f64>,
-    /// The rotation from the hub frame.
-    pub rotation: Matrix3<f64>,
-}
-
-impl HubPose {
-    /// The hub's axis.
-    pub fn axis(&self) -> Vector3<f64> {
-        self.rotation.column(2).into_owned()
-    }
-
-    /// A place of the hub frame in the floor's frame, in metres.
-    pub fn place_m(&self, in_hub_m: &Vector3<f64>) -> Vector3<f64> {
-        self.center_m + self.rotation * in_hub_m
-    }
+    /// What is joined to what; copies of a state share it.
+    tree: Arc<Tree>,
+    /// Where the chassis and the hubs are: follows from the poses above.
+    chassis: LinkPose,
+    hubs: Vec<LinkPose>,
 }
 
 impl State {
     /// A robot at rest with its body frame at a pose.
-    pub fn at_rest(robot: &Robot, floor_from_body: &Isometry3<f64>) -> Self {
+    pub fn at_rest(robot: &Robot, tree: &Arc<Tree>, floor_from_body: &Isometry3<f64>) -> Self {
         let body_from_chassis = Isometry3::from(robot.chassis.mass.center_of_mass_m);
-        let chassis_from_body = body_from_chassis.inverse();
-        let nowhere = HubPose {
+        let nowhere = LinkPose {
             center_m: Vector3::zeros(),
             rotation: Matrix3::identity(),
         };
@@ -63,11 +41,8 @@ impl State {
             angular_rad_s: Vector3::zeros(),
             wheel_angles_rad: vec![0.0; robot.wheels.len()],
             wheel_rates_rad_s: vec![0.0; robot.wheels.len()],
-            chassis_from_hub: robot
-                .wheels
-                .iter()
-                .map(|wheel| chassis_from_body * wheel.body_from_hub)
-                .collect(),
+            tree: Arc::clone(tree),
+            chassis: nowhere,
             hubs: vec![nowhere; robot.wheels.len()],
         };
         state.place_hubs();
@@ -89,12 +64,18 @@ impl State {
         &self.wheel_angles_rad
     }
 
+    /// The chassis's centre of mass and its axes.
+    pub fn chassis(&self) -> &LinkPose {
+        &self.chassis
+    }
+
     /// Where the hubs are.
-    pub fn hubs(&self) -> &[HubPose] {
+    pub fn hubs(&self) -> &[LinkPose] {
         &self.hubs
     }
 
     /// Puts the chassis somewhere else.
+    #[cfg(test)]
     pub fn place(&mut self, floor_from_chassis: Isometry3<f64>) {
         self.floor_from_chassis = floor_from_chassis;
         self.place_hubs();
@@ -105,6 +86,7 @@ impl State {
         self.floor_from_chassis = other.floor_from_chassis;
         self.wheel_angles_rad
             .copy_from_slice(&other.wheel_angles_rad);
+        self.chassis = other.chassis;
         self.hubs.copy_from_slice(&other.hubs);
     }
 
@@ -135,21 +117,30 @@ impl State {
     }
 
     fn place_hubs(&mut self) {
-        let placed = self.hubs.iter_mut().zip(&*self.chassis_from_hub);
-        for ((hub, chassis_from_hub), angle_rad) in placed.zip(&self.wheel_angles_rad) {
-            let floor_from_hub = self.floor_from_chassis * chassis_from_hub;
-            let at_zero = floor_from_hub.rotation.to_rotation_matrix().into_inner();
-            let (sin, cos) = (libm::sin(*angle_rad), libm::cos(*angle_rad));
-            let (x, y) = (at_zero.column(0), at_zero.column(1));
-            *hub = HubPose {
-                center_m: floor_from_hub.translation.vector,
-                rotation: Matrix3::from_columns(&[
-                    cos * x + sin * y,
-                    cos * y - sin * x,
-                    at_zero.column(2).into_owned(),
-                ]),
-            };
-        }
+        let Isometry3 {
+            rotation,
+            translation,
+        } = self.floor_from_chassis;
+        self.chassis = LinkPose {
+            center_m: translation.vector,
+            rotation: rotation.to_rotation_matrix().into_inner(),
+        };
+        let angles_rad = &self.wheel_angles_rad;
+        self.tree.place(&self.chassis, angles_rad, &mut self.hubs);
+    }
+
+    /// Writes its rates down by degree of freedom.
+    pub fn write_rates(&self, rates: &mut [f64]) {
+        rates[..3].copy_from_slice(self.velocity_m_s.as_slice());
+        rates[3..ROOT_DOFS].copy_from_slice(self.angular_rad_s.as_slice());
+        rates[ROOT_DOFS..].copy_from_slice(&self.wheel_rates_rad_s);
+    }
+
+    /// Takes over rates by degree of freedom.
+    pub fn take_rates(&mut self, rates: &[f64]) {
+        self.velocity_m_s = Vector3::from_column_slice(&rates[..3]);
+        self.angular_rad_s = Vector3::from_column_slice(&rates[3..ROOT_DOFS]);
+        self.wheel_rates_rad_s.copy_from_slice(&rates[ROOT_DOFS..]);
     }
 
     /// Angular velocity of a hub, in the floor's frame, in rad/s.
@@ -174,23 +165,14 @@ impl State {
         self.chassis_velocity_m_s(&hub_m) + self.hub_rate(wheel).cross(&(place_m - hub_m))
     }
 
-    /// Counts the state of the chassis at another point of it, further by `moved_m` in the body's axes: where its centre
-    /// of mass is now.
-    pub fn recenter(&mut self, moved_m: Vector3<f64>) {
+    /// Counts the state of the chassis at another point of it, further by `moved_m` in the body's axes, which is the centre of mass of the
+    /// root of another tree.
+    pub fn recenter(&mut self, moved_m: Vector3<f64>, tree: &Arc<Tree>) {
         let lever_m = self.floor_from_chassis.rotation * moved_m;
         self.floor_from_chassis.translation.vector += lever_m;
         self.velocity_m_s += self.angular_rad_s.cross(&lever_m);
-        for chassis_from_hub in Arc::make_mut(&mut self.chassis_from_hub) {
-            chassis_from_hub.translation.vector -= moved_m;
-        }
+        self.tree = Arc::clone(tree);
         self.place_hubs();
-    }
-
-    /// The same state as rapier counts it, from its own origin.
-    pub fn seen_from(&self, anchor: &Anchor) -> Self {
-        let mut seen = self.clone();
-        seen.place(anchor.rapier_from_floor() * self.floor_from_chassis);
-        seen
     }
 
     /// Copies another state of the same robot without allocating.

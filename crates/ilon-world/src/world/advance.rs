@@ -1,31 +1,31 @@
-//! One step: the robot as rapier has it in the step's middle, the reactions of ground and bearings, and what each took.
+//! One step: the robot as it is in the step's middle, the reactions of ground and bearings, and what each took.
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use rapier3d::prelude::*;
+use nalgebra::Vector3;
 
-use super::{Energies, World};
+use super::{Energies, NEAR, World};
 use crate::ContactSolver;
 use crate::contact::reaction::Part;
 use crate::contact::reactions::Reactions;
 use crate::contact::scene::Scenes;
 use crate::contact::wheel_contact::{Taken, WheelContact};
-use crate::engine::convert;
+use crate::dynamics::ROOT_DOFS;
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
+use crate::robot::drive::WheelDrive;
+use crate::robot::shapes::Placed;
 
 /// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
-/// metres. Where one would be deeper, it has landed, and the step moves on with the rates after it.
-const SINKS_M: f64 = 5e-6;
+/// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.
+const SINKS: f64 = 1e-4;
 
 impl World {
     /// Advances the world by a time.
     ///
-    /// The poses move on by half of it with the rates of its beginning; rapier finds contacts and accelerations there,
+    /// The poses move on by half of it with the rates of its beginning; contacts and accelerations are found there,
     /// and the reactions follow; with the mean of the rates before and after the poses move on to its end. That is of
-    /// second order in the time where nothing lands and nothing tumbles: of a robot that turns about a level axis rapier takes the
-    /// gyroscopic torque with the rates of the step's beginning, which is of first order.
+    /// second order in the time where nothing lands.
     pub(super) fn advance(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             body.ask_motors(dt_s);
@@ -33,8 +33,10 @@ impl World {
         if self.settings.contacts == ContactSolver::Rapier {
             return self.advance_in_rapier(dt_s);
         }
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for body in &mut self.bodies {
-            body.step_in_rapier(&self.ground, dt_s);
+            body.move_freely(&gravity, dt_s);
+            body.find_shapes(&self.ground);
         }
         self.reactions.react(Scenes {
             ground: &self.ground,
@@ -42,10 +44,9 @@ impl World {
             dt_s,
             bodies: &self.bodies,
         });
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             body.take_reactions(index, &self.reactions);
-            let sinks = self.reactions.sinks_m(index, dt_s) > SINKS_M;
+            let sinks = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
             body.move_on(sinks, &gravity, dt_s, &mut self.energies);
         }
         self.count_motors(dt_s);
@@ -53,7 +54,7 @@ impl World {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += lost_j;
-            body.end_pushes(dt_s, &mut self.energies);
+            self.energies.outside_j += body.pushes_did_j(dt_s);
         }
     }
 
@@ -67,8 +68,13 @@ impl World {
             }
         }
         for reaction in self.reactions.all() {
-            if let Part::RateLimit(wheel) = reaction.a.part {
-                self.bodies[reaction.a.body].acted_n_m[wheel] += reaction.impulse.x / dt_s;
+            let body = &mut self.bodies[reaction.a.body];
+            match reaction.a.part {
+                Part::RateLimit(wheel) => body.acted_n_m[wheel] += reaction.impulse.x / dt_s,
+                Part::Drive(wheel) => {
+                    self.energies.bearing_j += body.count_drive(wheel, reaction.impulse.x, dt_s);
+                }
+                _ => {}
             }
         }
         for body in &mut self.bodies {
@@ -84,7 +90,7 @@ impl World {
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
         self.residual_m_s = self.residual_m_s.max(self.reactions.error());
         let springs_j = match self.settings.contacts {
-            ContactSolver::Ilon => self.reactions.spring_energy_j(&self.settings, dt_s),
+            ContactSolver::Ilon => self.reactions.spring_energy_j(&self.bodies, dt_s),
             // What rapier's soft contacts store goes with the hits.
             ContactSolver::Rapier => 0.0,
         };
@@ -93,16 +99,18 @@ impl World {
         self.energies.treads_j = self.reactions.treads_j();
         self.energies.impact_j += self.reactions.released_j();
         for reaction in self.reactions.all() {
+            self.bodies[reaction.a.body].support.add(reaction);
             let taken = match reaction.a.part {
                 Part::Hub(_)
                 | Part::Axle(..)
                 | Part::Slide(..)
                 | Part::Rolling(..)
-                | Part::RateLimit(_) => continue,
+                | Part::RateLimit(_)
+                | Part::Drive(_) => continue,
                 Part::Chassis => Taken::of(reaction, &mut 0.0),
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
-                    let roller = &mut body.assembly.wheels[wheel].rollers[roller];
+                    let roller = &mut body.wheels[wheel].rollers[roller];
                     if !roller.pressed && reaction.impulse.x > 0.0 && !roller.seized {
                         let missing_rad_s = reaction.velocity_before.z / reaction.rolling_radius_m;
                         roller.spin_up_left_j = roller.spin_up_j(missing_rad_s);
@@ -117,7 +125,7 @@ impl World {
             self.energies.impact_j += taken.impact_j;
         }
         for body in &mut self.bodies {
-            let wheels = &mut body.assembly.wheels;
+            let wheels = &mut body.wheels;
             for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
                 roller.pressed = false;
             }
@@ -125,14 +133,14 @@ impl World {
         for reaction in self.reactions.all() {
             if let (Part::Roller(wheel, roller), true) = (reaction.a.part, reaction.impulse.x > 0.0)
             {
-                let wheel = &mut self.bodies[reaction.a.body].assembly.wheels[wheel];
+                let wheel = &mut self.bodies[reaction.a.body].wheels[wheel];
                 wheel.rollers[roller].pressed = true;
             }
         }
         for (index, body) in self.bodies.iter_mut().enumerate() {
             for (wheel, contact) in body.contacts.iter_mut().enumerate() {
                 let states = (&body.middle, &body.state);
-                let wheel = (wheel, &body.assembly.wheels[wheel]);
+                let wheel = (wheel, &body.wheels[wheel]);
                 *contact = WheelContact::read(self.reactions.of_body(index), wheel, states, dt_s);
             }
         }
@@ -142,16 +150,30 @@ impl World {
 impl Articulated {
     /// Sets what the motors do in a part of the step, from what they were asked for when it began.
     fn ask_motors(&mut self, dt_s: f64) {
-        for (index, motor) in self.motors.iter_mut().enumerate() {
+        for (index, law) in self.motor_laws.iter_mut().enumerate() {
             let gained_rad_s = self.state.wheel_rates_rad_s[index] - self.rates_asked_rad_s[index];
-            *motor = self.asked[index]
+            *law = self.asked[index]
                 .after_gaining(gained_rad_s)
-                .over(dt_s, self.wheel_inertia_kg_m2);
+                .over(dt_s, self.wheel_inertia);
+            self.motors[index] = law.straight();
         }
     }
 
-    /// Takes the step in rapier, as if nothing touched the body: its contacts and accelerations in the middle of the step.
-    fn step_in_rapier(&mut self, ground: &Ground, dt_s: f64) {
+    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's straight line, in N m s, and gives what
+    /// gear and bearing took of it, in J.
+    fn count_drive(&mut self, wheel: usize, impulse_n_m_s: f64, dt_s: f64) -> f64 {
+        let before_rad_s = self.before.wheel_rates_rad_s[wheel];
+        let after_rad_s = self.state.wheel_rates_rad_s[wheel];
+        let law = &self.motor_laws[wheel];
+        let drive = WheelDrive::new(law, &self.robot.wheels[wheel], before_rad_s, dt_s);
+        let on_wheel_n_m = self.acted_n_m[wheel] + impulse_n_m_s / dt_s;
+        let motor_n_m = drive.motor_n_m(after_rad_s, on_wheel_n_m);
+        self.acted_n_m[wheel] = motor_n_m;
+        (motor_n_m - on_wheel_n_m) * self.middle.wheel_rates_rad_s[wheel] * dt_s
+    }
+
+    /// Takes the step as if nothing touched the body, with its accelerations in the middle of the step.
+    fn move_freely(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let half_s = 0.5 * dt_s;
         self.before.copy_from(&self.state);
         self.middle.copy_from(&self.state);
@@ -159,87 +181,76 @@ impl Articulated {
         self.sees_rollers_pass = self.rollers_pass_in_steps(dt_s);
         self.ahead.copy_from(&self.middle);
         self.ahead.advance(half_s);
-        self.rapier.integration_parameters.dt = dt_s as Real;
-        self.set_poses_in_rapier(ground);
-        self.set_torques_in_rapier(dt_s);
-        self.begin_pushes();
-        self.rapier.step(&());
-        self.read_free_rates(dt_s);
-    }
-
-    /// Puts the robot into rapier as it is in the middle of the step, with the rates of its beginning: the f64 sums, counted
-    /// from rapier's own origin and rounded.
-    pub(super) fn set_poses_in_rapier(&mut self, ground: &Ground) {
-        let place_m = self.middle.center_m();
-        self.anchor
-            .follow(&place_m, ground, &mut self.rapier.colliders);
-        let rapier_from_floor = self.anchor.rapier_from_floor();
-        let in_rapier = rapier_from_floor * self.middle.floor_from_chassis();
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        chassis.set_position(convert::pose(&in_rapier), false);
-        self.assembly
-            .set_wheel_angles(&mut self.rapier, self.middle.wheel_angles_rad());
-        self.assembly.set_velocities(&mut self.rapier, &self.middle);
-        for (wheel, hub) in self.assembly.wheels.iter().zip(self.middle.hubs()) {
-            // rapier moves the hubs by itself, but not the colliders on them.
-            if !wheel.colliders.is_empty() || !wheel.bodies.is_empty() {
-                let rotation = UnitQuaternion::from_matrix(&hub.rotation);
-                let floor_from_hub = Isometry3::from_parts(hub.center_m.into(), rotation);
-                let rapier_from_hub = rapier_from_floor * floor_from_hub;
-                let pose = convert::pose(&rapier_from_hub);
-                self.rapier.bodies[wheel.hub].set_position(pose, false);
-                wheel.place_bodies(&mut self.rapier, &rapier_from_hub);
-                wheel.turn_rollers(&mut self.rapier);
+        self.before.write_rates(&mut self.rates_before);
+        self.hold_joints(dt_s);
+        let (root, links) = (self.middle.chassis(), self.middle.hubs());
+        self.mechanics
+            .stand(&self.tree, root, links, &self.held_n_m_s2);
+        self.load(dt_s);
+        self.rates_free.copy_from_slice(&self.rates_before);
+        self.accelerate(gravity, dt_s);
+        if !self.is_touched {
+            // What turning frames ask for, once more with the rates of the middle, so that what tumbles is right to second order. On the
+            // ground most of what a body would gain without it is no gain at all, and the rates of the beginning are nearer.
+            for (free, before) in self.rates_free.iter_mut().zip(&self.rates_before) {
+                *free = 0.5 * (*free + before);
             }
+            self.accelerate(gravity, dt_s);
         }
     }
 
-    /// Gives rapier the motors' torques, and what the rollers put on the hubs.
-    fn set_torques_in_rapier(&mut self, dt_s: f64) {
-        let mut reaction = Vector3::zeros();
-        for (index, motor) in self.motors.iter().enumerate() {
-            let wheel = &mut self.assembly.wheels[index];
-            let floor_from_hub = &self.middle.hubs()[index].rotation;
-            let hub_rate_in_hub = self.middle.hub_rate_in_hub(index);
-            // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
-            let undamped_n_m = motor.droop_n_m_s * self.middle.wheel_rates_rad_s[index];
-            let torque = floor_from_hub * Vector3::z() * (motor.torque_n_m + undamped_n_m);
-            let hub = &mut self.rapier.bodies[wheel.hub];
-            hub.reset_torques(false);
-            let rollers = floor_from_hub * wheel.begin_step(&hub_rate_in_hub, dt_s);
-            hub.add_torque(convert::vector(&(torque + rollers)), false);
-            reaction -= torque;
-        }
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        chassis.reset_torques(false);
-        chassis.add_torque(convert::vector(&reaction), false);
-        self.assembly
-            .set_droops(&mut self.rapier, &self.robot, &self.motors);
-    }
-
-    /// Reads the rates that rapier came to without reactions, and what the motors lose as the wheels gain rate.
-    ///
-    /// rapier's rates are rounded; what they gained in the step is added to the f64 ones.
-    fn read_free_rates(&mut self, dt_s: f64) {
-        self.assembly.rates_of(&self.before, &mut self.rates_before);
-        let in_rapier = self.assembly.rates_in_rapier(&self.rapier);
-        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
-        for ((free, before), after) in rates.zip(in_rapier) {
-            *free = before + (f64::from(*after) - f64::from(*before as Real));
-        }
+    /// Says what motors and bearings lose as the wheels gain rate.
+    fn hold_joints(&mut self, dt_s: f64) {
         let lost = self.motors.iter().zip(&self.robot.wheels);
         for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
             *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
         }
-        for (index, geared_n_m) in self.geared_n_m.iter_mut().enumerate() {
-            // Of a motor whose torque falls within the step only what it gave in the last one is known.
-            let motor = &self.motors[index];
-            *geared_n_m = if motor.is_constant_from(self.before.wheel_rates_rad_s[index]) {
-                motor.torque_n_m
-            } else {
-                self.acted_n_m[index]
-            };
+    }
+
+    /// Says what acts on the body in the step, but for what follows from how its hubs turn.
+    fn load(&mut self, dt_s: f64) {
+        let (force_n, torque_n_m) = self.pushed();
+        self.loads.force_on_root_n = force_n;
+        self.loads.torque_on_root_n_m = torque_n_m;
+        for (index, wheel) in self.wheels.iter_mut().enumerate() {
+            wheel.begin_step(&self.middle.hub_rate_in_hub(index), dt_s);
+            let damping_n_m_s = self.robot.wheels[index].joint.damping_n_m_s;
+            let rate_rad_s = self.before.wheel_rates_rad_s[index];
+            self.loads.in_joints[wheel.joint] =
+                self.motors[index].torque_n_m - damping_n_m_s * rate_rad_s;
         }
+    }
+
+    /// Takes the rates at the end of the step without reactions from those with which the body turns in it, which stand in their place.
+    fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
+        let rates = &self.rates_free;
+        let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
+        for (wheel, hub) in self.wheels.iter().zip(self.middle.hubs()) {
+            let spins_rad_s = rates[ROOT_DOFS + wheel.joint];
+            let in_hub = hub.rotation.tr_mul(&angular_rad_s) + Vector3::z() * spins_rad_s;
+            self.loads.torques_on_links_n_m[wheel.joint] =
+                hub.rotation * wheel.torque_on_hub_n_m(&in_hub);
+        }
+        let acting = (&self.loads, gravity);
+        self.mechanics
+            .forces(&self.tree, rates, acting, &mut self.forces);
+        self.mechanics.factors().solve(&self.tree, &mut self.forces);
+        let rates = self.rates_free.iter_mut().zip(&self.rates_before);
+        for ((free, before), gains) in rates.zip(&self.forces) {
+            *free = before + dt_s * gains;
+        }
+    }
+
+    /// Finds where what touches as parry finds it is near the ground, in the middle of the step.
+    fn find_shapes(&mut self, ground: &Ground) {
+        self.shapes.find(&Placed {
+            robot: &self.robot,
+            chassis_mass: &self.chassis_mass,
+            wheels: &self.wheels,
+            state: &self.middle,
+            ground,
+            within_m: NEAR * self.scale.length_m,
+        });
     }
 
     /// Corrects the rates by the reactions of the step.
@@ -247,7 +258,8 @@ impl Articulated {
         for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
-        self.assembly.set_rates(&self.rates_free, &mut self.state);
+        self.is_touched = reactions.press_on(index);
+        self.state.take_rates(&self.rates_free);
         // From here on the rates before are those that the mean over the step starts from.
         let starts = self
             .rates_before
@@ -256,9 +268,8 @@ impl Articulated {
         for ((start, change), after) in starts.zip(&self.rates_free) {
             *start = 0.5 * (*start + change + after);
         }
-        self.assembly
-            .set_rates(&self.rates_before, &mut self.middle);
-        let wheels = &mut self.assembly.wheels;
+        self.middle.take_rates(&self.rates_before);
+        let wheels = &mut self.wheels;
         for roller in wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers) {
             roller.touched = false;
         }
@@ -308,7 +319,7 @@ impl Articulated {
     /// Rollers with play move along their axles, under gravity in the floor's frame where they are in the air.
     fn run_bearings(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
-        let wheels = self.assembly.wheels.iter_mut().zip(&self.robot.wheels);
+        let wheels = self.wheels.iter_mut().zip(&self.robot.wheels);
         for (index, (body, wheel)) in wheels.enumerate() {
             lost_j += body.end_step(&self.middle.hub_rate_in_hub(index), dt_s);
             if body.has_play {

@@ -6,6 +6,7 @@ use nalgebra::{Translation3, UnitQuaternion};
 
 use super::World;
 use crate::MotorTorque;
+use crate::contact::support::Support;
 use crate::contact::wheel_contact::WheelContact;
 use crate::robot::articulated::Articulated;
 
@@ -156,7 +157,7 @@ impl<'a> Body<'a> {
     /// # Panics
     /// Where the robot has no such wheel.
     pub fn roller_places_m(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
-        let rollers = &self.articulated().assembly.wheels[wheel].rollers;
+        let rollers = &self.articulated().wheels[wheel].rollers;
         rollers.iter().map(|roller| roller.place_m())
     }
 
@@ -168,7 +169,7 @@ impl<'a> Body<'a> {
         let mut deepest_m = 0.0;
         let robot = self.articulated();
         let hubs = robot.state.hubs().iter();
-        for (body, hub) in robot.assembly.wheels.iter().zip(hubs) {
+        for (body, hub) in robot.wheels.iter().zip(hubs) {
             self.world
                 .ground
                 .pieces_near(&hub.center_m, body.reach_m, &mut pieces);
@@ -186,6 +187,11 @@ impl<'a> Body<'a> {
         &self.articulated().contacts
     }
 
+    /// What the ground did to the robot as a whole during the last step: what carries it, and what stands in its way.
+    pub fn support(&self) -> Support {
+        self.articulated().support
+    }
+
     /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the robot's order.
     ///
     /// # Panics
@@ -193,7 +199,7 @@ impl<'a> Body<'a> {
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
         let robot = self.articulated();
         let hub_rate_in_hub = robot.state.hub_rate_in_hub(wheel);
-        let rollers = robot.assembly.wheels[wheel].rollers.iter();
+        let rollers = robot.wheels[wheel].rollers.iter();
         rollers
             .map(|roller| roller.spin_rad_s(&hub_rate_in_hub))
             .collect()
@@ -205,7 +211,7 @@ impl<'a> Body<'a> {
     /// # Panics
     /// Where the robot has no such wheel.
     pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
-        let rollers = self.articulated().assembly.wheels[wheel].rollers.iter();
+        let rollers = self.articulated().wheels[wheel].rollers.iter();
         rollers.map(|roller| roller.angle_rad)
     }
 }

@@ -11,12 +11,14 @@ use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldErr
 /// Refuses what cannot be simulated.
 pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let positive = [
-        ("dt_s", settings.dt_s),
+        ("dt_s", Some(settings.dt_s)),
+        ("split_dt_s", settings.split_dt_s),
         ("contact_stiffness_n_m", settings.contact_stiffness_n_m),
-        ("prediction_m", settings.prediction_m),
     ];
     for (name, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
+        if let Some(value) = value
+            && !(value.is_finite() && value > 0.0)
+        {
             return Err(WorldError::Setting {
                 name,
                 value,
@@ -24,21 +26,14 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
             });
         }
     }
-    if let Some(split_dt_s) = settings.split_dt_s
-        && !(split_dt_s.is_finite() && split_dt_s > 0.0)
-    {
-        return Err(WorldError::Setting {
-            name: "split_dt_s",
-            value: split_dt_s,
-            range: "finite and above 0",
-        });
-    }
     let not_negative = [
-        ("gravity_m_s2", settings.gravity_m_s2),
+        ("gravity_m_s2", Some(settings.gravity_m_s2)),
         ("contact_relaxation_s", settings.contact_relaxation_s),
     ];
     for (name, value) in not_negative {
-        if !(value.is_finite() && value >= 0.0) {
+        if let Some(value) = value
+            && !(value.is_finite() && value >= 0.0)
+        {
             return Err(WorldError::Setting {
                 name,
                 value,

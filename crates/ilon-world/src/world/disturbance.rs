@@ -6,9 +6,8 @@
 use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
-use super::{BodyMut, Energies, World};
-use crate::engine::convert;
-use crate::robot::articulated::{Articulated, wheel_inertia_kg_m2};
+use super::{BodyMut, World};
+use crate::robot::articulated::{Articulated, wheel_inertia};
 use crate::{Patch, WorldError};
 
 /// A force on the chassis for one step.
@@ -88,19 +87,14 @@ impl BodyMut<'_> {
         let come_j: f64 = payloads.iter().map(outside_j).sum();
         self.world.energies.outside_j += come_j - gone_j;
 
-        let contacts = self.world.settings.contacts;
         let robot = self.articulated();
         let center_before_m = robot.chassis_mass.center_of_mass_m;
         robot.chassis_mass = loaded(&robot.robot.chassis.mass, payloads);
         let moved_m = robot.chassis_mass.center_of_mass_m - center_before_m;
-        robot.state.recenter(moved_m);
-        robot.before.recenter(moved_m);
-        robot.middle.recenter(moved_m);
-        robot.ahead.recenter(moved_m);
         let carried_kg = payloads.iter().map(|payload| payload.mass_kg).sum();
-        robot.wheel_inertia_kg_m2 = wheel_inertia_kg_m2(&robot.robot, carried_kg);
+        robot.wheel_inertia = wheel_inertia(&robot.robot, carried_kg);
         robot.payloads = payloads.to_vec();
-        robot.rebuild(contacts);
+        robot.weigh(moved_m);
     }
 
     /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have changes nothing.
@@ -108,9 +102,8 @@ impl BodyMut<'_> {
     /// A seized roller stands still against its hub. What spin it had goes into its bearing at once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
         let kinetic_before_j = self.world.kinetic_j();
-        let contacts = self.world.settings.contacts;
         let robot = self.articulated();
-        let hubs = &mut robot.assembly.wheels;
+        let hubs = &mut robot.wheels;
         let Some(state) = hubs
             .get_mut(wheel)
             .and_then(|hub| hub.rollers.get_mut(roller))
@@ -118,7 +111,7 @@ impl BodyMut<'_> {
             return;
         };
         state.seize(seized, &robot.state.hub_rate_in_hub(wheel));
-        robot.rebuild(contacts);
+        robot.weigh(Vector3::zeros());
         self.world.energies.bearing_j += kinetic_before_j - self.world.kinetic_j();
     }
 
@@ -151,27 +144,25 @@ impl World {
 }
 
 impl Articulated {
-    /// Hands the pushes of the coming step to rapier.
-    pub(super) fn begin_pushes(&mut self) {
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+    /// The force of the pushes of the coming step, and their torque about the chassis's centre of mass, in N and N m.
+    pub(crate) fn pushed(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let mut sum = (Vector3::zeros(), Vector3::zeros());
         for push in &self.pushes {
-            chassis.add_force(convert::vector(&push.force_n), false);
-            let torque = push.lever_m.cross(&push.force_n);
-            chassis.add_torque(convert::vector(&torque), false);
+            sum.0 += push.force_n;
+            sum.1 += push.lever_m.cross(&push.force_n);
         }
+        sum
     }
 
-    /// Takes the pushes of the step off again, and counts their work: force times the mean velocity of the place before
-    /// and after, which is the energy that a constant force gives a body over a step.
-    pub(super) fn end_pushes(&mut self, dt_s: f64, energies: &mut Energies) {
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
-        for push in &self.pushes {
-            // Torques are set afresh in every step, forces are not.
-            chassis.reset_forces(false);
+    /// The work of the pushes of a step, in J: force times the mean velocity of the place before and after, which is the energy that a
+    /// constant force gives a body over a step.
+    pub(crate) fn pushes_did_j(&self, dt_s: f64) -> f64 {
+        let work_j = |push: &ActingPush| {
             let mean = &self.middle;
             let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
-            energies.outside_j += push.force_n.dot(&of_place) * dt_s;
-        }
+            push.force_n.dot(&of_place) * dt_s
+        };
+        self.pushes.iter().map(work_j).sum()
     }
 }
 

@@ -8,7 +8,7 @@ use crate::contact::nearest::{Piece, PlacedBarrel};
 use crate::contact::turned::PlacedTurned;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
-use crate::ground::{Anchor, Ground};
+use crate::ground::Ground;
 use crate::{Floor, WorldError};
 
 /// How near to touching a robot is put down, in metres.
@@ -54,7 +54,7 @@ enum Form {
 pub(super) fn standing(
     robot: &Robot,
     floor: &Floor,
-    (ground, anchor): (&Ground, &Anchor),
+    (ground, origin_m): (&Ground, &Vector3<f64>),
     start: PlanarPose,
 ) -> Result<Isometry3<f64>, WorldError> {
     let surfaces = surfaces(robot);
@@ -81,8 +81,9 @@ pub(super) fn standing(
     if matches!(pieces[..], [] | [Piece::Plane]) {
         return Ok(on_plane);
     }
-    let near =
-        |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, (ground, anchor));
+    let near = |surface: &Surface, height_m: f64| {
+        surface.gap_m(&at(height_m), &pieces, (ground, origin_m))
+    };
     let nearest_m = |height_m: f64| {
         let gaps = surfaces.iter().map(|surface| near(surface, height_m));
         gaps.fold(f64::INFINITY, f64::min)
@@ -123,7 +124,7 @@ pub(super) fn standing(
 #[cfg(test)]
 pub(super) fn clearance_m(
     robot: &Robot,
-    ground: (&Ground, &Anchor),
+    ground: (&Ground, &Vector3<f64>),
     floor_from_body: &Isometry3<f64>,
 ) -> f64 {
     let surfaces = surfaces(robot);
@@ -225,7 +226,7 @@ impl Surface {
         &self,
         floor_from_body: &Isometry3<f64>,
         pieces: &[Piece],
-        (ground, anchor): (&Ground, &Anchor),
+        (ground, origin_m): (&Ground, &Vector3<f64>),
     ) -> f64 {
         match &self.form {
             Form::Barrel {
@@ -255,7 +256,7 @@ impl Surface {
                 gaps.fold(f64::INFINITY, f64::min)
             }
             Form::Shape(body_from_shape, shape) => {
-                ground.distance_m(anchor, &(floor_from_body * body_from_shape), shape)
+                ground.distance_m(origin_m, &(floor_from_body * body_from_shape), shape)
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What can be read of a world as a whole: its time, and where energy is and went.
 
 use super::World;
+use crate::robot::articulated::Articulated;
 use crate::robot::energy::Energy;
 
 impl World {
@@ -57,9 +58,7 @@ impl World {
 
     pub(super) fn kinetic_j(&self) -> f64 {
         let bodies = self.bodies.iter();
-        bodies
-            .map(|body| body.kinetic_j(self.settings.contacts))
-            .sum()
+        bodies.map(Articulated::kinetic_j).sum()
     }
 
     fn potential_j(&self) -> f64 {

@@ -8,7 +8,7 @@ use ilon_trace::file::write_text;
 use super::escape::one_line;
 use super::robot::Sources;
 use super::table::Table;
-use super::{Outcome, claim, say};
+use super::{Outcome, claim, open, say};
 use crate::bench::{Bench, Configuration, DRIVES, Kind, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -86,6 +86,9 @@ pub(super) struct Arguments {
     /// Write `bench.json` and `bench.html`, a page with the plot of error against cost, into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Open the page in the browser.
+    #[arg(long, requires = "out")]
+    open: bool,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -114,6 +117,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let place = one_line(&place);
             say::lines(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
         }
+    }
+    if let Some(folder) = arguments.out.as_ref().filter(|_| arguments.open) {
+        open::page(&folder.join(RESULTS[1]));
     }
     Ok(Outcome::Done)
 }

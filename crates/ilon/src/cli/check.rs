@@ -20,6 +20,7 @@ use self::found::Found;
 use self::outcome::{Checked, Count, Ended, Judged};
 use self::update::Update;
 use super::claim::{self, Claim};
+use super::escape::one_line;
 use super::output::OutputFolder;
 use super::sweep::verdicts;
 use super::{Outcome, Sandbox, Settings, fault, say};
@@ -39,6 +40,9 @@ pub(super) struct Arguments {
     /// Write the results as JUnit XML, which continuous integration shows.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Print what came of each scenario as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
     /// Run only scenarios whose name, or subfolder, contains this.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
@@ -101,7 +105,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 stop.store(true, Ordering::Relaxed);
             }
             // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
-            let _ = say::lines(&checked.lines(&settings));
+            if !arguments.json {
+                let lines = checked.lines(&settings);
+                let _ = if checked.has_failed() {
+                    say::failed(&lines)
+                } else {
+                    say::lines(&lines)
+                };
+            }
             checked.write_update();
             checked
         });
@@ -120,7 +131,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(path) = &arguments.junit {
         file::write_text(path, &junit::xml(&checked)?)?;
     }
-    say::lines(&format!("\n{}", outcome::totals(&checked)))?;
+    if arguments.json {
+        say::data(&outcome::json(&checked)?)?;
+    } else {
+        say::lines(&format!("\n{}", outcome::totals(&checked)))?;
+    }
     if checked
         .iter()
         .all(|one| one.count() == Count::NothingExpected)
@@ -133,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for one in checked {
         match (one.count(), one.result) {
             (_, Ended::Refused(error)) => {
-                say::note(&format!("{}:", one.label));
+                say::watching(&format!("{}:\n", one_line(&one.label)));
                 fault::show(error);
                 outcome = Outcome::BadInput;
             }

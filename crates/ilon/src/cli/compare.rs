@@ -7,7 +7,7 @@ use ilon_robot::FileAccess;
 use super::escape::one_line;
 use super::progress::Bar;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, say};
+use super::{Outcome, Sandbox, claim, open, say};
 use crate::cli::failure::Failure;
 use crate::compare::{CompareError, Compared, Comparison};
 use crate::simulate::Simulation;
@@ -26,6 +26,9 @@ pub(super) struct Arguments {
     /// Where to write the page.
     #[arg(long, value_name = "FILE", default_value = "out/compare.html")]
     out: PathBuf,
+    /// Open the page in the browser.
+    #[arg(long)]
+    open: bool,
     #[command(flatten)]
     sandbox: Sandbox,
     /// Print names, differing keys and summaries as JSON, and nothing else, on standard output.
@@ -62,6 +65,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             one_line(&out.display().to_string())
         ))?;
     }
+    if arguments.open {
+        open::page(out);
+    }
     Ok(Outcome::Done)
 }
 
@@ -84,12 +90,12 @@ fn load(path: &Path, files: &FileAccess) -> Result<Compared, Failure> {
         return Compared::load(path).map_err(refused);
     }
     let scenario = Scenario::load_within(path, &[], files)?;
-    let bar = Bar::new(&scenario.name, scenario.run.duration_s);
     let simulation = Simulation::new(&scenario)?;
+    let bar = Bar::new(&scenario.name);
     for warning in simulation.warnings() {
         bar.note(&format!("note: {warning}"));
     }
-    let run = simulation.run_observed(|progress| bar.show(progress));
+    let run = simulation.run_observed(|progress| bar.simulated(progress));
     bar.done();
     run.trace.check_finite()?;
     Ok(Compared::new(run.scenario.name, run.trace, run.summary))

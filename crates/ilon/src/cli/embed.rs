@@ -11,7 +11,7 @@ use miette::Diagnostic;
 
 use super::failure::Failure;
 use super::output::OutputFolder;
-use super::{Cli, Outcome, context, dispatch, fault, identify, sweep};
+use super::{Cli, Outcome, context, dispatch, fault, identify, say, sweep};
 use crate::Run;
 use crate::judge::judge;
 use crate::simulate::load_robot;
@@ -21,11 +21,18 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and faults alike; where nobody listens, the code still says which.
-            let _ = error.print();
+            let printed = error.print();
+            // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
+            if !error.use_stderr()
+                && let Err(failure) = say::written(printed)
+            {
+                fault::show(failure);
+                return 2;
+            }
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
+    say::be_quiet(cli.quiet);
     match dispatch(cli.command) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Unexpected) => 1,
@@ -53,7 +60,7 @@ pub fn explain(error: &dyn Diagnostic) -> Explained {
     Explained {
         message: error.to_string(),
         help: error.help().map(|help| help.to_string()),
-        shown: fault::plain(error),
+        shown: fault::plain(error, "settings"),
     }
 }
 

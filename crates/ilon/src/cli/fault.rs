@@ -23,7 +23,8 @@ const MOST_RELATED: usize = 20;
 /// Shows a fault to whoever watches.
 pub(super) fn show(error: Failure) {
     install_printer();
-    let shown = Shown::of(&error);
+    // What the library calls a setting was given by an option.
+    let shown = Shown::of(&error, "--set");
     let mut text = String::new();
     if write!(text, "{:?}", Report::new(shown)).is_err() {
         text = format!("{}\n", escape::one_line(&error.to_string()));
@@ -31,15 +32,15 @@ pub(super) fn show(error: Failure) {
     say::watching(&format!("{text}\n"));
 }
 
-/// A fault as it is shown, without colours.
-pub(super) fn plain(error: &dyn Diagnostic) -> String {
+/// A fault as it is shown, without colours; `settings` is what whoever called knows settings by.
+pub(super) fn plain(error: &dyn Diagnostic, settings: &str) -> String {
     let mut text = String::new();
     let printed = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
         .with_links(false)
         .with_width(usize::MAX)
         .with_wrap_lines(false)
         .with_context_lines(CONTEXT_LINES)
-        .render_report(&mut text, &Shown::of(error));
+        .render_report(&mut text, &Shown::of(error, settings));
     match printed {
         Ok(()) => text,
         Err(fmt::Error) => escape::one_line(&error.to_string()).into_owned(),
@@ -73,7 +74,7 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(error: &dyn Diagnostic) -> Self {
+    fn of(error: &dyn Diagnostic, settings: &str) -> Self {
         let text = |text: &dyn fmt::Display| escape::one_line(&text.to_string()).into_owned();
         let label = error.labels().and_then(|mut labels| labels.next());
         Self {
@@ -81,26 +82,27 @@ impl Shown {
             help: error.help().map(|help| text(&help)),
             excerpt: label
                 .zip(error.source_code())
-                .and_then(|(label, source)| Excerpt::of(source, &label)),
-            related: Self::related_to(error),
+                .and_then(|(label, source)| Excerpt::of(source, &label, settings)),
+            related: Self::related_to(error, settings),
         }
     }
 
     /// What else is wrong: the first faults and the last, whose help says what would do about all of them.
-    fn related_to(error: &dyn Diagnostic) -> Vec<Self> {
+    fn related_to(error: &dyn Diagnostic, settings: &str) -> Vec<Self> {
+        let of = |error| Self::of(error, settings);
         let all: Vec<&dyn Diagnostic> = error.related().into_iter().flatten().collect();
         let left_out = all.len().saturating_sub(MOST_RELATED);
         if left_out == 0 {
-            return all.into_iter().map(Self::of).collect();
+            return all.into_iter().map(of).collect();
         }
-        let first = all[..MOST_RELATED - 1].iter().copied().map(Self::of);
+        let first = all[..MOST_RELATED - 1].iter().copied().map(of);
         let between = Self {
             message: format!("{left_out} more faults are not shown"),
             help: None,
             excerpt: None,
             related: Vec::new(),
         };
-        let last = all.last().copied().map(Self::of);
+        let last = all.last().copied().map(of);
         first.chain([between]).chain(last).collect()
     }
 }
@@ -151,7 +153,7 @@ struct Excerpt {
 }
 
 impl Excerpt {
-    fn of(source: &dyn SourceCode, label: &LabeledSpan) -> Option<Self> {
+    fn of(source: &dyn SourceCode, label: &LabeledSpan, settings: &str) -> Option<Self> {
         let contents = source
             .read_span(label.inner(), CONTEXT_LINES, CONTEXT_LINES)
             .ok()?;
@@ -174,8 +176,7 @@ impl Excerpt {
         };
         Some(Self {
             file: match contents.name().unwrap_or_default() {
-                // What the library calls a setting was given by an option.
-                ilon_sim::scenario::SETTING => "--set".to_owned(),
+                ilon_sim::scenario::SETTING => settings.to_owned(),
                 name => escape::one_line(name).into_owned(),
             },
             text: escape::standing_in(&text[shown.clone()]),
@@ -247,7 +248,7 @@ mod tests {
             .with_width(usize::MAX)
             .with_wrap_lines(false)
             .with_context_lines(CONTEXT_LINES)
-            .render_report(&mut printed, &Shown::of(&error))
+            .render_report(&mut printed, &Shown::of(&error, "--set"))
             .expect("it can be shown");
         printed
     }
@@ -301,7 +302,7 @@ mod tests {
     fn messages_of_any_length_end_and_stay_in_their_line() {
         let error =
             ilon_sim::Error::invalid(format!("`{}\n::error::`", "k".repeat(1 << 20)), "a\u{1b}b");
-        let shown = Shown::of(&error);
+        let shown = Shown::of(&error, "--set");
         assert!(shown.message.len() < 3000 && !shown.message.contains('\n'));
         assert_eq!(shown.help.as_deref(), Some("a\\u{1b}b"));
     }

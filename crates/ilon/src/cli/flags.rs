@@ -13,7 +13,7 @@ impl Wording for Flags {
     fn asked(&self, remedy: &Remedy) -> Option<String> {
         Some(match remedy {
             Remedy::Package { name } => format!("`--package {}=FOLDER`", shell(name)),
-            Remedy::Argument { name } => format!("`--arg {}=VALUE`", shell(name)),
+            Remedy::Argument { name, value: None } => format!("`--arg {}=VALUE`", shell(name)),
             Remedy::WheelRadius { guess_m: None } => "`--wheel-radius-m`".to_owned(),
             _ => return None,
         })

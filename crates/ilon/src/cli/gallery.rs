@@ -7,7 +7,7 @@ use ilon_robot::{LoadOptions, Robot, RobotError};
 
 use super::escape::one_line;
 use super::flags::{Flags, shell};
-use super::{Outcome, say};
+use super::say;
 use crate::cli::failure::Failure;
 use crate::control::Kinematics;
 use crate::inspect::Inspection;
@@ -25,7 +25,7 @@ pub(super) fn run(
     options: &LoadOptions,
     sandbox: &str,
     html: &Path,
-) -> Result<Outcome, Failure> {
+) -> Result<(), Failure> {
     let exhibits: Vec<Exhibit> = files_below(place, options)?
         .iter()
         .map(|file| exhibit(file, place, options, sandbox))
@@ -49,8 +49,7 @@ pub(super) fn run(
         text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
     }
     let html = html.display().to_string();
-    say::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))?;
-    Ok(Outcome::Done)
+    say::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))
 }
 
 /// What becomes of a file.

@@ -2,16 +2,14 @@
 
 mod answer;
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use ilon_identify::{Identified, Progress, Study, identify};
 use ilon_trace::file::write_text;
-use indicatif::ProgressBar;
 
 use super::escape::one_line;
-use super::sweep::out_folder;
+use super::options::{Detail, Open, Out, Printing};
+use super::progress::Bar;
 use super::{Outcome, Sandbox, claim, say};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -23,7 +21,7 @@ pub(super) struct Arguments {
     #[arg(required_unless_present = "plan")]
     study: Option<PathBuf>,
     /// Propose a short course for this robot that makes what is free known, as waypoints and as wheel rates.
-    #[arg(long, value_name = "ROBOT", conflicts_with = "study")]
+    #[arg(long, value_name = "ROBOT", conflicts_with_all = ["study", "open"])]
     plan: Option<PathBuf>,
     /// What a course shall make known, several with commas between.
     #[arg(
@@ -37,12 +35,14 @@ pub(super) struct Arguments {
     /// How fast a course is driven, in m/s.
     #[arg(long, value_name = "M/S", default_value_t = 0.2, requires = "plan")]
     speed: f64,
-    /// Where to write results.
-    #[arg(long, value_name = "DIR", default_value = "out/<study>")]
-    out: PathBuf,
-    /// Print what was found as JSON, and nothing else, on standard output.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    out: Out,
+    #[command(flatten)]
+    printing: Printing,
+    #[command(flatten)]
+    detail: Detail,
+    #[command(flatten)]
+    open: Open,
     #[command(flatten)]
     sandbox: Sandbox,
 }
@@ -53,48 +53,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return plan(arguments);
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
-    let out = out_folder(&arguments.out, &study.name());
+    let out = arguments.out.or_of(&study.name());
     refuse_inputs(&out, &study, "--out")?;
     let _claim = claim::folder(&out, "--out")?;
-    let bar = std::io::stderr()
-        .is_terminal()
-        .then(ProgressBar::new_spinner);
-    if let Some(bar) = &bar {
-        bar.enable_steady_tick(Duration::from_millis(100));
-    }
+    // How many drives a search simulates is not known before it ends.
+    let bar = Bar::without_end(&study.name());
     let found = identify(&study, &|progress| {
-        if let Some(bar) = &bar {
-            bar.set_message(one_line(&words(&progress)).into_owned());
-        }
+        bar.show(0.0, 0.0, || words(&progress));
     });
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
+    bar.done();
     let found = found?;
-    for odd in &found.doubts {
-        say::note(&format!(
-            "note: {}: {} ({})",
-            one_line(&odd.file),
-            one_line(&odd.doubt.message),
-            one_line(&odd.doubt.help)
-        ));
+    if arguments.printing.json {
+        // Words hold them beside the answer.
+        for odd in &found.doubts {
+            let (doubt, file) = (&odd.doubt, &odd.file);
+            let text = format!("note: {file}: {} ({})", doubt.message, doubt.help);
+            say::note(&one_line(&text));
+        }
     }
     let json = write(&study, &found, &out)?;
-    if arguments.json {
-        say::data(&json)?;
-    } else {
-        say::lines(&format!(
+    arguments.printing.answer(&json, || {
+        let written = ilon_identify::FILES.iter().copied();
+        let written: Vec<&str> = written.filter(|name| out.join(name).is_file()).collect();
+        format!(
             "{}\nwritten to {}: {}\n",
-            answer::words(&found),
+            answer::words(&found, arguments.detail.table),
             one_line(&out.display().to_string()),
-            ilon_identify::FILES
-                .iter()
-                .filter(|name| out.join(name).is_file())
-                .copied()
-                .collect::<Vec<_>>()
-                .join(", ")
-        ))?;
-    }
+            written.join(", ")
+        )
+    })?;
+    arguments.open.page(&out.join("report.html"));
     Ok(Outcome::Done)
 }
 
@@ -110,10 +98,7 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
     options.files = arguments.sandbox.files()?;
     let robot = ilon_robot::Robot::load_with(path, &options)?.robot;
     let course = ilon_identify::plan::plan(&robot, &arguments.free, arguments.speed)?;
-    let out = match arguments.out.to_str() {
-        Some("out/<study>") => PathBuf::from("out").join("course"),
-        _ => arguments.out.clone(),
-    };
+    let out = arguments.out.or_of("course");
     for name in ["wheel_rates.csv", "waypoints.csv", "course.json"] {
         claim::not_an_input(&out.join(name), "--out", std::slice::from_ref(path))?;
     }
@@ -123,15 +108,13 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
     write_text(&out.join("wheel_rates.csv"), &course.wheel_rates_csv)?;
     write_text(&out.join("waypoints.csv"), &course.waypoints_csv)?;
     write_text(&out.join("course.json"), &json)?;
-    if arguments.json {
-        say::data(&json)?;
-    } else {
-        say::lines(&format!(
+    arguments.printing.answer(&json, || {
+        format!(
             "{}\nwritten to {}: wheel_rates.csv, waypoints.csv, course.json\n",
             answer::course(&course),
             one_line(&out.display().to_string())
-        ))?;
-    }
+        )
+    })?;
     Ok(Outcome::Done)
 }
 

@@ -9,7 +9,7 @@ use super::escape::one_line;
 use super::flags::{Flags, shell};
 use super::robot::Reading;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, gallery, ros2, say};
+use super::{Outcome, Sandbox, claim, gallery, open, ros2, say};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::{Inspection, TreadInspection};
@@ -42,6 +42,9 @@ pub(super) struct Arguments {
     /// robots of a folder and below side by side, with why a file is refused.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     html: Option<PathBuf>,
+    /// Open the page in the browser.
+    #[arg(long, requires = "html", help_heading = "Output")]
+    open: bool,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -98,7 +101,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .iter()
             .any(|out| out.is_some());
         if let Some(html) = arguments.html.as_ref().filter(|_| !one_only) {
-            return gallery::run(path, &options, &arguments.sandbox.words(), html);
+            gallery::run(path, &options, &arguments.sandbox.words(), html)?;
+            if arguments.open {
+                open::page(html);
+            }
+            return Ok(Outcome::Done);
         }
         return Err(Failure::usage(
             format!("`{}` is a folder", path.display()),
@@ -138,6 +145,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let path = path.display().to_string();
             say::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
         }
+    }
+    if let Some(html) = arguments.html.as_ref().filter(|_| arguments.open) {
+        open::page(html);
     }
     Kinematics::new(&loaded.robot)?;
     Ok(Outcome::Done)

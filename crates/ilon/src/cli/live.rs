@@ -32,6 +32,14 @@ pub(super) struct Arguments {
     #[cfg(feature = "ros2")]
     #[arg(long, requires = "ros2")]
     unstamped: bool,
+    /// Be a node of ROS 2: left out of this build.
+    #[cfg(not(feature = "ros2"))]
+    #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    ros2: Option<String>,
+    /// Serve Foxglove: left out of this build.
+    #[cfg(not(feature = "foxglove"))]
+    #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    foxglove: Option<String>,
     /// Serve Foxglove and Lichtblick too, on this machine alone; port 0 for any that is free.
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
@@ -83,6 +91,14 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// Simulates until it is interrupted.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    #[cfg(not(feature = "ros2"))]
+    if arguments.ros2.is_some() {
+        return Err(left_out("ROS 2", "ros2"));
+    }
+    #[cfg(not(feature = "foxglove"))]
+    if arguments.foxglove.is_some() {
+        return Err(left_out("Foxglove", "foxglove"));
+    }
     let files = arguments.sandbox.files()?;
     let scenario =
         Scenario::load_within(&arguments.scenario, &arguments.settings.settings, &files)?;
@@ -116,6 +132,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })
     .map_err(failure)?;
     Ok(Outcome::Done)
+}
+
+/// A door that this build does not have.
+#[cfg(not(all(feature = "ros2", feature = "foxglove")))]
+fn left_out(name: &str, feature: &str) -> Failure {
+    Failure::usage(
+        format!("this ilon was built without {name}, which takes minutes to build"),
+        format!(
+            "take a released command or wheel, which have it, or build it: `cargo build --release -p ilon --features {feature}`"
+        ),
+    )
 }
 
 /// The node of ROS 2, where one is wanted.

@@ -20,6 +20,7 @@ mod inspect;
 mod live;
 mod manual;
 mod open;
+mod options;
 mod output;
 mod progress;
 mod report;
@@ -50,6 +51,9 @@ pub use embed::{
 #[derive(Debug, Parser)]
 #[command(name = "ilon", version, after_help = EXIT_CODES)]
 struct Cli {
+    /// Print nothing but faults, scenarios that failed, and data that is asked for.
+    #[arg(long, short, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -168,7 +172,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         #[cfg(not(feature = "live"))]
         Command::Live { .. } => Err(Failure::usage(
             "this ilon was built without live runs, which keeps it small",
-            "build it with them: `cargo build --release -p ilon --features live`",
+            "build it with its default features",
         )),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => manual::completions(&arguments),

@@ -1,7 +1,7 @@
-//! Progress on standard error: a bar on a terminal, plain lines elsewhere.
+//! Progress on standard error: a bar on a terminal, plain lines elsewhere, and how long it still takes.
 
-use std::cell::Cell;
 use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,84 +10,200 @@ use super::escape::one_line;
 use super::say;
 use crate::simulate::Progress;
 
-/// Shows how far a run is.
-pub(super) struct Bar {
-    name: String,
-    bar: Option<ProgressBar>,
-    /// When the last plain line was written.
-    told: Cell<Instant>,
-}
-
 /// Time between plain lines.
-const BETWEEN_LINES: Duration = Duration::from_secs(2);
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
-/// Ticks of the bar over a run.
+/// Ticks of a bar.
 const TICKS: u64 = 1000;
 
+/// Shows how far something is; may be called from several threads.
+pub(super) struct Bar {
+    name: String,
+    output: Output,
+    begun: Instant,
+    state: Mutex<State>,
+}
+
+enum Output {
+    Nowhere,
+    Lines,
+    Terminal(ProgressBar),
+}
+
+#[derive(Default)]
+struct State {
+    /// When the last plain line was written.
+    said: Option<Instant>,
+    left: TimeLeft,
+}
+
 impl Bar {
-    pub fn new(name: &str, duration_s: f64) -> Self {
-        let on_terminal = std::io::stderr().is_terminal();
-        let name = one_line(name);
-        if !on_terminal {
-            say::note(&format!("{name}: simulating {duration_s} s"));
+    /// One by that name, which shows nothing where the command is quiet.
+    pub fn new(name: &str) -> Self {
+        Self::drawn_as("{prefix} [{bar:32}] {msg}", name)
+    }
+
+    /// One of something of which nobody knows how much there is.
+    pub fn without_end(name: &str) -> Self {
+        let bar = Self::drawn_as("{spinner} {prefix}: {msg}", name);
+        if let Output::Terminal(bar) = &bar.output {
+            bar.enable_steady_tick(Duration::from_millis(100));
         }
-        let bar = on_terminal.then(|| {
-            let style = ProgressStyle::with_template("{prefix} [{bar:32}] {msg}, {eta} left");
-            let bar = ProgressBar::new(TICKS);
-            if let Ok(style) = style {
-                bar.set_style(style);
+        bar
+    }
+
+    fn drawn_as(template: &str, name: &str) -> Self {
+        let name = one_line(name).into_owned();
+        let output = match std::io::stderr().is_terminal() {
+            _ if say::is_quiet() => Output::Nowhere,
+            false => Output::Lines,
+            true => {
+                let bar = ProgressBar::new(TICKS);
+                if let Ok(style) = ProgressStyle::with_template(template) {
+                    bar.set_style(style);
+                }
+                bar.set_prefix(name.clone());
+                Output::Terminal(bar)
             }
-            bar.set_prefix(name.clone().into_owned());
-            bar.set_message(format!("0.0 of {duration_s:.1} s"));
-            bar
-        });
+        };
         Self {
-            name: name.into_owned(),
-            bar,
-            told: Cell::new(Instant::now()),
+            name,
+            output,
+            begun: Instant::now(),
+            state: Mutex::default(),
         }
     }
 
-    /// One that shows nothing.
-    pub fn hidden(name: &str) -> Self {
-        Self {
-            name: one_line(name).into_owned(),
-            bar: Some(ProgressBar::hidden()),
-            told: Cell::new(Instant::now()),
-        }
-    }
-
-    pub fn show(&self, progress: Progress) {
-        let Progress {
-            time_s, duration_s, ..
-        } = progress;
-        let share = time_s / duration_s;
-        if let Some(bar) = &self.bar {
-            bar.set_position((share * TICKS as f64) as u64);
-            bar.set_message(format!("{time_s:.1} of {duration_s:.1} s"));
+    /// So much of all is done, which `words` say with what it is; of something without end `all` is 0.
+    pub fn show(&self, done: f64, all: f64, words: impl FnOnce() -> String) {
+        if matches!(self.output, Output::Nowhere) {
             return;
         }
-        if self.told.get().elapsed() > BETWEEN_LINES {
-            self.told.set(Instant::now());
-            say::note(&format!(
-                "{}: {time_s:.1} of {duration_s:.1} s simulated",
-                self.name
-            ));
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let left_s = state
+            .left
+            .update(self.begun.elapsed().as_secs_f64(), done, all);
+        let left = || left_s.map_or(String::new(), |left_s| format!(", {} left", span(left_s)));
+        match &self.output {
+            Output::Terminal(bar) => {
+                let share = if all > 0.0 { done / all } else { 0.0 };
+                bar.set_position((share * TICKS as f64) as u64);
+                bar.set_message(one_line(&format!("{}{}", words(), left())).into_owned());
+            }
+            _ if state.said.is_some_and(|at| at.elapsed() < BETWEEN_LINES) => {}
+            _ => {
+                state.said = Some(Instant::now());
+                say::note(&format!("{}: {}{}", self.name, one_line(&words()), left()));
+            }
         }
+    }
+
+    /// So much of a run is simulated.
+    pub fn simulated(&self, progress: Progress) {
+        let (now_s, end_s) = (progress.time_s, progress.duration_s);
+        let words = || format!("{now_s:.1} of {end_s:.1} s simulated");
+        self.show(now_s, end_s, words);
     }
 
     /// A line beside the bar.
     pub fn note(&self, text: &str) {
         let note = || say::note(&one_line(text));
-        match &self.bar {
-            Some(bar) => bar.suspend(note),
-            None => note(),
+        match &self.output {
+            Output::Nowhere => {}
+            Output::Lines => note(),
+            Output::Terminal(bar) => bar.suspend(note),
         }
     }
 
+    /// Takes it away.
     pub fn done(&self) {
-        if let Some(bar) = &self.bar {
+        if let Output::Terminal(bar) = &self.output {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// A time in words: `40 s`, `12 min`.
+fn span(time_s: f64) -> String {
+    match time_s {
+        _ if time_s < 120.0 => format!("{time_s:.0} s"),
+        _ if time_s < 7200.0 => format!("{:.0} min", time_s / 60.0),
+        _ => format!("{:.1} h", time_s / 3600.0),
+    }
+}
+
+/// How long it still takes, by the mean pace so far.
+///
+/// It is never said to be more than it was: where the pace falls, the time stands still until it has caught up. So that a few quick
+/// pieces at the beginning do not decide it, nothing is said before a twentieth is done.
+#[derive(Debug, Default)]
+struct TimeLeft {
+    /// When it was first asked, and how much was done then, which took no time.
+    first: Option<(f64, f64)>,
+    least_s: Option<f64>,
+}
+
+/// The share before which no time is said.
+const FIRST_SHARE: f64 = 0.05;
+
+impl TimeLeft {
+    /// The time left, in seconds, after `now_s` seconds with so much of all done; `None` where it is not known.
+    fn update(&mut self, now_s: f64, done: f64, all: f64) -> Option<f64> {
+        let (since_s, before) = *self.first.get_or_insert((now_s, done));
+        let made = done - before;
+        let share = made / (all - before);
+        // Also no share at all, 0 of 0.
+        if !share.is_finite() || share < FIRST_SHARE {
+            return None;
+        }
+        let left_s = (now_s - since_s) * (all - done) / made;
+        let least_s = self.least_s.map_or(left_s, |before_s| before_s.min(left_s));
+        self.least_s = Some(least_s);
+        Some(least_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces that take longer and longer, or of which fewer come than were thought: each time said is at most the one before.
+    #[test]
+    fn the_time_left_never_rises_and_ends_at_none() {
+        for (slows, shrinks) in [
+            (0.0, 0.0),
+            (0.2, 0.0),
+            (0.0, 3.0),
+            (0.2, 3.0),
+            (-0.009, 0.0),
+        ] {
+            let mut left = TimeLeft::default();
+            let (mut now_s, mut before_s) = (3.0, f64::INFINITY);
+            let mut all = 100.0_f64;
+            let mut done = 20.0_f64;
+            left.update(now_s, done, all);
+            while done < all {
+                done += 1.0;
+                now_s += 1.0 + slows * (done - 20.0);
+                all = (all - shrinks).max(done);
+                if let Some(left_s) = left.update(now_s, done, all) {
+                    assert!(left_s <= before_s, "{left_s} s after {before_s} s");
+                    before_s = left_s;
+                }
+            }
+            assert_eq!(before_s, 0.0);
+        }
+    }
+
+    /// At an even pace it is right from the first time that it is said, whatever was done before.
+    #[test]
+    fn at_an_even_pace_the_time_left_is_that_of_what_is_left() {
+        let mut left = TimeLeft::default();
+        assert_eq!(left.update(1.0, 50.0, 150.0), None);
+        assert_eq!(left.update(5.0, 52.0, 150.0), None, "2 of 100");
+        // 10 in 20 s: 90 more take 180 s.
+        assert_eq!(left.update(21.0, 60.0, 150.0), Some(180.0));
+        assert_eq!(left.update(121.0, 110.0, 150.0), Some(80.0));
+        assert_eq!(TimeLeft::default().update(1.0, 0.0, 0.0), None);
     }
 }

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use ilon_messages::topics::robot_description;
+use ilon_messages::topics::{robot_description, with_ros2_control};
 use ilon_robot::Loaded;
 use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;
-use crate::ros2_control::{DriveParameters, urdf_with_block, yaml};
+use crate::ros2_control::{DriveParameters, yaml};
 
 /// Writes what is wanted. A robot that no controller can drive is refused before anything is written.
 pub(super) fn write(
@@ -27,7 +27,7 @@ pub(super) fn write(
     }
     if let Some(path) = control {
         let urdf = robot_description(robot, &loaded.urdf);
-        let whole = urdf_with_block(robot, &urdf)
+        let whole = with_ros2_control(robot, &urdf)
             .ok_or_else(|| Failure::encode("the URDF", &"it has no end"))?;
         write_text(path, &whole)?;
     }

@@ -9,6 +9,7 @@ use ilon_trace::{Quantity, Sink, Summary};
 
 use super::bag::Bag;
 use super::escape::one_line;
+use super::options::Detail;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
 use super::table::Table;
@@ -44,9 +45,8 @@ pub(super) struct Arguments {
     /// Open the report in the browser.
     #[arg(long, conflicts_with = "no_report")]
     open: bool,
-    /// Print nothing but faults, and the summary where it is asked for.
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    detail: Detail,
 }
 
 /// Simulates, writes, prints.
@@ -106,29 +106,20 @@ fn one(
 
     // A robot that cannot be read is said before anything is said to run.
     let simulation = simulate::Simulation::new(scenario)?;
-    let bar = if arguments.quiet {
-        Bar::hidden(&scenario.name)
-    } else {
-        Bar::new(&scenario.name, scenario.run.duration_s)
-    };
-    let note = |text: &str| {
-        if !arguments.quiet {
-            bar.note(text);
-        }
-    };
+    let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
     for warning in simulation.warnings() {
-        note(&format!("note: {warning}"));
+        bar.note(&format!("note: {warning}"));
     }
-    if let Err(fault) = scenario.expect.check_windows(&scenario.run) {
-        note(&format!("note: {fault}"));
+    if let Err(fault) = scenario.expect.check_windows(&simulation.scenario().run) {
+        bar.note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
     let mut kept = KeepingUp::new();
     let mut bag = bag.begin(&simulation)?;
     let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
     let run = simulation.run_recorded_beside(recording, &mut sinks, |simulation, recording| {
-        bar.show(simulation.progress());
+        bar.simulated(simulation.progress());
         kept.keep_up(simulation.progress().time_s, recording)
     })?;
     bar.done();
@@ -141,12 +132,12 @@ fn one(
     };
     let answer = folder.write(&run, &verdicts, report)?;
     for warning in &run.warnings[foreseen..] {
-        note(&format!("note: {warning}"));
+        bar.note(&format!("note: {warning}"));
     }
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
-        note(&format!("note: expected {verdict}"));
+        bar.note(&format!("note: expected {verdict}"));
     }
-    if !arguments.json && !arguments.quiet {
+    if !arguments.json {
         let page = if arguments.no_report {
             ""
         } else {
@@ -154,8 +145,12 @@ fn one(
         };
         say::lines(&format!(
             "{}\n{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
-            summary_table(&run.summary),
-            verdict_lines(&answer),
+            answer_lines(&answer),
+            if arguments.detail.table {
+                whole_table(&run.summary)
+            } else {
+                headlines(&run.summary)
+            },
             one_line(&folder.path().display().to_string()),
             if arguments.mcap { ", bag/" } else { "" },
         ))?;
@@ -166,9 +161,9 @@ fn one(
     folder.summary_json(&run)
 }
 
-/// The two most important sentences of the answer, each on a line of its own.
-fn verdict_lines(answer: &[String]) -> String {
-    let lines = answer.iter().take(2);
+/// The answer, a sentence a line.
+fn answer_lines(answer: &[String]) -> String {
+    let lines = answer.iter();
     lines.map(|line| format!("{}\n", one_line(line))).collect()
 }
 
@@ -180,8 +175,26 @@ fn out_folder(out: &Path, scenario: &str, is_alone: bool) -> PathBuf {
     }
 }
 
-/// The summary as a person reads it: the main figures that apply.
-fn summary_table(summary: &Summary) -> String {
+/// The figures to be looked at first.
+fn headlines(summary: &Summary) -> Table {
+    let mut table = Table::new();
+    let run = format!(
+        "{} with {}, {} s",
+        summary.scenario, summary.robot, summary.duration_s
+    );
+    let speed = summary.sim_seconds_per_cpu_second;
+    let speed = speed.map(|times| format!(" at {times:.0} times real time on one core"));
+    table.heading(&(run + &speed.unwrap_or_default()));
+    for quantity in quantities::headlines(summary) {
+        let values = [quantity.shown(summary)];
+        let symbol = quantity.unit.symbol;
+        table.row_of(&quantity.words(), &values, quantity.decimals, symbol);
+    }
+    table
+}
+
+/// All main figures that apply.
+fn whole_table(summary: &Summary) -> Table {
     let mut table = Table::new();
     table.heading(&format!("{} with {}", summary.scenario, summary.robot));
     for key in ["duration_s", "sim_seconds_per_cpu_second"] {
@@ -199,7 +212,7 @@ fn summary_table(summary: &Summary) -> String {
             table.quantities(main, summary);
         }
     }
-    table.to_string()
+    table
 }
 
 /// The mean twist beside those of the models, and what of them became real.

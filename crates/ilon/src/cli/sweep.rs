@@ -1,14 +1,14 @@
 //! `ilon sweep`: many runs of a scenario under keys that vary, and what they say.
 
 mod answer;
-mod progress;
 
 use std::path::{Path, PathBuf};
 
-use ilon_sim::sweep::{self, Findings, Options, Shard, Store, Study};
+use ilon_sim::sweep::{self, Findings, Options, Progress, Shard, Store, Study};
 
-use self::progress::Bar;
 use super::escape::one_line;
+use super::options::{Open, Out, Printing};
+use super::progress::Bar;
 use super::{Outcome, Sandbox, claim, flags, say};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -19,21 +19,21 @@ pub(super) struct Arguments {
     /// The study file.
     #[arg(required_unless_present = "merge")]
     study: Option<PathBuf>,
-    /// Where to write results. Where some of this study are there already, only what is missing is run.
-    #[arg(long, value_name = "DIR", default_value = "out/<study>")]
-    out: PathBuf,
+    #[command(flatten)]
+    out: Out,
     /// Runs at a time [default: as many as the machine has cores].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Make only this part of the runs, the I-th of N, into a folder of its own within that of the study: for job arrays.
-    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["merge", "open"])]
     shard: Option<Shard>,
     /// Gather the results of one study from these folders, and from the shards in them, instead of running it.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with = "study")]
     merge: Vec<PathBuf>,
-    /// Print what was found as JSON, and nothing else, on standard output; of a shard, what it ran.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    printing: Printing,
+    #[command(flatten)]
+    open: Open,
     #[command(flatten)]
     sandbox: Sandbox,
 }
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return merge(arguments);
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
-    let out = out_folder(&arguments.out, study.name());
+    let out = arguments.out.or_of(study.name());
     refuse_inputs(&out, &study, "--out")?;
     let store = Store::open(&out, &study, arguments.shard)?;
     if store.damaged() > 0 {
@@ -54,30 +54,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ));
     }
     let bar = Bar::new(study.name());
+    let watch = |progress: Progress| {
+        bar.show(progress.done as f64, progress.likely as f64, || {
+            words_of(progress)
+        });
+    };
     let options = Options::new(arguments.jobs.map(usize::from), arguments.shard);
-    let findings = sweep::sweep(&study, &store, &options, &|progress| bar.show(progress))?;
+    let findings = sweep::sweep(&study, &store, &options, &watch)?;
     bar.done();
     if let Some(shard) = arguments.shard {
         let folder = store.folder().unwrap_or(&out).display().to_string();
-        if arguments.json {
-            let part = serde_json::json!({
-                "study": study.name(),
-                "shard": shard.to_string(),
-                "runs": store.rows().len(),
-                "failed": findings.failed,
-                "folder": folder,
-            });
-            say::data(&format!("{part:#}\n"))?;
-            return Ok(outcome(&findings));
-        }
-        say::lines(&format!(
-            "shard {shard} of {}: {} runs in {}\nonce all shards have ended: ilon sweep --merge {} --out {}\n",
-            study.name(),
-            store.rows().len(),
-            one_line(&folder),
-            flags::shell(&out.display().to_string()),
-            flags::shell(&out.display().to_string()),
-        ))?;
+        let part = serde_json::json!({
+            "study": study.name(),
+            "shard": shard.to_string(),
+            "runs": store.rows().len(),
+            "failed": findings.failed,
+            "folder": folder,
+        });
+        let words = || {
+            let whole = flags::shell(&out.display().to_string());
+            format!(
+                "shard {shard} of {}: {} runs in {}\nonce all shards have ended: ilon sweep --merge {whole} --out {whole}\n",
+                study.name(),
+                store.rows().len(),
+                one_line(&folder),
+            )
+        };
+        arguments.printing.answer(&format!("{part:#}\n"), words)?;
         return Ok(outcome(&findings));
     }
     show(arguments, &study, &store, &findings, &out)
@@ -107,16 +110,16 @@ pub(super) fn write(study: &Study, store: &Store, findings: &Findings) -> Result
 
 /// Gathers rows that were made elsewhere.
 fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let out = match (arguments.out.to_str(), arguments.merge.as_slice()) {
+    let out = match (&arguments.out.out, arguments.merge.as_slice()) {
+        (Some(out), _) => out.clone(),
         // One folder is merged in its place.
-        (Some("out/<study>"), [one]) => one.clone(),
-        (Some("out/<study>"), _) => {
+        (None, [one]) => one.clone(),
+        (None, _) => {
             return Err(Failure::usage(
                 "several folders are merged into one that --out does not name",
                 "add --out DIR",
             ));
         }
-        _ => arguments.out.clone(),
     };
     let (study, store) = Store::merge(&arguments.merge, &out)?;
     let findings = sweep::findings(&study, &store);
@@ -135,32 +138,29 @@ fn show(
     out: &Path,
 ) -> Result<Outcome, Failure> {
     write(study, store, findings)?;
-    if arguments.json {
-        let json = serde_json::to_string_pretty(findings);
-        let json = json.map_err(|error| Failure::encode("the findings", &error))?;
-        say::data(&(json + "\n"))?;
-    } else {
+    let json = serde_json::to_string_pretty(findings);
+    let json = json.map_err(|error| Failure::encode("the findings", &error))? + "\n";
+    arguments.printing.answer(&json, || {
         let kept = if out.join("kept").is_dir() {
             ", kept/"
         } else {
             ""
         };
-        say::lines(&format!(
+        format!(
             "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
             answer::words(study, findings),
             one_line(&out.display().to_string())
-        ))?;
-    }
+        )
+    })?;
     for expectation in findings
         .expectations
         .iter()
         .filter(|expectation| !expectation.held)
     {
-        say::note(&one_line(&format!(
-            "note: expected {}",
-            answer::expectation(expectation)
-        )));
+        let words = crate::answers::sweep::expectation(expectation);
+        say::note(&one_line(&format!("note: expected {words}")));
     }
+    arguments.open.page(&out.join("report.html"));
     Ok(outcome(findings))
 }
 
@@ -173,12 +173,20 @@ fn outcome(findings: &Findings) -> Outcome {
     Outcome::Done
 }
 
-/// The folder of a study's results: the default is one of its name.
-pub(super) fn out_folder(out: &Path, study: &str) -> PathBuf {
-    match out.to_str() {
-        Some("out/<study>") => PathBuf::from("out").join(study),
-        _ => out.to_owned(),
-    }
+/// How far a study is, in words.
+fn words_of(progress: Progress) -> String {
+    let Progress {
+        done,
+        failed,
+        likely,
+        ..
+    } = progress;
+    let of = if progress.is_search { "of about" } else { "of" };
+    let failed = match failed {
+        0 => String::new(),
+        failed => format!(", {failed} failed"),
+    };
+    format!("{done} {of} {likely} runs{failed}")
 }
 
 pub(super) use answer::{verdicts, words};

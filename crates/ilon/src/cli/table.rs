@@ -31,6 +31,18 @@ impl Table {
         self.lines.push(Line::Heading(one_line(text).into_owned()));
     }
 
+    /// A table of words with its heads.
+    pub fn of(&mut self, table: &ilon_report::page::Table) {
+        let heads = table.head.iter().skip(1).map(String::as_str);
+        let heads: Vec<&str> = heads.filter(|head| !head.is_empty()).collect();
+        self.heading(&format!("{}: {}", table.title, heads.join(", ")));
+        for row in &table.rows {
+            if let Some((name, words)) = row.split_first() {
+                self.words(name, words);
+            }
+        }
+    }
+
     /// A row of one number; a dash where it does not apply.
     pub fn row(&mut self, name: &str, value: Option<f64>, decimals: usize, unit: &str) {
         self.row_of(name, &[value], decimals, unit);

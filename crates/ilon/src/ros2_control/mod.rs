@@ -9,4 +9,4 @@ mod fit;
 mod text;
 
 pub use fit::{Controller, DriveParameters, Unsuitable};
-pub use text::{urdf_with_block, yaml};
+pub use text::yaml;

@@ -132,41 +132,6 @@ fn mppi(robot: &Robot, drive: &DriveParameters) -> String {
     text
 }
 
-/// A URDF with a `<ros2_control>` block for the wheels: commands and states go over the topics that `joint_state_topic_hardware_interface`
-/// and ilon share. `None` of a text without an end.
-pub fn urdf_with_block(robot: &Robot, urdf: &str) -> Option<String> {
-    let end = urdf.rfind("</robot")?;
-    let mut block = format!(
-        "  <!-- Made by ilon. A threshold of -1 sends every command: above 0 a base at rest would never be sent one. -->\n  \
-         <ros2_control name={} type=\"system\">\n    <hardware>\n      \
-         <plugin>joint_state_topic_hardware_interface/JointStateTopicSystem</plugin>\n      \
-         <param name=\"joint_commands_topic\">/robot_joint_commands</param>\n      \
-         <param name=\"joint_states_topic\">/robot_joint_states</param>\n      \
-         <param name=\"trigger_joint_command_threshold\">-1</param>\n    </hardware>\n",
-        attribute(&robot.name)
-    );
-    for wheel in &robot.wheels {
-        let limit = wheel.motor.velocity_rad_s;
-        let command = if limit.is_finite() {
-            format!(
-                "<command_interface name=\"velocity\">\n        <param name=\"min\">{}</param>\n        <param name=\"max\">{limit}</param>\n      \
-                 </command_interface>",
-                -limit
-            )
-        } else {
-            "<command_interface name=\"velocity\"/>".to_owned()
-        };
-        let _ = write!(
-            block,
-            "    <joint name={}>\n      {command}\n      <state_interface name=\"position\"/>\n      <state_interface name=\"velocity\"/>\n      \
-             <state_interface name=\"effort\"/>\n    </joint>\n",
-            attribute(&wheel.name)
-        );
-    }
-    block.push_str("  </ros2_control>\n");
-    Some(format!("{}{block}{}", &urdf[..end], &urdf[end..]))
-}
-
 /// A number that YAML takes for one with a fraction: ROS 2 refuses whole numbers for such parameters.
 fn number(value: f64) -> String {
     // Rounding leaves no trace of what is zero.
@@ -176,12 +141,6 @@ fn number(value: f64) -> String {
 /// As a text of YAML, whatever is in it.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
-}
-
-/// As the value of an attribute.
-fn attribute(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    format!("\"{}\"", text.replace('"', "&quot;"))
 }
 
 /// Without what would end a comment.

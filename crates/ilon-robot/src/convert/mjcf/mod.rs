@@ -1,4 +1,4 @@
-//! MJCF, the format of MuJoCo: the body of a file with the most hinges below it.
+//! MJCF, the format of MuJoCo: the body of a file in which most wheels are seen.
 //!
 //! mjcf-rs reads it, with its defaults, classes and angles; what it includes is put in first, through the door through which all
 //! files are read. A body's frame becomes that of its joint; a body of several joints becomes a chain of links.
@@ -15,6 +15,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use roxmltree::{Document, Node};
 
 use crate::error::{Fault, RobotError};
+use crate::model::Remark;
 use crate::options::LoadOptions;
 use crate::urdf::Prepared;
 use crate::xml;
@@ -33,7 +34,21 @@ pub(super) fn converted(
         let reason = e.to_string();
         RobotError::new(file, Fault::Format { reason })
     })?;
-    bodies::written(&Robot::find(&model, &document, file)?, &whole)
+    let roots = Robot::all(&model, &document, file);
+    let count = roots.len();
+    let written = roots.iter().map(|root| bodies::written(root, &whole));
+    let Some(robot) = super::with_most_wheels(written) else {
+        let reason = "it holds no body".to_owned();
+        return Err(RobotError::new(file, Fault::Format { reason }));
+    };
+    let mut robot = robot?;
+    if count > 1 {
+        let words = format!(
+            "the robot is that of {count} bodies below the world in which most wheels are seen"
+        );
+        robot.remarks.push(Remark::new("bodies", words));
+    }
+    Ok(robot)
 }
 
 fn of_xml(file: &str, text: &str, fault: xml::Fault) -> RobotError {
@@ -57,13 +72,12 @@ struct Robot<'a, 'i> {
 }
 
 impl<'a, 'i> Robot<'a, 'i> {
-    fn find(
-        model: &'a mjcf_rs::Model,
-        document: &'a Document<'i>,
-        file: &'a str,
-    ) -> Result<Self, RobotError> {
+    /// All that a file may mean, those with the most hinges first.
+    fn all(model: &'a mjcf_rs::Model, document: &'a Document<'i>, file: &'a str) -> Vec<Self> {
+        /// Most that are looked at.
+        const MOST: usize = 20;
         let root_node = document.root_element();
-        let nodes = root_node
+        let nodes: HashMap<&str, Node> = root_node
             .descendants()
             .filter(|n| n.has_tag_name("body"))
             .filter_map(|n| Some((n.attribute("name")?, n)))
@@ -86,19 +100,17 @@ impl<'a, 'i> Robot<'a, 'i> {
                 hinges[parent] += hinges[id];
             }
         }
-        let candidates = below.first().cloned().unwrap_or_default();
-        let Some(root) = candidates.into_iter().rev().max_by_key(|id| hinges[*id]) else {
-            let reason = "it holds no body".to_owned();
-            return Err(RobotError::new(file, Fault::Format { reason }));
-        };
-        Ok(Self {
+        let mut roots = below.first().cloned().unwrap_or_default();
+        roots.sort_by_key(|id| std::cmp::Reverse(hinges[*id]));
+        let robot = |root| Self {
             model,
             file,
-            nodes,
+            nodes: nodes.clone(),
             root_node,
             root,
-            below,
-        })
+            below: below.clone(),
+        };
+        roots.into_iter().take(MOST).map(robot).collect()
     }
 
     fn name(&self, id: usize) -> String {

@@ -5,7 +5,8 @@ use std::rc::Rc;
 use super::names::namespace;
 use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, Result};
 use crate::xacro::dom::{Element, Node};
-use crate::xacro::macros::{Macro, Macros, parameters};
+use crate::xacro::macros::{Macro, Macros, Parameter, parameters};
+use crate::xacro::python::number;
 use crate::xacro::scope::{Entry, Scope};
 
 impl Expander<'_> {
@@ -61,9 +62,12 @@ impl Expander<'_> {
         };
         self.called.borrow_mut().insert(found.name.clone());
         let scope = Scope::new(Some(outer_scope), false);
-        // Names are looked up through all scopes around.
-        self.budget
-            .spend(1 + scope.depth() / 4)
+        // Names are looked up through all scopes around, and parameters are taken over with their defaults.
+        let texts = found.parameters.iter().map(Parameter::bytes);
+        let bytes = texts.sum::<usize>() + call.name_bytes();
+        let lookups = 1 + scope.depth() / 4 + found.parameters.len() as u64;
+        let paid = self.budget.spend(lookups);
+        paid.and_then(|()| self.budget.spend_bytes(bytes))
             .map_err(self.spent(&call.origin))?;
         let within = Around {
             macros: Macros::new(Some(macros)),
@@ -89,12 +93,31 @@ impl Expander<'_> {
         self.inside(&found.body, within)
     }
 
+    /// Keeps the first macro or include that is written as until 2014, for whoever misses what it would define.
+    pub(super) fn look_for_old(&self, element: &Element) {
+        let is_old = match element.name.as_str() {
+            "macro" => element.attribute("name").is_some(),
+            "include" => element.attribute("filename").is_some(),
+            _ => false,
+        };
+        let mut old = self.old.borrow_mut();
+        if is_old && old.is_none() {
+            *old = Some((element.name.clone(), element.origin.clone()));
+        }
+    }
+
     pub(super) fn unknown_macro(&self, call: &Element, name: &str, around: &Around) -> Result<()> {
         if !self.missing.borrow().is_empty() {
             // It may come from what is not there.
             let words = "left out, for nothing that could be read defines this macro".to_owned();
             self.note(&call.origin, &format!("`<{}>`", call.name), words);
             return Ok(());
+        }
+        if let Some((tag, origin)) = &*self.old.borrow() {
+            let words = format!(
+                "there is no macro `{name}`: `<{tag}>` stands without the prefix `xacro:` here, as it did until 2014, and is not read"
+            );
+            return Err(self.fault(origin, words));
         }
         let names = around.macros.names();
         let known = if names.is_empty() {
@@ -126,6 +149,8 @@ impl Expander<'_> {
             let value = self
                 .text(&a.value, &around.scope)
                 .map_err(|e| self.error(&call.origin_of(&a.name), &e))?;
+            self.clues.named(&a.name, &a.value);
+            self.clues.parameter(&found.name, &a.name, number(&value));
             scope.set(a.name.clone(), value, false);
         }
         // Blocks are evaluated where they stand, and once more where they are inserted.
@@ -199,6 +224,9 @@ impl Expander<'_> {
         let name = element
             .attribute("name")
             .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        self.budget
+            .spend(1 + around.scope.depth() / 8)
+            .map_err(self.spent(&element.origin))?;
         let block = |stars: &str| match around.scope.find(&format!("{stars}{name}")) {
             Some((_, Entry::Block(block))) => Some(block),
             _ => None,

@@ -10,6 +10,9 @@ use crate::xacro::scope::Scope;
 impl Expander<'_> {
     /// An element that stays, evaluated.
     pub(super) fn element(&self, element: &Element, around: &Around) -> Result<Element> {
+        self.budget
+            .spend_bytes(element.name_bytes())
+            .map_err(self.spent(&element.origin))?;
         let mut attributes = self.attributes(element, around)?;
         let Inside {
             nodes,
@@ -55,8 +58,9 @@ impl Expander<'_> {
         scope: &Rc<Scope>,
         origin: &Origin,
     ) -> Result<String> {
-        match self.text(whole, scope) {
-            Ok(value) => Ok(text(&value)),
+        let value = self.text(whole, scope);
+        match value.and_then(|value| Ok(text(&value, &self.budget)?)) {
+            Ok(words) => Ok(words),
             Err(e) => match e.cause() {
                 Error::Package(package) => {
                     let words = format!(
@@ -76,10 +80,15 @@ impl Expander<'_> {
         let _level = self.budget.enter(LEVELS_OF_ELEMENT).map_err(&spent)?;
         let mut inside = Inside::default();
         for node in &element.children {
-            self.budget.spend(4).map_err(&spent)?;
+            // What is written stands behind as many spaces as it is deep.
+            let indent = self.budget.depth() as u64 / 36;
+            self.budget.spend(4 + indent).map_err(&spent)?;
             match node {
                 Node::Element(child) => self.child(child, around, &mut inside)?,
-                Node::Verbatim(_) => inside.nodes.push(node.clone()),
+                Node::Verbatim(text) => {
+                    self.budget.spend_bytes(text.len()).map_err(&spent)?;
+                    inside.nodes.push(node.clone());
+                }
                 Node::Text(whole) => {
                     let value = self.kept_text(whole, &around.scope, &element.origin)?;
                     inside.nodes.push(Node::Text(value.into()));
@@ -97,6 +106,7 @@ impl Expander<'_> {
     ) -> Result<()> {
         match child.name.strip_prefix("xacro:") {
             None => {
+                self.look_for_old(child);
                 let element = self.element(child, around)?;
                 inside.nodes.push(Node::Element(Rc::new(element)));
             }
@@ -107,8 +117,8 @@ impl Expander<'_> {
             Some("insert_block") => self.insert_block(child, around, inside)?,
             Some("element") => self.named_element(child, around, inside)?,
             Some("attribute") => {
-                let name = text(&self.required(child, "name", around)?);
-                let value = text(&self.required(child, "value", around)?);
+                let name = self.words(&self.required(child, "name", around)?, child)?;
+                let value = self.words(&self.required(child, "value", around)?, child)?;
                 if !is_xml_name(&name) {
                     let words = format!("`<xacro:attribute>`: `{name}` is no name of an attribute");
                     return Err(self.fault(&child.origin, words));
@@ -125,13 +135,15 @@ impl Expander<'_> {
                 if child.attribute("value").is_none() {
                     return Err(self.missing_attribute(child, "value"));
                 }
+                self.clues
+                    .condition(child.attribute("value").unwrap_or_default());
                 let holds = self.yes_or_no(child, "value", false, around)?;
                 if holds == (condition == "if") {
                     inside.nodes.extend(self.inside(child, around)?.nodes);
                 }
             }
             Some("call") => {
-                let name = text(&self.required(child, "macro", around)?);
+                let name = self.words(&self.required(child, "macro", around)?, child)?;
                 if name.is_empty() {
                     return Err(
                         self.fault(&child.origin, "`<xacro:call>`: the macro's name is empty")
@@ -153,7 +165,7 @@ impl Expander<'_> {
         around: &Around,
         inside: &mut Inside,
     ) -> Result<()> {
-        let name = text(&self.required(child, "xacro:name", around)?);
+        let name = self.words(&self.required(child, "xacro:name", around)?, child)?;
         if !is_xml_name(&name) {
             return Err(self.fault(
                 &child.origin,

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, MOST_FILES, Result};
 use crate::files::ReadError;
 use crate::xacro::dom::{Element, Origin, Parsed, SourceFile};
-use crate::xacro::python::{Error, Value, text};
+use crate::xacro::python::{Error, Value};
 use crate::xacro::scope::Scope;
 use crate::xacro::{MAX_BYTES, Missing, from_folder};
 
@@ -26,7 +26,7 @@ impl Expander<'_> {
         let within = match self.attribute(element, "ns", around)? {
             None => around.clone(),
             Some(name) => {
-                let name = text(&name);
+                let name = self.words(&name, element)?;
                 let scope = Scope::new(Some(Rc::clone(&around.scope)), true);
                 self.scopes.borrow_mut().push(Rc::clone(&scope));
                 let value: Rc<dyn Any> = Rc::clone(&scope) as Rc<dyn Any>;
@@ -41,7 +41,7 @@ impl Expander<'_> {
         };
         let origin = element.origin_of("filename");
         let name = match self.text(written, &around.scope) {
-            Ok(name) => text(&name),
+            Ok(name) => self.words(&name, element)?,
             Err(e) => match e.cause() {
                 Error::Package(package) => {
                     let (what, package) = (written.to_owned(), Some(package.clone()));

@@ -2,6 +2,7 @@
 //! in, and evaluates everything else.
 
 mod calls;
+mod clues;
 mod elements;
 mod faults;
 mod includes;
@@ -48,6 +49,8 @@ pub(super) fn expand(file: &Rc<SourceFile>, settings: &Settings) -> Result<Expan
         defined: RefCell::default(),
         called: RefCell::default(),
         texts: RefCell::default(),
+        clues: clues::Clues::default(),
+        old: RefCell::default(),
     };
     let result = expander.run(file);
     for scope in expander.scopes.borrow().iter() {
@@ -79,6 +82,9 @@ struct Expander<'a> {
     called: RefCell<BTreeSet<String>>,
     /// The text of each file once, to be shared by the places in it.
     texts: RefCell<BTreeMap<String, NameAndText>>,
+    clues: clues::Clues,
+    /// The first element that stands without the prefix that it has since 2014.
+    old: RefCell<Option<(String, Origin)>>,
 }
 
 /// Where names are looked up.
@@ -120,6 +126,8 @@ impl Expander<'_> {
                 return Err(failure);
             }
         };
+        let sizes = self.sizes(&around.scope);
+        let choices = self.choices();
         let (text, origins) = write(&root, &self.namespaces.borrow());
         let declared = self.declared.borrow();
         let arguments = self.arguments.borrow();
@@ -133,6 +141,8 @@ impl Expander<'_> {
                 .collect(),
             notes: self.notes.borrow().clone(),
             arguments: declared.iter().filter_map(value).collect(),
+            sizes,
+            choices,
             uncalled: self.defined.borrow().difference(&called).cloned().collect(),
         })
     }

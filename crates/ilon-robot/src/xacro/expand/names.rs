@@ -57,27 +57,26 @@ impl Expander<'_> {
     ) -> std::result::Result<Value, Error> {
         let separators = arguments.take("sep");
         let skip_empty = arguments.take("skip_empty").is_none_or(|v| v.truth());
+        let text = |value: &Value| text(value, &self.budget);
         let words = || {
-            arguments
-                .items
-                .iter()
-                .map(text)
-                .collect::<Vec<_>>()
-                .join(" ")
+            let texts = arguments.items.iter().map(text);
+            texts
+                .collect::<std::result::Result<Vec<_>, _>>()
+                .map(|texts| texts.join(" "))
         };
         match (function, arguments.items.as_slice()) {
             (XacroFunction::Arg, [name]) => {
-                let name = text(name);
+                let name = text(name)?;
                 let value = self.arguments.borrow().get(&name).cloned();
                 value.map(Value::text).ok_or(Error::Argument(name))
             }
             (XacroFunction::AbsFilename, [name]) => {
-                let path = from_folder(&self.folder(), &text(name));
+                let path = from_folder(&self.folder(), &text(name)?);
                 Ok(Value::text(path.display().to_string()))
             }
             (XacroFunction::Dotify, [dict @ Value::Dict(_)]) => Ok(dict.clone()),
             (XacroFunction::LoadYaml, [name]) => {
-                let name = text(name);
+                let name = text(name)?;
                 let path = from_folder(&self.folder(), &name);
                 let read = self.settings.files.read_text(&path, MAX_BYTES);
                 let read = read.map_err(|fault| Error::File(name.clone(), fault.to_string()))?;
@@ -85,24 +84,28 @@ impl Expander<'_> {
             }
             (XacroFunction::Tokenize, [Value::Text(of), more @ ..]) => {
                 let separators = more.first().cloned().or(separators);
-                let separators = separators.map_or(",; ".to_owned(), |s| text(&s));
-                let tokens: Vec<Value> = of
+                let separators = match &separators {
+                    Some(separators) => text(separators)?,
+                    None => ",; ".to_owned(),
+                };
+                self.budget
+                    .spend_bytes(of.len().saturating_mul(1 + separators.len()))?;
+                let tokens = of
                     .split(|c| separators.contains(c))
                     .filter(|token| !skip_empty || !token.is_empty())
-                    .map(Value::text)
-                    .collect();
-                self.budget.spend(tokens.len() as u64)?;
-                Ok(Value::list(tokens))
+                    .map(|token| self.budget.spend(1).map(|()| Value::text(token)));
+                Ok(Value::list(tokens.collect::<std::result::Result<_, _>>()?))
             }
-            (XacroFunction::Fatal, _) => Err(Error::new(words())),
+            (XacroFunction::Fatal, _) => Err(Error::new(words()?)),
             (XacroFunction::Message | XacroFunction::Warning | XacroFunction::Error, _) => {
+                let words = words()?;
                 let reading = self.reading.borrow();
                 if let Some(file) = reading.last() {
                     let origin = Origin {
                         file: Rc::clone(file),
                         bytes: 0..0,
                     };
-                    self.note(&origin, "the file itself", words());
+                    self.note(&origin, "the file itself", words);
                 }
                 Ok(Value::text(""))
             }

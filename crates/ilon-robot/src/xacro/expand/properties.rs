@@ -5,13 +5,16 @@ use std::rc::Rc;
 use super::calls::outer;
 use super::{Around, Expander, Result};
 use crate::xacro::dom::Element;
-use crate::xacro::python::{Error, Value, is_global, literal, text};
+use crate::xacro::python::{Error, Value, is_global, literal};
 use crate::xacro::scope::{Entry, Scope};
 
 impl Expander<'_> {
     pub(super) fn property(&self, element: &Rc<Element>, around: &Around) -> Result<()> {
         let scope = &around.scope;
-        let name = text(&self.required(element, "name", around)?);
+        self.budget
+            .spend(1 + scope.depth() / 16)
+            .map_err(self.spent(&element.origin))?;
+        let name = self.words(&self.required(element, "name", around)?, element)?;
         if !is_name(&name) {
             return Err(self.fault(
                 &element.origin_of("name"),
@@ -60,6 +63,7 @@ impl Expander<'_> {
             target.put(format!("**{name}"), Entry::Block(Rc::clone(element)));
             return Ok(());
         };
+        self.clues.named(&name, value);
         if lazy {
             target.set(name, Value::text(value), true);
             return Ok(());
@@ -86,8 +90,9 @@ impl Expander<'_> {
             return Ok(());
         }
         if let Some(default) = self.attribute(element, "default", around)? {
+            let default = self.words(&default, element)?;
             let mut arguments = self.arguments.borrow_mut();
-            arguments.insert(name.to_owned(), text(&default));
+            arguments.insert(name.to_owned(), default);
         }
         Ok(())
     }

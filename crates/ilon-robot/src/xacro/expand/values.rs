@@ -6,7 +6,7 @@ use super::names::{Substitutions, View};
 use super::{Around, Expander, LEVELS_OF_ELEMENT, Result};
 use crate::xacro::Failure;
 use crate::xacro::dom::Element;
-use crate::xacro::python::{Error, Value, evaluate, text};
+use crate::xacro::python::{Error, Value, brief, evaluate, text};
 use crate::xacro::scope::Scope;
 use crate::xacro::substitution;
 use crate::xacro::text::{Piece, joined, pieces, truth};
@@ -30,7 +30,7 @@ impl Expander<'_> {
                     };
                     let evaluated = self
                         .text(inner, scope)
-                        .and_then(|inner| evaluate(&text(&inner), &view));
+                        .and_then(|inner| evaluate(&text(&inner, &self.budget)?, &view));
                     evaluated.map_err(|e| e.within(format!("`${{{inner}}}`")))?
                 }
                 Piece::Substitution(inner) => {
@@ -39,16 +39,24 @@ impl Expander<'_> {
                         expander: self,
                         folder: &folder,
                     };
-                    let inner = text(&self.text(inner, scope)?);
-                    Value::text(substitution::resolve(&inner, &answers)?)
+                    let inner = text(&self.text(inner, scope)?, &self.budget)?;
+                    let resolved = substitution::resolve(&inner, &answers)?;
+                    self.budget.spend_bytes(resolved.len())?;
+                    Value::text(resolved)
                 }
             });
         }
-        let value = joined(values);
+        let value = joined(values, &self.budget)?;
+        // Whoever asks is about to keep it.
         if let Value::Text(text) = &value {
             self.budget.spend_bytes(text.len())?;
         }
         Ok(value)
+    }
+
+    /// A value as text, for an element.
+    pub(super) fn words(&self, value: &Value, element: &Element) -> Result<String> {
+        text(value, &self.budget).map_err(self.spent(&element.origin))
     }
 
     /// The value of an attribute of an element.
@@ -95,7 +103,7 @@ impl Expander<'_> {
                 format!(
                     "the condition `{}` is `{}`, which is neither true nor false",
                     element.attribute(name).unwrap_or_default(),
-                    text(&value)
+                    brief(&value)
                 ),
             )
         })

@@ -5,7 +5,7 @@ use super::math;
 use super::numbers::{divmod, round, to_float, to_int};
 use super::operators::{binary, order, too_large};
 use super::value::{Dict, Error, Module, Value, XacroFunction};
-use super::{repr, text};
+use super::{brief, repr, text};
 
 /// What may be called without a namespace.
 const GLOBAL: [&str; 13] = [
@@ -115,15 +115,11 @@ pub(super) fn call(
     match (name, items.as_slice()) {
         ("list", []) => Ok(Value::list(Vec::new())),
         ("list", [value]) => Ok(Value::list(evaluator.elements(value)?)),
-        ("tuple", []) => Ok(Value::Tuple(Vec::new().into())),
-        ("tuple", [value]) => Ok(Value::Tuple(evaluator.elements(value)?.into())),
+        ("tuple", []) => Ok(Value::tuple(Vec::new())),
+        ("tuple", [value]) => Ok(Value::tuple(evaluator.elements(value)?)),
         ("set" | "frozenset", []) => Ok(Value::list(Vec::new())),
         ("set" | "frozenset", [value]) => distinct(evaluator, value),
-        ("dict", items) if items.len() <= 1 => {
-            let dict = dict(evaluator, items.first(), named)?;
-            evaluator.check_nesting(std::slice::from_ref(&dict))?;
-            Ok(dict)
-        }
+        ("dict", items) if items.len() <= 1 => dict(evaluator, items.first(), named),
         ("map", [function, sources @ ..]) if !sources.is_empty() => {
             let rows = zip(evaluator, sources)?;
             let mapped = rows
@@ -146,11 +142,7 @@ pub(super) fn call(
         }
         ("zip", sources) => {
             let rows = zip(evaluator, sources)?;
-            Ok(Value::list(
-                rows.into_iter()
-                    .map(|row| Value::Tuple(row.into()))
-                    .collect(),
-            ))
+            Ok(Value::list(rows.into_iter().map(Value::tuple).collect()))
         }
         ("enumerate", [source, from @ ..]) if from.len() <= 1 => {
             let start = from.first().cloned().or(start);
@@ -159,7 +151,7 @@ pub(super) fn call(
             let numbered = items
                 .into_iter()
                 .enumerate()
-                .map(|(i, item)| Value::Tuple([Value::Int(start + i as i128), item].into()));
+                .map(|(i, item)| Value::tuple(vec![Value::Int(start + i as i128), item]));
             Ok(Value::list(numbered.collect()))
         }
         ("reversed", [source]) => {
@@ -171,29 +163,28 @@ pub(super) fn call(
             let items = evaluator.elements(source)?;
             sorted(evaluator, items, key.as_ref(), reverse).map(Value::list)
         }
-        ("len", [value]) => length(value),
+        ("len", [value]) => length(evaluator, value),
         ("str", []) => Ok(Value::text("")),
-        ("str", [value]) => {
-            let written = text(value);
-            evaluator.around.budget().spend_bytes(written.len())?;
-            Ok(Value::text(written))
-        }
-        ("repr", [value]) => {
-            let written = repr(value);
-            evaluator.around.budget().spend_bytes(written.len())?;
-            Ok(Value::text(written))
-        }
+        ("str", [value]) => Ok(Value::text(text(value, evaluator.around.budget())?)),
+        ("repr", [value]) => Ok(Value::text(repr(value, evaluator.around.budget())?)),
         ("float", []) => Ok(Value::Float(0.0)),
-        ("float", [value]) => to_float(value),
+        ("float", [value]) => {
+            evaluator.around.budget().spend_on(value)?;
+            to_float(value)
+        }
         ("int", []) => Ok(Value::Int(0)),
-        ("int", [value]) => to_int(value),
+        ("int", [value]) => {
+            evaluator.around.budget().spend_on(value)?;
+            to_int(value)
+        }
         ("int", [Value::Text(digits), base]) => {
+            evaluator.around.budget().spend_bytes(digits.len())?;
             let base = base.as_int().and_then(|base| u32::try_from(base).ok());
             let value = base
                 .filter(|base| (2..=36).contains(base))
                 .and_then(|base| i128::from_str_radix(digits.trim(), base).ok());
             value.map(Value::Int).ok_or_else(|| {
-                Error::new(format!("invalid literal for int(): {}", repr(&items[0])))
+                Error::new(format!("invalid literal for int(): {}", brief(&items[0])))
             })
         }
         ("bool", []) => Ok(Value::Bool(false)),
@@ -227,10 +218,13 @@ pub(super) fn call(
             Ok(sum)
         }
         ("divmod", [p, q]) => divmod(evaluator, p, q),
-        ("ord", [Value::Text(text)]) => match text.chars().collect::<Vec<_>>()[..] {
-            [c] => Ok(Value::Int(i128::from(u32::from(c)))),
-            _ => Err(Error::new("ord() takes one character")),
-        },
+        ("ord", [Value::Text(text)]) => {
+            let mut chars = text.chars();
+            match (chars.next(), chars.next()) {
+                (Some(c), None) => Ok(Value::Int(i128::from(u32::from(c)))),
+                _ => Err(Error::new("ord() takes one character")),
+            }
+        }
         ("isinstance", [value, class]) => is_instance(value, class),
         _ => wrong_count(),
     }
@@ -258,6 +252,7 @@ fn zip(evaluator: &Evaluator, sources: &[Value]) -> Result<Vec<Vec<Value>>, Erro
 /// What a set holds, in the order in which it came.
 fn distinct(evaluator: &Evaluator, source: &Value) -> Result<Value, Error> {
     let mut seen = Dict::default();
+    evaluator.around.budget().spend_on(source)?;
     for item in evaluator.elements(source)? {
         seen.insert(item, Value::None)?;
     }
@@ -282,7 +277,10 @@ fn dict(
         Some(pairs) => {
             for pair in evaluator.elements(pairs)? {
                 match evaluator.elements(&pair)?.as_slice() {
-                    [key, value] => dict.insert(key.clone(), value.clone())?,
+                    [key, value] => {
+                        evaluator.around.budget().spend_on(key)?;
+                        dict.insert(key.clone(), value.clone())?;
+                    }
                     _ => return Err(Error::new("dict() takes pairs of key and value")),
                 }
             }
@@ -295,9 +293,12 @@ fn dict(
     Ok(Value::Dict(dict.into()))
 }
 
-fn length(value: &Value) -> Result<Value, Error> {
+fn length(evaluator: &Evaluator, value: &Value) -> Result<Value, Error> {
     let length = match value {
-        Value::Text(text) => text.chars().count(),
+        Value::Text(text) => {
+            evaluator.around.budget().spend_bytes(text.len())?;
+            text.chars().count()
+        }
         Value::List(items) | Value::Tuple(items) => items.len(),
         Value::Dict(dict) => dict.entries().len(),
         other => {
@@ -326,6 +327,11 @@ fn sorted(
         keyed.push((by, item));
     }
     evaluator.around.budget().spend(16 * keyed.len() as u64)?;
+    for (by, _) in &keyed {
+        // Each is compared with as many as there are levels of merging.
+        let compared = by.size().bytes().saturating_mul(16);
+        evaluator.around.budget().spend_bytes(compared)?;
+    }
     let mut fault = None;
     keyed.sort_by(|p, q| {
         let found = order(&p.0, &q.0).unwrap_or_else(|()| {

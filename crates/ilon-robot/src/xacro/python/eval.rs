@@ -63,29 +63,26 @@ pub(super) struct Evaluator<'a> {
 
 impl Evaluator<'_> {
     fn value(&mut self, expr: &Expr) -> Result<Value, Error> {
+        let value = self.unchecked(expr)?;
+        check_nesting(&value)?;
+        Ok(value)
+    }
+
+    fn unchecked(&mut self, expr: &Expr) -> Result<Value, Error> {
         let around = self.around;
         let _level = around.budget().enter(1)?;
         around.budget().spend(1)?;
         match expr {
             Expr::Literal(value) => Ok(value.clone()),
             Expr::Name(name) => self.name(name),
-            Expr::List(items) => {
-                let items = self.items(items)?;
-                self.check_nesting(&items)?;
-                Ok(Value::list(items))
-            }
-            Expr::Tuple(items) => {
-                let items = self.items(items)?;
-                self.check_nesting(&items)?;
-                Ok(Value::Tuple(items.into()))
-            }
+            Expr::List(items) => Ok(Value::list(self.items(items)?)),
+            Expr::Tuple(items) => Ok(Value::tuple(self.items(items)?)),
             Expr::Comprehension(element, clauses) => {
                 let mut items = Vec::new();
                 let depth = self.locals.len();
                 let done = self.comprehension(element, clauses, &mut items);
                 self.locals.truncate(depth);
                 done?;
-                self.check_nesting(&items)?;
                 Ok(Value::list(items))
             }
             Expr::Unary(sign, operand) => operators::unary(sign, &self.value(operand)?),
@@ -122,14 +119,20 @@ impl Evaluator<'_> {
                 self.value(chosen)
             }
             Expr::Postfix(base, trailers) => self.postfix(base, trailers),
-            Expr::Lambda(lambda) => Ok(Value::Lambda(Rc::new(Lambda {
-                bound: self.locals.clone(),
-                ..(**lambda).clone()
-            }))),
+            Expr::Lambda(lambda) => {
+                around.budget().spend(self.locals.len() as u64)?;
+                let depths = self.locals.iter().map(|(_, value)| value.size().depth());
+                Ok(Value::Lambda(Rc::new(Lambda {
+                    depth: depths.max().unwrap_or(0),
+                    bound: self.locals.clone(),
+                    ..(**lambda).clone()
+                })))
+            }
         }
     }
 
     fn name(&self, name: &str) -> Result<Value, Error> {
+        self.around.budget().spend(self.locals.len() as u64 / 16)?;
         if let Some((_, value)) = self.locals.iter().rev().find(|(n, _)| &**n == name) {
             return Ok(value.clone());
         }
@@ -153,29 +156,6 @@ impl Evaluator<'_> {
             }
         }
         Ok(values)
-    }
-
-    /// Lists within lists end somewhere: what is printed and compared goes down them.
-    pub(super) fn check_nesting(&self, items: &[Value]) -> Result<(), Error> {
-        fn depth(around: &dyn Surroundings, value: &Value, left: usize) -> Result<(), Error> {
-            around.budget().spend(1)?;
-            let inner: Box<dyn Iterator<Item = &Value>> = match value {
-                Value::List(items) | Value::Tuple(items) => Box::new(items.iter()),
-                Value::Dict(dict) => Box::new(dict.entries().iter().map(|(_, value)| value)),
-                Value::Lambda(lambda) => Box::new(lambda.bound.iter().map(|(_, value)| value)),
-                Value::Method(bound) => Box::new(std::iter::once(&bound.0)),
-                _ => return Ok(()),
-            };
-            let left = left.checked_sub(1).ok_or_else(|| {
-                Error::new(format!("lists nested more than {DEEPEST_VALUE} deep"))
-            })?;
-            inner
-                .into_iter()
-                .try_for_each(|value| depth(around, value, left))
-        }
-        items
-            .iter()
-            .try_for_each(|value| depth(self.around, value, DEEPEST_VALUE))
     }
 
     fn comprehension(
@@ -325,10 +305,11 @@ impl Evaluator<'_> {
                     text.chars().nth(i).map_or(String::new(), String::from),
                 ))
             }
-            Value::Dict(dict) => dict
-                .get(index)?
-                .cloned()
-                .ok_or_else(|| Error::new(format!("no key {}", super::repr(index)))),
+            Value::Dict(dict) => {
+                self.around.budget().spend_on(index)?;
+                let found = dict.get(index)?.cloned();
+                found.ok_or_else(|| Error::new(format!("no key {}", super::brief(index))))
+            }
             Value::Namespace(names) => match index {
                 Value::Text(name) => self
                     .around
@@ -387,7 +368,7 @@ impl Evaluator<'_> {
                     .collect();
                 Ok(match value {
                     Value::List(_) => Value::list(part),
-                    _ => Value::Tuple(part.into()),
+                    _ => Value::tuple(part),
                 })
             }
             Value::Text(text) => {
@@ -427,6 +408,7 @@ impl Evaluator<'_> {
             )));
         }
         let _level = self.around.budget().enter(1)?;
+        self.around.budget().spend(lambda.bound.len() as u64)?;
         let bound = lambda.parameters.iter().cloned().zip(arguments.items);
         let inner = lambda.bound.iter().cloned().chain(bound).collect();
         let outer = std::mem::replace(&mut self.locals, inner);
@@ -437,23 +419,38 @@ impl Evaluator<'_> {
 
     /// What a value gives when it is gone through.
     pub(super) fn elements(&self, value: &Value) -> Result<Vec<Value>, Error> {
-        let elements: Vec<Value> = match value {
-            Value::List(items) | Value::Tuple(items) => items.to_vec(),
+        let pay = |count: usize| self.around.budget().spend(count as u64);
+        Ok(match value {
+            Value::List(items) | Value::Tuple(items) => {
+                pay(items.len())?;
+                items.to_vec()
+            }
             Value::Text(text) => {
-                self.around.budget().spend_bytes(text.len())?;
+                // No more characters than bytes.
+                pay(text.len())?;
                 text.chars().map(|c| Value::text(c.to_string())).collect()
             }
-            Value::Dict(dict) => dict.entries().iter().map(|(key, _)| key.clone()).collect(),
+            Value::Dict(dict) => {
+                pay(dict.entries().len())?;
+                dict.entries().iter().map(|(key, _)| key.clone()).collect()
+            }
             other => {
                 return Err(Error::new(format!(
                     "'{}' object is not iterable",
                     other.kind()
                 )));
             }
-        };
-        self.around.budget().spend(elements.len() as u64)?;
-        Ok(elements)
+        })
     }
+}
+
+/// Refuses a value in which values nest too deep: whatever goes through it goes down them.
+pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
+    if value.size().depth() > DEEPEST_VALUE {
+        let words = format!("lists nested more than {DEEPEST_VALUE} deep");
+        return Err(Error::new(words));
+    }
+    Ok(())
 }
 
 /// Whether a name stands for one of the language's namespaces.

@@ -1,46 +1,94 @@
 //! Values as text: what Python's `str` and `repr` write, and `%`.
 
+use super::super::budget::{Budget, Spent};
 use super::eval::Surroundings;
 use super::value::{Error, Value};
 
-/// A value as `str` writes it.
-pub(in super::super) fn text(value: &Value) -> String {
+/// A value as `str` writes it, which is paid for before it is written.
+pub(in super::super) fn text(value: &Value, budget: &Budget) -> Result<String, Spent> {
     match value {
-        Value::Text(text) => text.to_string(),
-        other => repr(other),
-    }
-}
-
-/// A value as `repr` writes it.
-pub(in super::super) fn repr(value: &Value) -> String {
-    let joined = |items: &[Value]| items.iter().map(repr).collect::<Vec<_>>().join(", ");
-    match value {
-        Value::None => "None".to_owned(),
-        Value::Bool(true) => "True".to_owned(),
-        Value::Bool(false) => "False".to_owned(),
-        Value::Int(i) => i.to_string(),
-        Value::Float(x) => float_text(*x),
-        Value::Text(text) => quoted(text),
-        Value::List(items) => format!("[{}]", joined(items)),
-        Value::Tuple(items) if items.len() == 1 => format!("({},)", joined(items)),
-        Value::Tuple(items) => format!("({})", joined(items)),
-        Value::Dict(dict) => {
-            let entry = |(key, value): &(Value, Value)| format!("{}: {}", repr(key), repr(value));
-            let entries: Vec<String> = dict.entries().iter().map(entry).collect();
-            format!("{{{}}}", entries.join(", "))
+        Value::Text(text) => {
+            budget.spend_bytes(text.len())?;
+            Ok(text.to_string())
         }
-        other => format!("<{}>", other.kind()),
+        other => repr(other, budget),
     }
 }
 
-fn quoted(text: &str) -> String {
+/// A value as `repr` writes it, which is paid for before it is written.
+pub(in super::super) fn repr(value: &Value, budget: &Budget) -> Result<String, Spent> {
+    budget.spend_on(value)?;
+    let mut out = String::new();
+    write(value, &mut out, usize::MAX);
+    Ok(out)
+}
+
+/// The beginning of a value as `repr` writes it, for a message.
+pub(in super::super) fn brief(value: &Value) -> String {
+    const MOST_CHARS: usize = 60;
+    let mut out = String::new();
+    write(value, &mut out, 4 * MOST_CHARS);
+    match out.char_indices().nth(MOST_CHARS) {
+        Some((end, _)) => format!("{}...", &out[..end]),
+        None => out,
+    }
+}
+
+/// Writes a value until there are so many bytes, or a value's worth more.
+fn write(value: &Value, out: &mut String, most: usize) {
+    if out.len() > most {
+        return;
+    }
+    match value {
+        Value::None => out.push_str("None"),
+        Value::Bool(true) => out.push_str("True"),
+        Value::Bool(false) => out.push_str("False"),
+        Value::Int(i) => out.push_str(&i.to_string()),
+        Value::Float(x) => out.push_str(&float_text(*x)),
+        Value::Text(text) => write_quoted(text, out, most),
+        Value::List(items) => write_row("[", items, "]", out, most),
+        Value::Tuple(items) if items.len() == 1 => write_row("(", items, ",)", out, most),
+        Value::Tuple(items) => write_row("(", items, ")", out, most),
+        Value::Dict(dict) => {
+            out.push('{');
+            for (i, (key, value)) in dict.entries().iter().enumerate() {
+                if out.len() > most {
+                    break;
+                }
+                out.push_str(if i > 0 { ", " } else { "" });
+                write(key, out, most);
+                out.push_str(": ");
+                write(value, out, most);
+            }
+            out.push('}');
+        }
+        other => out.push_str(&format!("<{}>", other.kind())),
+    }
+}
+
+fn write_row(open: &str, items: &[Value], close: &str, out: &mut String, most: usize) {
+    out.push_str(open);
+    for (i, item) in items.iter().enumerate() {
+        if out.len() > most {
+            break;
+        }
+        out.push_str(if i > 0 { ", " } else { "" });
+        write(item, out, most);
+    }
+    out.push_str(close);
+}
+
+fn write_quoted(text: &str, out: &mut String, most: usize) {
     let quote = if text.contains('\'') && !text.contains('"') {
         '"'
     } else {
         '\''
     };
-    let mut out = String::from(quote);
+    out.push(quote);
     for c in text.chars() {
+        if out.len() > most {
+            break;
+        }
         match c {
             '\\' => out.push_str("\\\\"),
             '\n' => out.push_str("\\n"),
@@ -57,7 +105,6 @@ fn quoted(text: &str) -> String {
         }
     }
     out.push(quote);
-    out
 }
 
 /// A number as Python writes it: the fewest digits that read back as the same, and an exponent from 1e16 on and below 1e-4.
@@ -89,10 +136,14 @@ pub(super) fn percent(
     values: &Value,
     around: &dyn Surroundings,
 ) -> Result<Value, Error> {
+    around.budget().spend_bytes(template.len())?;
     // Lists and dictionaries count as looked into, even where nothing of them is written.
     let container = matches!(values, Value::List(_) | Value::Dict(_));
     let values: Vec<Value> = match values {
-        Value::Tuple(items) => items.to_vec(),
+        Value::Tuple(items) => {
+            around.budget().spend(items.len() as u64)?;
+            items.to_vec()
+        }
         single => vec![single.clone()],
     };
     let mut values = values.into_iter();
@@ -112,8 +163,7 @@ pub(super) fn percent(
         around
             .budget()
             .spend_bytes(field.width.max(field.places()))?;
-        out.push_str(&field.write(&value)?);
-        around.budget().spend_bytes(out.len())?;
+        out.push_str(&field.write(&value, around.budget())?);
     }
     if values.next().is_some() && !container {
         return Err(Error::new(
@@ -176,7 +226,7 @@ impl Field {
         self.precision.unwrap_or(6)
     }
 
-    fn write(&self, value: &Value) -> Result<String, Error> {
+    fn write(&self, value: &Value, budget: &Budget) -> Result<String, Error> {
         let number_wanted = || {
             Error::new(format!(
                 "%{} format: a number is required, not {}",
@@ -201,7 +251,7 @@ impl Field {
                 (negative, self.float_body(x.abs()))
             }
             'c' => match value {
-                Value::Text(text) => (false, text.to_string()),
+                Value::Text(_) => (false, text(value, budget)?),
                 _ => {
                     let code = u32::try_from(int()?).ok().and_then(char::from_u32);
                     (false, code.ok_or_else(number_wanted)?.to_string())
@@ -209,9 +259,9 @@ impl Field {
             },
             _ => {
                 let whole = if self.kind == 'r' {
-                    repr(value)
+                    repr(value, budget)?
                 } else {
-                    text(value)
+                    text(value, budget)?
                 };
                 let cut = match self.precision {
                     Some(most) => whole.chars().take(most).collect(),

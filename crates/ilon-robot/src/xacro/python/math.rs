@@ -291,7 +291,7 @@ fn other(name: &str, items: &[Value], around: &dyn Surroundings) -> Result<Value
             let whole = x.trunc();
             let fraction = if x.is_infinite() { 0.0 } else { x - whole };
             let parts = [fraction.copysign(x), whole].map(Value::Float);
-            Ok(Value::Tuple(parts.into()))
+            Ok(Value::tuple(parts.into()))
         }
         ("ldexp", [x, exponent]) => {
             let x = float(x)?;

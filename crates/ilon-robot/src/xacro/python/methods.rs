@@ -67,10 +67,12 @@ pub(super) fn call(
     match (value, name, arguments.items.as_slice()) {
         (Value::Text(text), _, items) => {
             budget.spend_bytes(text.len())?;
+            items.iter().try_for_each(|item| budget.spend_on(item))?;
             of_text(evaluator, text, name, items)
         }
         (Value::Dict(dict), _, items) => {
             budget.spend(dict.entries().len() as u64)?;
+            items.iter().try_for_each(|item| budget.spend_on(item))?;
             let entries = dict.entries().iter();
             match (name, items) {
                 ("keys", []) => Ok(Value::list(entries.map(|(key, _)| key.clone()).collect())),
@@ -79,7 +81,7 @@ pub(super) fn call(
                 )),
                 ("items", []) => {
                     let pair = |(key, value): &(Value, Value)| {
-                        Value::Tuple([key.clone(), value.clone()].into())
+                        Value::tuple(vec![key.clone(), value.clone()])
                     };
                     Ok(Value::list(entries.map(pair).collect()))
                 }
@@ -90,7 +92,7 @@ pub(super) fn call(
             }
         }
         (Value::List(items) | Value::Tuple(items), _, [item]) => {
-            budget.spend(items.len() as u64)?;
+            budget.spend_on(value)?;
             let mut equal = items
                 .iter()
                 .enumerate()
@@ -99,7 +101,7 @@ pub(super) fn call(
                 "count" => Ok(Value::Int(equal.count() as i128)),
                 _ => match equal.next() {
                     Some((i, _)) => Ok(Value::Int(i as i128)),
-                    None => Err(Error::new(format!("{} is not in list", super::repr(item)))),
+                    None => Err(Error::new(format!("{} is not in list", super::brief(item)))),
                 },
             }
         }
@@ -122,6 +124,13 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
         let chars = place.map(|at| of[..at].chars().count() as i128);
         Value::Int(chars.unwrap_or(-1))
     };
+    let parts = |parts: &mut dyn Iterator<Item = &str>| {
+        let paid = parts.map(|part| budget.spend(1).map(|()| Value::text(part)));
+        Ok(Value::list(paid.collect::<Result<_, _>>()?))
+    };
+    if let ("strip" | "lstrip" | "rstrip", [Value::Text(set)]) = (name, items) {
+        budget.spend_bytes(of.len().saturating_mul(set.len()))?;
+    }
     match (name, items) {
         ("lower", []) => made(of.to_lowercase()),
         ("upper", []) => made(of.to_uppercase()),
@@ -141,15 +150,9 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
             made(of.trim_start_matches(|c| set.contains(c)).to_owned())
         }
         ("rstrip", [Value::Text(set)]) => made(of.trim_end_matches(|c| set.contains(c)).to_owned()),
-        ("split", []) => {
-            let words: Vec<Value> = of.split_whitespace().map(Value::text).collect();
-            budget.spend(words.len() as u64)?;
-            Ok(Value::list(words))
-        }
+        ("split", []) => parts(&mut of.split_whitespace()),
         ("split", [Value::Text(separator)]) if !separator.is_empty() => {
-            let parts: Vec<Value> = of.split(&**separator).map(Value::text).collect();
-            budget.spend(parts.len() as u64)?;
-            Ok(Value::list(parts))
+            parts(&mut of.split(&**separator))
         }
         ("split", [Value::Text(separator), most]) if !separator.is_empty() => {
             let most = most.as_int().filter(|most| *most >= 0);
@@ -158,11 +161,9 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
                     .unwrap_or(usize::MAX)
                     .saturating_add(1)
             });
-            let parts: Vec<Value> = of.splitn(count, &**separator).map(Value::text).collect();
-            budget.spend(parts.len() as u64)?;
-            Ok(Value::list(parts))
+            parts(&mut of.splitn(count, &**separator))
         }
-        ("splitlines", []) => Ok(Value::list(of.lines().map(Value::text).collect())),
+        ("splitlines", []) => parts(&mut of.lines()),
         ("join", [parts]) => {
             let parts = evaluator.elements(parts)?;
             if let Some(other) = parts.iter().find(|part| !matches!(part, Value::Text(_))) {
@@ -171,10 +172,9 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
                     other.kind()
                 )));
             }
-            let parts: Vec<String> = parts.iter().map(text).collect();
-            let length: usize = parts.iter().map(|part| part.len() + of.len()).sum();
-            budget.spend_bytes(length)?;
-            Ok(Value::text(parts.join(of)))
+            budget.spend_bytes(of.len().saturating_mul(parts.len()))?;
+            let parts = parts.iter().map(|part| text(part, budget));
+            Ok(Value::text(parts.collect::<Result<Vec<_>, _>>()?.join(of)))
         }
         ("replace", [Value::Text(from), Value::Text(to)]) => {
             let count = of.matches(&**from).count();
@@ -210,7 +210,7 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
             };
             let fill = match (name, fill) {
                 ("zfill", _) => "0".to_owned(),
-                (_, [fill]) => text(fill),
+                (_, [fill]) => text(fill, budget)?,
                 _ => " ".to_owned(),
             };
             if fill.chars().count() != 1 {

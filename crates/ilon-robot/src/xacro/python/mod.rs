@@ -16,8 +16,8 @@ mod parse;
 mod syntax;
 mod value;
 
-pub(super) use eval::{Arguments, Surroundings, evaluate};
-pub(super) use format::{repr, text};
+pub(super) use eval::{Arguments, Surroundings, check_nesting, evaluate};
+pub(super) use format::{brief, repr, text};
 pub(super) use value::{Dict, Error, Value, XacroFunction, literal};
 
 /// The number that a value is or that its text says.

@@ -1,8 +1,8 @@
 //! Python's functions of numbers.
 
+use super::brief;
 use super::eval::Evaluator;
 use super::operators::{binary, float_divmod, too_large};
-use super::repr;
 use super::value::{Error, Value, parse_float, parse_int};
 
 pub(super) fn to_float(value: &Value) -> Result<Value, Error> {
@@ -12,7 +12,7 @@ pub(super) fn to_float(value: &Value) -> Result<Value, Error> {
     };
     float
         .map(Value::Float)
-        .ok_or_else(|| Error::new(format!("could not convert to float: {}", repr(value))))
+        .ok_or_else(|| Error::new(format!("could not convert to float: {}", brief(value))))
 }
 
 pub(super) fn to_int(value: &Value) -> Result<Value, Error> {
@@ -27,7 +27,7 @@ pub(super) fn to_int(value: &Value) -> Result<Value, Error> {
         other => other.as_int(),
     };
     int.map(Value::Int)
-        .ok_or_else(|| Error::new(format!("invalid literal for int(): {}", repr(value))))
+        .ok_or_else(|| Error::new(format!("invalid literal for int(): {}", brief(value))))
 }
 
 /// Halves go to the even neighbour, of the number as it is and not as it is written.
@@ -101,5 +101,5 @@ pub(super) fn divmod(evaluator: &Evaluator, p: &Value, q: &Value) -> Result<Valu
         }
         _ => return Err(Error::new("unsupported operand type(s) for divmod()")),
     };
-    Ok(Value::Tuple([quotient, remainder].into()))
+    Ok(Value::tuple(vec![quotient, remainder]))
 }

@@ -37,7 +37,7 @@ pub(super) fn binary(
         }
         ("+", Value::Tuple(p), Value::Tuple(q)) => {
             around.budget().spend((p.len() + q.len()) as u64)?;
-            Ok(Value::Tuple(p.iter().chain(q.iter()).cloned().collect()))
+            Ok(Value::tuple(p.iter().chain(q.iter()).cloned().collect()))
         }
         ("*", Value::Text(_) | Value::List(_) | Value::Tuple(_), _) => repeat(p, q, around),
         ("*", _, Value::Text(_) | Value::List(_) | Value::Tuple(_)) => repeat(q, p, around),
@@ -70,7 +70,7 @@ fn repeat(sequence: &Value, count: &Value, around: &dyn Surroundings) -> Result<
             Ok(Value::text(text.repeat(count)))
         }
         Value::List(items) => Ok(Value::list(repeated(items)?)),
-        Value::Tuple(items) => Ok(Value::Tuple(repeated(items)?.into())),
+        Value::Tuple(items) => Ok(Value::tuple(repeated(items)?)),
         other => Err(unsupported("*", other, &Value::Int(0))),
     }
 }
@@ -209,6 +209,16 @@ pub(super) fn compare(
     q: &Value,
     around: &dyn Surroundings,
 ) -> Result<bool, Error> {
+    let is_looked_for = operator.ends_with("in");
+    let gone_through = match q {
+        // A key is found without going through the others.
+        Value::Dict(_) | Value::Namespace(_) if is_looked_for => p,
+        container if is_looked_for => container,
+        // A comparison ends with the shorter of the two.
+        _ if p.size().bytes() < q.size().bytes() => p,
+        _ => q,
+    };
+    around.budget().spend_on(gone_through)?;
     match operator {
         "==" => Ok(p.equals(q)),
         "!=" => Ok(!p.equals(q)),
@@ -264,7 +274,6 @@ fn contains(container: &Value, item: &Value, around: &dyn Surroundings) -> Resul
     match (container, item) {
         (Value::Text(text), Value::Text(part)) => Ok(text.contains(&**part)),
         (Value::List(items) | Value::Tuple(items), _) => {
-            around.budget().spend(items.len() as u64)?;
             Ok(items.iter().any(|other| other.equals(item)))
         }
         (Value::Dict(dict), _) => Ok(dict.get(item)?.is_some()),

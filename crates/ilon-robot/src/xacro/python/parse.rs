@@ -136,9 +136,10 @@ impl Parser {
         }
         let body = self.expression()?;
         Ok(Expr::Lambda(Rc::new(Lambda {
-            parameters,
-            body,
+            parameters: parameters.into(),
+            body: Rc::new(body),
             bound: Vec::new(),
+            depth: 0,
         })))
     }
 

@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use super::value::Value;
+use super::value::{Size, Value};
 
 /// An operation on values.
 #[derive(Clone, Debug)]
@@ -55,7 +55,16 @@ pub(super) enum Trailer {
 /// A function without a name. What it finds of the names around it is kept with it.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Lambda {
-    pub(super) parameters: Vec<Rc<str>>,
-    pub(super) body: Expr,
+    pub(super) parameters: Rc<[Rc<str>]>,
+    pub(super) body: Rc<Expr>,
     pub(super) bound: Vec<(Rc<str>, Value)>,
+    /// Levels of values within values, of those that are bound.
+    pub(super) depth: usize,
+}
+
+impl Lambda {
+    /// As text it is short, whatever it holds.
+    pub(super) fn size(&self) -> Size {
+        Size::of_function(self.depth)
+    }
 }

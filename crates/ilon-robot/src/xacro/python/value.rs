@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::collections::HashMap;
 use std::fmt;
+use std::ops::Deref;
 use std::rc::Rc;
 
 use super::super::budget::Spent;
@@ -22,9 +23,9 @@ pub(in super::super) enum Value {
     /// Text.
     Text(Rc<str>),
     /// A list; what Python gives as an iterator is one as well.
-    List(Rc<[Value]>),
+    List(Rc<Items>),
     /// A tuple.
-    Tuple(Rc<[Value]>),
+    Tuple(Rc<Items>),
     /// A dictionary.
     Dict(Rc<Dict>),
     /// A function of the language.
@@ -39,6 +40,72 @@ pub(in super::super) enum Value {
     Module(Module),
     /// A namespace of properties: `<xacro:include filename="..." ns="name"/>`.
     Namespace(Rc<dyn Any>),
+}
+
+/// Bytes of a number or of the name of a type, as text, at most but for a few.
+const SHORT: usize = 16;
+
+/// The values of a list or a tuple.
+#[derive(Debug)]
+pub(in super::super) struct Items {
+    values: Vec<Value>,
+    size: Size,
+}
+
+impl Deref for Items {
+    type Target = [Value];
+
+    fn deref(&self) -> &[Value] {
+        &self.values
+    }
+}
+
+impl From<Vec<Value>> for Items {
+    fn from(values: Vec<Value>) -> Self {
+        let mut size = Size::of_lone(2);
+        values.iter().for_each(|value| size.hold(value));
+        Self { values, size }
+    }
+}
+
+/// What a value comes to when it is gone through whole, for printing or comparing. What is shared, such as the row of
+/// `[row] * 1000`, lies once in memory and counts here each time; so it is known before it is gone through.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in super::super) struct Size {
+    /// Bytes as text, roughly.
+    bytes: usize,
+    /// Levels of values within values.
+    depth: usize,
+}
+
+impl Size {
+    fn of_lone(bytes: usize) -> Self {
+        Self { bytes, depth: 0 }
+    }
+
+    /// Of a function that holds values of that depth.
+    pub(super) fn of_function(depth: usize) -> Self {
+        Self {
+            bytes: SHORT,
+            depth: depth + 1,
+        }
+    }
+
+    /// Takes in a value that is held.
+    fn hold(&mut self, value: &Value) {
+        let Self { bytes, depth } = value.size();
+        // With the comma behind it.
+        self.bytes = self.bytes.saturating_add(bytes).saturating_add(2);
+        self.depth = self.depth.max(depth + 1);
+    }
+
+    pub(in super::super) fn bytes(self) -> usize {
+        self.bytes
+    }
+
+    pub(in super::super) fn depth(self) -> usize {
+        self.depth
+    }
 }
 
 /// The functions that xacro adds to Python.
@@ -132,6 +199,7 @@ impl fmt::Display for Error {
 pub(in super::super) struct Dict {
     entries: Vec<(Value, Value)>,
     places: HashMap<Key, usize>,
+    size: Size,
 }
 
 /// What can be a key: numbers that are equal are one key, as in Python.
@@ -175,6 +243,9 @@ impl Dict {
 
     pub(in super::super) fn insert(&mut self, key: Value, value: Value) -> Result<(), Error> {
         let place = Key::of(&key)?;
+        // What is replaced stays counted.
+        self.size.hold(&key);
+        self.size.hold(&value);
         match self.places.get(&place) {
             Some(&i) => self.entries[i].1 = value,
             None => {
@@ -196,7 +267,23 @@ impl Value {
     }
 
     pub(in super::super) fn list(items: Vec<Value>) -> Self {
-        Self::List(items.into())
+        Self::List(Rc::new(items.into()))
+    }
+
+    pub(in super::super) fn tuple(items: Vec<Value>) -> Self {
+        Self::Tuple(Rc::new(items.into()))
+    }
+
+    /// What it comes to when it is gone through whole.
+    pub(in super::super) fn size(&self) -> Size {
+        match self {
+            Self::Text(text) => Size::of_lone(text.len() + 2),
+            Self::List(items) | Self::Tuple(items) => items.size,
+            Self::Dict(dict) => dict.size,
+            Self::Lambda(lambda) => lambda.size(),
+            Self::Method(bound) => Size::of_function(bound.0.size().depth),
+            _ => Size::of_lone(SHORT),
+        }
     }
 
     /// The name of its type, as Python calls it.
@@ -249,7 +336,7 @@ impl Value {
         }
     }
 
-    /// Whether the two are equal, as `==` has it.
+    /// Whether the two are equal, as `==` has it. Goes through both as far as they are: whoever asks pays for that.
     pub(super) fn equals(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::None, Self::None) => true,

@@ -165,6 +165,13 @@ fn numbers_are_of_a_size_to_compute_with_but_for_what_is_expected() {
             "write 0 or a number whose size is between 1e-12 and 1e9"
         );
     }
+    // What may have either sign comes from sines and cosines: cos(90 deg) is 6e-17 to a script.
+    for zero in ["robot.x_m=6e-17", "robot.heading_deg=-1.8e-17"] {
+        assert!(
+            parse(CIRCLE, "t", &[zero.parse().unwrap()]).is_ok(),
+            "{zero}"
+        );
+    }
     let expected = ["expect.slip_energy_j={max=1e-20}".parse().unwrap()];
     assert!(parse(CIRCLE, "t", &expected).is_ok());
 }
@@ -372,4 +379,64 @@ fn an_expectation_names_a_quantity_that_exists() {
     let scenario = parse(CIRCLE, "t", &settings).unwrap();
     let bound = scenario.expect.bounds["twist_ratio_contact.vx"];
     assert_eq!((bound.min, bound.max), (Some(0.9), Some(1.1)));
+}
+
+#[test]
+fn a_setting_makes_the_list_that_it_names_and_adds_to_it() {
+    let settings: Vec<Setting> = [
+        "faults.0.payload.mass_kg=2",
+        "faults.0.payload.x_m=0.1",
+        "faults.1.pose_lost.from_s=3",
+    ]
+    .map(|setting| setting.parse().unwrap())
+    .to_vec();
+    let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
+    assert_eq!(scenario.faults.len(), 2);
+    assert!(matches!(
+        scenario.faults[0],
+        super::super::Fault::Payload { mass_kg, x_m: Some(x_m), .. } if mass_kg == 2.0 && x_m == 0.1
+    ));
+    // Added to one that is there.
+    let text = format!("{CIRCLE}\n[[faults]]\npose_lost = {{}}\n");
+    let added = parse(&text, "test.toml", &settings[2..]).unwrap();
+    assert_eq!(added.faults.len(), 2);
+    assert_eq!(added.faults[1].window_s().0, 3.0);
+}
+
+#[test]
+fn a_place_beyond_the_end_of_a_list_is_refused_with_what_to_do() {
+    for setting in ["faults.1.pose_lost.from_s=3", "faults.7.pose_lost.from_s=3"] {
+        let (message, help, _) = told(CIRCLE, &[setting]);
+        let place = setting.split('.').nth(1).unwrap();
+        assert_eq!(
+            message,
+            format!("the list `faults` has no place {place} yet")
+        );
+        assert!(help.contains("count from 0"), "{help}");
+    }
+}
+
+#[test]
+fn numbers_as_names_of_a_table_stay_names() {
+    let settings = ["robot.args.0=a".parse().unwrap()];
+    let scenario = parse(CIRCLE, "test.toml", &settings).unwrap();
+    assert!(scenario.robot.args.contains_key("0"));
+}
+
+#[test]
+fn a_run_without_a_duration_is_of_a_log_alone() {
+    let open = CIRCLE.replace("duration_s = 30\n", "");
+    assert_eq!(told(&open, &[]).0, "the key `run.duration_s` is missing");
+    let bare = open.replace("[run]\n", "");
+    assert_eq!(told(&bare, &[]).0, "the key `run.duration_s` is missing");
+    let played = "robot.file = \"r.urdf\"\n[playback]\nfile = \"l.csv\"\ndrives = \"twist\"\n";
+    let scenario = parse(played, "test.toml", &[]).unwrap();
+    assert!(scenario.run.is_open());
+    // Written out and read again it is open still.
+    let again = parse(&scenario.to_toml().unwrap(), "test.toml", &[]).unwrap();
+    assert!(again.run.is_open());
+    for wrong in ["inf", "0", "-1"] {
+        let setting = format!("run.duration_s={wrong}");
+        assert!(told(played, &[&setting]).0.contains("`run.duration_s`"));
+    }
 }

@@ -5,11 +5,18 @@ use ilon_robot::FileAccess;
 use super::series::Series;
 use super::{MAX_BYTES, MOST_ROWS, Wanted};
 use crate::Error;
+use crate::foreign::{cell, is_head_of_log, quoted};
 use crate::scenario::{Drives, is_computable, nearest};
-use crate::simulate::quoted;
 
 /// The columns that may say when, and how many nanoseconds one of their units has.
 const TIMES: [(&str, f64); 4] = [("t_s", 1e9), ("time_s", 1e9), ("t_ms", 1e6), ("t_ns", 1.0)];
+
+/// The names of the columns.
+struct Header<'a> {
+    names: &'a [String],
+    /// Whether numbers stand below them: of other files no name is shown.
+    is_log: bool,
+}
 
 /// A column that is needed, and what makes its numbers those of ilon.
 struct Column {
@@ -45,6 +52,15 @@ pub(super) fn read(
         .map(|name| name.trim_start_matches('\u{feff}').to_owned())
         .collect();
     refuse_other_separators(wanted, &header)?;
+    let mut rows = reader.into_records().peekable();
+    let is_log = match rows.peek() {
+        Some(Ok(row)) => is_head_of_log(header.iter().map(String::as_str), row.iter()),
+        _ => false,
+    };
+    let header = Header {
+        names: &header,
+        is_log,
+    };
     let time = column(wanted, &header, &TIMES)?;
     let driving = driving(wanted, &header)?;
     let measured = measured(wanted, &header)?;
@@ -53,14 +69,14 @@ pub(super) fn read(
     let mut driven = Series::new(driving.len());
     let mut poses = Series::new(3);
     let mut first_ns = None;
-    for row in reader.records() {
+    for row in rows {
         let row = row.map_err(parsing)?;
         let line = row.position().map_or(0, ::csv::Position::line);
         let text_of = |column: &Column| row.get(column.place).unwrap_or("");
         let fault = |column: &Column, must: &str, help: &str| {
-            let (name, text) = (quoted(&header[column.place]), quoted(text_of(column)));
+            let (name, text) = (quoted(&header.names[column.place]), cell(text_of(column)));
             wanted.fault(
-                format!("line {line}: `{name}` is \"{text}\", but must be {must}"),
+                format!("line {line}: `{name}` is {text}, but must be {must}"),
                 help,
             )
         };
@@ -123,7 +139,7 @@ pub(super) fn read(
     Ok((driven, measured.map(|_| poses)))
 }
 
-fn driving(wanted: &Wanted<'_>, header: &[String]) -> Result<Vec<Column>, Error> {
+fn driving(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Vec<Column>, Error> {
     const PER_MINUTE: f64 = std::f64::consts::TAU / 60.0;
     const DEGREE: f64 = std::f64::consts::PI / 180.0;
     let wheels = |kinds: &[(&str, f64)]| -> Result<Vec<Column>, Error> {
@@ -177,14 +193,15 @@ fn driving(wanted: &Wanted<'_>, header: &[String]) -> Result<Vec<Column>, Error>
 }
 
 /// Where the real robot was: all three columns, or none.
-fn measured(wanted: &Wanted<'_>, header: &[String]) -> Result<Option<Vec<Column>>, Error> {
+fn measured(wanted: &Wanted<'_>, header: &Header<'_>) -> Result<Option<Vec<Column>>, Error> {
     let known = header
+        .names
         .iter()
         .any(|name| name == wanted.name("measured_x_m"));
     known.then(|| pose(wanted, header, "measured_")).transpose()
 }
 
-fn pose(wanted: &Wanted<'_>, header: &[String], prefix: &str) -> Result<Vec<Column>, Error> {
+fn pose(wanted: &Wanted<'_>, header: &Header<'_>, prefix: &str) -> Result<Vec<Column>, Error> {
     let one = |names: &[(&str, f64)]| {
         let names: Vec<(String, f64)> = names
             .iter()
@@ -207,12 +224,16 @@ fn pose(wanted: &Wanted<'_>, header: &[String], prefix: &str) -> Result<Vec<Colu
 }
 
 /// The one column that is called by any of these names.
-fn column(wanted: &Wanted<'_>, header: &[String], names: &[(&str, f64)]) -> Result<Column, Error> {
+fn column(
+    wanted: &Wanted<'_>,
+    header: &Header<'_>,
+    names: &[(&str, f64)],
+) -> Result<Column, Error> {
     let mut found = None;
     for (name, factor) in names {
         let theirs = wanted.name(name);
-        let places: Vec<usize> = (0..header.len())
-            .filter(|place| header[*place] == theirs)
+        let places: Vec<usize> = (0..header.names.len())
+            .filter(|place| header.names[*place] == theirs)
             .collect();
         if places.len() > 1 {
             return Err(wanted.fault(
@@ -229,7 +250,8 @@ fn column(wanted: &Wanted<'_>, header: &[String], names: &[(&str, f64)]) -> Resu
     }
     found.ok_or_else(|| {
         let (first, _) = names[0];
-        let near = nearest(first, header.iter().map(String::as_str));
+        let shown = header.names.iter().filter(|_| header.is_log);
+        let near = nearest(first, shown.map(String::as_str));
         let hint = match near {
             Some(near) => format!(
                 "if `{}` is meant, say so: `playback.names.{first} = \"{0}\"`",

@@ -167,6 +167,16 @@ impl Log {
         })))
     }
 
+    /// When what drives the robot ends, in seconds of the run: where rows hold until the next, when the last has held as long as the others;
+    /// else with the last.
+    pub fn end_s(&self) -> f64 {
+        let driving = &self.driving;
+        match self.drives {
+            Drives::WheelRates | Drives::WheelTorques | Drives::Twist => driving.end_s(),
+            Drives::WheelAngles | Drives::Path => driving.times_s.last().copied().unwrap_or(0.0),
+        }
+    }
+
     /// The path of the log as a reference, if it is one.
     pub fn reference(&self) -> Option<Result<Reference, ilon_control::ControlError>> {
         if self.drives != Drives::Path {

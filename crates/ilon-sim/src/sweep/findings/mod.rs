@@ -1,5 +1,7 @@
 //! What a study's rows say: the answer to its question, and how sure it is.
 
+pub mod gaps;
+pub mod grid;
 pub mod sensitivity;
 pub mod statistics;
 
@@ -8,6 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
+use self::gaps::Gap;
+use self::grid::RangeOf;
 use self::sensitivity::{Effects, Indices};
 use self::statistics::{Quantile, quantile, share_interval};
 use super::file::Method;
@@ -33,6 +37,12 @@ pub struct Findings {
     pub failed: u64,
     /// Why they failed, the most frequent reason first.
     pub failures: Vec<Failures>,
+    /// Quantities of which the study says less than was asked.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub gaps: Vec<Gap>,
+    /// Of a grid: where the quantities are least and largest, and what each axis does to them.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub ranges: Vec<RangeOf>,
     /// Of `[find]`: where the quantity crosses its value, at each point of the axes.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub found: Vec<FoundAt>,
@@ -183,6 +193,8 @@ impl Findings {
                 .filter(|row| row.status == Status::Failed)
                 .count() as u64,
             failures: failures(rows),
+            gaps: Vec::new(),
+            ranges: Vec::new(),
             found: Vec::new(),
             minimum: None,
             distributions: Vec::new(),
@@ -194,61 +206,89 @@ impl Findings {
         let quantities: Vec<(&String, usize)> = quantities
             .filter_map(|name| Some((name, figure_index(name)?)))
             .collect();
-        let is_noise_alone =
-            study.axes().is_empty() && matches!(study.question(), Question::Table { .. });
         for scenario in study.scenario_names() {
             let of_scenario: Vec<&Row> =
                 rows.iter().filter(|row| row.scenario == scenario).collect();
             for (quantity, index) in &quantities {
-                let (quantity, scenario) = ((*quantity).clone(), scenario.to_owned());
-                match study.file().method {
-                    Method::SobolIndices => {
-                        let base = whole_base_points(study, &of_scenario, *index);
-                        let keys: Vec<String> =
-                            study.axes().iter().map(|axis| axis.key.clone()).collect();
-                        let axes = sensitivity::sobol_indices(&keys, &base, study.file().seed);
-                        let drawn = base.iter().flat_map(|row| row[..2].to_vec());
-                        let (mean, deviation) = mean_and_deviation(&drawn.collect::<Vec<f64>>());
-                        findings.indices.extend(axes.map(|axes| IndicesOf {
-                            quantity,
-                            scenario,
-                            base_points: base.len() as u64,
-                            mean,
-                            deviation,
-                            axes,
-                        }));
-                    }
-                    Method::Morris => {
-                        let keys: Vec<String> =
-                            study.axes().iter().map(|axis| axis.key.clone()).collect();
-                        let axes =
-                            sensitivity::morris_effects(&keys, &moves(study, &of_scenario, *index));
-                        findings.effects.push(EffectsOf {
-                            quantity,
-                            scenario,
-                            axes,
-                        });
-                    }
-                    method if method.is_sample() || is_noise_alone => {
-                        let has_it = |row: &&&Row| row.figure(*index).is_some();
-                        // Where noise alone varies, each repetition is a draw of it.
-                        let draws = match is_noise_alone {
-                            true => of_scenario.iter().filter(has_it).count() as u64,
-                            false => draws(of_scenario.iter().filter(has_it).copied()),
-                        };
-                        let values = of_scenario.iter().filter_map(|row| row.figure(*index));
-                        findings.distributions.extend(distribution(
-                            quantity,
-                            scenario,
-                            values.collect(),
-                            draws,
-                        ));
-                    }
-                    _ => {}
-                }
+                findings.add(study, scenario, &of_scenario, quantity, *index);
             }
         }
         findings
+    }
+
+    /// Adds what the rows of a scenario say of a quantity, which stands at a place among their figures.
+    fn add(&mut self, study: &Study, scenario: &str, rows: &[&Row], quantity: &str, index: usize) {
+        let figure = |row: &Row| row.figure(index);
+        let values: Vec<f64> = rows.iter().filter_map(|row| figure(row)).collect();
+        let absent = gaps::absent(quantity, scenario, rows, figure);
+        // What is absent everywhere is no constant, and has been said.
+        let is_known = !values.is_empty();
+        self.gaps.extend(absent);
+        let keys = || -> Vec<String> { study.axes().iter().map(|axis| axis.key.clone()).collect() };
+        let (named, of_scenario) = (quantity.to_owned(), scenario.to_owned());
+        let is_table = matches!(study.question(), Question::Table { .. });
+        match study.file().method {
+            Method::SobolIndices => {
+                let base = whole_base_points(study, rows, index);
+                let drawn = base.iter().flat_map(|row| row[..2].to_vec());
+                let (mean, deviation) = mean_and_deviation(&drawn.collect::<Vec<f64>>());
+                let base_points = base.len() as u64;
+                let axes = sensitivity::sobol_indices(&keys(), &base, study.file().seed);
+                match axes {
+                    Some(axes) => self.indices.push(IndicesOf {
+                        quantity: named,
+                        scenario: of_scenario,
+                        base_points,
+                        mean,
+                        deviation,
+                        axes,
+                    }),
+                    None if is_known => {
+                        let runs = rows.len() as u64;
+                        self.gaps.push(match base_points {
+                            0 | 1 => {
+                                let each = study.axes().len() + 2;
+                                gaps::broken(quantity, scenario, runs, base_points, each)
+                            }
+                            _ => gaps::constant(quantity, scenario, runs, mean),
+                        });
+                    }
+                    None => {}
+                }
+            }
+            // Of what is absent everywhere there is nothing to say beyond that.
+            Method::Morris if is_known => {
+                let axes = sensitivity::morris_effects(&keys(), &moves(study, rows, index));
+                if axes.iter().all(|axis| axis.moves == 0) {
+                    let each = study.axes().len() + 1;
+                    let runs = rows.len() as u64;
+                    self.gaps
+                        .push(gaps::broken(quantity, scenario, runs, 0, each));
+                    return;
+                }
+                self.effects.push(EffectsOf {
+                    quantity: named,
+                    scenario: of_scenario,
+                    axes,
+                });
+            }
+            method if method.is_sample() => {
+                let has_it = rows.iter().filter(|row| figure(row).is_some()).copied();
+                self.distributions
+                    .extend(distribution(named, of_scenario, values, draws(has_it)));
+            }
+            // Where noise alone varies, each repetition is a draw of it.
+            _ if is_table && study.axes().is_empty() => {
+                let draws = values.len() as u64;
+                self.distributions
+                    .extend(distribution(named, of_scenario, values, draws));
+            }
+            Method::Grid if is_table => {
+                self.ranges
+                    .extend(grid::range(study, quantity, scenario, rows, figure));
+            }
+            _ => {}
+        }
     }
 
     /// Whether every bound of the study's `[expect]` holds.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::curve::Meeting;
 use super::{ImpulseProblem, Law, Sliding, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
@@ -25,6 +26,8 @@ enum Regime {
     Turns(f64),
     /// A roller that moves along its axle at this velocity, in m/s: to a stop.
     Moves(f64),
+    /// A row on a piece of its curve.
+    Along(Meeting),
 }
 
 /// Room for Newton's method.
@@ -70,6 +73,7 @@ impl ImpulseProblem {
                 self.regime_in_disc(at + 1, friction * p.x)
             }
             Law::Disc { most_n_s } => self.regime_in_disc(at, most_n_s),
+            Law::Curve { place } => Regime::Along(self.on_curve(at, place)),
         }
     }
 
@@ -142,7 +146,9 @@ impl ImpulseProblem {
             // No other law's step changes its impulses.
             let there = |k: usize| self.impulses[at + k] + self.newton.step[at + k];
             let asked = match self.laws[law].1 {
-                Law::Joint { .. } | Law::Slide { .. } => Vector3::new(there(0), 0.0, 0.0),
+                Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. } => {
+                    Vector3::new(there(0), 0.0, 0.0)
+                }
                 Law::Disc { .. } => Vector3::new(there(0), there(1), 0.0),
                 Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
             };
@@ -166,7 +172,10 @@ impl ImpulseProblem {
                     newton.stop(at, self);
                     newton.step[at] += stop_m_s;
                 }
-                (_, Law::Joint { .. } | Law::Slide { .. }) => newton.stop(at, self),
+                (Regime::Along(meeting), _) => newton.follow(at, &meeting, self),
+                (_, Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. }) => {
+                    newton.stop(at, self);
+                }
                 (regime, Law::Disc { most_n_s }) => {
                     (at..at + 2).for_each(|row| newton.stop(row, self));
                     if let Regime::Slides {
@@ -256,6 +265,20 @@ impl Newton {
     fn fix(&mut self, row: usize, by: f64) {
         self.matrix[row * self.step.len() + row] = 1.0;
         self.step[row] = by;
+    }
+
+    /// A row that shall come to the straight line on which it meets its curve: across the line, velocity and impulse change by what is
+    /// missing.
+    fn follow(&mut self, row: usize, meeting: &Meeting, problem: &ImpulseProblem) {
+        let [of_velocity, of_impulse] = meeting.across(problem.w(row, row));
+        let missing_velocity = meeting.velocity - problem.velocities[row];
+        let missing_impulse = meeting.impulse - problem.impulses[row];
+        self.stop(row, problem);
+        let rows = self.step.len();
+        let line = &mut self.matrix[row * rows..][..rows];
+        line.iter_mut().for_each(|w| *w *= of_velocity);
+        line[row] += of_impulse;
+        self.step[row] = of_velocity * missing_velocity + of_impulse * missing_impulse;
     }
 
     /// A row whose velocity shall vanish: W dp = -u.

@@ -140,6 +140,11 @@ impl Split {
             allowed[row] = coupled[row] - velocities[row] / responses[row];
         }
         for &(at, law) in &problem.laws {
+            if let Law::Curve { place } = law {
+                let meeting = problem.curves.meet(place, allowed[at], responses[at]);
+                allowed[at] = meeting.impulse;
+                continue;
+            }
             law.allow(&mut allowed[at..], responses[at], (&mut loads[at], follows));
         }
     }
@@ -162,6 +167,8 @@ impl Law {
                 Sliding::Free => asked[0] = 0.0,
             },
             Law::Disc { most_n_s } => bound(&mut asked[..2], most_n_s),
+            // It is not a law's alone what a curve allows: `Curves::meet`.
+            Law::Curve { .. } => {}
             Law::Contact {
                 friction,
                 approach_m_s,

@@ -2,22 +2,25 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::Reactions;
 use super::give::stays_open;
+use super::{Reactions, spring_between};
 use crate::contact::candidates::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
+use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 
-/// A contact that would still open at this rate, in m/s, after a step without impulses is none: other contacts do not
-/// change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts.
-const OPEN_M_S: f64 = 0.1;
+/// A contact that would still open at this rate, in its robot's unit of speed, after a step without impulses is none: other contacts do
+/// not change it by as much, unless they have to stop more. It spares rough ground most of its potential contacts. 0.1 m/s for wheels of
+/// 50 mm.
+const OPEN: f64 = 0.143;
 
-/// What is deeper in the ground than its load explains is pushed out at this speed, in m/s: too slowly to bounce, 1 um.
-const PUSH_OUT_M_S: f64 = 5e-3;
+/// What is deeper in the ground than its load explains is pushed out at this speed, in the same unit: too slowly to bounce, by 2.5e-5 of
+/// a wheel's radius. 5 mm/s for wheels of 50 mm.
+const PUSH_OUT: f64 = 7.1e-3;
 
 /// What the roller of a part is made of.
 fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
@@ -55,19 +58,14 @@ impl Reactions {
         self.touch(scenes);
         for scene in scenes.each() {
             for (index, wheel) in scene.robot.wheels.iter().enumerate() {
-                // A gear takes its share of the motor's torque, whichever of the two drives the other.
-                let gear_n_m = (1.0 - wheel.drive.gear_efficiency) * scene.geared_n_m[index].abs();
-                let friction_n_m = wheel.dry_friction_n_m() + gear_n_m;
+                if self.needs_drive(&scene, index) {
+                    self.hold_drive(&scene, index);
+                    continue;
+                }
+                let friction_n_m = wheel.dry_friction_n_m();
                 self.limit_motor(&scene, index);
                 if friction_n_m > 0.0 {
-                    let dof = scene.assembly.wheels[index].hub_dof;
-                    let side = Side {
-                        body: scene.index,
-                        chassis: [0.0; 6],
-                        hub: Some((dof, 1.0)),
-                        axle: None,
-                        slide: 0.0,
-                    };
+                    let side = scene.of_hub(index);
                     self.hold_bearing(&scene, Part::Hub(index), side, friction_n_m);
                 }
             }
@@ -75,19 +73,14 @@ impl Reactions {
         for i in 0..self.axles.len() {
             let axle = self.axles[i];
             let scene = scenes.of(axle.body);
-            let body = &scene.assembly.wheels[axle.wheel];
+            let body = &scene.wheels[axle.wheel];
             let friction_n_m = body.rollers[axle.roller].friction_n_m;
             if friction_n_m > 0.0 && axle.response.is_some() {
                 // Its spin against the hub.
-                let d = axle.axis;
-                let along = d.dot(&scene.middle.hubs()[axle.wheel].axis());
-                let side = Side {
-                    body: axle.body,
-                    chassis: [0.0, 0.0, 0.0, -d.x, -d.y, -d.z],
-                    hub: Some((body.hub_dof, -along)),
-                    axle: Some((i, 1.0)),
-                    slide: 0.0,
-                };
+                let still = (&Vector3::zeros(), &Vector3::zeros());
+                let (wheel, hub_turns) = (Some(axle.wheel), -axle.axis);
+                let mut side = scene.moving_with(wheel, scene.middle, still, &hub_turns);
+                side.axle = Some((i, 1.0));
                 let part = Part::Axle(axle.wheel, axle.roller);
                 self.hold_bearing(&scene, part, side, friction_n_m);
             }
@@ -97,9 +90,7 @@ impl Reactions {
 
     /// Turns the places where bodies are near something into contacts.
     fn touch(&mut self, scenes: Scenes<'_>) {
-        let (settings, dt_s) = (scenes.settings, scenes.dt_s);
-        let relaxed_s = dt_s + settings.contact_relaxation_s;
-        let compliance = 1.0 / (settings.contact_stiffness_n_m * dt_s * relaxed_s);
+        let dt_s = scenes.dt_s;
         let mut potential = std::mem::take(&mut self.potential);
         let nearby = std::mem::take(&mut self.nearby);
         potential.clear();
@@ -111,10 +102,13 @@ impl Reactions {
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
         for (place, contact) in nearby.iter().zip(&potential) {
             let scene = &scenes.of(place.a.body);
+            let unit_m_s = scene.scale.speed_m_s();
+            let spring = spring_between(scenes.bodies, place.a, place.b);
+            let compliance = spring.compliance(dt_s);
             let press = self.press(scene, place.a.part, contact);
             match &press {
-                Some(press) if stays_open(contact, press, dt_s) => continue,
-                None if open_m_s(contact) > OPEN_M_S + comes_m_s => continue,
+                Some(press) if stays_open(contact, press, (scene.scale, dt_s)) => continue,
+                None if open_m_s(contact) > OPEN * unit_m_s + comes_m_s => continue,
                 _ => {}
             }
             let before = self.impulse_before(place.a, place.b);
@@ -125,7 +119,8 @@ impl Reactions {
                 None => {
                     // No faster than what the spring was loaded with, and a little.
                     let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
-                    let out_m_s = (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT_M_S);
+                    let relaxed_s = dt_s + spring.relaxation_s;
+                    let out_m_s = (gap_m / relaxed_s).max(-loaded_m_s - PUSH_OUT * unit_m_s);
                     (out_m_s, compliance)
                 }
             };
@@ -231,7 +226,7 @@ impl Reactions {
     /// Holds a roller with play between its stops, at a place among those that may touch.
     fn hold_slide(&mut self, scene: &Scene<'_>, index: usize) {
         let axle = self.axles[index];
-        let roller = &scene.assembly.wheels[axle.wheel].rollers[axle.roller];
+        let roller = &scene.wheels[axle.wheel].rollers[axle.roller];
         let Some(slide) = roller.slide.as_ref().filter(|_| !roller.seized) else {
             return;
         };
@@ -241,11 +236,9 @@ impl Reactions {
             most_m_s,
         };
         let side = Side {
-            body: scene.index,
-            chassis: [0.0; 6],
-            hub: None,
             axle: Some((index, 0.0)),
             slide: 1.0,
+            ..Side::of_joints(scene.index, Path::NONE)
         };
         let part = Part::Slide(axle.wheel, axle.roller);
         self.hold_joint(scene, part, side, law, 0.0);
@@ -254,7 +247,7 @@ impl Reactions {
     /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes back as much as that
     /// needs, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
-        let (motor, dof) = (&scene.motors[wheel], scene.assembly.wheels[wheel].hub_dof);
+        let (motor, dof) = (&scene.motors[wheel], scene.body.dof_of(wheel));
         let (now_rad_s, free_rad_s) = (scene.rates_before[dof], scene.rates_free[dof]);
         // The way in which the step would end beyond it; a wheel may start from rest, or turn back within the step.
         let is_near = motor.is_near_limit(now_rad_s);
@@ -282,13 +275,7 @@ impl Reactions {
                 -gives_n_m_s.min(0.0)
             },
         };
-        let side = Side {
-            body: scene.index,
-            chassis: [0.0; 6],
-            hub: Some((dof, 1.0)),
-            axle: None,
-            slide: 0.0,
-        };
+        let side = scene.of_hub(wheel);
         self.hold_joint(scene, Part::RateLimit(wheel), side, law, limit_rad_s);
     }
 
@@ -300,7 +287,14 @@ impl Reactions {
     }
 
     /// Adds a joint, of which body A has both parts, whose rate is counted from another.
-    fn hold_joint(&mut self, scene: &Scene<'_>, part: Part, side: Side, law: Law, from_rad_s: f64) {
+    pub(super) fn hold_joint(
+        &mut self,
+        scene: &Scene<'_>,
+        part: Part,
+        side: Side,
+        law: Law,
+        from_rad_s: f64,
+    ) {
         let before = self.rate(&side, scene.rates_before, Axle::before) - from_rad_s;
         let free = self.rate(&side, scene.rates_free, Axle::now) - from_rad_s;
         let reaction = Reaction::within(scene.member(part), Vector3::new(before, 0.0, 0.0));

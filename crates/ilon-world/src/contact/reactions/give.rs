@@ -1,5 +1,6 @@
 //! Contacts that give: treads and creep.
 
+use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
 
 use super::Reactions;
@@ -11,23 +12,27 @@ use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
 use crate::ground::FloorSurface;
 
-/// A tread that would still be this far from the ground after a step is none of its contacts, in metres.
-const OPEN_M: f64 = 1e-6;
+/// A tread that would still be this far from the ground after a step is none of its contacts, in wheel radii.
+const OPEN: f64 = 2e-5;
 
 /// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next to nothing slips for next to
 /// nothing.
 const LEAST_LOAD: f64 = 1e-2;
 
 /// Whether a tread does not reach the ground in the step: with the rate it has, or would have without any contact.
-pub(super) fn stays_open(contact: &PotentialContact, press: &Press, dt_s: f64) -> bool {
+pub(super) fn stays_open(
+    contact: &PotentialContact,
+    press: &Press,
+    (scale, dt_s): (&Scale, f64),
+) -> bool {
     let comes_m_s = contact.before.x.min(contact.free.x).min(0.0);
-    press.gap_m + dt_s * comes_m_s > OPEN_M
+    press.gap_m + dt_s * comes_m_s > OPEN * scale.length_m
 }
 
 /// The tread of a part, if it has one.
 fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
     match part {
-        Part::Roller(wheel, _) => scene.assembly.wheels[wheel].surface.tread.as_ref(),
+        Part::Roller(wheel, _) => scene.wheels[wheel].surface.tread.as_ref(),
         _ => None,
     }
 }
@@ -139,9 +144,7 @@ impl Reactions {
 /// The mean load of a robot's wheels, in N.
 fn mean_load_n(scene: &Scene<'_>, part: Part) -> f64 {
     match part {
-        Part::Roller(wheel, _) => {
-            scene.assembly.wheels[wheel].surface.load_kg * scene.settings.gravity_m_s2
-        }
+        Part::Roller(wheel, _) => scene.wheels[wheel].surface.load_kg * scene.settings.gravity_m_s2,
         _ => 0.0,
     }
 }

@@ -37,12 +37,12 @@ impl Reactions {
         let (Part::Roller(wheel, roller), Partner::Ground) = (place.a.part, place.b) else {
             return;
         };
-        let of_roller = scene.assembly.wheels[wheel].surface.rolling_resistance;
+        let of_roller = scene.wheels[wheel].surface.rolling_resistance;
         if of_roller <= 0.0 && !ground.drags() {
             return;
         }
         let hub = &scene.middle.hubs()[wheel];
-        let state = &scene.assembly.wheels[wheel].rollers[roller];
+        let state = &scene.wheels[wheel].rollers[roller];
         let [normal, first, second] = contact.frame;
         let Some(radii_m) = state.radii_m(hub, &normal) else {
             return;
@@ -101,16 +101,13 @@ fn turned_by(
     axle: Option<usize>,
     moment: &Vector3<f64>,
 ) -> Side {
-    let body = &scene.assembly.wheels[wheel];
+    let body = &scene.wheels[wheel];
     let hub = &scene.middle.hubs()[wheel];
     let axis = hub.rotation * body.rollers[roller].axis_in_hub;
     let of_axle = axle.map_or(0.0, |_| moment.dot(&axis));
     let of_hub = moment - of_axle * axis;
-    Side {
-        body: scene.index,
-        chassis: [0.0, 0.0, 0.0, of_hub.x, of_hub.y, of_hub.z],
-        hub: Some((body.hub_dof, hub.axis().dot(&of_hub))),
-        axle: axle.map(|index| (index, of_axle)),
-        slide: 0.0,
-    }
+    let still = (&Vector3::zeros(), &Vector3::zeros());
+    let mut side = scene.moving_with(Some(wheel), scene.middle, still, &of_hub);
+    side.axle = axle.map(|index| (index, of_axle));
+    side
 }

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::super::standing::clearance_m;
 use super::{World, shipped};
-use crate::{ContactSolver, Floor, RollerBodies, Settings};
+use crate::{Floor, RollerBodies, Settings};
 
 fn world(robot: &Robot, dt_s: f64, bodies: RollerBodies) -> World {
     let settings = Settings {
@@ -28,11 +28,10 @@ fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     pose.translation.z += clear_m
         - clearance_m(
             &world.bodies[0].robot,
-            (&world.ground, &world.bodies[0].anchor),
+            (&world.ground, &Vector3::zeros()),
             &floor_from_body,
         );
     world.bodies[0].state.place(pose);
-    world.bodies[0].rebuild(ContactSolver::Ilon);
 }
 
 /// Whatever the height of the fall and wherever in the step it ends, the robot stays down.

@@ -110,6 +110,32 @@ impl Checked {
         matches!(self.count(), Count::Failed | Count::Refused)
     }
 
+    /// Its outcome and its bounds; `error` where it could not run.
+    fn json(&self) -> serde_json::Value {
+        let outcome = match self.count() {
+            Count::Held => "held",
+            Count::Failed => "failed",
+            Count::Updated => "updated",
+            Count::NothingExpected => "nothing expected",
+            Count::Refused => "could not run",
+            Count::Skipped => "skipped",
+        };
+        let (bounds, failures, error) = match &self.result {
+            Ended::Judged(judged) => (judged.verdicts.as_slice(), judged.failures(), None),
+            Ended::Refused(error) => ([].as_slice(), Vec::new(), Some(error.to_string())),
+            Ended::Skipped => ([].as_slice(), Vec::new(), None),
+        };
+        serde_json::json!({
+            "scenario": self.label,
+            "file": self.path,
+            "outcome": outcome,
+            "took_s": self.took.as_secs_f64(),
+            "bounds": bounds,
+            "failures": failures,
+            "error": error,
+        })
+    }
+
     /// Writes what `--update` changes, after it was shown.
     pub fn write_update(&mut self) {
         if let Ended::Judged(Judged {
@@ -169,6 +195,14 @@ impl Checked {
             }
         }
     }
+}
+
+/// What came of each scenario, as `ilon check --json` prints it.
+pub(super) fn json(checked: &[Checked]) -> Result<String, Failure> {
+    let scenarios: Vec<_> = checked.iter().map(Checked::json).collect();
+    let text = serde_json::to_string_pretty(&serde_json::json!({ "scenarios": scenarios }))
+        .map_err(|error| Failure::encode("the results", &error))?;
+    Ok(text + "\n")
 }
 
 /// How many scenarios came to what.

@@ -154,6 +154,7 @@ fn rollers_with_play_are_solved_where_the_floor_drags_and_creeps_and_never_gain_
                     }
                     Law::Disc { most_n_s } => rubs(at, most_n_s),
                     Law::Joint { .. } => assert!(p * u <= error * p.abs() + 1e-15),
+                    Law::Curve { .. } => unreachable!("no curve is drawn here"),
                     Law::Slide {
                         least_m_s,
                         most_m_s,

@@ -1,16 +1,14 @@
 //! The page of a study: its rows and findings as [`ilon_report::sweep`] shows them.
 
-mod answers;
-
 use std::path::Path;
 
-use answers::{answers, words};
-use ilon_report::sweep::{self, Quantity, Run, Sensitivity, Shown, Table, Varied};
+use ilon_report::sweep::{self, Quantity, Run, Sensitivity, Shown, Varied};
 use ilon_sim::sweep::{
     Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
 };
-use ilon_trace::{TraceError, number};
+use ilon_trace::TraceError;
 
+use crate::answers::sweep::{answers, tables, words};
 use crate::cli::shell;
 
 /// The page.
@@ -148,12 +146,12 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
     Shown {
         name: study.name().to_owned(),
         facts: facts(study, findings),
-        answers: answers(study, rows, findings),
+        answers: answers(study, findings),
         quantities,
         runs,
         varied,
         sensitivity: sensitivity(findings),
-        tables: tables(findings),
+        tables: tables(study, findings),
         is_sample: study.file().method != ilon_sim::sweep::Method::Grid
             || study.file().minimise.is_some(),
     }
@@ -229,86 +227,4 @@ fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
             .collect(),
     });
     indices.chain(effects).collect()
-}
-
-fn tables(findings: &Findings) -> Vec<Table> {
-    let mut tables = Vec::new();
-    if !findings.found.is_empty() {
-        let keys: Vec<String> = findings.found[0].values.keys().cloned().collect();
-        let head = std::iter::once("scenario".to_owned()).chain(keys).chain([
-            "crossings".to_owned(),
-            "least".to_owned(),
-            "largest".to_owned(),
-        ]);
-        let rows = findings.found.iter().map(|one| {
-            let crossings: Vec<String> = one
-                .found
-                .crossings
-                .iter()
-                .map(|crossing| number(crossing.at))
-                .collect();
-            let end = |value: Option<f64>| value.map_or("-".to_owned(), sweep::figure);
-            std::iter::once(one.scenario.clone())
-                .chain(one.values.values().map(text_of))
-                .chain([
-                    crossings.join(", "),
-                    end(one.found.least),
-                    end(one.found.largest),
-                ])
-                .collect()
-        });
-        tables.push(Table {
-            title: "Where it crosses, and the range of the quantity over the values tried first"
-                .to_owned(),
-            head: head.collect(),
-            rows: rows.collect(),
-        });
-    }
-    if !findings.distributions.is_empty() {
-        let words = [
-            "quantity",
-            "scenario",
-            "runs",
-            "mean",
-            "deviation",
-            "least",
-            "largest",
-        ];
-        let shares = findings.distributions[0].quantiles.iter();
-        let shares = shares.map(|quantile| {
-            format!(
-                "{} % (where it lies with 95 %)",
-                number(100.0 * quantile.share)
-            )
-        });
-        let rows = findings.distributions.iter().map(|one| {
-            let quantiles = one.quantiles.iter().map(|quantile| {
-                let end = |end: Option<f64>| end.map_or("?".to_owned(), sweep::figure);
-                format!(
-                    "{} ({} to {})",
-                    sweep::figure(quantile.value),
-                    end(quantile.low),
-                    end(quantile.high)
-                )
-            });
-            [
-                one.quantity.clone(),
-                one.scenario.clone(),
-                match one.draws {
-                    draws if draws == one.count => draws.to_string(),
-                    draws => format!("{} of {draws} points", one.count),
-                },
-            ]
-            .into_iter()
-            .chain([one.mean, one.deviation, one.least, one.largest].map(sweep::figure))
-            .chain(quantiles)
-            .collect()
-        });
-        tables.push(Table {
-            title: "How the quantities are distributed".to_owned(),
-            head: words.map(str::to_owned).into_iter().chain(shares).collect(),
-            rows: rows.collect(),
-        });
-    }
-    tables
 }

@@ -17,7 +17,7 @@ use parry3d::query::{
 };
 use parry3d::shape::{HalfSpace, PackedFeatureId, Shape, ShapeType};
 
-use crate::engine::barrel_shape::BarrelShape;
+use super::barrel_shape::BarrelShape;
 
 /// parry's default dispatcher, with exact contacts for [`BarrelShape`].
 ///

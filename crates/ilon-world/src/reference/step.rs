@@ -1,22 +1,19 @@
-//! The reference mode: rapier alone. Every roller is a body on a joint of its own, and rapier's own solver sweeps over contacts
-//! and dry bearings, as it does for anybody who builds such a robot with it.
+//! One step of rapier: what it is given, and what is read from it into the same figures as in ilon's own mode.
 //!
-//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after it. State, contacts and energies are
-//! read from it into the same figures as in ilon's own mode: positions are summed in f64 here too, for in f32 a robot would lose
-//! its small increments.
+//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after it.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
-use super::World;
-use crate::Settings;
+use super::engine::Engine;
+use super::multibody::Reference;
 use crate::contact::candidates::{along_frame, frame};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
-use crate::engine::copy::Engine;
-use crate::ground::{Anchor, Grip};
+use crate::ground::{Anchor, Grip, Ground};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
+use crate::{MotorTorque, Settings};
 
 /// Natural frequency of a contact's spring, in Hz, and its damping ratio. rapier's default of 30 Hz lets light rollers sink in.
 const CONTACT_HZ: Real = 1000.0;
@@ -45,98 +42,91 @@ pub(super) fn integration_parameters(settings: &Settings) -> IntegrationParamete
     }
 }
 
-impl World {
-    /// Advances the world by a time, with contacts that rapier solves.
-    pub(super) fn advance_in_rapier(&mut self, dt_s: f64) {
-        let mut found = Vec::new();
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            body.before.copy_from(&body.state);
-            body.middle.copy_from(&body.state);
-            body.rapier.integration_parameters.dt = dt_s as Real;
-            body.set_poses_in_rapier(&self.ground);
-            body.set_motors_in_rapier();
-            body.begin_pushes();
-            let grip = Grip {
-                ground: &self.ground,
-                anchor: &body.anchor,
-            };
-            body.rapier.step(&grip);
-            body.read_rates(dt_s);
-            body.read_reactions(index, &mut found);
+impl Reference {
+    /// Takes a step of a robot in rapier, and takes it over.
+    pub fn step(&mut self, robot: &mut Articulated, ground: &Ground, dt_s: f64) {
+        robot.before.copy_from(&robot.state);
+        robot.middle.copy_from(&robot.state);
+        self.rapier.integration_parameters.dt = dt_s as Real;
+        self.place(robot, ground);
+        for (index, motor) in robot.motors.iter_mut().enumerate() {
+            hold_below_limit(motor, robot.middle.wheel_rates_rad_s[index]);
         }
-        self.reactions.take(found);
-        self.count_motors(dt_s);
-        self.read_contacts(dt_s);
-        for body in &mut self.bodies {
-            self.energies.bearing_j += body.joints_lost_j(dt_s);
-            body.end_pushes(dt_s, &mut self.energies);
-        }
+        self.load(robot);
+        let anchor = &self.anchor;
+        self.rapier.step(&Grip { ground, anchor });
+        self.read_rates();
+        self.move_on(robot, dt_s);
     }
-}
 
-impl Articulated {
-    /// Gives rapier the motors' torques.
-    fn set_motors_in_rapier(&mut self) {
-        let mut reaction = Vector3::zeros();
-        for (index, motor) in self.motors.iter_mut().enumerate() {
-            let wheel = &self.assembly.wheels[index];
-            let rate_rad_s = self.middle.wheel_rates_rad_s[index];
-            // rapier knows no motor that has a rate limit: beyond it the motor does not drive for a step.
-            let drives = motor.torque_n_m * rate_rad_s > 0.0;
-            if drives && rate_rad_s.abs() >= motor.rate_limit_rad_s {
-                motor.torque_n_m = 0.0;
-            }
+    /// Gives rapier the motors' torques and the pushes of the step.
+    fn load(&mut self, robot: &Articulated) {
+        let (force_n, mut on_chassis_n_m) = robot.pushed();
+        for (index, motor) in robot.motors.iter().enumerate() {
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
-            let undamped_n_m = motor.droop_n_m_s * rate_rad_s;
-            let axis = self.middle.hubs()[index].axis();
+            let undamped_n_m = motor.droop_n_m_s * robot.middle.wheel_rates_rad_s[index];
+            let axis = robot.middle.hubs()[index].axis();
             let torque = axis * (motor.torque_n_m + undamped_n_m);
-            let hub = &mut self.rapier.bodies[wheel.hub];
+            let hub = &mut self.rapier.bodies[self.hubs[index].body];
             hub.reset_torques(false);
             hub.add_torque(convert::vector(&torque), false);
-            reaction -= torque;
+            on_chassis_n_m -= torque;
         }
-        let chassis = &mut self.rapier.bodies[self.assembly.chassis];
+        let chassis = &mut self.rapier.bodies[self.chassis];
+        chassis.reset_forces(false);
         chassis.reset_torques(false);
-        chassis.add_torque(convert::vector(&reaction), false);
-        self.assembly
-            .set_droops(&mut self.rapier, &self.robot, &self.motors);
+        chassis.add_force(convert::vector(&force_n), false);
+        chassis.add_torque(convert::vector(&on_chassis_n_m), false);
+        self.set_droops(&robot.robot, &robot.motors);
     }
 
     /// Takes rapier's rates over, and sums the poses with them.
-    fn read_rates(&mut self, dt_s: f64) {
-        let in_rapier = self.assembly.rates_in_rapier(&self.rapier);
-        for (rate, in_rapier) in self.rates_free.iter_mut().zip(in_rapier) {
-            *rate = f64::from(*in_rapier);
+    fn move_on(&mut self, robot: &mut Articulated, dt_s: f64) {
+        let Articulated {
+            before,
+            middle,
+            ahead,
+            state,
+            wheels,
+            ..
+        } = robot;
+        state.velocity_m_s = Vector3::from_column_slice(&self.rates[..3]);
+        state.angular_rad_s = Vector3::from_column_slice(&self.rates[3..6]);
+        for (hub, rate_rad_s) in self.hubs.iter().zip(&mut state.wheel_rates_rad_s) {
+            *rate_rad_s = self.rates[hub.dof];
         }
-        self.assembly.set_rates(&self.rates_free, &mut self.state);
         // Where rapier solved, with the rates that it came to.
-        self.ahead.copy_from(&self.state);
-        self.state.advance(dt_s);
+        ahead.copy_from(state);
+        state.advance(dt_s);
         let mean = |before: &Vector3<f64>, after: &Vector3<f64>| 0.5 * (before + after);
-        self.middle.velocity_m_s = mean(&self.before.velocity_m_s, &self.state.velocity_m_s);
-        self.middle.angular_rad_s = mean(&self.before.angular_rad_s, &self.state.angular_rad_s);
-        let rates = self.middle.wheel_rates_rad_s.iter_mut();
-        for (mean, after) in rates.zip(&self.state.wheel_rates_rad_s) {
+        middle.velocity_m_s = mean(&before.velocity_m_s, &state.velocity_m_s);
+        middle.angular_rad_s = mean(&before.angular_rad_s, &state.angular_rad_s);
+        let rates = middle.wheel_rates_rad_s.iter_mut();
+        for (mean, after) in rates.zip(&state.wheel_rates_rad_s) {
             *mean = 0.5 * (*mean + after);
         }
-        for (index, wheel) in self.assembly.wheels.iter_mut().enumerate() {
-            let before = self.before.hub_rate_in_hub(index);
-            let after = self.state.hub_rate_in_hub(index);
-            for part in &mut wheel.bodies {
-                let roller = &mut wheel.rollers[part.roller];
+        for (index, (hub, wheel)) in self.hubs.iter_mut().zip(wheels).enumerate() {
+            let before = before.hub_rate_in_hub(index);
+            let after = state.hub_rate_in_hub(index);
+            for (part, roller) in hub.rollers.iter_mut().zip(&mut wheel.rollers) {
                 part.spin_before_rad_s = roller.spin_rad_s(&before);
-                let spin_rad_s = self.rates_free[part.dof];
+                let spin_rad_s = self.rates[part.dof];
                 roller.set_spin(spin_rad_s, &after);
                 roller.angle_rad += spin_rad_s * dt_s;
             }
         }
     }
 
-    /// Reads what rapier's contacts did to this body of the world.
-    fn read_reactions(&self, index: usize, found: &mut Vec<(Reaction, f64)>) {
-        let (before, after) = (&self.before, &self.ahead);
+    /// Reads what rapier's contacts did to a robot, this body of its world.
+    pub fn read_reactions(
+        &self,
+        robot: &Articulated,
+        index: usize,
+        found: &mut Vec<(Reaction, f64)>,
+    ) {
+        let (before, after) = (&robot.before, &robot.ahead);
         let on = |part| Member { body: index, part };
-        let chassis = &self.rapier.bodies[self.assembly.chassis];
+        let chassis = &self.rapier.bodies[self.chassis];
         for collider in chassis.colliders() {
             for touch in touches(&self.rapier, &self.anchor, *collider) {
                 let velocity = |state: &State| state.chassis_velocity_m_s(&touch.at_m);
@@ -145,13 +135,13 @@ impl Articulated {
                 found.push(touch.reaction(on(Part::Chassis), &axes, velocities, &Vector3::zeros()));
             }
         }
-        for (index, wheel) in self.assembly.wheels.iter().enumerate() {
+        for (index, (hub_in_rapier, wheel)) in self.hubs.iter().zip(&robot.wheels).enumerate() {
             let hub = &before.hubs()[index];
-            for part in &wheel.bodies {
-                let roller = &wheel.rollers[part.roller];
+            let parts = hub_in_rapier.rollers.iter().zip(&wheel.rollers);
+            for (place, (part, roller)) in parts.enumerate() {
                 let axis = hub.rotation * roller.axis_in_hub;
                 let center_m = roller.center_m(hub);
-                let spins_rad_s = (part.spin_before_rad_s, self.rates_free[part.dof]);
+                let spins_rad_s = (part.spin_before_rad_s, self.rates[part.dof]);
                 for touch in touches(&self.rapier, &self.anchor, part.collider) {
                     let per_spin = axis.cross(&(touch.at_m - center_m));
                     let velocity = |state: &State, spin_rad_s: f64| {
@@ -162,35 +152,42 @@ impl Articulated {
                         velocity(after, spins_rad_s.1),
                     );
                     let axes = frame(touch.normal, axis);
-                    let part = on(Part::Roller(index, part.roller));
+                    let part = on(Part::Roller(index, place));
                     found.push(touch.reaction(part, &axes, velocities, &per_spin));
                 }
             }
         }
     }
 
-    /// What damping and dry friction took in all joints, in J. The torque of damping is that of the rate after the step, with
+    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is that of the rate after the step, with
     /// which rapier solves it; work goes with the mean rate.
-    fn joints_lost_j(&self, dt_s: f64) -> f64 {
+    pub fn joints_lost_j(&self, robot: &Articulated, dt_s: f64) -> f64 {
         let power_w = |damping_n_m_s: f64, friction_n_m: f64, (before, after): (f64, f64)| {
             let mean_rad_s = 0.5 * (before + after);
             damping_n_m_s * after * mean_rad_s + friction_n_m * mean_rad_s.abs()
         };
         let mut lost_w = 0.0;
-        let wheels = self.assembly.wheels.iter().zip(&self.robot.wheels);
-        for (index, (body, wheel)) in wheels.enumerate() {
+        for (index, (hub, wheel)) in self.hubs.iter().zip(&robot.robot.wheels).enumerate() {
             let rates = (
-                self.before.wheel_rates_rad_s[index],
-                self.state.wheel_rates_rad_s[index],
+                robot.before.wheel_rates_rad_s[index],
+                robot.state.wheel_rates_rad_s[index],
             );
             lost_w += power_w(wheel.joint.damping_n_m_s, wheel.dry_friction_n_m(), rates);
-            for (part, roller) in body.bodies.iter().zip(&wheel.rollers) {
-                let spins = (part.spin_before_rad_s, self.rates_free[part.dof]);
+            for (part, roller) in hub.rollers.iter().zip(&wheel.rollers) {
+                let spins = (part.spin_before_rad_s, self.rates[part.dof]);
                 let joint = &roller.joint;
                 lost_w += power_w(joint.damping_n_m_s, joint.friction_n_m, spins);
             }
         }
         lost_w * dt_s
+    }
+}
+
+/// rapier knows no motor that has a rate limit: beyond it the motor does not drive for a step.
+fn hold_below_limit(motor: &mut MotorTorque, rate_rad_s: f64) {
+    let drives = motor.torque_n_m * rate_rad_s > 0.0;
+    if drives && rate_rad_s.abs() >= motor.rate_limit_rad_s {
+        motor.torque_n_m = 0.0;
     }
 }
 

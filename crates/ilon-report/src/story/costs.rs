@@ -1,0 +1,113 @@
+//! What slid and what that cost, how long tasks waited, and how far dead reckoning drifts, in words.
+
+use ilon_trace::{Header, Summary};
+
+use super::events::{Event, EventKind};
+use crate::page::escape;
+use crate::words::{energy, length, percent, speed, time};
+
+/// Less than this is no cost, in J.
+const LEAST_J: f64 = 5e-4;
+
+/// What slid, when, and what it cost; and what new rollers cost.
+pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {
+    let slip_j = summary.energy.slip_j?;
+    let of_work = summary
+        .energy
+        .motor_j
+        .filter(|&motor_j| motor_j > 0.0)
+        .map_or_else(String::new, |motor_j| {
+            format!(" of the motors' {}", energy(motor_j))
+        });
+    let hand_over = summary
+        .energy
+        .spin_up_j
+        .filter(|&j| j > 0.005)
+        .map_or_else(String::new, |j| {
+            format!(" Spinning up new rollers at hand-over took {}.", energy(j))
+        });
+    let slides: Vec<&Event> = events
+        .iter()
+        .filter(|e| matches!(e.kind, EventKind::Slide(_)))
+        .collect();
+    let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
+        let creep = speed(summary.slip_speed_rms_m_s.unwrap_or(0.0));
+        return Some(format!(
+            "No wheel slid at its friction limit (contacts crept at {creep} rms).{hand_over}"
+        ));
+    };
+    // What lay in the same time belongs to the same story.
+    let (from_s, until_s) = slides
+        .iter()
+        .filter(|e| e.overlaps(worst.from_s, worst.until_s))
+        .fold((worst.from_s, worst.until_s), |(a, b), e| {
+            (a.min(e.from_s), b.max(e.until_s))
+        });
+    let together: Vec<&&Event> = slides
+        .iter()
+        .filter(|e| e.overlaps(from_s, until_s))
+        .collect();
+    let lost_j: f64 = together.iter().map(|e| e.lost_j).sum();
+    let mut wheels: Vec<usize> = together
+        .iter()
+        .filter_map(|e| match e.kind {
+            EventKind::Slide(wheel) => Some(wheel),
+            _ => None,
+        })
+        .collect();
+    wheels.sort_unstable();
+    wheels.dedup();
+    let who = if wheels.len() == 1 {
+        let name = worst.text.split(" slides").next().unwrap_or("a wheel");
+        format!("<b>{}</b>", escape(name))
+    } else {
+        format!("<b>{} wheels</b>", wheels.len())
+    };
+    let slid_m = together.iter().map(|e| e.slid_m).fold(0.0, f64::max);
+    if slip_j < LEAST_J {
+        return Some(format!(
+            "<b>From {from_s:.2} to {}</b> {who} slid up to <b>{}</b>, which cost less than 1 mJ: there is next to no friction.{hand_over}",
+            time(until_s),
+            length(slid_m)
+        ));
+    }
+    let share = (lost_j / slip_j).min(1.0);
+    Some(format!(
+        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid up to {}.{hand_over}",
+        energy(slip_j),
+        percent(share),
+        from_s,
+        time(until_s),
+        length(slid_m),
+    ))
+}
+
+/// For how long the guidance could not give what its tasks asked.
+pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
+    let share = summary.saturated_share.filter(|&s| s > 0.005)?;
+    let longest = events
+        .iter()
+        .filter(|e| matches!(e.kind, EventKind::Saturated(_)))
+        .max_by(|a, b| (a.until_s - a.from_s).total_cmp(&(b.until_s - b.from_s)))?;
+    let EventKind::Saturated(task) = longest.kind else {
+        return None;
+    };
+    let name = header.task_names.get(task).map_or("", String::as_str);
+    Some(format!(
+        "The wheel rates were saturated for {} of the run; the task <b>{}</b> waited longest, {}.",
+        percent(share),
+        escape(name),
+        longest.when()
+    ))
+}
+
+/// How far dead reckoning drifts.
+pub(super) fn reckoning(summary: &Summary) -> Option<String> {
+    let ideal = summary.odometry_ideal.m_per_m?;
+    let contact = summary.odometry_contact.m_per_m?;
+    Some(format!(
+        "Dead reckoning drifts by {} for each metre with the ideal kinematics, by {} with the kinematics of the rollers that touch.",
+        length(ideal),
+        length(contact)
+    ))
+}

@@ -1,0 +1,419 @@
+//! How the robot stands: on its wheels, on its chassis, tipped over, in the air, fallen off the ground, or against an obstacle.
+//!
+//! Shares of a motion say something of a robot that stands on its wheels and is free to go. So this comes first, from the forces that the
+//! ground puts on wheels and chassis ([`ilon_trace::Support`]) and from the pose.
+
+use ilon_trace::{GroundBox, Header, Record, WheelSample};
+
+use super::phrases::{capital, span};
+use super::spells::GAP_S;
+use crate::words::{angle, energy, force, length, percent, speed};
+
+/// A robot that leans more than this against the floor's normal has tipped over, in radians: a right angle's half.
+const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
+/// The chassis stands on the ground where it carries more than this share; what is less is a touch in passing.
+const ON_CHASSIS_SHARE: f64 = 1e-3;
+/// What gets less than this share of the motion asked for is held back.
+const BLOCKED_SHARE: f64 = 0.1;
+/// A motion asked for that is slower stands, in m/s.
+const SLOWEST_ASKED_M_S: f64 = 0.01;
+/// Forces below this are none, in N.
+const LEAST_N: f64 = 1e-9;
+/// A posture is told of where it lasts as long as this, in seconds.
+const LEAST_S: f64 = 0.1;
+/// The same of a flight and of a wall.
+const LEAST_FLIGHT_S: f64 = 0.02;
+const LEAST_BLOCKED_S: f64 = 0.3;
+/// A flight is told of from this height on, in metres.
+const LEAST_HEIGHT_M: f64 = 1e-3;
+/// What lands has given its energy up after so long, in seconds.
+const LANDING_S: f64 = 0.2;
+/// A lean below this goes without saying, in radians.
+const LEAST_LEAN_RAD: f64 = 0.02;
+/// Shares of a motion say nothing where the robot did not stand on its wheels for more than this part of the time.
+const MOST_SPOILT: f64 = 0.1;
+
+/// How a robot stands that does not stand free on its wheels; the worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stance {
+    /// Below the ground, with nothing under it.
+    Fallen,
+    /// Tipped over.
+    Tipped,
+    /// Off the ground.
+    InTheAir,
+    /// Its chassis carries a part of its weight.
+    OnChassis,
+    /// Something stands in its way.
+    Blocked,
+}
+
+/// A time through which the robot stood in one way.
+#[derive(Clone, Debug)]
+pub(crate) struct Episode {
+    pub stance: Stance,
+    pub from_s: f64,
+    pub until_s: f64,
+    time_s: f64,
+    /// What wheels and chassis carried, and what held the robot back: sums over time, in N s.
+    carried_n_s: [f64; 2],
+    held_back_n_s: f64,
+    /// The way asked for, and what came of it along that, in metres.
+    asked_m: f64,
+    done_m: f64,
+    /// For how long it was asked to move, in seconds.
+    asked_s: f64,
+    lean_rad: f64,
+    lies_on: &'static str,
+    /// The height of the body's origin at the start and at most, and that of the highest hub at the end, in metres.
+    height_m: [f64; 2],
+    highest_hub_m: f64,
+    /// What hits had taken when it began, and a little after its end, in J.
+    hits_j: [f64; 2],
+    obstacle: Option<GroundBox>,
+}
+
+/// Watches how the robot stands.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Posture {
+    episodes: Vec<Episode>,
+    height_before_m: f64,
+    hits_before_j: f64,
+    end_s: f64,
+}
+
+/// The lean of the body against the floor's normal in radians, and what it lies on.
+fn lean(record: &Record) -> (f64, &'static str) {
+    let (sin_roll, cos_roll) = record.truth.roll_rad.sin_cos();
+    let (sin_pitch, cos_pitch) = record.truth.pitch_rad.sin_cos();
+    // Where the floor is, seen from the body.
+    let [x, y, z] = [sin_pitch, -cos_pitch * sin_roll, -cos_pitch * cos_roll];
+    let on = if z > 0.707 {
+        "its top"
+    } else if x.abs() > y.abs() {
+        if x > 0.0 { "its nose" } else { "its back" }
+    } else if y > 0.0 {
+        "its left side"
+    } else {
+        "its right side"
+    };
+    ((-z).clamp(-1.0, 1.0).acos(), on)
+}
+
+/// The unit vector of the motion asked for, with its speed in m/s; `None` where the robot is to stand.
+fn asked(record: &Record) -> Option<([f64; 2], f64)> {
+    let v = record.command_twist_in_body;
+    let speed_m_s = v.vx_m_s.hypot(v.vy_m_s);
+    let along = [v.vx_m_s / speed_m_s, v.vy_m_s / speed_m_s];
+    (speed_m_s > SLOWEST_ASKED_M_S).then_some((along, speed_m_s))
+}
+
+/// The progress along the motion asked for in m/s, and what holds it back in N.
+fn progress(record: &Record) -> Option<(f64, f64)> {
+    let ([x, y], _) = asked(record)?;
+    let real = record.truth.twist_in_body;
+    let support = record.support.unwrap_or_default();
+    let held_back_n = -(support.obstacles_x_n * x + support.obstacles_y_n * y);
+    Some((real.vx_m_s * x + real.vy_m_s * y, held_back_n))
+}
+
+/// How the robot stands in a row, if not free on its wheels.
+fn stances(record: &Record, samples: &[WheelSample]) -> [Option<Stance>; 2] {
+    let touches = samples.iter().any(|sample| sample.touching);
+    let (carried_n, chassis_n, pushed_n) = match record.support {
+        Some(s) => (
+            s.wheels_n + s.chassis_n,
+            s.chassis_n,
+            s.obstacles_x_n.hypot(s.obstacles_y_n),
+        ),
+        // Older traces say no more than which wheels touch.
+        None => (f64::from(u8::from(touches)), 0.0, 0.0),
+    };
+    let in_the_air = carried_n <= LEAST_N && pushed_n <= LEAST_N && !touches;
+    let below = samples.iter().all(|sample| sample.hub_height_m < 0.0);
+    let stands = if in_the_air && below {
+        Some(Stance::Fallen)
+    } else if lean(record).0 > TIPPED_RAD {
+        Some(Stance::Tipped)
+    } else if in_the_air {
+        Some(Stance::InTheAir)
+    } else if chassis_n - pushed_n > ON_CHASSIS_SHARE * carried_n {
+        // A chassis that scrapes along a wall is carried by it a little.
+        Some(Stance::OnChassis)
+    } else {
+        None
+    };
+    let blocked = asked(record).zip(progress(record)).is_some_and(
+        |((_, asked_m_s), (done_m_s, held_back_n))| {
+            done_m_s < BLOCKED_SHARE * asked_m_s && held_back_n > ON_CHASSIS_SHARE * carried_n
+        },
+    );
+    [stands, blocked.then_some(Stance::Blocked)]
+}
+
+impl Posture {
+    pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
+        let t_s = record.t_s;
+        self.end_s = t_s;
+        for episode in &mut self.episodes {
+            if t_s - episode.until_s <= LANDING_S {
+                episode.hits_j[1] = record.impact_energy_j;
+            }
+        }
+        // At the start no step has been taken yet.
+        if t_s > 0.0 && !samples.is_empty() {
+            for stance in stances(record, samples).into_iter().flatten() {
+                self.extend(stance, header, record, samples);
+            }
+        }
+        self.height_before_m = record.truth.height_m;
+        self.hits_before_j = record.impact_energy_j;
+    }
+
+    fn extend(
+        &mut self,
+        stance: Stance,
+        header: &Header,
+        record: &Record,
+        samples: &[WheelSample],
+    ) {
+        let (t_s, dt_s) = (record.t_s, header.row_dt_s());
+        let mut own = self.episodes.iter_mut().rev();
+        let latest = own.find(|episode| episode.stance == stance);
+        let goes_on = |episode: &Episode| t_s - episode.until_s <= GAP_S + dt_s;
+        let episode = match latest.filter(|episode| goes_on(episode)) {
+            Some(episode) => episode,
+            None => {
+                self.episodes.push(Episode {
+                    stance,
+                    from_s: (t_s - dt_s).max(0.0),
+                    until_s: t_s,
+                    time_s: 0.0,
+                    carried_n_s: [0.0; 2],
+                    held_back_n_s: 0.0,
+                    asked_m: 0.0,
+                    done_m: 0.0,
+                    asked_s: 0.0,
+                    lean_rad: 0.0,
+                    lies_on: "",
+                    height_m: [self.height_before_m; 2],
+                    highest_hub_m: 0.0,
+                    hits_j: [self.hits_before_j; 2],
+                    obstacle: match stance {
+                        Stance::Blocked => nearest_box(header, record),
+                        _ => None,
+                    },
+                });
+                let last = self.episodes.len() - 1;
+                &mut self.episodes[last]
+            }
+        };
+        episode.until_s = t_s;
+        episode.time_s += dt_s;
+        let support = record.support.unwrap_or_default();
+        episode.carried_n_s[0] += support.wheels_n * dt_s;
+        episode.carried_n_s[1] += support.chassis_n * dt_s;
+        if let (Some((_, asked_m_s)), Some((done_m_s, held_back_n))) =
+            (asked(record), progress(record))
+        {
+            episode.asked_s += dt_s;
+            episode.asked_m += asked_m_s * dt_s;
+            episode.done_m += done_m_s * dt_s;
+            episode.held_back_n_s += held_back_n * dt_s;
+        }
+        let (lean_rad, lies_on) = lean(record);
+        episode.lean_rad = episode.lean_rad.max(lean_rad);
+        episode.lies_on = lies_on;
+        episode.height_m[1] = episode.height_m[1].max(record.truth.height_m);
+        let hubs_m = samples.iter().map(|sample| sample.hub_height_m);
+        episode.highest_hub_m = hubs_m.fold(f64::NEG_INFINITY, f64::max);
+        episode.hits_j[1] = record.impact_energy_j;
+    }
+
+    /// What is worth telling, the worst first.
+    pub fn episodes(&self) -> Vec<&Episode> {
+        let mut told: Vec<&Episode> = self.episodes.iter().filter(|e| e.is_told()).collect();
+        told.sort_by(|a, b| {
+            let by_stance = a.stance.cmp(&b.stance);
+            by_stance.then(b.time_s.total_cmp(&a.time_s))
+        });
+        told
+    }
+
+    /// Whether shares of a motion between two times say nothing, as the robot did not stand free on its wheels.
+    pub fn spoils(&self, from_s: f64, until_s: f64) -> bool {
+        let until_s = until_s.min(self.end_s);
+        let overlap_s = |e: &Episode| (e.until_s.min(until_s) - e.from_s.max(from_s)).max(0.0);
+        let spoilt_s: f64 = self.episodes().into_iter().map(overlap_s).sum();
+        spoilt_s > MOST_SPOILT * (until_s - from_s)
+    }
+
+    /// When the run ends, in seconds.
+    pub fn end_s(&self) -> f64 {
+        self.end_s
+    }
+}
+
+impl Episode {
+    fn is_told(&self) -> bool {
+        match self.stance {
+            Stance::Fallen | Stance::Tipped | Stance::OnChassis => self.time_s >= LEAST_S,
+            Stance::InTheAir => self.time_s >= LEAST_FLIGHT_S && self.rise_m() >= LEAST_HEIGHT_M,
+            Stance::Blocked => self.time_s >= LEAST_BLOCKED_S,
+        }
+    }
+
+    fn rise_m(&self) -> f64 {
+        self.height_m[1] - self.height_m[0]
+    }
+
+    /// What it is in a few words.
+    pub fn text(&self) -> String {
+        match self.stance {
+            Stance::Fallen => "the robot fell off the ground".to_owned(),
+            Stance::Tipped => format!("the robot lay tipped over on {}", self.lies_on),
+            Stance::InTheAir => "the robot was in the air".to_owned(),
+            Stance::OnChassis => "the robot stood on its chassis".to_owned(),
+            Stance::Blocked => "the robot stood against an obstacle".to_owned(),
+        }
+    }
+
+    /// What became of the robot, as the consequence of something.
+    pub fn consequence(&self) -> String {
+        let became = match self.stance {
+            Stance::Fallen => "it fell off the ground".to_owned(),
+            Stance::Tipped => format!("it tipped over onto {}", self.lies_on),
+            Stance::InTheAir => format!("it left the ground by {}", length(self.rise_m())),
+            Stance::OnChassis => format!(
+                "its chassis came down on the ground and carried {} of the weight",
+                percent(self.chassis_share())
+            ),
+            Stance::Blocked => "it ran against an obstacle".to_owned(),
+        };
+        format!("{became} at {:.2} s", self.from_s)
+    }
+
+    /// The share of what is carried that rests on the chassis.
+    fn chassis_share(&self) -> f64 {
+        let [wheels_n_s, chassis_n_s] = self.carried_n_s;
+        chassis_n_s / (wheels_n_s + chassis_n_s)
+    }
+
+    /// It with its figures, as HTML.
+    pub fn sentence(&self, header: &Header, end_s: f64) -> String {
+        let when = capital(&span(self.from_s, self.until_s, end_s, header.row_dt_s()));
+        let over_s = self.time_s.max(f64::MIN_POSITIVE);
+        let [wheels_n, chassis_n] = self.carried_n_s.map(|sum| sum / over_s);
+        let asked_s = self.asked_s.max(f64::MIN_POSITIVE);
+        let (asked_m_s, done_m_s) = (self.asked_m / asked_s, self.done_m / asked_s);
+        let of_asked = if asked_m_s > SLOWEST_ASKED_M_S {
+            format!(
+                "of <b>{}</b> asked for it did <b>{}</b>",
+                speed(asked_m_s),
+                speed(done_m_s)
+            )
+        } else {
+            String::new()
+        };
+        match self.stance {
+            Stance::Fallen => format!(
+                "{when} the robot <b>fell off the ground</b>: nothing was under it, and at last it was <b>{}</b> below the floor.",
+                length(-self.highest_hub_m)
+            ),
+            Stance::Tipped => {
+                let carried = match wheels_n + chassis_n > LEAST_N {
+                    true => format!(
+                        ", and its wheels carried {} of what the ground held",
+                        percent(1.0 - self.chassis_share())
+                    ),
+                    false => String::new(),
+                };
+                format!(
+                    "{when} the robot lay <b>tipped over on {}</b>: it leaned by up to <b>{}</b>{carried}.",
+                    self.lies_on,
+                    angle(self.lean_rad)
+                )
+            }
+            Stance::InTheAir => {
+                let landed = match end_s - self.until_s > header.row_dt_s() {
+                    true => format!(
+                        "the landing took <b>{}</b>",
+                        energy(self.hits_j[1] - self.hits_j[0])
+                    ),
+                    false => "it has not landed".to_owned(),
+                };
+                format!(
+                    "{when} the robot was <b>in the air</b>, up to <b>{}</b> above where it left the ground; {landed}.",
+                    length(self.rise_m())
+                )
+            }
+            Stance::OnChassis => {
+                let lean = match self.lean_rad > LEAST_LEAN_RAD {
+                    true => format!(", leaning by up to {}", angle(self.lean_rad)),
+                    false => String::new(),
+                };
+                let motion = match of_asked.is_empty() {
+                    true => of_asked,
+                    false => format!("; {of_asked}"),
+                };
+                format!(
+                    "{when} the robot stood <b>on its chassis</b>{lean}: the wheels carried {}, and the chassis {}, <b>{}</b> of the weight{motion}.",
+                    force(wheels_n),
+                    force(chassis_n),
+                    percent(self.chassis_share())
+                )
+            }
+            Stance::Blocked => {
+                let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
+                let least_m = radii_m.fold(f64::INFINITY, f64::min);
+                let what = match self.obstacle.map(|of| of.sides_m[2]) {
+                    Some(height_m) if height_m < least_m => {
+                        format!(
+                            "was <b>caught at a kerb</b>, a box {} high",
+                            length(height_m)
+                        )
+                    }
+                    Some(height_m) => {
+                        format!(
+                            "stood <b>against a wall</b>, a box {} high",
+                            length(height_m)
+                        )
+                    }
+                    None => "stood <b>against a bump</b> of the ground".to_owned(),
+                };
+                format!(
+                    "{when} the robot {what}: {of_asked}, held back by <b>{}</b>.",
+                    force(self.held_back_n_s / asked_s)
+                )
+            }
+        }
+    }
+}
+
+/// The box of the ground that is nearest to the robot's hubs and outlines.
+fn nearest_box(header: &Header, record: &Record) -> Option<GroundBox> {
+    let pose = record.truth.pose;
+    let (sin, cos) = pose.heading_rad.sin_cos();
+    let hubs = header.wheels.iter().map(|wheel| wheel.position_m);
+    let points: Vec<[f64; 2]> = hubs
+        .chain(header.chassis_outlines_m.iter().flatten().copied())
+        .map(|[x, y]| [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y])
+        .collect();
+    let distance_m = |of: &GroundBox| {
+        let (sin, cos) = of.heading_rad.sin_cos();
+        let from_point = |[x, y]: &[f64; 2]| {
+            let [dx, dy] = [x - of.center_m[0], y - of.center_m[1]];
+            let along = (cos * dx + sin * dy).abs() - 0.5 * of.sides_m[0];
+            let across = (cos * dy - sin * dx).abs() - 0.5 * of.sides_m[1];
+            along.max(0.0).hypot(across.max(0.0))
+        };
+        points.iter().map(from_point).fold(f64::INFINITY, f64::min)
+    };
+    let boxes = header.ground.iter().flat_map(|ground| &ground.boxes);
+    boxes
+        .copied()
+        .min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))
+}
+
+#[cfg(test)]
+mod tests;

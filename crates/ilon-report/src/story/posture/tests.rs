@@ -1,0 +1,135 @@
+use super::*;
+use ilon_trace::{Support, Truth, WheelHeader};
+
+fn header() -> Header {
+    Header {
+        wheels: vec![WheelHeader {
+            radius_m: 0.05,
+            ..WheelHeader::default()
+        }],
+        control_dt_s: 0.01,
+        ..Header::default()
+    }
+}
+
+/// What is said of two seconds of rows, each made from its time.
+fn said(row: impl Fn(f64) -> (Record, WheelSample)) -> Vec<String> {
+    let header = header();
+    let mut posture = Posture::default();
+    for step in 0..200 {
+        let t_s = 0.01 * f64::from(step);
+        let (record, sample) = row(t_s);
+        posture.add(&header, &Record { t_s, ..record }, &[sample]);
+    }
+    let told = posture.episodes().into_iter();
+    told.map(|episode| episode.sentence(&header, posture.end_s()))
+        .collect()
+}
+
+fn standing(wheels_n: f64, chassis_n: f64) -> (Record, WheelSample) {
+    let record = Record {
+        support: Some(Support {
+            wheels_n,
+            chassis_n,
+            ..Support::default()
+        }),
+        ..Record::default()
+    };
+    let sample = WheelSample {
+        touching: wheels_n > 0.0,
+        hub_height_m: 0.05,
+        ..WheelSample::default()
+    };
+    (record, sample)
+}
+
+#[test]
+fn a_robot_on_its_wheels_goes_without_saying_and_one_on_its_chassis_does_not() {
+    assert_eq!(said(|_| standing(111.0, 0.0)), Vec::<String>::new());
+    // The solver's rounding is no chassis on the ground.
+    assert_eq!(said(|_| standing(111.0, 1e-6)), Vec::<String>::new());
+    let lines = said(|_| standing(33.0, 78.0));
+    // 78 of 111 N.
+    let expected =
+        "the wheels carried 33.0 N, and the chassis 78.0 N, <b>70.3 %</b> of the weight.";
+    assert!(lines.len() == 1 && lines[0].contains(expected), "{lines:?}");
+    assert!(lines[0].starts_with("All through the run"), "{lines:?}");
+}
+
+#[test]
+fn each_lean_has_its_side() {
+    for (roll_deg, pitch_deg, on) in [
+        (0.0, 80.0, "its nose"),
+        (0.0, -80.0, "its back"),
+        (80.0, 0.0, "its right side"),
+        (-80.0, 0.0, "its left side"),
+        (180.0, 0.0, "its top"),
+    ] {
+        let lines = said(|_| {
+            let (mut record, sample) = standing(50.0, 50.0);
+            record.truth = Truth {
+                roll_rad: f64::to_radians(roll_deg),
+                pitch_rad: f64::to_radians(pitch_deg),
+                ..Truth::default()
+            };
+            (record, sample)
+        });
+        assert!(
+            lines[0].contains(&format!("tipped over on {on}</b>")),
+            "{lines:?}"
+        );
+    }
+}
+
+/// Up from 0.5 s at 1 m/s under 10 m/s^2, down again at 0.7 s: 50 mm high.
+#[test]
+fn a_jump_is_told_with_its_height_and_what_its_landing_took() {
+    let lines = said(|t_s| {
+        let flies = (0.505..0.695).contains(&t_s);
+        let (mut record, sample) = standing(if flies { 0.0 } else { 100.0 }, 0.0);
+        let up_s = (t_s - 0.5).clamp(0.0, 0.2);
+        record.truth.height_m = 0.05 + up_s - 5.0 * up_s * up_s;
+        record.impact_energy_j = if t_s > 0.695 { 31.0 } else { 0.0 };
+        (record, sample)
+    });
+    let [line] = &lines[..] else {
+        panic!("one flight: {lines:?}")
+    };
+    assert!(line.contains("From 0.50 to 0.69 s"), "{line}");
+    assert!(
+        line.contains("<b>50.00 mm</b> above") && line.contains("took <b>31.00 J</b>"),
+        "{line}"
+    );
+}
+
+#[test]
+fn a_fall_ends_below_the_floor() {
+    let lines = said(|t_s| {
+        let (record, mut sample) = standing(if t_s < 1.0 { 100.0 } else { 0.0 }, 0.0);
+        sample.hub_height_m = 0.05 - 5.1 * (t_s - 1.0).max(0.0).powi(2);
+        (record, sample)
+    });
+    // 0.05 - 5.1 * 0.99^2 = -4.9485 m at the last row.
+    assert!(
+        lines[0].contains("<b>4.949 m</b> below the floor"),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn what_stands_in_the_way_is_told_with_its_force_and_what_was_asked_for() {
+    let lines = said(|t_s| {
+        let (mut record, sample) = standing(100.0, 0.0);
+        record.command_twist_in_body.vx_m_s = 0.5;
+        let held = t_s > 0.995;
+        record.truth.twist_in_body.vx_m_s = if held { 0.0 } else { 0.5 };
+        if let Some(support) = &mut record.support {
+            support.obstacles_x_n = if held { -12.0 } else { 0.0 };
+        }
+        (record, sample)
+    });
+    let expected =
+        "of <b>500 mm/s</b> asked for it did <b>0.00 mm/s</b>, held back by <b>12.0 N</b>.";
+    assert!(lines[0].contains(expected), "{lines:?}");
+    assert!(lines[0].starts_with("From 0.99 s to the end"), "{lines:?}");
+}

@@ -1,0 +1,248 @@
+//! What in a file speaks for the radius of a wheel whose geometry does not show it.
+//!
+//! No clue is trusted alone: frames do not lie on floors, inertias are made up, names and settings are left over from another wheel. A
+//! radius is proposed where two clues of different kinds agree and nothing contradicts; else a person is asked, with all clues.
+
+/// Two clues agree where their radii differ by less than this share.
+const ALIKE: f64 = 0.02;
+/// A bound may be missed by this share.
+const SLACK: f64 = 0.05;
+
+/// Where a clue comes from: clues of one kind are one author's one thought, and do not confirm each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum ClueKind {
+    /// A property, an argument, a parameter or a setting of a plug-in that is called the wheel's radius or diameter.
+    Said,
+    /// What can be read of the wheel's shapes.
+    Shape,
+    /// A size in the name of a joint, link, mesh or macro.
+    Name,
+    /// The height of the axis above a frame that may lie on the floor.
+    Height,
+    /// The inertia about the axis, as that of a solid disc.
+    Inertia,
+}
+
+/// Something that speaks for the radius of a wheel.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Clue {
+    /// Where it comes from.
+    pub kind: ClueKind,
+    /// What it is, such as ``the height of its axis above the frame `base_footprint` ``.
+    pub what: String,
+    /// The radii that it speaks for, in metres: one, or both where a size may be a radius or a diameter.
+    pub radii_m: Vec<f64>,
+}
+
+impl Clue {
+    /// A clue for one radius.
+    pub(crate) fn new(kind: ClueKind, what: String, radius_m: f64) -> Self {
+        let radii_m = vec![radius_m];
+        Self {
+            kind,
+            what,
+            radii_m,
+        }
+    }
+
+    fn speaks_for(&self, radius_m: f64) -> bool {
+        self.radii_m.iter().any(|other| are_alike(*other, radius_m))
+    }
+}
+
+fn are_alike(p_m: f64, q_m: f64) -> bool {
+    (p_m - q_m).abs() <= ALIKE * p_m.max(q_m)
+}
+
+impl std::fmt::Display for Clue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let radii: Vec<String> = self.radii_m.iter().map(|m| millimetres(*m)).collect();
+        write!(f, "{} ({} mm)", self.what, radii.join(" or "))
+    }
+}
+
+/// A length in millimetres, to a tenth.
+fn millimetres(metres: f64) -> String {
+    format!("{}", (1e4 * metres).round() / 10.0)
+}
+
+/// All clues to the radius of a wheel, and what bounds it.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Clues {
+    /// What speaks for a radius.
+    pub clues: Vec<Clue>,
+    /// What the wheel must reach beyond, in metres, with what that is.
+    pub least_m: Vec<(f64, String)>,
+    /// What it must not reach, in metres, with what that is.
+    pub most_m: Vec<(f64, String)>,
+}
+
+impl Clues {
+    /// The radius that clues of two kinds agree on, in metres, to a tenth of a millimetre; `None` where none do, where two radii have
+    /// as much for them, and where something contradicts.
+    pub fn proposed_m(&self) -> Option<f64> {
+        let mut agreed: Vec<(ClueKind, f64)> = Vec::new();
+        for clue in &self.clues {
+            let supported = clue.radii_m.iter().filter(|m| self.is_supported(**m));
+            agreed.extend(supported.map(|m| (clue.kind, *m)));
+        }
+        // The kind that says it most directly gives the digits.
+        agreed.sort_by_key(|one| one.0);
+        let (_, radius_m) = *agreed.first()?;
+        agreed
+            .iter()
+            .all(|(_, other)| are_alike(*other, radius_m))
+            .then(|| (1e4 * radius_m).round() / 1e4)
+    }
+
+    fn is_supported(&self, radius_m: f64) -> bool {
+        let speaking = |kind: ClueKind| {
+            let mut of_kind = self.clues.iter().filter(move |clue| clue.kind == kind);
+            of_kind.any(|clue| clue.speaks_for(radius_m))
+        };
+        let has = |kind| self.clues.iter().any(|clue| clue.kind == kind);
+        let kinds = [
+            ClueKind::Said,
+            ClueKind::Shape,
+            ClueKind::Name,
+            ClueKind::Height,
+            ClueKind::Inertia,
+        ];
+        let count = kinds.into_iter().filter(|kind| speaking(*kind)).count();
+        // What the author wrote is not outvoted, nor what is drawn, which may be a hub where the author says so.
+        let said = speaking(ClueKind::Said);
+        let denied =
+            !said && (has(ClueKind::Said) || (has(ClueKind::Shape) && !speaking(ClueKind::Shape)));
+        count >= 2 && !denied && self.contradictions(radius_m).is_empty()
+    }
+
+    /// The bounds that a radius breaks, in words.
+    fn contradictions(&self, radius_m: f64) -> Vec<String> {
+        let below = self
+            .least_m
+            .iter()
+            .filter(|(m, _)| radius_m < m * (1.0 - SLACK));
+        let above = self
+            .most_m
+            .iter()
+            .filter(|(m, _)| radius_m > m * (1.0 + SLACK));
+        let below = below.map(|(m, what)| format!("{what} ({} mm or more)", millimetres(*m)));
+        let above = above.map(|(m, what)| format!("{what} ({} mm or less)", millimetres(*m)));
+        below.chain(above).collect()
+    }
+
+    /// What speaks for a radius and what against it, in words.
+    pub(crate) fn on(&self, radius_m: f64) -> String {
+        let (pro, contra): (Vec<&Clue>, Vec<&Clue>) = self
+            .clues
+            .iter()
+            .partition(|clue| clue.speaks_for(radius_m));
+        let mut against: Vec<String> = contra.iter().map(ToString::to_string).collect();
+        against.extend(self.contradictions(radius_m));
+        let mut words = match &listed(&pro)[..] {
+            "" => "nothing in the file speaks for it".to_owned(),
+            listed => format!("for it speak {listed}"),
+        };
+        if !against.is_empty() {
+            words.push_str(&format!("; against it {}", against.join(", ")));
+        }
+        words
+    }
+
+    /// What a person who is asked for the radius should know, in words.
+    pub(crate) fn help(&self) -> String {
+        if let Some(radius_m) = self.proposed_m() {
+            let speaking = self.clues.iter().filter(|clue| clue.speaks_for(radius_m));
+            return format!(
+                "say the wheels' radius; {} mm is what two or more clues agree on: {}",
+                millimetres(radius_m),
+                listed(&speaking.collect::<Vec<_>>())
+            );
+        }
+        let mut all: Vec<String> = self.clues.iter().map(ToString::to_string).collect();
+        let bounds = |bounds: &[(f64, String)], than: &str| -> Vec<String> {
+            let words =
+                |(m, what): &(f64, String)| format!("{what} ({} mm or {than})", millimetres(*m));
+            bounds.iter().map(words).collect()
+        };
+        all.extend(bounds(&self.least_m, "more"));
+        all.extend(bounds(&self.most_m, "less"));
+        match &all[..] {
+            [] => "say the wheels' radius; nothing in the file speaks for one".to_owned(),
+            _ => format!(
+                "say the wheels' radius; no two kinds of clues agree on one: {}",
+                all.join(", ")
+            ),
+        }
+    }
+}
+
+fn listed(clues: &[&Clue]) -> String {
+    let words: Vec<String> = clues.iter().map(ToString::to_string).collect();
+    words.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clues(clues: &[(ClueKind, &[f64])]) -> Clues {
+        let clue = |(kind, radii_m): &(ClueKind, &[f64])| Clue {
+            kind: *kind,
+            what: format!("{kind:?}"),
+            radii_m: radii_m.to_vec(),
+        };
+        Clues {
+            clues: clues.iter().map(clue).collect(),
+            ..Clues::default()
+        }
+    }
+
+    #[test]
+    fn a_radius_is_proposed_where_two_kinds_of_clues_agree_and_nothing_contradicts() {
+        use ClueKind::{Height, Inertia, Name, Said, Shape};
+        for (given, proposed) in [
+            (clues(&[]), None),
+            (clues(&[(Height, &[0.05])]), None),
+            (clues(&[(Height, &[0.05]), (Height, &[0.05])]), None),
+            (
+                clues(&[(Height, &[0.05]), (Inertia, &[0.0504])]),
+                Some(0.05),
+            ),
+            (clues(&[(Height, &[0.05]), (Inertia, &[0.06])]), None),
+            // The digits are those of what says it most directly.
+            (
+                clues(&[(Height, &[0.0505]), (Said, &[0.0508])]),
+                Some(0.0508),
+            ),
+            // A size that may be a diameter.
+            (
+                clues(&[(Name, &[0.1, 0.05]), (Height, &[0.05])]),
+                Some(0.05),
+            ),
+            (
+                clues(&[(Name, &[0.1, 0.05]), (Height, &[0.05]), (Inertia, &[0.1])]),
+                None,
+            ),
+            // Two guesses do not outvote what is said or drawn.
+            (
+                clues(&[(Said, &[0.0762]), (Height, &[0.097]), (Inertia, &[0.0965])]),
+                None,
+            ),
+            (
+                clues(&[(Shape, &[0.0235]), (Height, &[0.05]), (Inertia, &[0.05])]),
+                None,
+            ),
+        ] {
+            assert_eq!(given.proposed_m(), proposed, "{given:?}");
+        }
+        let mut bounded = clues(&[(Height, &[0.0179]), (Inertia, &[0.0179])]);
+        bounded.least_m.push((0.04, "its mount".to_owned()));
+        assert_eq!(bounded.proposed_m(), None);
+        assert!(bounded.help().contains("its mount (40 mm or more)"));
+        assert!(bounded.on(0.0179).contains("against it its mount"));
+    }
+}

@@ -1,0 +1,80 @@
+//! Wheels that are equal but for the facets of their meshes.
+//!
+//! A left-handed wheel and its mirror image are drawn by other facets, and so a file of equal wheels shows radii some tenths of a
+//! millimetre apart: the robot would stand on three of its wheels.
+
+use urdf_rs::Geometry;
+
+use super::recognise::Candidate;
+use super::tree::Tree;
+use crate::model::{Remark, Wheel};
+
+/// Radii this share apart may come of facets.
+const FACETS: f64 = 0.01;
+/// Rings of equal wheels are this share apart at most: joints are written with numbers, not with facets.
+const SAME_RING: f64 = 2e-3;
+/// Equal wheels have the same angle of their rollers, but for its sign, within this.
+const SAME_GAMMA_RAD: f64 = 0.01;
+
+/// Gives wheels with rollers of meshes that are equal but for their facets one radius, the largest: corners of facets lie on the
+/// surface that they stand for, and their middles below it.
+pub(super) fn even_out(
+    tree: &Tree,
+    candidates: &[Candidate],
+    wheels: &mut [(usize, Wheel)],
+    remarks: &mut Vec<Remark>,
+) {
+    let is_of_meshes = |joint: usize| {
+        let candidate = candidates.iter().find(|candidate| candidate.hub == joint);
+        let rollers = candidate.map_or(&[][..], |candidate| &candidate.rollers);
+        let links = rollers.iter().map(|&j| &tree.links[tree.joints[j].child]);
+        let mut shapes = links.flat_map(|link| link.shapes.iter().chain(&link.visuals));
+        shapes.any(|shape| matches!(shape.geometry, Geometry::Mesh { .. }))
+    };
+    let all: Vec<usize> = (0..wheels.len())
+        .filter(|&i| is_of_meshes(wheels[i].0))
+        .collect();
+    let radii_m: Vec<f64> = wheels.iter().map(|(_, wheel)| wheel.radius_m).collect();
+    let largest_m: Vec<(usize, f64)> = all
+        .iter()
+        .map(|&i| {
+            let equal = all
+                .iter()
+                .filter(|&&j| are_equal(&wheels[i].1, &wheels[j].1));
+            (i, equal.map(|&j| radii_m[j]).fold(radii_m[i], f64::max))
+        })
+        .collect();
+    for (i, radius_m) in largest_m {
+        let wheel = &mut wheels[i].1;
+        let grown_m = radius_m - wheel.radius_m;
+        if grown_m <= 0.0 {
+            continue;
+        }
+        remarks.push(Remark::new(
+            format!("wheel `{}`", wheel.name),
+            format!(
+                "its rollers' meshes make a radius of {:.3} mm, those of an equal wheel {:.3} mm: the facets explain it, and both \
+                 are taken to have the larger",
+                1e3 * wheel.radius_m,
+                1e3 * radius_m
+            ),
+        ));
+        wheel.radius_m = radius_m;
+        for roller in &mut wheel.rollers {
+            roller.radius_m += grown_m;
+        }
+    }
+}
+
+/// Whether two wheels differ by no more than their facets.
+fn are_equal(p: &Wheel, q: &Wheel) -> bool {
+    let ring_m = |wheel: &Wheel| {
+        let rings_m = wheel.rollers.iter().map(|roller| roller.ring_radius_m());
+        rings_m.sum::<f64>() / wheel.rollers.len() as f64
+    };
+    let within = |p: f64, q: f64, share: f64| (p - q).abs() <= share * p.max(q);
+    p.rollers.len() == q.rollers.len()
+        && within(ring_m(p), ring_m(q), SAME_RING)
+        && within(p.radius_m, q.radius_m, FACETS)
+        && (p.gamma_rad.abs() - q.gamma_rad.abs()).abs() < SAME_GAMMA_RAD
+}

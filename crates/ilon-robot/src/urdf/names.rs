@@ -1,0 +1,69 @@
+//! What a wheel is called: by its joint, link and meshes, and by the macro and the file that make it.
+
+use super::source::Source;
+use super::tree::Tree;
+
+/// All names of a wheel.
+pub(super) fn of_wheel(source: &Source, tree: &Tree, joint: usize) -> Vec<String> {
+    let joint = &tree.joints[joint];
+    let link = &tree.links[joint.child];
+    let meshes =
+        link.shapes
+            .iter()
+            .chain(&link.visuals)
+            .filter_map(|shape| match &shape.geometry {
+                urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
+                _ => None,
+            });
+    [joint.name.clone(), link.name.clone()]
+        .into_iter()
+        .chain(meshes)
+        .chain(makers(source, &joint.name))
+        .collect()
+}
+
+/// Whether a name speaks of mecanum wheels, spelt as people do.
+pub(super) fn is_mecanum(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    ["mecanum", "mechanum", "mecanuum"]
+        .iter()
+        .any(|word| lower.contains(word))
+}
+
+/// Whether a name speaks of omni wheels.
+pub(super) fn is_omni(name: &str) -> bool {
+    name.to_lowercase().contains("omni")
+}
+
+/// The macro in which a joint is written, and the file, where an expansion knows them.
+fn makers(source: &Source, joint: &str) -> Vec<String> {
+    let origin = source
+        .named("joint", joint)
+        .and_then(|node| source.prepared.origin(node.range().start));
+    let Some(origin) = origin else {
+        return Vec::new();
+    };
+    let file = std::path::Path::new(&*origin.file).file_name();
+    let file = file.map(|name| name.to_string_lossy().into_owned());
+    let written = roxmltree::Document::parse(&origin.text).ok();
+    let macros = written.iter().flat_map(|document| {
+        let at = |node: &roxmltree::Node| node.range().contains(&origin.bytes.start);
+        let around = document.descendants().filter(at);
+        around
+            .filter(|node| node.tag_name().name() == "macro")
+            .filter_map(|node| node.attribute("name").map(str::to_owned))
+            .collect::<Vec<_>>()
+    });
+    macros.chain(file).collect()
+}
+
+/// What a mesh is called in the file: in a package, its path; otherwise its last part, for folders are called as they like.
+fn own_name(mesh: &str) -> String {
+    if mesh.starts_with("package://") || mesh.starts_with("model://") {
+        return mesh.to_owned();
+    }
+    mesh.rsplit(['/', '\\'])
+        .next()
+        .unwrap_or_default()
+        .to_owned()
+}

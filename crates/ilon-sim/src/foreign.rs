@@ -1,0 +1,90 @@
+//! What messages may show of files that somebody else named.
+//!
+//! A study or a scenario of a stranger may name any file as a log. What stands in it is shown only as far as it is a log: names of columns
+//! above rows of numbers, and cells that could be numbers.
+
+/// The most of a name or value that a message quotes, in characters.
+const QUOTED: usize = 40;
+
+/// The beginning of a text, which may be of any length, on one line.
+pub fn quoted(text: &str) -> String {
+    let mut letters = text.chars().filter(|letter| !letter.is_control());
+    let beginning: String = letters.by_ref().take(QUOTED).collect();
+    match letters.next() {
+        Some(_) => beginning + "...",
+        None => beginning,
+    }
+}
+
+/// A cell that should hold a number: as it stands where it is made of what numbers, dates and times are made of, and `text` where it is not.
+pub fn cell(text: &str) -> String {
+    let of_numbers = |letter: char| letter.is_ascii_digit() || "+-.,:eE ".contains(letter);
+    match text.chars().all(of_numbers) {
+        true => format!("\"{}\"", quoted(text)),
+        false => "text".to_owned(),
+    }
+}
+
+/// Whether two lines that follow each other are the head of a log: names without a number among them, and a row of which most cells that
+/// are filled are numbers, two of them at least.
+pub fn is_head_of_log<'a>(
+    names: impl IntoIterator<Item = &'a str>,
+    row: impl IntoIterator<Item = &'a str>,
+) -> bool {
+    // Decimals may be written with a comma.
+    let is_number = |cell: &str| cell.trim().replacen(',', ".", 1).parse::<f64>().is_ok();
+    let (mut numbers, mut others) = (0, 0);
+    for cell in row.into_iter().filter(|cell| !cell.trim().is_empty()) {
+        match is_number(cell) {
+            true => numbers += 1,
+            false => others += 1,
+        }
+    }
+    numbers >= 2 && numbers > others && !names.into_iter().any(is_number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_cells_only_what_could_be_a_number_is_shown() {
+        for shown in ["", "1,5", "12:00:01", "1e-3", "2026-01-01 12:00"] {
+            assert_eq!(cell(shown), format!("\"{shown}\""));
+        }
+        for hidden in ["hunter2", "$6$salt$hash", "x", "0x10", "noon"] {
+            assert_eq!(cell(hidden), "text");
+        }
+    }
+
+    #[test]
+    fn heads_of_logs_are_told_from_lines_of_other_files() {
+        let is_log = |names: &str, row: &str, separator: char| {
+            is_head_of_log(names.split(separator), row.split(separator))
+        };
+        for (names, row) in [
+            ("t,x,y", "0.0,1.0,2.0"),
+            ("t,x,y,mode", "0,,,1"),
+            ("time,x,y,mode", "2026-01-01T12:00,0.5,1e3,2"),
+        ] {
+            assert!(is_log(names, row, ','), "{row}");
+        }
+        assert!(is_log("t;x;mode;y", "0,1;5;auto;2", ';'));
+        for (first, second) in [
+            (
+                "root:$6$hash:19000:0:99999:7:::",
+                "daemon:*:19000:0:99999:7:::",
+            ),
+            (
+                "root:x:0:0:root:/root:/bin/bash",
+                "daemon:x:1:1:daemon:/usr/sbin:/bin/false",
+            ),
+            ("name:password", "bob:1234"),
+            ("TOKEN=1", "HOME=2"),
+            ("secret", "17"),
+            ("", ""),
+        ] {
+            assert!(!is_log(first, second, ':'), "{first}");
+        }
+    }
+}

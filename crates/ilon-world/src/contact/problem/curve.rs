@@ -1,0 +1,104 @@
+//! Rows whose velocity and impulse lie on a curve of straight pieces.
+//!
+//! Along the curve the velocity u grows or stays, and the impulse p rises by less than what would move the row so far by itself: by less
+//! than du / w, with w the row's own response. So each line p = line + u / w of what the row does as the others are meets it once.
+
+use super::ImpulseProblem;
+
+/// A curve of straight pieces, from its least velocity on.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Curve {
+    /// Where its pieces meet: velocity in m/s or rad/s, and impulse in N s or N m s. At least one.
+    pub points: Vec<[f64; 2]>,
+    /// How velocity and impulse change along its first and its last piece, which have no other end.
+    pub ends: [[f64; 2]; 2],
+}
+
+/// The curves of a problem.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Curves {
+    points: Vec<[f64; 2]>,
+    /// Of each curve the first of its points and the first that is none of them, and its ends.
+    all: Vec<(usize, usize, [[f64; 2]; 2])>,
+}
+
+/// Where a row meets its curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Meeting {
+    pub velocity: f64,
+    pub impulse: f64,
+    /// How velocity and impulse change along the piece that is met.
+    along: [f64; 2],
+}
+
+impl Meeting {
+    /// Whether the velocity is the same all along the piece: it is held.
+    pub fn is_upright(&self) -> bool {
+        self.along[0] == 0.0
+    }
+
+    /// What of velocity and of impulse vanishes together along the piece, for a row of a response `own`, in velocity.
+    pub fn across(&self, own: f64) -> [f64; 2] {
+        let [velocity, impulse] = self.along;
+        let size = velocity - impulse * own;
+        [-impulse * own / size, own * velocity / size]
+    }
+}
+
+impl Curves {
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.all.clear();
+    }
+
+    /// Where the line p - u / own = `line` meets the curve at a place.
+    pub fn meet(&self, place: usize, line: f64, own: f64) -> Meeting {
+        let (first, end, ends) = self.all[place];
+        let points = &self.points[first..end];
+        // By how much a point lies above the line; it falls along the curve.
+        let above = |[velocity, impulse]: [f64; 2]| impulse - velocity / own - line;
+        let at = |from: [f64; 2], along: [f64; 2], share: f64| Meeting {
+            velocity: from[0] + share * along[0],
+            impulse: from[1] + share * along[1],
+            along,
+        };
+        let rise = |along: [f64; 2]| along[1] - along[0] / own;
+        let below = points.iter().position(|point| above(*point) <= 0.0);
+        match below {
+            Some(0) => at(points[0], ends[0], -above(points[0]) / rise(ends[0])),
+            Some(next) => {
+                let (from, to) = (points[next - 1], points[next]);
+                let along = [to[0] - from[0], to[1] - from[1]];
+                let (before, after) = (above(from), above(to));
+                // From the nearer end: pieces may be much longer than what is counted in them.
+                if before < -after {
+                    at(from, along, before / (before - after))
+                } else {
+                    at(to, along, after / (before - after))
+                }
+            }
+            None => {
+                let last = points[points.len() - 1];
+                at(last, ends[1], -above(last) / rise(ends[1]))
+            }
+        }
+    }
+}
+
+impl ImpulseProblem {
+    /// Adds a curve, and gives its place.
+    pub fn add_curve(&mut self, curve: &Curve) -> usize {
+        let first = self.curves.points.len();
+        self.curves.points.extend_from_slice(&curve.points);
+        let end = self.curves.points.len();
+        self.curves.all.push((first, end, curve.ends));
+        self.curves.all.len() - 1
+    }
+
+    /// Where a row meets its curve as things stand.
+    pub(super) fn on_curve(&self, row: usize, place: usize) -> Meeting {
+        let own = self.w(row, row);
+        let line = self.impulses[row] - self.velocities[row] / own;
+        self.curves.meet(place, line, own)
+    }
+}

@@ -1,0 +1,54 @@
+//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a share of what they pass on.
+
+use super::Reactions;
+use crate::contact::problem::Law;
+use crate::contact::reaction::Part;
+use crate::contact::scene::{Scene, Scenes};
+use crate::robot::drive::WheelDrive;
+
+impl Reactions {
+    /// Whether a wheel's drive is more than a straight line in this step, as far as that is known.
+    pub(super) fn needs_drive(&self, scene: &Scene<'_>, wheel: usize) -> bool {
+        let gear_loses = scene.robot.wheels[wheel].drive.gear_efficiency < 1.0;
+        gear_loses || self.driven.contains(&(scene.index, wheel))
+    }
+
+    /// Adds the law of a wheel's drive.
+    pub(super) fn hold_drive(&mut self, scene: &Scene<'_>, wheel: usize) {
+        let dof = scene.body.dof_of(wheel);
+        let drive = WheelDrive::new(
+            &scene.motor_laws[wheel],
+            &scene.robot.wheels[wheel],
+            scene.rates_before[dof],
+            scene.dt_s,
+        );
+        drive.fill_curve(&scene.motors[wheel], scene.dt_s, &mut self.curve);
+        let place = self.problem.add_curve(&self.curve);
+        let side = scene.of_hub(wheel);
+        self.hold_joint(scene, Part::Drive(wheel), side, Law::Curve { place }, 0.0);
+    }
+
+    /// Finds the motors that the solved step takes off the straight line on which they were solved. Says whether there are any.
+    pub(super) fn find_bounded_motors(&mut self, scenes: Scenes<'_>) -> bool {
+        /// What rounding makes of a torque, as a share of it.
+        const ROUNDED: f64 = 1e-6;
+        let known = self.driven.len();
+        for scene in scenes.each() {
+            for (wheel, law) in scene.motor_laws.iter().enumerate() {
+                if self.needs_drive(&scene, wheel) {
+                    continue;
+                }
+                let straight = &scene.motors[wheel];
+                let dof = scene.body.dof_of(wheel);
+                let free_rad_s = scene.rates_free[dof] - scene.rates_before[dof];
+                let gained_rad_s = free_rad_s + self.change(scene.index)[dof];
+                let line_n_m = straight.torque_n_m - straight.droop_n_m_s * gained_rad_s;
+                let size_n_m = straight.torque_n_m.abs() + line_n_m.abs();
+                if (law.at_gain(gained_rad_s) - line_n_m).abs() > ROUNDED * size_n_m {
+                    self.driven.push((scene.index, wheel));
+                }
+            }
+        }
+        self.driven.len() > known
+    }
+}

@@ -1,0 +1,46 @@
+//! What the ground does to a robot as a whole: what carries it, and what stands in its way.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::reaction::{Part, Partner, Reaction};
+
+/// What the ground did to a robot during the last step: means over it, in the world frame, in N.
+///
+/// The world's z axis is the floor's normal, on a slope too.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Support {
+    /// What the wheels carry: the ground's force on all rollers along the floor's normal.
+    pub wheels_n: f64,
+    /// What the chassis carries: the same of what of it lies on the ground.
+    pub chassis_n: f64,
+    /// How walls, kerbs and bumps push the robot: the part of all normal forces that lies in the floor's plane, x and y. A flat floor
+    /// has none.
+    pub obstacles_n: Vector2<f64>,
+}
+
+impl Support {
+    /// Adds the impulse of a reaction on this robot, in N s, if it is the ground's.
+    pub(crate) fn add(&mut self, reaction: &Reaction) {
+        if reaction.b != Partner::Ground {
+            return;
+        }
+        let carried = match reaction.a.part {
+            Part::Chassis => &mut self.chassis_n,
+            Part::Roller(..) => &mut self.wheels_n,
+            _ => return,
+        };
+        let normal: Vector3<f64> = reaction.impulse.x * reaction.frame[0];
+        *carried += normal.z + reaction.friction_impulse_n_s().z;
+        self.obstacles_n += normal.xy();
+    }
+
+    /// The mean force over a time in seconds, of impulses.
+    pub(crate) fn over(self, dt_s: f64) -> Self {
+        Self {
+            wheels_n: self.wheels_n / dt_s,
+            chassis_n: self.chassis_n / dt_s,
+            obstacles_n: self.obstacles_n / dt_s,
+        }
+    }
+}

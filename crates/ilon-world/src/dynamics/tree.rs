@@ -1,0 +1,204 @@
+//! What an articulated body is: a root, and links on joints.
+
+use ilon_robot::MassProperties;
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+/// Degrees of freedom of a root that floats: three of its centre of mass, three of its turning. Joints come after them.
+pub(crate) const ROOT_DOFS: usize = 6;
+
+/// Joints that may follow one another from the root to a link: a suspension, a rocker, a steered module and its wheel.
+pub(crate) const DEEPEST: usize = 4;
+
+/// A root and its links.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    /// The root, in a frame whose origin is its centre of mass.
+    pub root: MassProperties,
+    /// Parents stand before their children.
+    joints: Vec<Joint>,
+    /// Of each joint those on the way from the root to it, one joint after the other.
+    ancestors: Vec<u16>,
+    /// Where each joint's begin there, and where the last one's end.
+    starts: Vec<u32>,
+}
+
+/// A joint about or along the z axis of its link's frame, and the link that it moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint {
+    /// Place of the link that carries it among the joints; `None` where that is the root.
+    pub parent: Option<usize>,
+    pub motion: Motion,
+    /// The link's frame in its parent's while the joint stands at zero.
+    pub parent_from_link: Isometry3<f64>,
+    /// The link, in its own frame.
+    pub mass: MassProperties,
+    /// Inertia that is felt only where the joint moves, as a motor's rotor behind a gear is, in kg m^2 or kg.
+    pub armature: f64,
+}
+
+/// What a joint lets its link do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// Turn about its axis.
+    Turns,
+    /// Slide along it.
+    #[cfg_attr(not(test), expect(dead_code, reason = "no robot has one yet"))]
+    Slides,
+}
+
+/// Pose of a link's frame in the floor's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinkPose {
+    /// Its origin, in metres.
+    pub center_m: Vector3<f64>,
+    /// The rotation from it.
+    pub rotation: Matrix3<f64>,
+}
+
+impl LinkPose {
+    /// The joint's axis.
+    pub fn axis(&self) -> Vector3<f64> {
+        self.rotation.column(2).into_owned()
+    }
+
+    /// A place of the link in the floor's frame, in metres.
+    pub fn place_m(&self, in_link_m: &Vector3<f64>) -> Vector3<f64> {
+        self.center_m + self.rotation * in_link_m
+    }
+}
+
+impl Tree {
+    /// A tree of joints whose parents stand before them; no chain of them is longer than [`DEEPEST`].
+    pub fn new(root: MassProperties, joints: Vec<Joint>) -> Self {
+        let (mut ancestors, mut starts) = (Vec::new(), vec![0]);
+        for joint in &joints {
+            if let Some(parent) = joint.parent {
+                let of_parent = starts[parent] as usize..starts[parent + 1] as usize;
+                ancestors.extend_from_within(of_parent);
+                ancestors.push(parent as u16);
+            }
+            starts.push(ancestors.len() as u32);
+        }
+        Self {
+            root,
+            joints,
+            ancestors,
+            starts,
+        }
+    }
+
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Degrees of freedom.
+    pub fn dofs(&self) -> usize {
+        ROOT_DOFS + self.joints.len()
+    }
+
+    /// The joints on the way from the root to a joint, but for itself.
+    pub fn ancestors(&self, joint: usize) -> &[u16] {
+        &self.ancestors[self.entries_of(joint)]
+    }
+
+    /// Where what couples a joint with its ancestors stands among that of all joints.
+    pub(super) fn entries_of(&self, joint: usize) -> std::ops::Range<usize> {
+        self.starts[joint] as usize..self.starts[joint + 1] as usize
+    }
+
+    /// How much couples joints with their ancestors.
+    pub(super) fn entries(&self) -> usize {
+        self.ancestors.len()
+    }
+
+    /// The way from the root to a joint, with a share of each joint on it.
+    pub fn path(&self, joint: usize, share: impl Fn(usize) -> f64) -> Path {
+        let mut path = Path::NONE;
+        let above = self.ancestors(joint).iter().map(|at| usize::from(*at));
+        for at in above.chain([joint]) {
+            path.joints[path.length] = at as u16;
+            path.shares[path.length] = share(at);
+            path.length += 1;
+        }
+        path
+    }
+
+    /// Places all links, given where the root is and how far each joint has moved, in rad or m.
+    pub fn place(&self, root: &LinkPose, moved: &[f64], links: &mut [LinkPose]) {
+        for (index, (joint, moved)) in self.joints.iter().zip(moved).enumerate() {
+            let parent = joint.parent.map_or(root, |parent| &links[parent]);
+            let at_zero = &joint.parent_from_link;
+            let center_m = parent.place_m(&at_zero.translation.vector);
+            let rotation = parent.rotation * at_zero.rotation.to_rotation_matrix().into_inner();
+            let axis = rotation.column(2).into_owned();
+            links[index] = match joint.motion {
+                Motion::Turns => {
+                    let (sin, cos) = (libm::sin(*moved), libm::cos(*moved));
+                    let (x, y) = (rotation.column(0), rotation.column(1));
+                    let turned = [cos * x + sin * y, cos * y - sin * x, axis];
+                    LinkPose {
+                        center_m,
+                        rotation: Matrix3::from_columns(&turned),
+                    }
+                }
+                Motion::Slides => LinkPose {
+                    center_m: center_m + *moved * axis,
+                    rotation,
+                },
+            };
+        }
+    }
+}
+
+/// Shares of the joints on the way from the root to a link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Path {
+    joints: [u16; DEEPEST],
+    shares: [f64; DEEPEST],
+    length: usize,
+}
+
+impl Path {
+    /// The way from the root to the root.
+    pub const NONE: Self = Self {
+        joints: [0; DEEPEST],
+        shares: [0.0; DEEPEST],
+        length: 0,
+    };
+
+    /// Each joint with its share, the root's neighbour first.
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> {
+        let joints = self.joints.iter().map(|joint| usize::from(*joint));
+        joints.zip(self.shares).take(self.length)
+    }
+
+    /// The sum of products of the shares of all joints that are on both ways.
+    #[inline]
+    pub fn dot(&self, other: &Self) -> f64 {
+        let both = self.length.min(other.length);
+        let mut sum = 0.0;
+        // Where two ways have parted they do not meet again.
+        for at in 0..both {
+            if self.joints[at] != other.joints[at] {
+                break;
+            }
+            sum += self.shares[at] * other.shares[at];
+        }
+        sum
+    }
+
+    /// The same way with shares of the other sign.
+    pub fn reversed(&self) -> Self {
+        Self {
+            shares: self.shares.map(|share| -share),
+            ..*self
+        }
+    }
+
+    /// Its joints, with their shares to be changed.
+    #[inline]
+    pub(super) fn parts_mut(&mut self) -> (&[u16], &mut [f64]) {
+        (&self.joints[..self.length], &mut self.shares[..self.length])
+    }
+}

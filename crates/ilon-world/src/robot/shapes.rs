@@ -1,0 +1,240 @@
+//! What of a robot touches the ground as parry finds it: its chassis, and rollers that have the shapes of their file.
+
+use std::cell::RefCell;
+
+use ilon_robot::MassProperties;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rapier3d::prelude::*;
+
+use crate::ContactSolver;
+use crate::engine::{convert, groups};
+use crate::ground::{Anchor, Ground};
+use crate::robot::shared::SharedRobot;
+use crate::robot::state::State;
+use crate::robot::wheel::WheelBody;
+
+/// The shapes of a robot on the ground.
+///
+/// They are asked for in a rapier world that is there once something of the robot has come near the ground: a robot that stays on its
+/// wheels needs none.
+#[derive(Clone, Default)]
+pub(crate) struct Shapes {
+    near: Option<Box<Near>>,
+    is_near: bool,
+}
+
+/// The robot and the ground in rapier.
+#[derive(Clone)]
+struct Near {
+    anchor: Anchor,
+    colliders: ColliderSet,
+    broad_phase: BroadPhaseBvh,
+    narrow_phase: NarrowPhase,
+    chassis: Vec<ColliderHandle>,
+    /// Each with its wheel and its place on it.
+    rollers: Vec<(ColliderHandle, usize, usize)>,
+}
+
+/// Where rapier looks for what is near, and sets of what no world here has.
+struct Room {
+    pipeline: CollisionPipeline,
+    islands: IslandManager,
+    bodies: RigidBodySet,
+}
+
+thread_local! {
+    static ROOM: RefCell<Room> = RefCell::new(Room {
+        pipeline: CollisionPipeline::new(),
+        islands: IslandManager::new(),
+        bodies: RigidBodySet::new(),
+    });
+}
+
+/// A robot's parts, and what it stands on.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<'a> {
+    pub robot: &'a SharedRobot,
+    pub chassis_mass: &'a MassProperties,
+    pub wheels: &'a [WheelBody],
+    pub state: &'a State,
+    pub ground: &'a Ground,
+    /// Contacts further from the ground than this are none, in metres.
+    pub within_m: f64,
+}
+
+impl Shapes {
+    /// Finds where they are near the ground.
+    pub fn find(&mut self, placed: &Placed<'_>) {
+        self.is_near = placed.has_modelled_rollers() || placed.chassis_is_near();
+        if self.is_near {
+            let near = self.near.get_or_insert_with(|| Box::new(Near::new(placed)));
+            near.find(placed);
+        }
+    }
+
+    /// Shows where the chassis is near the ground: place on the ground, normal out of it, and distance.
+    pub fn of_chassis(&self, mut show: impl FnMut(Vector3<f64>, Vector3<f64>, f64)) {
+        if let Some(near) = self.near.as_ref().filter(|_| self.is_near) {
+            for collider in &near.chassis {
+                near.show(*collider, &mut show);
+            }
+        }
+    }
+
+    /// The same of the rollers of a wheel, each with its place on it.
+    pub fn of_rollers(
+        &self,
+        wheel: usize,
+        mut show: impl FnMut(usize, Vector3<f64>, Vector3<f64>, f64),
+    ) {
+        if let Some(near) = self.near.as_ref().filter(|_| self.is_near) {
+            let of_wheel = near.rollers.iter().filter(|(_, of, _)| *of == wheel);
+            for (collider, _, roller) in of_wheel {
+                near.show(*collider, &mut |place_m, normal, gap_m| {
+                    show(*roller, place_m, normal, gap_m)
+                });
+            }
+        }
+    }
+}
+
+impl Placed<'_> {
+    fn has_modelled_rollers(&self) -> bool {
+        let mut rollers = self.wheels.iter().flat_map(|wheel| &wheel.rollers);
+        rollers.any(|roller| roller.shape.is_some())
+    }
+
+    /// The shapes of the chassis with their poses in the floor's frame.
+    fn chassis_shapes(&self) -> impl Iterator<Item = (Isometry3<f64>, &SharedShape)> {
+        let chassis_from_body = Isometry3::from(-self.chassis_mass.center_of_mass_m);
+        let floor_from_body = self.state.floor_from_chassis() * chassis_from_body;
+        let shapes = self.robot.chassis_shapes().iter();
+        shapes.map(move |(body_from_shape, shape)| (floor_from_body * body_from_shape, shape))
+    }
+
+    /// Whether boxes around the shapes of the chassis reach the ground.
+    fn chassis_is_near(&self) -> bool {
+        /// What f32 makes of the size of a shape.
+        const ROUNDED_M: f64 = 1e-5;
+        let reach_m = Vector3::repeat(self.within_m + ROUNDED_M);
+        self.chassis_shapes().any(|(floor_from_shape, shape)| {
+            let turned = convert::rotation(&floor_from_shape.rotation);
+            let around = shape.compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
+            let at_m = floor_from_shape.translation.vector;
+            let least_m = at_m + convert::to_f64(around.mins) - reach_m;
+            let most_m = at_m + convert::to_f64(around.maxs) + reach_m;
+            self.ground.reaches(&least_m, &most_m)
+        })
+    }
+}
+
+impl Near {
+    fn new(placed: &Placed<'_>) -> Self {
+        let mut colliders = ColliderSet::new();
+        let anchor = Anchor::insert(placed.ground, &mut colliders, ContactSolver::Ilon);
+        let mut insert = |shape: &SharedShape, groups: InteractionGroups| {
+            colliders.insert(
+                ColliderBuilder::new(shape.clone())
+                    // Nothing here is a body of rapier, which moves none of it.
+                    .active_collision_types(ActiveCollisionTypes::all())
+                    .collision_groups(groups)
+                    .solver_groups(InteractionGroups::none()),
+            )
+        };
+        let chassis = placed.robot.chassis_shapes().iter();
+        let chassis = chassis
+            .map(|(_, shape)| insert(shape, groups::CHASSIS))
+            .collect();
+        let mut rollers = Vec::new();
+        for (wheel, body) in placed.wheels.iter().enumerate() {
+            for (index, roller) in body.rollers.iter().enumerate() {
+                if let Some(shape) = &roller.shape {
+                    rollers.push((insert(shape, groups::ROLLER), wheel, index));
+                }
+            }
+        }
+        Self {
+            anchor,
+            colliders,
+            broad_phase: BroadPhaseBvh::new(),
+            narrow_phase: NarrowPhase::new(),
+            chassis,
+            rollers,
+        }
+    }
+
+    /// Places everything, and lets rapier find what is near.
+    fn find(&mut self, placed: &Placed<'_>) {
+        let place_m = placed.state.center_m();
+        self.anchor
+            .follow(&place_m, placed.ground, &mut self.colliders);
+        let rapier_from_floor = self.anchor.rapier_from_floor();
+        let mut place = |collider: ColliderHandle, floor_from_shape: &Isometry3<f64>| {
+            if let Some(collider) = self.colliders.get_mut(collider) {
+                collider.set_position(convert::pose(&(rapier_from_floor * floor_from_shape)));
+            }
+        };
+        for (collider, (floor_from_shape, _)) in self.chassis.iter().zip(placed.chassis_shapes()) {
+            place(*collider, &floor_from_shape);
+        }
+        for (collider, wheel, roller) in &self.rollers {
+            let hub = &placed.state.hubs()[*wheel];
+            let rotation = UnitQuaternion::from_matrix(&hub.rotation);
+            let floor_from_hub = Isometry3::from_parts(hub.center_m.into(), rotation);
+            let roller = &placed.wheels[*wheel].rollers[*roller];
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roller.angle_rad);
+            place(
+                *collider,
+                &(floor_from_hub * roller.hub_from_roller * turned),
+            );
+        }
+        ROOM.with_borrow_mut(|room| {
+            room.pipeline.step(
+                placed.within_m as Real,
+                &mut room.islands,
+                &mut self.broad_phase,
+                &mut self.narrow_phase,
+                &mut room.bodies,
+                &mut self.colliders,
+                &(),
+                &(),
+            );
+        });
+    }
+
+    /// Shows where a collider is near the ground.
+    fn show(
+        &self,
+        collider: ColliderHandle,
+        show: &mut impl FnMut(Vector3<f64>, Vector3<f64>, f64),
+    ) {
+        for pair in self.narrow_phase.contact_pairs_with(collider) {
+            let is_first = pair.collider1 == collider;
+            let ground = if is_first {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
+            let rapier_from_ground = self.colliders[ground].position();
+            for manifold in pair.manifolds() {
+                // A manifold's normal points from its first shape to its second.
+                let towards_second = convert::to_f64(manifold.data.normal);
+                let normal = if is_first {
+                    -towards_second
+                } else {
+                    towards_second
+                };
+                for point in &manifold.points {
+                    let on_ground = if is_first {
+                        point.local_p2
+                    } else {
+                        point.local_p1
+                    };
+                    let in_rapier_m = convert::to_f64(*rapier_from_ground * on_ground);
+                    let place_m = self.anchor.origin_m() + in_rapier_m;
+                    show(place_m, normal, f64::from(point.dist));
+                }
+            }
+        }
+    }
+}
