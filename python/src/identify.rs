@@ -9,17 +9,22 @@ use pyo3::prelude::*;
 
 use crate::errors::{OrRaise, explained};
 use crate::run::until_interrupted;
+use crate::scenario;
 use crate::values::as_python;
 
 /// Fits all that a study leaves free; gives what `identified.json` holds, and writes it with its page into a folder, if one is given.
 #[pyfunction]
-#[pyo3(signature = (study, *, out=None))]
-pub fn identify(
-    py: Python<'_>,
+#[pyo3(signature = (study, *, out=None, sandbox=None))]
+pub fn identify<'py>(
+    py: Python<'py>,
     study: PathBuf,
     out: Option<PathBuf>,
-) -> PyResult<Bound<'_, PyAny>> {
-    let study = py.detach(|| Study::load(study)).or_raise(py)?;
+    sandbox: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let files = scenario::files(py, sandbox)?;
+    let study = py
+        .detach(|| Study::load_within(study, &files))
+        .or_raise(py)?;
     if let Some(out) = &out {
         cli::may_hold_identified(out, &study)
             .map_err(|fault| explained(py, "ScenarioError", &fault))?;

@@ -8,7 +8,6 @@
 //! | `identify` | what a robot really is, fitted to logs |
 //! | `track` | the learning task, for many robots at once |
 //! | `tools` | inspect, generate, compare, judge, the command |
-//! | `xacro` | the xacro of ROS |
 //! | `scenario`, `values` | scenarios and values as Python writes them |
 //! | `errors` | faults as exceptions |
 
@@ -25,7 +24,6 @@ mod tools;
 mod trace;
 mod track;
 mod values;
-mod xacro;
 
 /// The compiled half of `ilon`.
 #[pyo3::pymodule]
@@ -51,7 +49,6 @@ mod _ilon {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        crate::xacro::ask_from_now_on();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

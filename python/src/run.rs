@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use ilon::robot::FileAccess;
 use ilon::sim::sweep::Stop;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::{Summary, quantities};
@@ -48,7 +49,7 @@ impl Run {
 
 /// Simulates a scenario to its end; `called` is what a person would type for it.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None))]
+#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None))]
 pub fn run(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
@@ -56,8 +57,10 @@ pub fn run(
     settings: Option<&Bound<'_, PyMapping>>,
     controller: Option<Py<PyAny>>,
     folder: Option<PathBuf>,
+    sandbox: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Run> {
-    let scenario = scenario::read(scenario, settings, folder)?;
+    let files = scenario::files(py, sandbox)?;
+    let scenario = scenario::read(scenario, settings, folder, &files)?;
     let fault = Fault::default();
     let run = py.detach(|| simulated(&scenario, controller, &fault));
     match run {
@@ -274,7 +277,7 @@ impl Run {
             .map_err(|fault| explained(py, "TraceError", &fault))
     }
 
-    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, warnings, call.
+    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, sandbox, warnings, call.
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
         let bytes = py.detach(|| -> Result<_, Error> {
             let folder = tempfile::tempdir().map_err(no_room)?;
@@ -292,6 +295,7 @@ impl Run {
             scenario.to_toml().or_raise(py)?,
             scenario.name.clone(),
             scenario.folder.clone(),
+            scenario.files.folders().map(<[PathBuf]>::to_vec),
             self.run.warnings.clone(),
             self.called.clone(),
         ))
@@ -307,6 +311,7 @@ impl Run {
         scenario: &str,
         name: &str,
         folder: PathBuf,
+        sandbox: Option<Vec<PathBuf>>,
         warnings: Vec<String>,
         called: String,
     ) -> PyResult<Self> {
@@ -319,7 +324,15 @@ impl Run {
         let trace = read().or_raise(py)?;
         let summary: Summary = serde_json::from_str(summary)
             .map_err(|fault| PyValueError::new_err(fault.to_string()))?;
-        let scenario = Scenario::from_toml(scenario, name, folder).or_raise(py)?;
+        let files = match sandbox {
+            None => FileAccess::anywhere(),
+            // Folders that are not there hold nothing that may be read.
+            Some(folders) => FileAccess::below(folders.iter().filter(|folder| folder.exists()))
+                .map_err(no_room)
+                .or_raise(py)?,
+        };
+        let scenario =
+            Scenario::from_toml_with(scenario, name, folder, &[], &files).or_raise(py)?;
         let run = ilon::Run {
             scenario,
             trace,
@@ -337,6 +350,7 @@ type Parts<'py> = (
     String,
     String,
     PathBuf,
+    Option<Vec<PathBuf>>,
     Vec<String>,
     String,
 );

@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use ilon::Scenario;
+use ilon::robot::FileAccess;
 use ilon::scenario::Setting;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
-use toml::{Table, Value};
+use toml::Value;
 
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, refused};
 use crate::values::to_toml;
 
 /// What a scenario that is no file is called.
@@ -20,23 +21,25 @@ pub type Settings = Vec<(String, Value)>;
 
 /// Reads a scenario from a path, or takes it from a dict; some of its keys may be set anew.
 ///
-/// Relative paths of a dict start from `folder`, or from where the program runs.
+/// Relative paths of a dict start from `folder`, or from where the program runs. It, and all files that it names, must be among those that
+/// may be read.
 pub fn read(
     source: &Bound<'_, PyAny>,
     settings: Option<&Bound<'_, PyMapping>>,
     folder: Option<PathBuf>,
+    files: &FileAccess,
 ) -> PyResult<Scenario> {
     let py = source.py();
     let settings = match settings {
-        Some(settings) => read_settings(settings)?,
-        None => Settings::new(),
+        Some(settings) => as_settings(&read_settings(settings)?),
+        None => Vec::new(),
     };
     if let Ok(mapping) = source.cast::<PyMapping>() {
-        let Value::Table(mut table) = to_toml(mapping.as_any())? else {
+        let Value::Table(table) = to_toml(mapping.as_any())? else {
             return Err(PyTypeError::new_err("a scenario is a dict or a path"));
         };
-        set_all(&mut table, &settings)?;
-        return of_table(&table, NAMELESS, folder.unwrap_or_default()).or_raise(py);
+        let (text, folder) = (table.to_string(), folder.unwrap_or_default());
+        return Scenario::from_toml_with(&text, NAMELESS, folder, &settings, files).or_raise(py);
     }
     if !(source.is_instance_of::<PyString>() || source.hasattr("__fspath__")?) {
         return Err(PyTypeError::new_err(format!(
@@ -50,12 +53,7 @@ pub fn read(
         ));
     }
     let path: PathBuf = source.extract()?;
-    let settings: Vec<Setting> = settings
-        .iter()
-        .map(|(key, value)| format!("{key}={value}").parse())
-        .collect::<Result<_, String>>()
-        .map_err(PyValueError::new_err)?;
-    py.detach(|| Scenario::load_with(path, &settings))
+    py.detach(|| Scenario::load_within(path, &settings, files))
         .or_raise(py)
 }
 
@@ -64,73 +62,49 @@ pub fn read_settings(settings: &Bound<'_, PyMapping>) -> PyResult<Settings> {
     let mut read = Settings::new();
     for item in settings.items()?.iter() {
         let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;
+        if key.split('.').any(|part| part.trim().is_empty()) {
+            return Err(PyValueError::new_err(format!(
+                "`{key}` names no key of a scenario; write such as world.floor.friction"
+            )));
+        }
         read.push((key, to_toml(&value)?));
     }
     Ok(read)
 }
 
-/// A scenario from its table.
-pub fn of_table(table: &Table, name: &str, folder: PathBuf) -> Result<Scenario, ilon::Error> {
-    Scenario::from_toml(&table.to_string(), name, folder)
+/// Settings as a scenario takes them.
+pub fn as_settings(settings: &Settings) -> Vec<Setting> {
+    let settings = settings.iter();
+    settings
+        .map(|(key, value)| Setting::new(key, value))
+        .collect()
 }
 
-/// Sets keys of a scenario's table.
-pub fn set_all(table: &mut Table, settings: &Settings) -> PyResult<()> {
-    for (key, value) in settings {
-        set(table, key, value.clone()).map_err(PyValueError::new_err)?;
-    }
-    Ok(())
-}
-
-/// Sets one key of a table by its dotted name; a number in it is a place in a list. Tables on the way are made.
-pub fn set(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let Some((first, rest)) = key.split_once('.') else {
-        if key.is_empty() {
-            return Err(
-                "the name of a setting is empty; write such as world.floor.friction".into(),
-            );
-        }
-        table.insert(key.to_owned(), value);
-        return Ok(());
+/// Which files may be read: any without a `sandbox`, else those below its folder, or its folders.
+pub fn files(py: Python<'_>, sandbox: Option<&Bound<'_, PyAny>>) -> PyResult<FileAccess> {
+    let Some(sandbox) = sandbox else {
+        return Ok(FileAccess::anywhere());
     };
-    let inner = table
-        .entry(first)
-        .or_insert_with(|| Value::Table(Table::new()));
-    set_in(inner, first, rest, value)
-}
-
-fn set_in(slot: &mut Value, name: &str, key: &str, value: Value) -> Result<(), String> {
-    match slot {
-        Value::Table(table) => set(table, key, value),
-        Value::Array(items) => {
-            let (index, rest) = match key.split_once('.') {
-                Some((index, rest)) => (index, Some(rest)),
-                None => (key, None),
-            };
-            let count = items.len();
-            let item = index
-                .parse()
-                .ok()
-                .and_then(|index: usize| items.get_mut(index));
-            let Some(item) = item else {
-                return Err(format!(
-                    "`{name}` is a list of {count}, of which there is no `{index}`; places count from 0"
-                ));
-            };
-            match rest {
-                Some(rest) => set_in(item, name, rest, value),
-                None => {
-                    *item = value;
-                    Ok(())
-                }
-            }
-        }
-        _ => {
-            // What was a word, such as `heading = "along_path"`, becomes the table that is asked for.
-            let mut table = Table::new();
-            set(&mut table, key, value)?;
-            *slot = Value::Table(table);
-            Ok(())
-        }
+    let is_one = sandbox.is_instance_of::<PyString>() || sandbox.hasattr("__fspath__")?;
+    let folders: Vec<PathBuf> = match is_one {
+        true => vec![sandbox.extract()?],
+        false => sandbox.extract().map_err(|_| {
+            PyTypeError::new_err(
+                "`sandbox` is the path of a folder, or a list of such paths, below which alone files are read",
+            )
+        })?,
+    };
+    if folders.is_empty() {
+        return Err(PyValueError::new_err(
+            "`sandbox` names no folder; name one below which files may be read, or leave it out",
+        ));
     }
+    FileAccess::below(&folders).map_err(|fault| {
+        refused(
+            py,
+            "ReadError",
+            &format!("`sandbox` cannot be the folder {fault}"),
+            "name a folder that is there",
+        )
+    })
 }

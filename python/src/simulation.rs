@@ -49,14 +49,16 @@ impl Snapshot {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario, *, settings=None, folder=None))]
+    #[pyo3(signature = (scenario, *, settings=None, folder=None, sandbox=None))]
     fn new(
         py: Python<'_>,
         scenario: &Bound<'_, PyAny>,
         settings: Option<&Bound<'_, PyMapping>>,
         folder: Option<PathBuf>,
+        sandbox: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let scenario = scenario::read(scenario, settings, folder)?;
+        let files = scenario::files(py, sandbox)?;
+        let scenario = scenario::read(scenario, settings, folder, &files)?;
         let plant = py.detach(|| {
             let robot = load_robot(&scenario)?;
             Plant::new(&resolve_for(&scenario, &robot, Driver::Own)?, &robot)
@@ -144,8 +146,8 @@ impl Simulation {
     }
 
     /// Goes back to a snapshot: from there all is as it was, to the bit.
-    fn restore(&mut self, snapshot: &Snapshot) {
-        self.plant.restore(&snapshot.0);
+    fn restore(&mut self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
+        self.plant.restore(&snapshot.0).or_raise(py)
     }
 
     /// Pushes the chassis from now on with a force in N in the world frame for a time in seconds.

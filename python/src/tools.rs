@@ -25,30 +25,35 @@ const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 /// A robot's file as it is understood: a dict as `ilon inspect --json` prints it, a drawing from above in SVG, and the URDF that
 /// was read. `options` are keys of a scenario's `[robot]`.
 #[pyfunction]
+#[pyo3(signature = (path, options, *, sandbox=None))]
 pub fn inspect<'py>(
     py: Python<'py>,
     path: PathBuf,
     options: &Bound<'py, PyMapping>,
+    sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, String, String)> {
     let Value::Table(mut robot) = to_toml(options.as_any())? else {
         return Err(PyTypeError::new_err("the options of a robot are a dict"));
     };
     let file = path.display().to_string();
     robot.insert("file".to_owned(), Value::String(file));
-    let inspected = py.detach(|| inspected(&path, robot));
+    let files = scenario::files(py, sandbox)?;
+    let inspected = py.detach(|| inspected(&path, robot, &files));
     let (inspection, svg, urdf) = inspected.or_raise(py)?;
     Ok((as_python(py, &inspection)?, svg, urdf))
 }
 
-fn inspected(path: &std::path::Path, robot: Table) -> Result<(Inspection, String, String), Error> {
+fn inspected(
+    path: &std::path::Path,
+    robot: Table,
+    files: &FileAccess,
+) -> Result<(Inspection, String, String), Error> {
     let mut table: Table = STANDING
         .parse()
         .map_err(|fault: toml::de::Error| Error::invalid(fault.to_string(), ""))?;
     table.insert("robot".to_owned(), Value::Table(robot));
-    let scenario = scenario::of_table(&table, "the options of the robot", PathBuf::new())?;
-    let options = scenario
-        .robot
-        .load_options(&scenario.folder, &FileAccess::anywhere());
+    let scenario = Scenario::from_toml(&table.to_string(), "the options of the robot", "")?;
+    let options = scenario.robot.load_options(&scenario.folder, files);
     let loaded = Robot::load_with(path, &options)
         .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
     let inspection = Inspection::of_loaded(&loaded)?;
@@ -126,7 +131,7 @@ fn not_comparable(py: Python<'_>, fault: CompareError) -> PyErr {
             py,
             "TraceError",
             &fault.to_string(),
-            "give at least two runs, folders that `ilon run --out` or `Run.write` wrote, or trace files",
+            "give at least two runs, folders that `ilon run` or `Run.write` wrote, or trace files",
         ),
     }
 }

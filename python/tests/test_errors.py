@@ -101,6 +101,20 @@ def test_an_integer_beyond_all_bounds_is_refused(circle):
         ilon.run(circle, settings={"sensors.seed": 2**70})
 
 
+def test_a_fault_in_a_setting_names_no_flag(lateral):
+    for settings in ({"world.floor.friction": "wide"}, {"world.flor.friction": 1}, {"faults.1.payload.mass_kg": 1}):
+        with pytest.raises(ilon.ScenarioError) as raised:
+            ilon.run(lateral, settings=settings)
+        said = str(raised.value)
+        assert "--" not in said and "[settings:1:" in said, said
+
+
+@pytest.mark.parametrize("key", ["", "world.", "world..floor", " "])
+def test_a_setting_without_a_name_is_refused(lateral, key):
+    with pytest.raises(ValueError, match="names no key"):
+        ilon.run(lateral, settings={key: 1})
+
+
 def test_a_folder_is_for_dicts(lateral):
     with pytest.raises(TypeError, match="folder"):
         ilon.run(lateral, folder="/")

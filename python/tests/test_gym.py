@@ -178,6 +178,25 @@ def test_keys_of_the_scenario_are_drawn(circle):
     assert (one[0][-1] != fixed[0][-1]).any()
 
 
+def test_what_is_drawn_in_a_list_needs_no_list_in_the_scenario():
+    """As the docstring says it, on the scenario that comes with the task: a payload from none to 5 kg."""
+    env = ilon.gym.TrackEnv(
+        randomise={
+            "world.floor.friction": (0.3, 0.9),
+            "faults.0.payload.mass_kg": (0, 5),
+            "sensors.pose.position_noise_m": (0, 0.01),
+        }
+    )
+    assert np.isfinite(rollout(env, 20, seed=4)[0]).all()
+    # A heavy load is felt, and none is none.
+    ends = {
+        kg: rollout(ilon.gym.TrackEnv(randomise={"faults.0.payload.mass_kg": (kg, kg)}), 20, seed=4)[0][-1] for kg in (0, 5)
+    }
+    bare = rollout(ilon.gym.TrackEnv(randomise={"robot.x_m": (0, 0)}), 20, seed=4)[0][-1]
+    np.testing.assert_array_equal(ends[0], bare)
+    assert (ends[5] != bare).any()
+
+
 @pytest.mark.parametrize(
     ("options", "error", "words"),
     [
@@ -192,7 +211,8 @@ def test_keys_of_the_scenario_are_drawn(circle):
         ({"randomise": {"world.floor.friction": 0.3}}, TypeError, "low, high"),
         ({"randomise": {"world.floor.friction": (-1.0, 0.3)}}, ilon.ScenarioError, "friction"),
         ({"randomise": {"world.floor.frictoin": (0.1, 0.3)}}, ilon.ScenarioError, "frictoin"),
-        ({"randomise": {"faults.0.payload.mass_kg": (0.1, 0.3)}}, (ilon.ScenarioError, ValueError), "faults"),
+        ({"randomise": {"faults.1.payload.mass_kg": (0.1, 0.3)}}, ilon.ScenarioError, "list `faults` has no place 1"),
+        ({"randomise": {"faults.0.payload.mass_kg": (-1, 0.3)}}, ilon.ScenarioError, "0 or more"),
         ({"action_scale": [1.0]}, ilon.ScenarioError, "action_scale"),
         ({"action_scale": [1.0, 0.0, 1.0]}, ilon.ScenarioError, "action of 1"),
         ({"settings": {"run.duration_s": -1}}, ilon.ScenarioError, "duration_s"),

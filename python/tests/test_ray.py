@@ -126,8 +126,17 @@ def test_bad_studies_raise_what_the_command_says_before_anything_runs(here, fold
         ilon.sweep(path, on="ray", out=tmp_path / "out")
     assert raised.value.message in said and raised.value.help in said
     assert not (tmp_path / "out").exists()
-    with pytest.raises(ValueError, match="no node of the cluster has more than 2 CPUs"):
-        ilon.sweep(folder / "grid.toml", on="ray", jobs=3)
+
+
+def test_what_no_node_can_run_is_waited_for_and_then_given_up(here, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(_ray, "_PATIENCE_S", 3.0)
+    begun_s = time.monotonic()
+    with (
+        pytest.warns(UserWarning, match="no node of the Ray cluster has 3 CPUs .* but 2 at most; its tasks wait"),
+        pytest.raises(ilon.Error, match="none came in 3 s"),
+    ):
+        ilon.sweep(folder / "grid.toml", on="ray", jobs=3, out=tmp_path)
+    assert 3.0 < time.monotonic() - begun_s < 60.0
 
 
 def test_a_worker_of_another_version_is_refused(here, folder, tmp_path, monkeypatch):
@@ -140,7 +149,7 @@ def test_a_worker_of_another_version_is_refused(here, folder, tmp_path, monkeypa
 
 def test_a_worker_that_reads_other_files_is_refused(folder, tmp_path):
     study = _ilon.Study(folder / "grid.toml")
-    order = _ray._Order(_ilon.__version__, study.fingerprint, study.text, (str(study.path),), 1, None)
+    order = _ray._Order(_ilon.__version__, study.fingerprint, study.text, (str(study.path),), 1, None, (None,))
     rows, took_s = _ray._work(order, [0, 3])
     assert rows.startswith(b'[{"run":0,') and took_s > 0
     (tmp_path / "short.toml").write_text((folder / "short.toml").read_text().replace("0.3", "0.2"))
@@ -221,3 +230,45 @@ def test_a_node_that_is_lost_in_the_middle_costs_no_row(cluster, folder, tmp_pat
     assert list(there["run"]) == list(range(300))
     # Each once.
     assert (tmp_path / "ray" / "rows.log").read_bytes().count(b"\n") == 300
+
+
+GROWING = """
+import os, sys, threading, time, warnings
+os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+import ray, ilon
+from ray.cluster_utils import Cluster
+
+cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
+ray.init(cluster.address, log_to_driver=False)
+
+found = []
+
+def study():
+    found.append(ilon.sweep(sys.argv[1], on="ray", out=sys.argv[2]))
+
+# Ray starts nodes in the main thread alone.
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    waiting = threading.Thread(target=study)
+    waiting.start()
+    time.sleep(5)
+    cluster.add_node(num_cpus=2)
+    waiting.join()
+print([str(one.message) for one in said if "no node of the Ray cluster has 1 CPUs" in str(one.message)])
+print(found[0]["status"])
+ray.shutdown()
+cluster.shutdown()
+"""
+
+
+def test_a_cluster_whose_nodes_come_later_is_waited_for(folder, tmp_path):
+    """As that of a RayJob whose head has no CPUs and whose workers are still to come. In a process of its own, for it is another cluster."""
+    done = subprocess.run(
+        [sys.executable, "-c", GROWING, folder / "grid.toml", tmp_path / "ray"], capture_output=True, text=True, timeout=240
+    )
+    assert done.returncode == 0, done.stderr
+    warned, status = done.stdout.splitlines()[-2:]
+    assert "but 0 at most; its tasks wait until one has, for at most 600 s" in warned
+    assert status == str(["done"] * 12)
+    ilon.sweep(folder / "grid.toml", out=tmp_path / "local")
+    assert_equal(tmp_path / "ray", tmp_path / "local")

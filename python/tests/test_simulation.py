@@ -1,6 +1,8 @@
 """A robot that is driven step by step."""
 
+import copy
 import math
+import pickle
 import threading
 import time
 
@@ -76,6 +78,30 @@ def test_a_snapshot_leads_to_the_same_motion(simulation):
     other = ilon.Simulation(simulation.scenario)
     other.restore(snapshot)
     assert same(driven(other, 30), first)
+
+
+def test_a_snapshot_of_another_simulation_is_refused(simulation, assets):
+    driven(simulation, 10)
+    scenario = simulation.scenario
+    on_ice = {**scenario, "world": {**scenario["world"], "floor": {**scenario["world"]["floor"], "friction": 0.05}}}
+    others = [ilon.Simulation(on_ice), ilon.Simulation(assets / "scenarios" / "volksbot_position_first.toml")]
+    before = simulation.snapshot()
+    first = driven(simulation, 10)
+    for other in others:
+        with pytest.raises(ilon.ScenarioError, match="another simulation"):
+            simulation.restore(other.snapshot())
+        with pytest.raises(ilon.ScenarioError, match="another simulation"):
+            other.restore(before)
+    # It is as it was.
+    simulation.restore(before)
+    assert same(driven(simulation, 10), first)
+
+
+def test_a_snapshot_is_not_pickled_into_another_process(simulation):
+    with pytest.raises(TypeError, match="cannot be pickled"):
+        pickle.dumps(simulation.snapshot())
+    with pytest.raises(TypeError, match="cannot be pickled"):
+        copy.deepcopy(simulation.snapshot())
 
 
 def test_a_torque_acts(simulation):

@@ -76,13 +76,13 @@ def test_each_run_is_what_ilon_run_gives(folder, study):
 def test_a_search_answers_as_the_command_does(folder, command, tmp_path):
     path = folder / "search.toml"
     path.write_text(
-        'scenario = "short.toml"\n[find]\nkey = "world.floor.friction"\nfrom = 0.02\nto = 0.4\n'
+        'scenario = "short.toml"\n[find]\nkey = "world.floor.friction"\nfrom = 0.02\nto = 1.0\n'
         'quantity = "friction_used_max"\ncrosses = 0.99\ntolerance = 0.05\nscan = 4\n'
     )
     command("sweep", path, "--out", tmp_path)
     sweep = ilon.sweep(path)
     assert sweep.findings == json.loads((tmp_path / "findings.json").read_text())
-    assert "where friction_used_max crosses 0.99" in str(sweep)
+    assert "most grip used by a wheel exceeds 99 %" in str(sweep)
 
 
 def test_nothing_is_written_without_out(study, tmp_path, monkeypatch):

@@ -38,6 +38,7 @@ __all__ = [
 __version__: str
 
 _Floats = npt.NDArray[np.float64]
+_Sandbox = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 @final
 class Observation:
@@ -113,7 +114,8 @@ class Simulation:
     """A robot in its world with its motors and wheel loops, its sensors and faults, driven step by step.
 
     `scenario` is the path of a scenario file or a dict of what it would hold; relative paths in a dict start from `folder`, or from
-    where the program runs. `settings` changes keys: `{"world.floor.friction": 0.2}`. Of `[run]`, `duration_s` ends nothing here.
+    where the program runs. `settings` changes keys: `{"world.floor.friction": 0.2}`. Of `[run]`, `duration_s` ends nothing here. With
+    `sandbox`, files are read below these folders alone: for scenarios and robots of people that you do not know.
 
     Another thread may run Python while it steps; two threads that call the same simulation at once get a RuntimeError. It cannot be
     pickled. Raises subclasses of `ilon.Error` for what the command line refuses.
@@ -125,6 +127,7 @@ class Simulation:
         *,
         settings: Mapping[str, Any] | None = None,
         folder: str | os.PathLike[str] | None = None,
+        sandbox: _Sandbox | None = None,
     ) -> Self: ...
     def reset(self, *, seed: int | None = None, pose: npt.ArrayLike | None = None) -> Observation:
         """Begins anew: time zero, the robot at rest. Noise comes from `seed` and the robot stands at `pose` (x in m, y in m, heading in
@@ -149,7 +152,8 @@ class Simulation:
     def snapshot(self) -> Snapshot:
         """The simulation as it is now, to come back to."""
     def restore(self, snapshot: Snapshot) -> None:
-        """Goes back to a snapshot, of this simulation or of another: from there all is as it was, to the bit."""
+        """Goes back to a snapshot, of this simulation or of another of the same scenario and robot: from there all is as it was, to the
+        bit. Raises `ilon.ScenarioError` for a snapshot of another scenario or robot."""
     def push(self, force_n: npt.ArrayLike, lasts_s: float, *, place_m: npt.ArrayLike | None = None) -> None:
         """Pushes the chassis from now on with a constant force (x, y, z in N, in the world frame) for a time in seconds, at a place
         in the body frame (x, y, z in m); without one, at the chassis's centre of mass. Pushes add up; a reset ends them."""
@@ -251,10 +255,11 @@ class Run:
     def report_html(self) -> str: ...
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Writes what `ilon run --out` writes into a folder: summary.json, trace.parquet, report.html, scenario.toml."""
-    def parts(self) -> tuple[bytes, str, str, str, Path, list[str], str]: ...
+    def parts(self) -> tuple[bytes, str, str, str, Path, list[Path] | None, list[str], str]: ...
     @staticmethod
     def of_parts(
-        trace: bytes, summary: str, scenario: str, name: str, folder: str | os.PathLike[str], warnings: list[str], called: str
+        trace: bytes, summary: str, scenario: str, name: str, folder: str | os.PathLike[str],
+        sandbox: list[Path] | None, warnings: list[str], called: str
     ) -> Run: ...
 
 @final
@@ -266,9 +271,10 @@ class Study:
         study: str | os.PathLike[str] | Mapping[str, Any],
         *,
         folder: str | os.PathLike[str] | None = None,
+        sandbox: _Sandbox | None = None,
     ) -> Self: ...
     @staticmethod
-    def of_text(text: str, path: str | os.PathLike[str]) -> Study:
+    def of_text(text: str, path: str | os.PathLike[str], *, sandbox: _Sandbox | None = None) -> Study:
         """A study from the text of a file that need not be there; the paths in it start from `path`."""
     @property
     def name(self) -> str:
@@ -367,6 +373,8 @@ class Track:
     @property
     def control_dt_s(self) -> float: ...
     @property
+    def alive_per_s(self) -> float: ...
+    @property
     def steps(self) -> int: ...
 
 def run(
@@ -376,9 +384,14 @@ def run(
     settings: Mapping[str, Any] | None = None,
     controller: Callable[[Observation, Desired | None], npt.ArrayLike | Torques] | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: _Sandbox | None = None,
 ) -> Run: ...
-def identify(study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None) -> dict[str, Any]: ...
-def inspect(path: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[dict[str, Any], str, str]: ...
+def identify(
+    study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, sandbox: _Sandbox | None = None
+) -> dict[str, Any]: ...
+def inspect(
+    path: str | os.PathLike[str], options: Mapping[str, Any], *, sandbox: _Sandbox | None = None
+) -> tuple[dict[str, Any], str, str]: ...
 def generate(spec: str | os.PathLike[str]) -> str: ...
 def compare(runs: list[Any]) -> tuple[list[dict[str, Any]], list[dict[str, Any]], str]: ...
 def merge_sweeps(folders: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str]) -> Sweep: ...

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from typing import Any
 
 from . import _ilon
 from .errors import Error
+from .runs import Sandbox, folders
 
 # What a task shall last, in seconds: long beside the milliseconds that Ray takes for one, short beside what its loss costs.
 _TASK_S = 2.0
@@ -29,6 +31,8 @@ _HANDED_OUT_LEAST = 4
 _RETRIES = 5
 # How often it is looked whether the cluster has grown or shrunk, in seconds.
 _LOOK_S = 1.0
+# How long a cluster may take to grow a node that a task fits on, in seconds: an autoscaler needs minutes for one.
+_PATIENCE_S = 600.0
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class _Order:
     """Runs at a time."""
     folder: str | None
     """That of the study's results, as the caller sees it, from the root."""
+    sandbox: tuple[tuple[str, ...] | None, ...]
+    """The folders below which alone files are read, for each of `paths`; None where any are."""
 
 
 def _ray() -> ModuleType:
@@ -70,9 +76,11 @@ def make(
     rows: _ilon.Rows,
     jobs: int,
     progress: Callable[[int, int], object] | None,
+    sandbox: Sandbox | None = None,
 ) -> None:
     """Makes all rows of a study that are missing, on the cluster. `jobs` is how many CPUs a task takes, and how many runs it makes at a
-    time.
+    time. Where no node has so many, the tasks are handed out all the same, so that a cluster that grows does so, and a warning says it;
+    they are waited for as long as `_PATIENCE_S`.
 
     Raises `ilon.Error` where the cluster cannot make them: rows that were made by then are there.
     """
@@ -80,9 +88,6 @@ def make(
     missing = deque(rows.missing())
     if not missing:
         return
-    most_cpus = max((node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]), default=0)
-    if jobs > most_cpus:
-        raise ValueError(f"jobs={jobs}, and no node of the cluster has more than {most_cpus:g} CPUs")
     path, folder = Path(study.path), rows.folder
     order = ray.put(
         _Order(
@@ -92,11 +97,13 @@ def make(
             paths=(str(path), str(path.absolute())),
             jobs=jobs,
             folder=None if folder is None else str(Path(folder).absolute()),
+            sandbox=_sandboxes(sandbox),
         )
     )
     task = ray.remote(num_cpus=jobs, max_retries=_RETRIES)(_work)
     under_way: dict[Any, list[int]] = {}
     each_s: float | None = None
+    too_small_since_s: float | None = None
     # Where this ends early, the tasks under way go on to their end: Ray's `cancel` aborts the caller's process now and then, where a task
     # ends at that moment ("Tried to complete task that was not pending", seen with Ray 2.60 in 4 of 85 interrupts).
     while missing or under_way:
@@ -106,6 +113,7 @@ def make(
             parts = [missing.popleft() for _ in range(count)]
             under_way[task.remote(order, parts)] = parts
         ready, _ = ray.wait(list(under_way), timeout=_LOOK_S)
+        too_small_since_s = _patience(ray, jobs, too_small_since_s)
         for reference in ready:
             parts = under_way.pop(reference)
             made, took_s = _result(ray, reference, parts)
@@ -115,6 +123,32 @@ def make(
             each_s = newest_s if each_s is None else 0.5 * (each_s + newest_s)
             if progress is not None:
                 progress(rows.done, rows.most)
+
+
+def _patience(ray: ModuleType, jobs: int, since_s: float | None) -> float | None:
+    """Since when no node of the cluster has been large enough for a task; None while one is. Says so once, and not for ever."""
+    most_cpus = max((node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]), default=0)
+    if jobs <= most_cpus:
+        return None
+    now_s = time.monotonic()
+    lacks = f"no node of the Ray cluster has {jobs} CPUs for a task of the study, but {most_cpus:g} at most"
+    if since_s is None:
+        warnings.warn(f"{lacks}; its tasks wait until one has, for at most {_PATIENCE_S:g} s", stacklevel=4)
+        return now_s
+    if now_s - since_s > _PATIENCE_S:
+        raise Error(
+            f"{lacks}, and none came in {_PATIENCE_S:g} s",
+            f"let the cluster grow nodes of {jobs} CPUs or more, or give fewer jobs; started again with the same out it goes on",
+        )
+    return since_s
+
+
+def _sandboxes(sandbox: Sandbox | None) -> tuple[tuple[str, ...] | None, ...]:
+    """The folders of a sandbox as the caller names them and from the root, as the study's file is."""
+    if sandbox is None:
+        return None, None
+    named = folders(sandbox)
+    return tuple(os.fspath(each) for each in named), tuple(str(Path(each).absolute()) for each in named)
 
 
 def _batch(missing: int, at_a_time: int, jobs: int, each_s: float | None) -> int:
@@ -171,9 +205,9 @@ def _work(order: _Order, parts: list[int]) -> tuple[bytes, float]:
 def _study(order: _Order) -> _ilon.Study:
     """The study as it is read here; it must be what the caller reads."""
     reason = "the scenarios or robots are others than there"
-    for path in order.paths:
+    for path, sandbox in zip(order.paths, order.sandbox, strict=True):
         try:
-            study = _ilon.Study.of_text(order.text, path)
+            study = _ilon.Study.of_text(order.text, path, sandbox=sandbox)
         except Error as fault:
             reason = fault.message
             continue

@@ -18,15 +18,15 @@ from gymnasium.utils import EzPickle
 from gymnasium.vector import AutoresetMode
 
 from ._ilon import Track
-from .runs import Scenario
+from .runs import Sandbox, Scenario
 
 __all__ = ["FIGURE_EIGHT", "REWARD", "TrackEnv", "TrackVectorEnv"]
 
 FIGURE_EIGHT = Path(__file__).parent / "track" / "mecanum4_figure_eight.toml"
 """The scenario of the task where none is given: a robot with four mecanum wheels on a figure eight."""
 
-REWARD: Mapping[str, float] = {
-    "alive": 1.0,
+REWARD: Mapping[str, float | None] = {
+    "alive": None,
     "position": 5.0,
     "heading": 1.0,
     "action_change": 0.05,
@@ -35,7 +35,15 @@ REWARD: Mapping[str, float] = {
 }
 """What a step earns and costs. Per second: `alive`, less `position` times the true position error in m, `heading` times the true
 heading error in rad, `action_change` times the mean square of the action's change since the last step. Besides: less `energy`
-times the motors' work in J, and `slip` times the energy lost to sliding contacts in J."""
+times the motors' work in J, and `slip` times the energy lost to sliding contacts in J. The step in which a robot fails earns 0.
+
+**Living pays.** `alive` of None is the most that a second can cost short of failing: `position * fail_at_m + heading * pi +
+action_change * 4`, which is 5.84 by default (`alive_per_s` of an environment). What is counted in J has no such bound; where it
+would make a step earn less than 0, the step earns 0. So no step ever costs, an episode that has ended earns nothing more, and in
+every state to go on is worth at least as much as to end. An episode without errors earns `alive_per_s` times its seconds.
+
+A number for `alive` is taken as it is. Below the bound a robot far off its path may earn more by failing soon than by coming
+back, and a learner finds that out."""
 
 ActionKind = Literal["twist", "wheel_rates", "wheel_torques"]
 
@@ -49,11 +57,12 @@ def _options(
     *,
     settings: Mapping[str, Any] | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
     action: ActionKind = "twist",
     action_scale: Sequence[float] | None = None,
     preview_s: Sequence[float] = (0.1, 0.2, 0.4),
     episode_s: float | None = None,
-    reward: Mapping[str, float] | None = None,
+    reward: Mapping[str, float | None] | None = None,
     fail_at_m: float = 0.5,
     start_off_m: float = 0.05,
     start_off_rad: float = 0.1,
@@ -64,6 +73,7 @@ def _options(
     options = {
         "settings": settings,
         "folder": folder,
+        "sandbox": sandbox,
         "action": action,
         "action_scale": None if action_scale is None else [float(scale) for scale in action_scale],
         "preview_s": [float(ahead_s) for ahead_s in preview_s],
@@ -111,7 +121,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
     ahead of the desired pose (m, m, rad each), the wheels' rates (rad/s), and the last action. What lies outside of the space is cut
     off at its bounds.
 
-    **Reward**: see `REWARD`, of which `reward` changes what it names.
+    **Reward**: see `REWARD`, of which `reward` changes what it names. No step costs: to go on is always worth as much as to end.
 
     **Episodes** last `episode_s` (by default the scenario's duration), then they are truncated. They terminate where the true position
     error exceeds `fail_at_m`, or the robot falls over. They begin anywhere on the path (`any_phase`), up to `start_off_m` and
@@ -138,6 +148,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
         self.action_names = self._track.action_names
         self.action_scale = self._track.action_scale
         self.control_dt_s = self._track.control_dt_s
+        self.alive_per_s = self._track.alive_per_s
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -197,6 +208,7 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         self.action_names = self._track.action_names
         self.action_scale = self._track.action_scale
         self.control_dt_s = self._track.control_dt_s
+        self.alive_per_s = self._track.alive_per_s
         self._observations = np.zeros((num_envs, len(self.observation_names)), dtype=np.float32)
 
     def reset(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,10 @@ Scenario = str | os.PathLike[str] | Mapping[str, Any]
 Controller = Callable[[Observation, Desired | None], "npt.ArrayLike | Torques"]
 """A controller of one's own: from what is seen, and desired if the scenario has a `[reference]`, to wheel rates in rad/s, one a
 wheel in the robot's order, or to `Torques` in N m. It is called once a control period."""
+
+Sandbox = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+"""Folders below which alone files are read, whatever a scenario or a robot names, as `--sandbox` of the command: one, or a list. Links are
+followed first, and xacro files see nothing of the environment."""
 
 _REPORT_HEIGHT_PX = 800
 
@@ -90,27 +94,36 @@ def absolute(
     return Path(scenario).absolute(), folder
 
 
+def folders(sandbox: Sandbox) -> list[str | os.PathLike[str]]:
+    """The folders of a sandbox, each by itself."""
+    return [sandbox] if isinstance(sandbox, (str, os.PathLike)) else list(sandbox)
+
+
 def run(
     scenario: Scenario,
     *,
     settings: Mapping[str, Any] | None = None,
     controller: Controller | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
 ) -> Run:
     """Simulates a scenario to its end.
 
     `scenario` is the path of a scenario file, or a dict of what the file would hold; relative paths in a dict start from
-    `folder`, or from where the program runs. `settings` changes keys, as `--set` does: `{"world.floor.friction": 0.2}`.
-    `controller` drives the wheels in place of the scenario's guidance.
+    `folder`, or from where the program runs. `settings` changes keys: `{"world.floor.friction": 0.2}`.
+    `controller` drives the wheels in place of the scenario's guidance. With `sandbox`, files are read below these folders alone: for
+    scenarios and robots of people that you do not know.
 
     Other threads of Python run meanwhile, and Ctrl-C ends it. Raises a subclass of `ilon.Error` for what the command line
     refuses, and whatever the controller raises.
     """
-    called = _call(scenario, settings, controller, folder)
-    return Run(_ilon.run(scenario, called=called, settings=settings, controller=controller, folder=folder))
+    called = _call(scenario, settings, controller, folder, sandbox)
+    return Run(
+        _ilon.run(scenario, called=called, settings=settings, controller=controller, folder=folder, sandbox=sandbox)
+    )
 
 
-def _call(scenario: Scenario, settings: object, controller: object, folder: object) -> str:
+def _call(scenario: Scenario, settings: object, controller: object, folder: object, sandbox: object) -> str:
     """What a person would type for a run; a scenario in a dict stands in its report anyway."""
     words = ["scenario" if isinstance(scenario, Mapping) else repr(str(scenario))]
     if settings is not None:
@@ -119,4 +132,6 @@ def _call(scenario: Scenario, settings: object, controller: object, folder: obje
         words.append(f"controller={getattr(controller, '__qualname__', type(controller).__qualname__)}")
     if folder is not None:
         words.append(f"folder={str(folder)!r}")
+    if sandbox is not None:
+        words.append(f"sandbox={sandbox!r}")
     return f"ilon.run({', '.join(words)})"

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Literal
 
 from . import _ilon
-from .runs import Report, Scenario, absolute, run
+from .runs import Report, Sandbox, Scenario, absolute, folders, run
 
 __all__ = ["Sweep", "merge_sweeps", "sweep", "tune_trainable"]
 
@@ -53,6 +54,7 @@ def sweep(
     shard: str | None = None,
     progress: Callable[[int, int], object] | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
 ) -> Sweep:
     """Runs a study: a scenario many times under keys that vary, as `ilon sweep` does.
 
@@ -67,7 +69,9 @@ def sweep(
     tasks of Ray, each on `jobs` CPUs, by default one; the rows are the same. `shard="3/8"` makes only the third of eight parts, into
     a folder of its own within `out`; `merge_sweeps` gathers them.
 
-    `progress(done, most)` is called now and then with how many runs are there and how many there will be, at most.
+    With `sandbox`, the study and all that it names are read below these folders alone.
+
+    `progress(done, most)` is called now and then with how many runs are there and how many there will be, of a search as far as is known.
 
     A run that fails is a row with its error. Raises a subclass of `ilon.Error` for a study that the command line refuses and for an
     `out` that holds something else; Ctrl-C ends it within a second or so.
@@ -82,13 +86,13 @@ def sweep(
         from . import _ray
 
         _ray.connect()
-    read = _ilon.Study(study, folder=folder)
+    read = _ilon.Study(study, folder=folder, sandbox=sandbox)
     rows = _ilon.Rows(read, folder=out, shard=shard)
     try:
         if rows.damaged:
             warnings.warn(f"{rows.damaged} rows could not be read again, and are run anew", stacklevel=2)
         if on == "ray":
-            _ray.make(read, rows, jobs or 1, progress)
+            _ray.make(read, rows, jobs or 1, progress, sandbox)
             jobs = None
         return Sweep(rows.finish(jobs=jobs, progress=progress))
     finally:
@@ -116,6 +120,7 @@ def tune_trainable(
     *,
     settings: Mapping[str, Any] | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
 ) -> Callable[[Mapping[str, Any]], dict[str, float]]:
     """A trainable for Ray Tune: runs the scenario with the keys of a trial's `config`, and gives back the numbers of its summary.
 
@@ -126,8 +131,9 @@ def tune_trainable(
     """
     # Tune runs trials in folders of their own.
     scenario, folder = absolute(scenario, folder)
+    sandbox = None if sandbox is None else [Path(each).absolute() for each in folders(sandbox)]
 
     def trial(config: Mapping[str, Any]) -> dict[str, float]:
-        return run(scenario, settings={**(settings or {}), **config}, folder=folder).figures
+        return run(scenario, settings={**(settings or {}), **config}, folder=folder, sandbox=sandbox).figures
 
     return trial

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _ilon
-from .runs import Report, Run, Scenario, run
+from .runs import Report, Run, Sandbox, Scenario, run
 
 __all__ = ["Check", "Comparison", "Inspection", "Verdict", "check", "compare", "generate", "identify", "inspect"]
 
@@ -34,12 +34,13 @@ class Inspection(dict[str, Any]):
         return (Inspection, (dict(self), self.svg, self.urdf))
 
 
-def inspect(path: str | os.PathLike[str], **options: Any) -> Inspection:
+def inspect(path: str | os.PathLike[str], *, sandbox: Sandbox | None = None, **options: Any) -> Inspection:
     """A robot's file as it is understood: URDF, xacro, SDF, MJCF, or a description in TOML.
 
     `options` are keys of a scenario's `[robot]`, such as `repair=True` or `wheels={"rollers": 9, "gamma": {"x_deg": 45}}`.
+    With `sandbox`, the robot, its meshes and whatever it includes are read below these folders alone.
     """
-    return Inspection(*_ilon.inspect(path, options))
+    return Inspection(*_ilon.inspect(path, options, sandbox=sandbox))
 
 
 def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> str:
@@ -50,16 +51,21 @@ def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
     return urdf
 
 
-def identify(study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None) -> dict[str, Any]:
+def identify(
+    study: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
+) -> dict[str, Any]:
     """What a robot really is, fitted to logs of its drives, as `ilon identify` does: what `identified.json` holds.
 
     `study` is the path of a file that names the robot, the logs, and what is free. `parameters` has for each name its `value`, its 95 %
     interval `ci95` and its `unit` (SI, angles in degrees where the name ends in `_deg`). With `out`, `identified.json` and the page are
-    written into that folder.
+    written into that folder. With `sandbox`, the study, its robot and its logs are read below these folders alone.
 
     Raises a subclass of `ilon.Error` for a study or a log that cannot be used.
     """
-    return _ilon.identify(study, out=out)
+    return _ilon.identify(study, out=out, sandbox=sandbox)
 
 
 @dataclass(frozen=True)
@@ -137,6 +143,7 @@ def check(
     *,
     settings: Mapping[str, Any] | None = None,
     folder: str | os.PathLike[str] | None = None,
+    sandbox: Sandbox | None = None,
 ) -> Check:
     """Runs a scenario and holds it against its own `[expect]`; `assert ilon.check("scenario.toml")` is a test."""
-    return Check(run(scenario, settings=settings, folder=folder))
+    return Check(run(scenario, settings=settings, folder=folder, sandbox=sandbox))

@@ -21,6 +21,7 @@ use toml::Value;
 
 use crate::errors::OrRaise;
 use crate::run::until_interrupted;
+use crate::scenario;
 use crate::values::to_toml;
 
 pub use found::Sweep;
@@ -34,14 +35,18 @@ const NAMELESS: &str = "study";
 pub struct Study(Arc<sweep::Study>);
 
 /// Reads a study from a path, or takes it from a dict; the paths of a dict start from `folder`, or from where the program runs.
-fn read(source: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<sweep::Study> {
+fn read(
+    source: &Bound<'_, PyAny>,
+    folder: Option<PathBuf>,
+    files: &FileAccess,
+) -> PyResult<sweep::Study> {
     let py = source.py();
     if let Ok(mapping) = source.cast::<PyMapping>() {
         let Value::Table(table) = to_toml(mapping.as_any())? else {
             return Err(PyTypeError::new_err("a study is a dict or a path"));
         };
         let path = folder.unwrap_or_default().join(NAMELESS);
-        return of_text(py, table.to_string(), &path);
+        return of_text(py, table.to_string(), &path, files);
     }
     if !(source.is_instance_of::<PyString>() || source.hasattr("__fspath__")?) {
         return Err(PyTypeError::new_err(format!(
@@ -55,26 +60,44 @@ fn read(source: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<sweep::S
         ));
     }
     let path: PathBuf = source.extract()?;
-    py.detach(|| sweep::Study::load(path)).or_raise(py)
+    py.detach(|| sweep::Study::load_within(path, files))
+        .or_raise(py)
 }
 
-fn of_text(py: Python<'_>, text: String, path: &Path) -> PyResult<sweep::Study> {
-    py.detach(|| sweep::Study::from_toml(text, path, &FileAccess::anywhere()))
+fn of_text(
+    py: Python<'_>,
+    text: String,
+    path: &Path,
+    files: &FileAccess,
+) -> PyResult<sweep::Study> {
+    py.detach(|| sweep::Study::from_toml(text, path, files))
         .or_raise(py)
 }
 
 #[pymethods]
 impl Study {
     #[new]
-    #[pyo3(signature = (study, *, folder=None))]
-    fn new(study: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
-        Ok(Self(Arc::new(read(study, folder)?)))
+    #[pyo3(signature = (study, *, folder=None, sandbox=None))]
+    fn new(
+        study: &Bound<'_, PyAny>,
+        folder: Option<PathBuf>,
+        sandbox: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let files = scenario::files(study.py(), sandbox)?;
+        Ok(Self(Arc::new(read(study, folder, &files)?)))
     }
 
     /// A study from the text of a file that need not be there; the paths in it start from `path`.
     #[staticmethod]
-    fn of_text(py: Python<'_>, text: String, path: PathBuf) -> PyResult<Self> {
-        Ok(Self(Arc::new(of_text(py, text, &path)?)))
+    #[pyo3(signature = (text, path, *, sandbox=None))]
+    fn of_text(
+        py: Python<'_>,
+        text: String,
+        path: PathBuf,
+        sandbox: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let files = scenario::files(py, sandbox)?;
+        Ok(Self(Arc::new(of_text(py, text, &path, &files)?)))
     }
 
     /// Its name.

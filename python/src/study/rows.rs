@@ -149,7 +149,7 @@ impl Rows {
                 sweep::sweep(study, &store, &options, tell)
             },
             |py, now: Progress| match &progress {
-                Some(progress) => progress.call1(py, (now.done, now.most)).map(drop),
+                Some(progress) => progress.call1(py, (now.done, now.likely)).map(drop),
                 None => Ok(()),
             },
         )?;

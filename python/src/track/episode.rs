@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use toml::Value;
 
-use super::task::{Action, Off, Task};
+use super::task::{Action, Off, Spent, Task};
 use crate::scenario::Settings;
 
 /// One robot on its way along a path.
@@ -32,7 +32,7 @@ pub struct Episode {
 /// What came of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stepped {
-    /// What it earned.
+    /// What it earned: nothing where the robot failed.
     pub reward: f64,
     /// Whether the robot has failed.
     pub failed: bool,
@@ -173,16 +173,20 @@ impl Episode {
         let t_s = self.time_s();
         let off = task.off(&self.plant, &self.reference, t_s);
         let failed = task.has_failed(&self.plant, &off);
-        let weights = &task.weights;
         let world = self.plant.world();
         let energies_j = (world.motor_energy_j(), world.slip_energy_j());
-        let reward = period_s
-            * (weights.alive
-                - weights.position * off.position_m
-                - weights.heading * off.heading_rad
-                - weights.action_change * change)
-            - weights.energy * (energies_j.0 - self.energies_j.0)
-            - weights.slip * (energies_j.1 - self.energies_j.1);
+        let spent = Spent {
+            period_s,
+            off,
+            change,
+            motors_j: energies_j.0 - self.energies_j.0,
+            slip_j: energies_j.1 - self.energies_j.1,
+        };
+        let reward = if failed {
+            0.0
+        } else {
+            task.weights.earned(&spent, task.fail_at_m)
+        };
         self.energies_j = energies_j;
         let time_is_up = !failed && self.step >= task.steps;
         self.is_over = failed || time_is_up;

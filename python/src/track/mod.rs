@@ -1,6 +1,7 @@
 //! The learning task, stepped for many robots at once on all cores.
 
 mod episode;
+mod options;
 mod task;
 
 use std::path::PathBuf;
@@ -14,9 +15,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use toml::{Table, Value};
+use toml::Value;
 
 use self::episode::{Episode, Stepped};
+use self::options::Options;
 use self::task::{Action, Off, Task};
 use crate::errors::{OrRaise, raised};
 use crate::scenario;
@@ -84,12 +86,9 @@ impl Track {
         let options = Options(options);
         let settings = options.get::<Option<Bound<'_, PyMapping>>>("settings")?;
         let folder = options.get::<Option<PathBuf>>("folder")?;
-        let scenario = scenario::read(scenario, settings.as_ref(), folder)?;
-        let table: Table = scenario
-            .to_toml()
-            .or_raise(py)?
-            .parse()
-            .map_err(|fault: toml::de::Error| PyValueError::new_err(fault.to_string()))?;
+        let sandbox = options.get::<Option<Bound<'_, PyAny>>>("sandbox")?;
+        let files = scenario::files(py, sandbox.as_ref())?;
+        let mut scenario = scenario::read(scenario, settings.as_ref(), folder, &files)?;
         let robot = py.detach(|| load_robot(&scenario)).or_raise(py)?;
         let action = match options.get::<String>("action")?.as_str() {
             "twist" => Action::Twist,
@@ -107,7 +106,9 @@ impl Track {
             _ => Autoreset::Disabled,
         };
         let resolved = resolve_for(&scenario, &robot, Driver::Own).or_raise(py)?;
-        let mut task = Task::new(scenario, table, robot, action);
+        scenario.run.duration_s = resolved.scenario().run.duration_s;
+        let text = scenario.to_toml().or_raise(py)?;
+        let mut task = Task::new(scenario, text, robot, action);
         options.apply(&mut task)?;
         let task = task.completed(&resolved).or_raise(py)?;
         let count = options.get::<usize>("num_envs")?;
@@ -288,6 +289,12 @@ impl Track {
         self.task.scenario.run.control_dt_s
     }
 
+    /// What a second without any cost earns.
+    #[getter]
+    fn alive_per_s(&self) -> f64 {
+        self.task.weights.alive_per_s(self.task.fail_at_m)
+    }
+
     /// Steps of an episode that does not fail.
     #[getter]
     fn steps(&self) -> u64 {
@@ -372,100 +379,5 @@ fn pool(slot: &mut Option<(u32, ThreadPool)>, threads: usize) -> PyResult<&Threa
     match slot {
         Some((_, pool)) => Ok(pool),
         None => Err(PyRuntimeError::new_err("there are no threads")),
-    }
-}
-
-/// Options of the task, by name; the package gives all of them.
-struct Options<'a, 'py>(&'a Bound<'py, PyDict>);
-
-impl<'py> Options<'_, 'py> {
-    fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str) -> PyResult<T> {
-        let value = self.0.get_item(name)?;
-        let value = value.ok_or_else(|| PyTypeError::new_err(format!("`{name}` is not given")))?;
-        value
-            .extract()
-            .map_err(|_| PyTypeError::new_err(format!("`{name}` is {value}, which it cannot be")))
-    }
-
-    /// A number that is finite and not below a least one.
-    fn number(&self, name: &str, least: f64) -> PyResult<f64> {
-        let number: f64 = self.get(name)?;
-        if number.is_finite() && number >= least {
-            return Ok(number);
-        }
-        Err(PyValueError::new_err(format!(
-            "`{name}` is {number}; give a finite number of at least {least}"
-        )))
-    }
-
-    fn apply(&self, task: &mut Task) -> PyResult<()> {
-        let control_dt_s = task.scenario.run.control_dt_s;
-        if let Some(episode_s) = self.get::<Option<f64>>("episode_s")? {
-            if !(episode_s.is_finite() && episode_s >= control_dt_s) {
-                return Err(PyValueError::new_err(format!(
-                    "`episode_s` is {episode_s}; give at least a control period, {control_dt_s} s"
-                )));
-            }
-            task.steps = (episode_s / control_dt_s).round() as u64;
-        }
-        task.preview_s = self.get("preview_s")?;
-        if let Some(wild) = task
-            .preview_s
-            .iter()
-            .find(|s| !(s.is_finite() && **s > 0.0))
-        {
-            return Err(PyValueError::new_err(format!(
-                "`preview_s` holds {wild}; give seconds above 0"
-            )));
-        }
-        if let Some(scale) = self.get::<Option<Vec<f64>>>("action_scale")? {
-            task.action_scale = scale;
-        }
-        task.fail_at_m = self.number("fail_at_m", f64::MIN_POSITIVE)?;
-        task.start_off = (
-            self.number("start_off_m", 0.0)?,
-            self.number("start_off_rad", 0.0)?,
-        );
-        task.any_phase = self.get("any_phase")?;
-        let weights: Bound<'py, PyDict> = self.get("reward")?;
-        for (name, value) in weights.iter() {
-            let name: String = name.extract()?;
-            let weight: f64 = value.extract()?;
-            if !weight.is_finite() {
-                return Err(PyValueError::new_err(format!(
-                    "the reward `{name}` is {weight}"
-                )));
-            }
-            let slot = match name.as_str() {
-                "alive" => &mut task.weights.alive,
-                "position" => &mut task.weights.position,
-                "heading" => &mut task.weights.heading,
-                "action_change" => &mut task.weights.action_change,
-                "energy" => &mut task.weights.energy,
-                "slip" => &mut task.weights.slip,
-                _ => {
-                    return Err(PyValueError::new_err(format!(
-                        "there is no reward `{name}`; there are alive, position, heading, action_change, energy and slip"
-                    )));
-                }
-            };
-            *slot = weight;
-        }
-        let drawn: Bound<'py, PyDict> = self.get("randomise")?;
-        for (key, range) in drawn.iter() {
-            let key: String = key.extract()?;
-            let range: (f64, f64) = range.extract().map_err(|_| {
-                PyTypeError::new_err(format!(
-                    "`randomise` gives `{key}` {range}; give (low, high)"
-                ))
-            })?;
-            if !(range.0.is_finite() && range.1.is_finite() && range.0 <= range.1) {
-                return Err(PyValueError::new_err(format!(
-                    "`randomise` gives `{key}` {range:?}; give two finite numbers, the smaller first"
-                )));
-            }
-            task.drawn.push((key, range.0, range.1));
-        }
-        Ok(())
     }
 }

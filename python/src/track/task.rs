@@ -4,9 +4,8 @@ use ilon::control::{Kinematics, Reference, SpeedLimits};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
 use ilon::simulate::{Driver, Plant, Resolved, Seen, load_robot, resolve_for};
 use ilon::{Error, Scenario};
-use toml::Table;
 
-use crate::scenario::{Settings, of_table, set};
+use crate::scenario::{Settings, as_settings};
 
 /// Times at which a reference is looked at for its peaks.
 const SAMPLES: usize = 2000;
@@ -31,8 +30,9 @@ pub enum Action {
 /// What a second of an episode earns and costs.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights {
-    /// For a second in which the robot has not failed.
-    pub alive: f64,
+    /// For a second in which the robot has not failed. Left out, living pays: it is [`Weights::worst_per_s`], and no step earns
+    /// less than nothing.
+    pub alive: Option<f64>,
     /// For a metre of true position error, over a second.
     pub position: f64,
     /// For a radian of true heading error, over a second.
@@ -45,11 +45,60 @@ pub struct Weights {
     pub slip: f64,
 }
 
+impl Weights {
+    /// What a second costs at most short of failing, but for what is counted in joules, which nothing bounds.
+    pub fn worst_per_s(&self, fail_at_m: f64) -> f64 {
+        // An action's numbers lie in [-1, 1]: each changes by 2 at most.
+        let change = 2.0_f64.powi(2);
+        self.position.max(0.0) * fail_at_m
+            + self.heading.max(0.0) * std::f64::consts::PI
+            + self.action_change.max(0.0) * change
+    }
+
+    /// What a second without any cost earns.
+    pub fn alive_per_s(&self, fail_at_m: f64) -> f64 {
+        self.alive.unwrap_or_else(|| self.worst_per_s(fail_at_m))
+    }
+
+    /// What a step earns in which the robot has not failed.
+    ///
+    /// Where living pays, no step earns less than nothing. An episode that ends earns nothing from there on, so that in every state
+    /// to go on is worth at least as much as to end, whatever the weights, what the robot does and what the motors' work costs.
+    pub fn earned(&self, spent: &Spent, fail_at_m: f64) -> f64 {
+        let per_s = self.alive_per_s(fail_at_m)
+            - self.position * spent.off.position_m
+            - self.heading * spent.off.heading_rad
+            - self.action_change * spent.change;
+        let earned =
+            spent.period_s * per_s - self.energy * spent.motors_j - self.slip * spent.slip_j;
+        if self.alive.is_none() {
+            earned.max(0.0)
+        } else {
+            earned
+        }
+    }
+}
+
+/// What a step came to, as far as it costs.
+#[derive(Clone, Copy, Debug)]
+pub struct Spent {
+    /// How long it took, in seconds.
+    pub period_s: f64,
+    /// How far the robot is off its path at its end.
+    pub off: Off,
+    /// The mean square of the change of the action.
+    pub change: f64,
+    /// The work of the motors, in J.
+    pub motors_j: f64,
+    /// What sliding contacts lost, in J.
+    pub slip_j: f64,
+}
+
 /// What all episodes share.
 pub struct Task {
-    /// The scenario's keys.
-    pub table: Table,
-    /// Where its relative paths start from, and its name.
+    /// The scenario as text, every default spelled out.
+    pub text: String,
+    /// The same, with where its relative paths start from, and its name.
     pub scenario: Scenario,
     /// The robot, where no key of `[robot]` varies.
     pub robot: Robot,
@@ -224,12 +273,14 @@ impl Task {
             let resolved = resolve_for(&self.scenario, &self.robot, Driver::Own)?;
             return Plant::new(&resolved, &self.robot);
         }
-        let mut table = self.table.clone();
-        for (key, value) in settings {
-            set(&mut table, key, value.clone()).map_err(|fault| Error::invalid(fault, ""))?;
-        }
-        let (name, folder) = (&self.scenario.name, self.scenario.folder.clone());
-        let scenario = of_table(&table, name, folder)?;
+        let Scenario {
+            name,
+            folder,
+            files,
+            ..
+        } = &self.scenario;
+        let changed = as_settings(settings);
+        let scenario = Scenario::from_toml_with(&self.text, name, folder, &changed, files)?;
         let reads_anew = settings.iter().any(|(key, _)| {
             ["robot.", "motors."]
                 .iter()
@@ -331,7 +382,7 @@ fn turned(heading_rad: f64, x: f64, y: f64) -> (f64, f64) {
 impl Default for Weights {
     fn default() -> Self {
         Self {
-            alive: 1.0,
+            alive: None,
             position: 5.0,
             heading: 1.0,
             action_change: 0.05,
@@ -343,11 +394,11 @@ impl Default for Weights {
 
 impl Task {
     /// A task of a scenario, with everything that has a default.
-    pub fn new(scenario: Scenario, table: Table, robot: Robot, action: Action) -> Self {
+    pub fn new(scenario: Scenario, text: String, robot: Robot, action: Action) -> Self {
         let run = &scenario.run;
         Self {
             steps: (run.duration_s / run.control_dt_s).round().max(1.0) as u64,
-            table,
+            text,
             scenario,
             robot,
             action,
