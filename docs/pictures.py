@@ -27,18 +27,18 @@ SCENE_ALONE = """<style>
 
 
 def run(ilon, scenario, folder):
-    """Runs a scenario; gives its folder and the sentences that it ends with."""
+    """Runs a scenario; gives its folder and the sentences that it begins with."""
     out = Path(folder) / scenario
     command = [ilon, "run", f"assets/scenarios/{scenario}.toml", "--out", out]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     paragraphs = done.stdout.strip().split("\n\n")
-    return out, "\n".join(paragraphs[-2].splitlines())
+    return out, "\n".join(paragraphs[0].splitlines())
 
 
 def screenshot(page, out, width, height):
     """What a browser shows of a page; the address may name a time."""
     browser = os.environ.get("ILON_CHROMIUM", "chromium")
-    with tempfile.TemporaryDirectory() as profile:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         options = ["--headless", "--no-sandbox", "--hide-scrollbars", "--no-first-run", "--disable-background-networking"]
         options += [f"--user-data-dir={profile}", f"--window-size={width},{height}", "--virtual-time-budget=9000"]
         # Now and then a browser without a screen does not come to an end.
