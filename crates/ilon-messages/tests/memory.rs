@@ -1,6 +1,7 @@
 //! Decoding takes memory in proportion to the bytes it is given, whatever lengths they claim. Alone in its file, because it counts
 //! what the whole process allocates.
 
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use std::alloc::System;

@@ -3,7 +3,7 @@
 //!
 //! `cargo bench --bench page_loading`
 
-#[path = "../tests/support/browser.rs"]
+#[path = "../tests/suite/support/browser.rs"]
 mod browser;
 
 use std::process::ExitCode;

@@ -1,0 +1,7 @@
+//! The tests of `ilon-control` from outside, one module for each subject, in one program.
+
+mod another_point;
+#[path = "../../src/fixtures.rs"]
+mod fixtures;
+mod paper;
+mod peers_kinematics;

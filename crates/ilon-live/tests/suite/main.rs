@@ -1,0 +1,4 @@
+//! The tests of `ilon-live` from outside, one module for each subject, in one program.
+
+mod foxglove;
+mod server;

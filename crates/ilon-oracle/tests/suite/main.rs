@@ -1,0 +1,8 @@
+//! The tests of `ilon-oracle` from outside, one module for each subject, in one program.
+
+mod free_flight;
+mod input;
+mod oracle;
+mod rolling;
+mod sliding;
+mod support;

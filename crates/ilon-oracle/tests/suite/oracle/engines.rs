@@ -1,0 +1,226 @@
+//! A case in either engine.
+
+use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Nap, Push};
+use ilon_robot::{Pose, Robot, Tread};
+use ilon_world::{Floor, FloorSurface, MotorTorque, RollerBodies, World};
+use nalgebra::Vector2;
+
+use crate::oracle::case::{Case, GAIN_N_M_S, TICK_S};
+use crate::oracle::course::{Course, Row, Sums};
+
+/// How stiff the oracle's springs are, and its step, which follows the springs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Springs {
+    pub stiffness_n_m: f64,
+    pub step_s: f64,
+}
+
+impl Springs {
+    /// Springs of this stiffness in N/m; half of the step for four times the stiffness, 5 us for 2e7 N/m.
+    pub fn of(stiffness_n_m: f64) -> Self {
+        Self {
+            stiffness_n_m,
+            step_s: 5e-6 * (2e7 / stiffness_n_m).sqrt(),
+        }
+    }
+}
+
+/// The oracle's course.
+pub fn on_springs(case: &Case, springs: Springs) -> Course {
+    let steps = (TICK_S / springs.step_s).ceil();
+    let nap = case.nap.map(|(angle_rad, ratio)| Nap { angle_rad, ratio });
+    let settings = ilon_oracle::Settings {
+        step_s: TICK_S / steps,
+        contact: ContactLaw {
+            nap,
+            ..ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot)
+        },
+        gravity_m_s2: LEVEL_GRAVITY_M_S2,
+    };
+    let mut engine = Engine::new(&case.robot, settings).expect("the oracle takes the robot");
+    let mut course = Course::default();
+    for tick in 0..case.ticks() {
+        let t_s = tick as f64 * TICK_S;
+        let targets = case.targets_rad_s(t_s);
+        for wheel in 0..case.robot.wheels.len() {
+            let drive = match &targets {
+                _ if case.locked_wheel == Some(wheel) => Drive::Locked,
+                Some(targets) => Drive::Rate {
+                    target_rad_s: targets[wheel],
+                    gain_n_m_s: GAIN_N_M_S,
+                    limit_n_m: f64::INFINITY,
+                },
+                None => Drive::Free,
+            };
+            engine.drive(wheel, drive);
+        }
+        engine.push(case.force_n(t_s).map(|force_in_world_n| Push {
+            force_in_world_n,
+            point_in_body_m: case.pushed_at_m(),
+        }));
+        let mut loads_n = vec![0.0; case.robot.wheels.len()];
+        for _ in 0..steps as usize {
+            engine.step().expect("the motion stays finite");
+            for contact in engine.contacts() {
+                loads_n[contact.wheel] += contact.normal_n / steps;
+            }
+        }
+        course.record(row_of(&engine, loads_n));
+    }
+    course
+}
+
+fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
+    let pose = engine.world_from_body();
+    let mut slides = vec![(0.0, Vector2::zeros()); loads_n.len()];
+    for contact in engine.contacts() {
+        let (load, slide) = &mut slides[contact.wheel];
+        *load += contact.normal_n;
+        *slide += contact.normal_n * contact.velocity_m_s;
+    }
+    let touching = slides.iter().filter(|(load, _)| *load > 0.0);
+    let energy = engine.energy();
+    Row {
+        t_s: engine.time_s(),
+        position_m: pose.translation.vector.xy(),
+        heading_rad: pose.rotation.euler_angles().2,
+        yaw_rate_rad_s: engine.speeds().angular.z,
+        slide_m_s: touching
+            .map(|(load, slide)| slide.norm() / load)
+            .fold(0.0, f64::max),
+        loads_n,
+        wheels_rad: engine.wheel_angles_rad().to_vec(),
+        sums: Sums {
+            slip_j: energy.slip_j,
+            other_j: energy.bristles_j + energy.normals_j,
+            drives_j: energy.drives_j,
+            bearings_j: energy.wheel_bearings_j + energy.roller_bearings_j,
+            kinetic_j: energy.kinetic_j,
+        },
+    }
+}
+
+/// Dry friction that holds a locked wheel in ilon, in N m: more than any wheel here is turned with.
+const LOCK_N_M: f64 = 6.0;
+
+/// ilon's course, its settings the default ones but for these.
+pub fn in_ilon(case: &Case, step_s: f64, contact_stiffness_n_m: Option<f64>) -> Course {
+    course_in_ilon(case, case.robot.clone(), step_s, contact_stiffness_n_m)
+}
+
+/// ilon's course on treads that are the oracle's springs.
+pub fn on_treads(case: &Case, stiffness_n_m: f64, step_s: f64) -> Course {
+    let law = ContactLaw::stiff(stiffness_n_m, case.friction, &case.robot);
+    let mut tread = Tread::new(law.normal_stiffness_n_m);
+    tread.damping_n_s_m = Some(law.normal_damping_n_s_m);
+    tread.shear_stiffness_n_m = Some(law.bristle_stiffness_n_m);
+    tread.shear_damping_n_s_m = Some(law.bristle_damping_n_s_m);
+    let mut robot = case.robot.clone();
+    for wheel in &mut robot.wheels {
+        wheel.surface.tread = Some(tread);
+    }
+    course_in_ilon(case, robot, step_s, None)
+}
+
+fn course_in_ilon(
+    case: &Case,
+    mut robot: Robot,
+    step_s: f64,
+    contact_stiffness_n_m: Option<f64>,
+) -> Course {
+    let steps = (TICK_S / step_s).ceil();
+    if let Some(wheel) = case.locked_wheel {
+        robot.wheels[wheel].joint.friction_n_m = LOCK_N_M;
+    }
+    let nap = case.nap.map(|(angle_rad, ratio)| ilon_world::Nap {
+        angle_rad,
+        friction_ratio: ratio,
+        creep_across: 0.0,
+        resistance_across: 0.0,
+        resistance_against: 0.0,
+    });
+    let floor = Floor {
+        friction: case.friction,
+        surface: FloorSurface {
+            nap,
+            ..FloorSurface::default()
+        },
+        ..Floor::default()
+    };
+    let default = ilon_world::Settings::default();
+    let settings = ilon_world::Settings {
+        dt_s: TICK_S / steps,
+        roller_bodies: RollerBodies::Near,
+        contact_stiffness_n_m,
+        ..default
+    };
+    let start = Pose::default();
+    let mut world = World::new(&robot, &floor, start, &settings).expect("ilon takes the robot");
+    let mut course = Course::default();
+    for tick in 0..case.ticks() {
+        let t_s = tick as f64 * TICK_S;
+        let targets = case.targets_rad_s(t_s);
+        let mut loads_n = vec![0.0; robot.wheels.len()];
+        for _ in 0..steps as usize {
+            drive(&mut world, case, targets.as_deref());
+            if let Some(force_in_world_n) = case.force_n(t_s) {
+                world.robot_mut().push(&ilon_world::Push {
+                    force_in_world_n,
+                    place_in_body_m: case.pushed_at_m(),
+                });
+            }
+            world.step();
+            for (load, contact) in loads_n.iter_mut().zip(world.robot().contacts()) {
+                *load += contact.normal_force_n / steps;
+            }
+        }
+        course.record(row_in(&world, loads_n));
+    }
+    course
+}
+
+/// The wheels' torques for one step, falling with the rates that they gain within it.
+fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
+    let Some(targets) = targets else { return };
+    let rates = world
+        .robot()
+        .wheel_rates_rad_s()
+        .iter()
+        .zip(targets)
+        .enumerate();
+    let motors: Vec<MotorTorque> = rates
+        .map(|(wheel, (rate, target))| {
+            let locked = case.locked_wheel == Some(wheel);
+            let gain = if locked { 0.0 } else { GAIN_N_M_S };
+            MotorTorque::with_droop(gain * (target - rate), gain)
+        })
+        .collect();
+    world.robot_mut().drive(&motors);
+}
+
+fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
+    let body = world.robot().state();
+    let touching = world
+        .robot()
+        .contacts()
+        .iter()
+        .filter(|contact| contact.touching);
+    Row {
+        t_s: world.time_s(),
+        position_m: body.pose.position_m(),
+        heading_rad: body.pose.heading_rad,
+        yaw_rate_rad_s: body.twist_in_body.omega_rad_s,
+        slide_m_s: touching
+            .map(|contact| contact.sliding_in_body_m_s.norm())
+            .fold(0.0, f64::max),
+        loads_n,
+        wheels_rad: world.robot().wheel_angles_rad().to_vec(),
+        sums: Sums {
+            slip_j: world.slip_energy_j() + world.spin_up_energy_j(),
+            other_j: world.impact_energy_j(),
+            drives_j: world.motor_energy_j(),
+            bearings_j: world.bearing_energy_j(),
+            kinetic_j: world.energy().kinetic_j,
+        },
+    }
+}

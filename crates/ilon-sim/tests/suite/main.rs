@@ -1,0 +1,14 @@
+//! The tests of `ilon-sim` from outside, one module for each subject, in one program.
+
+mod drives;
+mod materials;
+mod plant;
+mod playback;
+mod record;
+mod similarity;
+mod spin;
+mod support;
+mod sweep;
+mod sweep_findings;
+mod sweep_parts;
+mod sweep_results;

@@ -1,0 +1,17 @@
+//! The tests of `ilon-world` from outside, one module for each subject, in one program.
+
+mod bodies;
+mod disturbances;
+mod in_turn;
+mod laws;
+mod made;
+mod motors;
+mod nap;
+mod play;
+mod reference;
+mod rolling;
+mod start;
+mod support;
+mod tread;
+mod validation;
+mod window;

@@ -1,0 +1,279 @@
+//! The reference mode, in which rapier solves contacts itself: what it gets right, how far off it is beside ilon's own solver,
+//! and what it refuses.
+
+use crate::support;
+
+use std::f64::consts::PI;
+
+use ilon_robot::{Pose, Robot};
+use ilon_world::{
+    ContactSolver, Floor, FloorSurface, MotorTorque, Patch, Payload, RollerBodies, Settings, World,
+};
+use nalgebra::{Vector2, Vector3};
+use support::{DRIVES, Drive, drive, ideal_rates, mecanum4, volksbot};
+
+const G: f64 = 9.81;
+
+fn by(contacts: ContactSolver, hz: f64) -> Settings {
+    Settings {
+        dt_s: 1.0 / hz,
+        contacts,
+        ..Settings::default()
+    }
+}
+
+fn world(robot: &Robot, settings: &Settings) -> World {
+    World::new(robot, &Floor::default(), Pose::default(), settings).expect("a robot on a plane")
+}
+
+fn run(robot: &Robot, command: [f64; 3], contacts: ContactSolver) -> Drive {
+    let settings = by(contacts, 1000.0);
+    let heading_rad = 20.0_f64.to_radians();
+    drive(
+        robot,
+        command,
+        heading_rad,
+        &Floor::default(),
+        &settings,
+        0.1,
+        1.0,
+    )
+}
+
+/// At rest the ground carries the weight: all of it together, and m g / n a wheel, for both robots are symmetric about their
+/// middle. Three wheels share it as statics has it, to 0.03 %. Four are redundant: rapier's sweeps leave them within 0.2 % of
+/// even.
+#[test]
+fn the_wheels_carry_the_weight() {
+    for (robot, even) in [(volksbot(), 1e-3), (mecanum4(), 5e-3)] {
+        let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
+        for _ in 0..1000 {
+            world.step();
+        }
+        let loads_n: Vec<f64> = world
+            .robot()
+            .contacts()
+            .iter()
+            .map(|c| c.normal_force_n)
+            .collect();
+        let weight_n = robot.mass_kg() * G;
+        let share_n = weight_n / loads_n.len() as f64;
+        println!("{}: {loads_n:.3?} of {share_n:.3} N", robot.name);
+        // f32 impulses of a step: 1e-4 of them.
+        assert!((loads_n.iter().sum::<f64>() / weight_n - 1.0).abs() < 1e-3);
+        for load_n in &loads_n {
+            assert!(
+                (load_n / share_n - 1.0).abs() < even,
+                "{load_n} of {share_n}"
+            );
+        }
+    }
+}
+
+/// Rollers that stick take the robot along as the contact kinematics has it, whoever solves. rapier is off
+/// by up to 0.02 % of the speed at 1000 steps a second, and its rollers slide by up to 0.8 mm/s where ilon's do not slide at all.
+#[test]
+fn drives_follow_the_contact_kinematics_nearly_as_well_as_ilons_own() {
+    for (robot, drives) in [(mecanum4(), &DRIVES[..]), (volksbot(), &DRIVES[1..3])] {
+        for (name, command) in drives.iter().copied() {
+            let [rapier, ilon] =
+                [ContactSolver::Rapier, ContactSolver::Ilon].map(|s| run(&robot, command, s));
+            let off = |drive: &Drive| {
+                let driven = (0..3).filter(|i| command[*i] != 0.0);
+                let offs = driven.map(|i| (drive.real[i] / drive.contact[i] - 1.0).abs());
+                offs.fold(0.0, f64::max)
+            };
+            println!(
+                "{} {name}: {:.4} % and {:.2} mm/s by rapier, {:.4} % and {:.2} mm/s by ilon",
+                robot.name,
+                100.0 * off(&rapier),
+                1e3 * rapier.slip_rms,
+                100.0 * off(&ilon),
+                1e3 * ilon.slip_rms,
+            );
+            assert!(off(&rapier) < 5e-4, "{name}");
+            assert!(rapier.slip_rms < 1.5e-3, "{name}: {}", rapier.slip_rms);
+            // A contact of 1000 Hz at dt = 1 ms sinks by g dt^2 and some: micrometres.
+            assert!(rapier.ripple_mm < 0.005, "{name}: {}", rapier.ripple_mm);
+        }
+    }
+}
+
+/// Sideways a mecanum robot of n rollers a wheel goes at sin(pi/n) / (pi/n) of what eq. (7) says, by both solvers.
+#[test]
+fn sideways_the_tilt_of_the_rollers_shows_in_both_solvers() {
+    let expected = (PI / 9.0).sin() / (PI / 9.0);
+    for contacts in [ContactSolver::Rapier, ContactSolver::Ilon] {
+        let drive = run(&mecanum4(), [0.0, 0.3, 0.0], contacts);
+        let ratio = drive.real[1] / drive.ideal[1];
+        assert!(
+            (ratio / expected - 1.0).abs() < 1e-3,
+            "{contacts:?}: {ratio}"
+        );
+    }
+}
+
+/// A robot that drives sideways, with its rollers' bearings damped.
+fn sideways(world: &mut World, robot: &Robot, steps: usize) {
+    let targets = ideal_rates(robot, ilon_robot::Twist::new(0.0, 0.3, 0.0));
+    for _ in 0..steps {
+        let rates = world.robot().wheel_rates_rad_s().iter();
+        let motors: Vec<MotorTorque> = (targets.iter().zip(rates))
+            .map(|(target, rate)| MotorTorque::with_droop(0.1 * (target - rate), 0.1))
+            .collect();
+        world.robot_mut().drive(&motors);
+        world.step();
+    }
+}
+
+/// What the motors give is in motion, heat of sliding, bearings and hits: the balance closes.
+#[test]
+fn the_energy_balance_closes() {
+    let robot = mecanum4();
+    let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
+    let stored_j = |world: &World| world.energy().kinetic_j + world.energy().potential_j;
+    let from_j = stored_j(&world);
+    sideways(&mut world, &robot, 2000);
+    let went_j = stored_j(&world) - from_j
+        + world.slip_energy_j()
+        + world.spin_up_energy_j()
+        + world.impact_energy_j()
+        + world.bearing_energy_j();
+    let came_j = world.motor_energy_j();
+    println!(
+        "{came_j} J came, {went_j} J went; residual {}",
+        world.contact_residual_m_s()
+    );
+    assert!(came_j > 0.3);
+    // rapier moves on with the rates after the step: what it turns in a step of 1 ms is off by first order.
+    assert!(
+        (went_j / came_j - 1.0).abs() < 0.03,
+        "{went_j} of {came_j} J"
+    );
+}
+
+/// Each place is as slippery as it is: on a patch, friction ends at its own limit.
+#[test]
+fn rapier_sees_how_slippery_each_place_is() {
+    let patch = Patch {
+        center_m: Vector2::new(0.15, 0.16),
+        half_sides_m: Vector2::new(0.05, 0.05),
+        friction: 0.02,
+        surface: FloorSurface::default(),
+        footings: Vec::new(),
+    };
+    let floor = Floor {
+        patches: vec![patch],
+        ..Floor::default()
+    };
+    let settings = by(ContactSolver::Rapier, 1000.0);
+    let robot = mecanum4();
+    let mut world = World::new(&robot, &floor, Pose::default(), &settings).expect("on a plane");
+    let (mut pulled, mut touched) = ([0.0_f64; 2], [0; 4]);
+    for _ in 0..100 {
+        world.robot_mut().apply(&[0.2; 4]);
+        world.step();
+        for (index, contact) in world.robot().contacts().iter().enumerate() {
+            if !contact.touching {
+                continue;
+            }
+            touched[index] += 1;
+            // f32 holds these numbers to 1e-7 of them.
+            let on_patch = index == 0;
+            let expected = if on_patch { 0.02 } else { 0.6 };
+            assert!((contact.friction - expected).abs() < 1e-7, "wheel {index}");
+            let pull = contact.force_in_body_n.norm() / contact.normal_force_n;
+            let most = &mut pulled[usize::from(!on_patch)];
+            *most = most.max(pull);
+        }
+    }
+    println!("touched in {touched:?} of 100 steps, pulled with {pulled:?} of the load");
+    assert!((pulled[0] / 0.02 - 1.0).abs() < 1e-6, "{pulled:?}");
+    assert!(pulled[1] > 0.1, "{pulled:?}");
+}
+
+/// A copy goes on to the bit, with rollers as bodies too.
+#[test]
+fn a_copy_goes_on_as_the_original_does() {
+    let robot = mecanum4();
+    let mut original = world(&robot, &by(ContactSolver::Rapier, 1000.0));
+    sideways(&mut original, &robot, 200);
+    let mut copy = original.clone();
+    sideways(&mut original, &robot, 200);
+    sideways(&mut copy, &robot, 200);
+    assert_eq!(original.robot().state(), copy.robot().state());
+    assert_eq!(original.robot().contacts(), copy.robot().contacts());
+    assert_eq!(
+        original.robot().roller_spins_rad_s(2),
+        copy.robot().roller_spins_rad_s(2)
+    );
+}
+
+/// A payload that is put on in passing changes no velocity of chassis, wheels and rollers.
+#[test]
+fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
+    let robot = mecanum4();
+    let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
+    sideways(&mut world, &robot, 500);
+    let (body, spins) = (world.robot().state(), world.robot().roller_spins_rad_s(1));
+    let payload = Payload::new(4.0, Vector3::new(0.1, 0.0, 0.12)).expect("a payload");
+    world.robot_mut().carry(&[payload]);
+    let now = world.robot().state();
+    // Sums of a few metres and seconds in f64.
+    assert!((now.twist_in_body.vy_m_s - body.twist_in_body.vy_m_s).abs() < 1e-12);
+    assert!((now.pose.y_m - body.pose.y_m).abs() < 1e-12);
+    for (now, before) in world.robot().roller_spins_rad_s(1).iter().zip(&spins) {
+        assert!((now - before).abs() < 1e-9);
+    }
+    let kilograms = robot.mass_kg() + 4.0;
+    sideways(&mut world, &robot, 500);
+    let carried_n: f64 = world
+        .robot()
+        .contacts()
+        .iter()
+        .map(|c| c.normal_force_n)
+        .sum();
+    // Sideways the load swings by what the robot's tilt does with it.
+    assert!(
+        (carried_n / (kilograms * G) - 1.0).abs() < 0.05,
+        "{carried_n} N"
+    );
+}
+
+/// A roller that has seized stands still against its hub, while the others of its wheel roll.
+#[test]
+fn a_seized_roller_stands_still() {
+    let robot = mecanum4();
+    let mut world = world(&robot, &by(ContactSolver::Rapier, 1000.0));
+    world.robot_mut().seize_roller(0, 3, true);
+    sideways(&mut world, &robot, 1500);
+    let spins = world.robot().roller_spins_rad_s(0);
+    assert_eq!(spins[3], 0.0);
+    assert!(spins.iter().any(|spin| spin.abs() > 5.0), "{spins:?}");
+}
+
+/// What rapier's solver does not know is refused in words.
+#[test]
+fn what_rapier_does_not_know_is_refused() {
+    let refused = |robot: &Robot, settings: Settings| {
+        let built = World::new(robot, &Floor::default(), Pose::default(), &settings);
+        match built {
+            Ok(_) => panic!("{settings:?} was taken"),
+            Err(error) => error.to_string(),
+        }
+    };
+    let reference = by(ContactSolver::Rapier, 1000.0);
+    let near = Settings {
+        roller_bodies: RollerBodies::Near,
+        ..reference.clone()
+    };
+    assert!(refused(&mecanum4(), near).contains("only the rollers near the ground"));
+    let split = Settings {
+        split_dt_s: Some(1e-4),
+        ..reference.clone()
+    };
+    assert!(refused(&mecanum4(), split).contains("steps taken in parts"));
+    let mut geared = mecanum4();
+    geared.wheels[1].drive.gear_efficiency = 0.8;
+    assert!(refused(&geared, reference).contains("gear that loses a share"));
+}

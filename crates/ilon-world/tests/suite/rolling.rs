@@ -1,0 +1,273 @@
+//! What rolling costs, against what can be derived on paper.
+
+use crate::support;
+
+use std::f64::consts::FRAC_PI_4;
+
+use ilon_robot::{
+    Collision, CollisionShape, ModelledRoller, Pose, Profile, ProfilePart, Robot, RollerForm,
+    RollersAsMade, Twist,
+};
+use ilon_world::{Floor, FloorSurface, Settings, World, WorldError};
+use nalgebra::{Isometry3, Vector2};
+use support::rig::follow;
+use support::{ideal_twist, mecanum4, mecanum6, volksbot};
+
+const G: f64 = 9.81;
+
+fn on(robot: &Robot, floor: &Floor, start: Pose) -> World {
+    let settings = Settings {
+        dt_s: 1e-3,
+        ..Settings::default()
+    };
+    World::new(robot, floor, start, &settings).expect("valid")
+}
+
+fn world(robot: &Robot, resistance: f64, slope_rad: f64, start: Pose) -> World {
+    let floor = Floor {
+        surface: FloorSurface {
+            rolling_resistance: resistance,
+            ..FloorSurface::default()
+        },
+        slope_rad,
+        ..Floor::default()
+    };
+    on(robot, &floor, start)
+}
+
+/// Where a wheel touches, in the floor's frame, with the load in N.
+#[derive(Clone, Copy)]
+struct Place {
+    at_m: Vector2<f64>,
+    load_n: f64,
+    /// How fast the roller slides there, in m/s.
+    slides_m_s: Vector2<f64>,
+    /// Where one alone does.
+    roller: Option<usize>,
+}
+
+fn places(world: &World) -> Vec<Place> {
+    let pose = world.robot().state().pose;
+    let (s, c) = pose.heading_rad.sin_cos();
+    let turned = |v: Vector2<f64>| Vector2::new(c * v.x - s * v.y, s * v.x + c * v.y);
+    let contacts = world.robot().contacts().iter();
+    contacts
+        .map(|contact| Place {
+            at_m: pose.position_m() + turned(contact.place_in_body_m.xy()),
+            slides_m_s: turned(contact.sliding_in_body_m_s),
+            load_n: contact.normal_force_n,
+            roller: (contact.touching_rollers == 1).then_some(contact.roller),
+        })
+        .collect()
+}
+
+/// Of rollers whose bearings cost nothing: each metre by which a place of contact moves over the ground takes c N, whatever
+/// turns for it. The places are those that the world shows, and nothing of the law is used.
+#[test]
+fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
+    let c = 0.1;
+    let mut crowned = mecanum4();
+    for wheel in &mut crowned.wheels {
+        let mut made = RollersAsMade::default();
+        made.crown = 0.6;
+        wheel.make_rollers(made, None).expect("rollers");
+    }
+    for (name, robot) in [
+        ("mecanum4", mecanum4()),
+        ("mecanum6", mecanum6()),
+        ("crowned", crowned),
+        ("volksbot", volksbot()),
+    ] {
+        // A robot on crowned wheels rocks from step to step when it drives at an angle.
+        let twists = if name == "crowned" { 2 } else { 4 };
+        for twist in &[
+            Twist::new(0.3, 0.0, 0.0),
+            Twist::new(0.0, 0.3, 0.0),
+            Twist::new(0.2, 0.2, 0.0),
+            Twist::new(0.1, -0.2, 0.5),
+        ][..twists]
+        {
+            let mut world = world(&robot, c, 0.0, Pose::default());
+            follow(&mut world, &robot, *twist, 1.0, 0.0);
+            let mut shares = Vec::new();
+            let (mut before, mut before_j) = (places(&world), world.bearing_energy_j());
+            for _ in 0..1500 {
+                follow(&mut world, &robot, *twist, 1e-3, 0.0);
+                let (now, now_j) = (places(&world), world.bearing_energy_j());
+                let pairs = || before.iter().zip(&now);
+                // Where a roller comes down, or two share the load, the place jumps.
+                if pairs().all(|(then, now)| then.roller.is_some() && then.roller == now.roller) {
+                    let drag_j = |(then, now): (&Place, &Place)| {
+                        c * then.load_n * (now.at_m - then.at_m - 1e-3 * now.slides_m_s).norm()
+                    };
+                    let expected_j: f64 = pairs().map(drag_j).sum();
+                    shares.push((now_j - before_j) / expected_j);
+                }
+                (before, before_j) = (now, now_j);
+            }
+            // The law takes the loads with which a step begins, and the places are those in the middle of steps: a hundredth or two. Where a
+            // place leaves a barrel for its end within a step it is slower by a factor of ten from there on.
+            assert!(shares.len() > 400, "{name} {twist:?}");
+            shares.sort_by(f64::total_cmp);
+            let at = |share: f64| shares[(share * shares.len() as f64) as usize];
+            let (low, middle, high) = (at(0.1), at(0.5), at(0.9));
+            assert!(
+                low > 0.98 && (middle - 1.0).abs() < 0.01 && high < 1.02,
+                "{name} {twist:?}: {low} {middle} {high}"
+            );
+        }
+    }
+}
+
+/// On ground that drags with half of the load a robot on mecanum wheels makes the way that its wheels ask for, as long as the pull of none of them
+/// reaches its grip: driving at 45 degrees two wheels stand still and roll on their rollers, across which a moment of c N r
+/// takes a pull of c N.
+#[test]
+fn drag_below_the_grip_makes_no_roller_slide() {
+    let robot = mecanum4();
+    let v = 0.2 * FRAC_PI_4.cos();
+    let mut world = world(&robot, 0.3, 0.0, Pose::default());
+    let twist = Twist::new(v, v, 0.0);
+    follow(&mut world, &robot, twist, 1.0, 0.0);
+    let (from, angles) = (
+        world.robot().state().pose,
+        world.robot().wheel_angles_rad().to_vec(),
+    );
+    let slid_j = world.slip_energy_j();
+    follow(&mut world, &robot, twist, 2.0, 0.0);
+    let turned = world.robot().wheel_angles_rad().iter().zip(&angles);
+    let turned: Vec<f64> = turned.map(|(now, then)| now - then).collect();
+    let asked = ideal_twist(&robot, &turned);
+    let way_m = world.robot().state().pose.position_m() - from.position_m();
+    // What the place of contact moves along the rollers within a pitch: a hundredth, as on a floor that does not drag.
+    let share = way_m.norm() / asked.vx_m_s.hypot(asked.vy_m_s);
+    assert!((share - 1.0).abs() < 0.02, "{share}");
+    let rolling_j = 0.3 * robot.mass_kg() * G * way_m.norm();
+    assert!(world.slip_energy_j() - slid_j < 1e-3 * rolling_j);
+}
+
+/// A robot whose wheels are free stands on a slope of angle a while c > tan a, whichever way it faces, and rolls down beyond it. Under Swedish
+/// wheels the limit is sharp; under mecanum wheels the places of contact move further than the robot does, and more drag is left.
+#[test]
+fn a_robot_stands_on_a_slope_below_its_rolling_resistance_whichever_way_it_faces() {
+    let slope_rad: f64 = 0.05;
+    for (robot, rolls_at) in [(volksbot(), 0.97), (mecanum4(), 0.4)] {
+        for heading_rad in [0.0, 0.5, 1.6, 2.8] {
+            let after = |share: f64| {
+                let start = Pose {
+                    heading_rad,
+                    ..Pose::default()
+                };
+                let mut world = world(&robot, share * slope_rad.tan(), slope_rad, start);
+                (0..1000).for_each(|_| world.step());
+                let pose = world.robot().state().pose;
+                (pose.position_m() - start.position_m()).norm()
+            };
+            // A robot that leans downhill has its loads elsewhere, and the sum of them is its weight.
+            let (stands_m, rolls_m) = (after(1.03), after(rolls_at));
+            assert!(stands_m < 1e-6, "{heading_rad}: {stands_m}");
+            assert!(rolls_m > 1e-3, "{heading_rad}: {rolls_m}");
+        }
+    }
+}
+
+/// On a floor on which small radii cost more, each wheel of a robot on Swedish wheels takes c N sqrt(V1^2 + ((rho / s)^p V2)^2), V1 along its rim, where
+/// the outline is the wheel's circle of radius rho, and V2 across it, where it rolls on a roller that is s = rho - a / cos(phi) thick,
+/// at the angle phi from the roller's middle.
+#[test]
+fn small_radii_cost_more_where_the_floor_says_so() {
+    let (c, v) = (0.05, 0.2);
+    let robot = volksbot();
+    for exponent in [0.5, 1.0] {
+        for way_rad in [0.3, 0.8, 1.3] {
+            let twist = Twist::new(v * f64::cos(way_rad), v * f64::sin(way_rad), 0.0);
+            // What the drives pay for each metre, and the mean loads of the wheels: drag takes some off those ahead.
+            let drive = |resistance: f64| {
+                let floor = Floor {
+                    surface: FloorSurface {
+                        rolling_resistance: resistance,
+                        radius_exponent: exponent,
+                        ..FloorSurface::default()
+                    },
+                    ..Floor::default()
+                };
+                let mut world = on(&robot, &floor, Pose::default());
+                follow(&mut world, &robot, twist, 1.0, 0.0);
+                let (began_j, from) = (world.motor_energy_j(), world.robot().state().pose);
+                let mut loads_n = [0.0; 3];
+                for _ in 0..4000 {
+                    follow(&mut world, &robot, twist, 1e-3, 0.0);
+                    for (mean, place) in loads_n.iter_mut().zip(places(&world)) {
+                        *mean += place.load_n / 4000.0;
+                    }
+                }
+                let way_m = world.robot().state().pose.position_m() - from.position_m();
+                ((world.motor_energy_j() - began_j) / way_m.norm(), loads_n)
+            };
+            let (plain_n, _) = drive(0.0);
+            let (dragged_n, loads_n) = drive(c);
+            let wheels = robot.wheels.iter().zip(loads_n);
+            let expected_n: f64 = wheels
+                .map(|(wheel, load_n)| {
+                    let (axis, way) = (wheel.axis(), Vector2::new(way_rad.cos(), way_rad.sin()));
+                    let (v1, v2) = (axis.perp(&way), axis.dot(&way));
+                    let (rho, a) = (wheel.radius_m, wheel.rollers[0].ring_radius_m());
+                    let half_pitch = std::f64::consts::PI / wheel.rollers.len() as f64;
+                    let at = |phi: f64| {
+                        let s = rho - a / phi.cos();
+                        c * load_n * v1.hypot((rho / s).powf(exponent) * v2)
+                    };
+                    // The mean over a pitch, by the middles of its parts.
+                    let parts = (0..100).map(|i| at(half_pitch * (f64::from(i) + 0.5) / 100.0));
+                    parts.sum::<f64>() / 100.0
+                })
+                .sum();
+            let drag_n = dragged_n - plain_n;
+            // Every wheel turns, by some rollers more or less than whole pitches: a hundredth.
+            assert!(
+                (drag_n / expected_n - 1.0).abs() < 0.01,
+                "{exponent} {way_rad}: {drag_n} {expected_n}"
+            );
+        }
+    }
+}
+
+/// Rollers with the shapes of their file would roll over a soft floor for nothing.
+#[test]
+fn drag_and_creep_are_refused_of_rollers_with_the_shapes_of_their_file() {
+    let mut robot = volksbot();
+    let part = ProfilePart {
+        t_m: 0.0,
+        ring_m: 0.0,
+        ball_m: 0.012,
+    };
+    robot.wheels[1].rollers[3].form = RollerForm::AsModelled(ModelledRoller {
+        shapes: vec![Collision {
+            body_from_shape: Isometry3::identity(),
+            shape: CollisionShape::Sphere { radius_m: 0.012 },
+        }],
+        profile: Profile::new(vec![part]).expect("a part"),
+    });
+    let found = |robot: &Robot, surface: FloorSurface| {
+        let floor = Floor {
+            surface,
+            ..Floor::default()
+        };
+        World::new(robot, &floor, Pose::default(), &Settings::default()).err()
+    };
+    let drags = FloorSurface {
+        rolling_resistance: 0.1,
+        ..FloorSurface::default()
+    };
+    let creeps = FloorSurface {
+        creep: 0.1,
+        ..FloorSurface::default()
+    };
+    let wheel = robot.wheels[1].name.clone();
+    let refused = Some(WorldError::DragOnModelled { wheel });
+    assert_eq!(found(&robot, FloorSurface::default()), None);
+    assert_eq!(found(&robot, drags), refused);
+    assert_eq!(found(&robot, creeps), refused);
+    robot.wheels[1].surface.rolling_resistance = 0.02;
+    assert_eq!(found(&robot, FloorSurface::default()), refused);
+}

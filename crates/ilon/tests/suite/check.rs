@@ -1,0 +1,219 @@
+//! `ilon check` as a test suite: which scenarios it takes, and that what could not fail does not count as held.
+
+use crate::support;
+
+use support::{FAILS, Folder, HOLDS, ended_with, stderr};
+
+/// The number behind a name in the table at the end.
+fn count(printed: &str, name: &str) -> String {
+    let table = printed
+        .split("all scenarios")
+        .nth(1)
+        .expect("a table at the end");
+    let line = table
+        .lines()
+        .find(|line| line.trim_start().starts_with(name));
+    let line = line.unwrap_or_else(|| panic!("no {name} in {table}"));
+    line.split_whitespace()
+        .last()
+        .unwrap_or_default()
+        .to_owned()
+}
+
+#[test]
+fn what_expects_nothing_counts_apart_and_is_skipped_in_junit() {
+    let folder = Folder::new();
+    folder.scenario("empty.toml", "");
+    folder.scenario("tolerant.toml", "[expect.tolerances]\ntruth_x_m = 1.0\n");
+    let all = ["check", "good.toml", "empty.toml", "tolerant.toml"];
+    let printed = ended_with(0, &folder.ilon(&[&all[..], &["--junit", "j.xml"]].concat()));
+    assert!(printed.contains("EMPTY  empty"), "{printed}");
+    assert!(printed.contains("EMPTY  tolerant"), "{printed}");
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "nothing expected")),
+        ("1".into(), "2".into())
+    );
+    let junit = folder.read("j.xml");
+    assert!(junit.contains("skipped=\"2\""), "{junit}");
+    assert_eq!(
+        junit
+            .matches("<skipped message=\"nothing is expected of it")
+            .count(),
+        2,
+        "{junit}"
+    );
+    // A baseline is something to keep to.
+    ended_with(0, &folder.ilon(&[&all[..], &["--save", "base"]].concat()));
+    let printed = ended_with(
+        0,
+        &folder.ilon(&[&all[..], &["--against", "base"]].concat()),
+    );
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "nothing expected")),
+        ("3".into(), "0".into())
+    );
+}
+
+#[test]
+fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
+    let folder = Folder::new();
+    for (name, expect) in [
+        ("a", "[expect]\nhub_ripple_m = {}\n"),
+        ("b", "[expect]\nhub_ripple_m = { within = 1e-9 }\n"),
+        ("c", "[[expect.signals]]\nsignal = \"truth_y_m\"\n"),
+        ("d", "[expect]\nhub_ripple_m = { min = 1, max = 0 }\n"),
+        (
+            "e",
+            "[[expect.signals]]\nsignal = \"truth_y_m\"\nmax = 1\nuntil_s = 9\n",
+        ),
+        (
+            "f",
+            "[[expect.signals]]\nsignal = \"truth_y_m\"\nmax = 1\nfrom_s = 9\n",
+        ),
+    ] {
+        folder.scenario(&format!("bad/{name}.toml"), expect);
+    }
+    let printed = ended_with(2, &folder.ilon(&["check", "bad", "good.toml"]));
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "could not run")),
+        ("1".into(), "6".into())
+    );
+    for name in ["a", "b", "c", "d", "e", "f"] {
+        assert!(
+            printed.contains(&format!("ERROR  {name}: `expect.")),
+            "{printed}"
+        );
+    }
+    // Cut short for a look it runs, and says so.
+    folder.scenario(
+        "long.toml",
+        "[[expect.signals]]\nsignal = \"truth_y_m\"\nmax = 1\nuntil_s = 0.4\n",
+    );
+    let short = ["--set", "run.duration_s=0.2"];
+    let printed = ended_with(
+        0,
+        &folder.ilon(&[&["run", "long.toml"][..], &short].concat()),
+    );
+    assert!(printed.contains("note: `expect.signals.0`"), "{printed}");
+    ended_with(
+        2,
+        &folder.ilon(&[&["check", "long.toml"][..], &short].concat()),
+    );
+}
+
+#[test]
+fn a_folder_is_taken_with_all_below_it_and_with_endings_in_capitals() {
+    let folder = Folder::new();
+    folder.scenario("all/one.toml", HOLDS);
+    folder.scenario("all/Two.TOML", HOLDS);
+    folder.scenario("all/deep/er/three.toml", FAILS);
+    folder.scenario("all/.hidden/four.toml", FAILS);
+    folder.scenario("all/.five.toml", FAILS);
+    folder.write("all/notes.txt", "no scenario");
+    let printed = ended_with(1, &folder.ilon(&["check", "all"]));
+    for line in ["held   Two ", "held   one ", "FAILED deep/er/three "] {
+        assert!(printed.contains(line), "{printed}");
+    }
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "failed")),
+        ("2".into(), "1".into())
+    );
+    let printed = ended_with(1, &folder.ilon(&["check", "all", "--filter", "deep"]));
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "failed")),
+        ("0".into(), "1".into())
+    );
+    // What runs have left among them is no test.
+    ended_with(
+        0,
+        &folder.ilon(&["run", "all/one.toml", "--out", "all/out/one"]),
+    );
+    ended_with(1, &folder.ilon(&["check", "all", "--keep", "all/kept"]));
+    let printed = ended_with(1, &folder.ilon(&["check", "all"]));
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "failed")),
+        ("2".into(), "1".into())
+    );
+    // But where it is what is asked for.
+    let printed = ended_with(0, &folder.ilon(&["check", "all/out/one"]));
+    assert_eq!(count(&printed, "held"), "1");
+}
+
+#[test]
+fn a_named_folder_that_holds_no_scenario_is_bad_input() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("empty")).expect("a folder");
+    let printed = ended_with(
+        2,
+        &folder.ilon(&["check", "empty", "good.toml", "--junit", "j.xml"]),
+    );
+    assert!(
+        printed.contains("ERROR  empty: `empty` holds no scenario"),
+        "{printed}"
+    );
+    assert_eq!(
+        (count(&printed, "held"), count(&printed, "could not run")),
+        ("1".into(), "1".into())
+    );
+    assert!(folder.read("j.xml").contains("errors=\"1\""));
+    ended_with(2, &folder.ilon(&["check", "empty"]));
+    // A filter that leaves nothing of one folder is none where it leaves something of another.
+    folder.scenario("some/other.toml", HOLDS);
+    let filtered = ["check", "some", "good.toml", "--filter", "good"];
+    let printed = ended_with(0, &folder.ilon(&filtered));
+    assert_eq!(count(&printed, "held"), "1");
+    ended_with(2, &folder.ilon(&["check", "some", "--filter", "good"]));
+}
+
+#[test]
+fn a_scenario_that_is_named_twice_runs_once() {
+    let folder = Folder::new();
+    folder.scenario("in/x.toml", HOLDS);
+    for paths in [
+        &["in/x.toml", "in/x.toml"][..],
+        &["in", "in/x.toml"],
+        &["in", "./in"],
+        &["in/x.toml", "in"],
+    ] {
+        let arguments = [&["check"][..], paths, &["--save", "base"]].concat();
+        let printed = ended_with(0, &folder.ilon(&arguments));
+        assert_eq!(count(&printed, "held"), "1", "{paths:?}");
+    }
+}
+
+#[test]
+fn bounds_are_not_updated_to_what_other_settings_give() {
+    let folder = Folder::new();
+    let before = folder.read("good.toml");
+    let update = [
+        "check",
+        "good.toml",
+        "--update",
+        "--set",
+        "twist.vx_m_s=0.1",
+    ];
+    let ended = folder.ilon(&update);
+    ended_with(2, &ended);
+    assert!(
+        stderr(&ended).contains("--update would write"),
+        "{}",
+        stderr(&ended)
+    );
+    assert_eq!(folder.read("good.toml"), before);
+}
+
+#[test]
+fn options_that_do_nothing_for_a_study_are_named() {
+    let folder = Folder::new();
+    folder.write(
+        "study.toml",
+        "scenario = \"good.toml\"\naxes.world.floor.friction = [0.5]\nexpect.slip_energy_j = { max = 1e3 }\n",
+    );
+    let ended = folder.ilon(&["check", "study.toml", "--save", "baseline"]);
+    ended_with(0, &ended);
+    let said = stderr(&ended);
+    assert!(
+        said.contains("is a study, of which --save does nothing"),
+        "{said}"
+    );
+}

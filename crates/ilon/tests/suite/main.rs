@@ -1,0 +1,35 @@
+//! The tests of `ilon` from outside, one module for each subject, in one program.
+
+mod as_modelled;
+mod bad_input;
+mod bag;
+mod bench;
+mod check;
+mod columns;
+mod command;
+mod compare;
+mod energy;
+mod faults;
+mod gallery;
+mod identify;
+mod invariants;
+mod junit;
+mod live;
+mod long_run;
+mod looks;
+mod numbers;
+mod odd_traces;
+mod options;
+mod outputs;
+mod pages_in_browser;
+mod report_in_browser;
+mod robots_of_people;
+mod ros2;
+mod slope;
+mod stories;
+mod story;
+mod strangers;
+mod streams;
+mod support;
+mod sweep;
+mod wild_options;

@@ -1,0 +1,443 @@
+//! What is written, and where: never over what is read, never by two at once, never half, and tried before the work is done.
+
+use crate::support;
+
+use std::fs;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use support::{FAILS, Folder, HOLDS, ended_with};
+
+/// A run that takes longer than any test waits.
+const ENDLESS: [&str; 4] = [
+    "--set",
+    "run.duration_s=100000",
+    "--set",
+    "run.record_every=10",
+];
+
+/// Begins a run into a folder that does not end by itself, once it has the folder.
+fn begun(folder: &Folder, out: &str) -> Child {
+    let run = ["run", "good.toml", "--out", out];
+    let child = folder
+        .command(&[&run[..], &ENDLESS[..]].concat())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the command runs");
+    let parts = folder.path(out).join("trace.partial");
+    let start = Instant::now();
+    while !parts.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it never began");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child
+}
+
+#[test]
+fn two_runs_into_one_folder_do_not_meet_and_a_killed_one_locks_nobody_out() {
+    let folder = Folder::new();
+    let mut first = begun(&folder, "out");
+    let told = ended_with(2, &folder.ilon(&["run", "good.toml", "--out", "out"]));
+    assert!(
+        told.contains("`out` is being written to by another run"),
+        "{told}"
+    );
+    assert!(told.contains(&format!("process {}", first.id())), "{told}");
+    assert!(told.contains("with --out"), "{told}");
+    // Elsewhere there is no hindrance.
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "elsewhere"]));
+    first.kill().expect("it still runs");
+    first.wait().expect("it ends");
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
+    assert_eq!(folder.names("out").len(), 4, "{:?}", folder.names("out"));
+}
+
+#[test]
+fn every_output_of_every_command_is_locked() {
+    let folder = Folder::new();
+    folder.scenario("fails.toml", FAILS);
+    let mut first = begun(&folder, "taken");
+    let taken: [&[&str]; 4] = [
+        &["check", "good.toml", "--save", "taken"],
+        &["check", "good.toml", "--keep", "taken"],
+        &["bench", "--quick", "--out", "taken"],
+        &["check", "good.toml", "--against", "x", "--save", "taken"],
+    ];
+    for arguments in taken {
+        let told = ended_with(2, &folder.ilon(arguments));
+        assert!(
+            told.contains("is being written to by another run"),
+            "{told}"
+        );
+    }
+    first.kill().expect("it still runs");
+    first.wait().expect("it ends");
+    // A comparison of two endless runs holds its file from the beginning.
+    folder.scenario("endless.toml", "");
+    let text = folder
+        .read("endless.toml")
+        .replace("duration_s = 0.5", "duration_s = 50000");
+    folder.write("endless.toml", &text);
+    let compare = ["compare", "endless.toml", "good.toml", "--out", "page.html"];
+    let mut first = folder
+        .command(&compare)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the command runs");
+    let start = Instant::now();
+    while !folder.path(".page.html.ilon-lock").exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it never began");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let told = ended_with(2, &folder.ilon(&compare));
+    assert!(
+        told.contains("`page.html` is being written to by another run"),
+        "{told}"
+    );
+    first.kill().expect("it still runs");
+    first.wait().expect("it ends");
+}
+
+#[test]
+fn what_a_killed_writer_left_is_gone_after_the_next() {
+    let folder = Folder::new();
+    let dead = ".summary.json.dead.ilon-partial";
+    for place in ["out", "kept", "saved"] {
+        folder.write(&format!("{place}/{dead}"), "half");
+    }
+    for file in ["j.xml", "r.svg", "good.toml"] {
+        folder.write(&format!(".{file}.dead.ilon-partial"), "half");
+    }
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
+    let check = [
+        "check",
+        "good.toml",
+        "--keep",
+        "kept",
+        "--save",
+        "saved",
+        "--junit",
+        "j.xml",
+        "--update",
+    ];
+    ended_with(0, &folder.ilon(&check));
+    ended_with(
+        0,
+        &folder.ilon(&["inspect", "robot.urdf", "--svg", "r.svg"]),
+    );
+    for place in ["out", "kept", "saved", "."] {
+        let names = folder.names(place);
+        assert!(
+            !names.iter().any(|name| name.contains("ilon")),
+            "{place}: {names:?}"
+        );
+    }
+}
+
+#[test]
+fn no_output_replaces_an_input_by_whatever_name() {
+    let folder = Folder::new();
+    let spec = "name = \"x\"\n";
+    folder.write("spec.toml", spec);
+    folder.scenario("in/scenario.toml", "# mine\n");
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "run"]));
+    let untouched = ["good.toml", "robot.urdf", "spec.toml", "in/scenario.toml"];
+    let before = untouched.map(|name| folder.read(name));
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(folder.path("in"), folder.path("link")).expect("a link");
+        fs::hard_link(folder.path("robot.urdf"), folder.path("hard.svg")).expect("a link");
+        std::os::unix::fs::symlink("robot.urdf", folder.path("soft.svg")).expect("a link");
+        let by_link: [&[&str]; 3] = [
+            &["run", "in/scenario.toml", "--out", "link"],
+            &["inspect", "robot.urdf", "--svg", "hard.svg"],
+            &["inspect", "soft.svg", "--svg", "robot.urdf"],
+        ];
+        for arguments in by_link {
+            let told = ended_with(2, &folder.ilon(arguments));
+            assert!(
+                told.contains("would be written over"),
+                "{arguments:?}: {told}"
+            );
+        }
+    }
+    let refused: [&[&str]; 7] = [
+        &["run", "in/scenario.toml", "--out", "in"],
+        &["run", "in/scenario.toml", "--out", "in/../in/."],
+        &["inspect", "robot.urdf", "--svg", "./robot.urdf"],
+        &["check", "good.toml", "--junit", "good.toml"],
+        &[
+            "check",
+            ".",
+            "--junit",
+            "in/scenario.toml",
+            "--filter",
+            "scenario",
+        ],
+        &["compare", "run", "good.toml", "--out", "good.toml"],
+        &["compare", "run", "run", "--out", "run/trace.parquet"],
+    ];
+    for arguments in refused {
+        let told = ended_with(2, &folder.ilon(arguments));
+        assert!(
+            told.contains("would be written over"),
+            "{arguments:?}: {told}"
+        );
+    }
+    assert_eq!(untouched.map(|name| folder.read(name)), before);
+    assert!(ilon::trace::file::is_trace(
+        &folder.path("run/trace.parquet")
+    ));
+}
+
+#[test]
+fn a_description_is_not_replaced_by_the_robot_that_it_makes() {
+    let folder = Folder::new();
+    folder.write("spec.toml", SPEC);
+    let told = ended_with(
+        2,
+        &folder.ilon(&["generate", "spec.toml", "--out", "spec.toml"]),
+    );
+    assert!(told.contains("would be written over"), "{told}");
+    assert_eq!(folder.read("spec.toml"), SPEC);
+    ended_with(
+        0,
+        &folder.ilon(&["generate", "spec.toml", "--out", "made.urdf"]),
+    );
+    // The robot again, over the older one.
+    ended_with(
+        0,
+        &folder.ilon(&["generate", "spec.toml", "--out", "made.urdf"]),
+    );
+}
+
+const SPEC: &str = "\
+name = \"trike\"
+[chassis]
+shape.cylinder = { radius_m = 0.2, height_m = 0.1 }
+mass_kg = 6.0
+center_m = [0.0, 0.0, 0.06]
+[wheel]
+radius_m = 0.05
+hub_mass_kg = 0.25
+hub_radius_m = 0.03
+hub_width_m = 0.04
+motor_effort_n_m = 1.0
+motor_velocity_rad_s = 20.0
+[rollers]
+per_row = 8
+radius_m = 0.012
+mass_kg = 0.01
+[wheels.ring]
+count = 3
+distance_m = 0.2
+gamma_deg = 0.0
+";
+
+#[test]
+fn what_is_generated_can_be_run() {
+    let folder = Folder::new();
+    for (good, bad) in [
+        ("mass_kg = 0.01", "mass_kg = 1e-12"),
+        ("[0.0, 0.0, 0.06]", "[0.0, 0.0, -1.0]"),
+        ("radius_m = 0.05", "radius_m = 5.0"),
+    ] {
+        folder.write("spec.toml", &SPEC.replacen(good, bad, 1));
+        ended_with(
+            2,
+            &folder.ilon(&["generate", "spec.toml", "--out", "made.urdf"]),
+        );
+        assert!(!folder.path("made.urdf").exists());
+    }
+}
+
+#[test]
+fn results_replace_those_of_an_earlier_run_and_nothing_of_other_origin() {
+    let folder = Folder::new();
+    for _ in 0..2 {
+        ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
+    }
+    for name in [
+        "report.html",
+        "summary.json",
+        "trace.parquet",
+        "scenario.toml",
+    ] {
+        let place = format!("mine/{name}");
+        folder.write(&place, "{ \"mine\": true }");
+        let told = ended_with(2, &folder.ilon(&["run", "good.toml", "--out", "mine"]));
+        assert!(told.contains("was not written by a run"), "{told}");
+        assert_eq!(folder.read(&place), "{ \"mine\": true }");
+        fs::remove_file(folder.path(&place)).expect("it is there");
+    }
+    folder.write("mine/trace.partial/notes.txt", "mine");
+    let told = ended_with(2, &folder.ilon(&["run", "good.toml", "--out", "mine"]));
+    assert!(told.contains("no run has written it"), "{told}");
+    assert_eq!(folder.read("mine/trace.partial/notes.txt"), "mine");
+    // Nor below --keep.
+    folder.scenario("fails.toml", FAILS);
+    folder.write("kept/fails/report.html", "mine");
+    let told = ended_with(2, &folder.ilon(&["check", "fails.toml", "--keep", "kept"]));
+    assert!(told.contains("was not written by a run"), "{told}");
+}
+
+#[test]
+fn where_nothing_can_be_written_is_told_before_anything_is_simulated() {
+    let folder = Folder::new();
+    folder.write("file", "");
+    // An hour of computing, if it began.
+    let outputs: [&[&str]; 5] = [
+        &["--junit", "nowhere/results.xml"],
+        &["--junit", "."],
+        &["--save", "file"],
+        &["--keep", "file/kept"],
+        &["--against", "nowhere"],
+    ];
+    for output in outputs {
+        let arguments = [&["check", "good.toml"], output, &ENDLESS[..]].concat();
+        ended_with(2, &folder.ilon(&arguments));
+    }
+    let compare = [
+        "compare",
+        "good.toml",
+        "good.toml",
+        "--out",
+        "file/page.html",
+    ];
+    ended_with(2, &folder.ilon(&compare));
+}
+
+#[test]
+fn a_baseline_is_not_replaced_by_the_run_that_leaves_it() {
+    let folder = Folder::new();
+    ended_with(0, &folder.ilon(&["check", "good.toml", "--save", "base"]));
+    let before = fs::read(folder.path("base/good.parquet")).expect("a baseline");
+    let other = ["--set", "robot.heading_deg=20"];
+    for save in ["base", "./base", "x/../base"] {
+        folder.write("x/y", "");
+        let both = ["check", "good.toml", "--against", "base", "--save", save];
+        let told = ended_with(2, &folder.ilon(&[&both[..], &other[..]].concat()));
+        assert!(told.contains("the same folder"), "{told}");
+    }
+    assert_eq!(
+        fs::read(folder.path("base/good.parquet")).expect("a baseline"),
+        before
+    );
+    let both = ["check", "good.toml", "--against", "base", "--save", "next"];
+    ended_with(0, &folder.ilon(&both));
+}
+
+#[test]
+fn a_damaged_baseline_is_refused_and_not_taken_for_a_difference() {
+    let folder = Folder::new();
+    ended_with(0, &folder.ilon(&["check", "good.toml", "--save", "base"]));
+    let path = folder.path("base/good.parquet");
+    let whole = fs::read(&path).expect("a baseline");
+    for at in [
+        5,
+        60,
+        whole.len() / 3,
+        whole.len() / 2,
+        whole.len() - 200,
+        whole.len() - 3,
+    ] {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x10;
+        fs::write(&path, damaged).expect("it can be written");
+        let told = ended_with(
+            2,
+            &folder.ilon(&["check", "good.toml", "--against", "base"]),
+        );
+        assert!(told.contains("good.parquet"), "{at}: {told}");
+    }
+    fs::write(&path, &whole).expect("it can be written");
+    ended_with(
+        0,
+        &folder.ilon(&["check", "good.toml", "--against", "base"]),
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_and_pipes_are_written_to_and_not_replaced() {
+    let folder = Folder::new();
+    let device = folder.path("null");
+    std::os::unix::fs::symlink("/dev/null", &device).expect("a link");
+    ended_with(0, &folder.ilon(&["check", "good.toml", "--junit", "null"]));
+    ended_with(0, &folder.ilon(&["inspect", "robot.urdf", "--svg", "null"]));
+    assert!(
+        fs::symlink_metadata(&device)
+            .expect("it stays")
+            .is_symlink()
+    );
+    let printed = ended_with(
+        0,
+        &folder.ilon(&["check", "good.toml", "--junit", "/dev/stdout"]),
+    );
+    assert!(printed.contains("<testcase name=\"good\""), "{printed}");
+}
+
+#[cfg(unix)]
+#[test]
+fn updating_bounds_through_a_link_keeps_link_and_rights() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let file = folder.path("good.toml");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).expect("it is ours");
+    std::os::unix::fs::symlink("good.toml", folder.path("link.toml")).expect("a link");
+    ended_with(0, &folder.ilon(&["check", "link.toml", "--update", "0.05"]));
+    assert!(
+        !folder.read("good.toml").contains("max = 1.1 }"),
+        "the bound moved"
+    );
+    assert!(
+        fs::symlink_metadata(folder.path("link.toml"))
+            .expect("it stays")
+            .is_symlink()
+    );
+    let mode = fs::metadata(&file).expect("it stays").permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+}
+
+#[test]
+fn scenarios_of_one_name_have_files_of_their_own_or_are_refused() {
+    let folder = Folder::new();
+    folder.scenario("all/a/x.toml", HOLDS);
+    folder.scenario("all/b/x.toml", FAILS);
+    folder.scenario("all/x.toml", HOLDS);
+    // Below one folder they keep apart by where they are.
+    ended_with(
+        1,
+        &folder.ilon(&["check", "all", "--save", "base", "--keep", "kept"]),
+    );
+    assert_eq!(folder.names("base"), ["a", "b", "x.parquet"]);
+    assert_eq!(folder.names("base/a"), ["x.parquet"]);
+    assert_eq!(folder.names("kept"), ["b"]);
+    assert_eq!(folder.names("kept/b/x").len(), 4);
+    let against = ["check", "all", "--against", "base", "--filter", "x"];
+    let told = ended_with(1, &folder.ilon(&against));
+    assert!(!told.contains("leaves its baseline"), "{told}");
+    // Named one by one they do not.
+    for option in ["--save", "--keep", "--against"] {
+        let told = ended_with(
+            2,
+            &folder.ilon(&["check", "all/a", "all/b", option, "base"]),
+        );
+        assert!(told.contains("are both called `x`"), "{told}");
+    }
+    let told = ended_with(
+        1,
+        &folder.ilon(&["check", "all/a", "all/b", "--junit", "j.xml"]),
+    );
+    assert!(
+        told.contains("held   all/a/x.toml") && told.contains("FAILED all/b/x.toml"),
+        "{told}"
+    );
+    let junit = folder.read("j.xml");
+    assert!(
+        junit.contains("name=\"all/a/x.toml\"") && junit.contains("name=\"all/b/x.toml\""),
+        "{junit}"
+    );
+}
