@@ -1,7 +1,6 @@
 //! The motion of one rigid body, told at another of its points, asks the same of wheels and rollers; and the touching
 //! roller is the one that an independent search finds.
 
-#[path = "../src/fixtures.rs"]
 #[allow(dead_code)]
 use crate::fixtures;
 

@@ -75,6 +75,18 @@ pub fn run(scenario: &Scenario) -> Result<Run, Error> {
     Ok(Simulation::new(scenario)?.run())
 }
 
+impl Plant {
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`], [`resolve_for`] anybody's commands,
+    /// and [`Plant::new`] in one.
+    ///
+    /// # Errors
+    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
+    pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
+        let robot = load_robot(scenario)?;
+        Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)
+    }
+}
+
 /// By what a robot is seen, for the header of its trace.
 #[derive(Default)]
 pub(crate) struct Appearance<'a> {

@@ -53,11 +53,10 @@ pub struct Outcome {
 /// A robot that can be driven step by step from outside: robot, world, motors and wheel loops, sensors and faults.
 ///
 /// ```no_run
-/// use ilon_sim::{Plant, Scenario, WheelCommand, load_robot, resolve};
+/// use ilon_sim::{Plant, Scenario, WheelCommand};
 ///
 /// let scenario = Scenario::load("assets/scenarios/mecanum4_lateral.toml")?;
-/// let robot = load_robot(&scenario)?;
-/// let mut plant = Plant::new(&resolve(&scenario, &robot)?, &robot)?;
+/// let mut plant = Plant::of_scenario(&scenario)?;
 /// for _ in 0..100 {
 ///     let seen = plant.observe();
 ///     let rates_rad_s = if seen.pose.x_m < 0.5 { [5.0; 4] } else { [0.0; 4] };
@@ -107,7 +106,9 @@ impl Plan {
         let (ours, theirs) = (self.resolved.scenario(), other.resolved.scenario());
         // As text, in which every default is spelled out and numbers are whole; and the robot, for its file may have changed.
         let (robot, their_robot): (&Robot, &Robot) = (&self.robot, &other.robot);
-        Ok(ours.to_toml()? == theirs.to_toml()? && robot == their_robot)
+        Ok(robot == their_robot
+            && self.floor == other.floor
+            && ours.to_toml()? == theirs.to_toml()?)
     }
 }
 
@@ -121,9 +122,17 @@ impl Plant {
     /// # Errors
     /// Where the robot cannot stand where it starts, or a setting makes no sense.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
+        Self::on_floor(resolved, robot, floor::floor(resolved.scenario(), robot)?)
+    }
+
+    /// Puts a robot onto a ground of one's own in place of the scenario's: measured heights, boxes, patches.
+    ///
+    /// # Errors
+    /// Like [`Plant::new`], and where the ground makes no sense.
+    pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
         let plan = Plan {
             kinematics: Kinematics::new(robot)?,
-            floor: floor::floor(resolved.scenario(), robot)?,
+            floor,
             settings: resolved.world_settings(),
             resolved: resolved.clone(),
             robot: SharedRobot::from(robot),

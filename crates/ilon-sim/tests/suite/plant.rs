@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ilon_sim::robot::{Pose, Robot};
 use ilon_sim::trace::{Truth, trace_hash};
+use ilon_sim::world::Floor;
 use ilon_sim::{
     Commanded, Controller, Driver, Error, Moment, Plant, Scenario, Seen, Simulation, Snapshot,
     WheelCommand, load_robot, resolve, resolve_for,
@@ -134,7 +135,13 @@ fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
         robot.chassis.mass.mass_kg += 1.0;
         Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
     };
-    for mut other in [ice, other_robot, changed_robot] {
+    // The same scenario and robot on a ground of somebody's own.
+    let own_ground = {
+        let (scenario, robot) = eventful("");
+        let resolved = resolve(&scenario, &robot).expect("it runs");
+        Plant::on_floor(&resolved, &robot, Floor::default()).expect("it stands")
+    };
+    for mut other in [ice, other_robot, changed_robot, own_ground] {
         let before = other.truth();
         for refused in [plant.restore(&other.snapshot()), other.restore(&here)] {
             let said = refused.expect_err("it is another").to_string();
