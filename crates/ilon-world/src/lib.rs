@@ -1,9 +1,51 @@
 //! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
 //!
-//! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an articulated body with an identity, a rapier world and
-//! an f32 anchor of its own; contacts are between pairs of them and the ground.
+//! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an articulated body with an identity;
+//! contacts are between pairs of them and the ground. Only this crate of the project names rapier or parry.
 //!
-//! Only this crate of the project names rapier or parry.
+//! # One step
+//!
+//! ```text
+//! world/advance.rs            poses move on by half a step; there all of this is computed
+//! contact/candidates.rs       the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
+//! dynamics/                   mass matrix L^T L along the branches, forces of turning frames, rates without contact
+//! contact/reactions/gather.rs which laws hold: contacts, dry bearings, motors at their bounds
+//! contact/response.rs         how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
+//! contact/problem.rs          the impulses that hold all laws at once: Newton, then sweeps; one_contact.rs, split.rs
+//! world/advance.rs            rates take the impulses, work is counted, poses move on with the mean of the rates
+//! ```
+//!
+//! # Where things are
+//!
+//! | you look for | it is in |
+//! |---|---|
+//! | how a robot moves by itself | `dynamics/` |
+//! | the law of contact and dry friction | `contact/problem.rs`; where its rows come from: `contact/reactions/` |
+//! | where a roller is nearest to the ground | `contact/nearest.rs`; rollers by numbers: `contact/turned.rs` |
+//! | treads, creep, rolling resistance | `contact/tread.rs`, `contact/reactions/{give,rolling}.rs` |
+//! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/jump.rs` |
+//! | rollers with play along their axles | `robot/slide.rs` |
+//! | floors: friction, nap, boxes, heights | `ground/` |
+//! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
+//! | pushes, payloads, seized rollers | `world/disturbance.rs` |
+//! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/between.rs` |
+//! | what worlds of one robot share | `robot/shared.rs` |
+//! | rapier moving everything, as a cross-check | `reference/` |
+//!
+//! # Decisions
+//!
+//! - **f64, and f32 only for shapes**, which rapier and parry see counted from an anchor near the robot: a kilometre from the origin it
+//!   drives as at home.
+//! - **A slope is gravity that leans**: the world's frame is the floor's, and z = 0 its plane.
+//! - **A roller is a flywheel on its hub**: it is round, so its mass and the inertia across its axis move with the hub, and its rate is one
+//!   number. That is exact, and takes 36 bodies off a robot with 36 rollers.
+//! - **A step is solved in its middle**: second order where nothing lands, and a held contact does no work in a turn.
+//! - **All contacts are springs of one stiffness**, so that loads are shared as mechanics says. It is a share of the robot's own units
+//!   ([`ilon_robot::Scale`]), as every threshold is.
+//! - **Work is impulse times mean velocity**, which is exact for a step of constant inertia: the energy balance closes, and what is left
+//!   shows the step's error.
+//! - **Wheel loops act within the step**, unless they are sampled: torque falls as the wheel gains rate, as a damping in the mass matrix.
+//!   Bounds of motors and losses of gears are curves among the reactions.
 
 mod contact;
 mod dynamics;
