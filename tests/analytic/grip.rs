@@ -6,6 +6,10 @@
 //! m a / (4 sin delta_eff). Meanwhile the leading wheels are relieved: of the loads' moment about the ground, m a h_e is
 //! taken up by the wheels, with h_e the height of the centre of mass and the wheels' spin counted in, m a h_e = m a h +
 //! sum I q'' and q'' = a / rho in either direction. The leading wheel is the first to slide.
+//! Sideways the contacts have wandered along the hub axes by e = a_ring tan(phi) tan(gamma) towards the leading side. So it slides at
+//!
+//! a = mu g sin(delta_eff) / (1 + 2 mu sin(delta_eff) h_e / l) ahead, with l the wheels' distance, and at
+//! a = mu g cos(delta_eff) (1 - 2 e / w) / (1 + 2 mu cos(delta_eff) h_e / w) sideways, with w the track.
 
 use ilon::control::Kinematics;
 use ilon::robot::{Robot, Twist};

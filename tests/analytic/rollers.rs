@@ -1,4 +1,10 @@
 //! Too few rollers: what they take from sideways motion, and what it takes of grip.
+//!
+//! With n rollers the one that touches stands at phi from straight down, |phi| <= pi / n. Its axis makes delta = 90 deg - |gamma| with the hub
+//! axis, and delta_eff on the ground: tan delta_eff = tan delta cos phi. For gamma = 45 deg a wheel that turns at q' moves the robot sideways by
+//! rho q' cos phi, in the mean sin(pi/n) / (pi/n) of rho q', with a ripple of sqrt(<cos^2 phi> - <cos phi>^2). At each hand-over the slope of
+//! cos phi jumps, and the acceleration reaches v^2 sin(pi/n) / rho: on a slippery floor that alone is more than the grip mu g / sqrt 2, at a
+//! steady speed.
 
 use super::run;
 

@@ -12,6 +12,11 @@
 //! which are spheres.
 //!
 //! **Spread.** A roller whose radius is larger by d is the same barrel thickened by d.
+//!
+//! **The hub** on level ground, with the touching roller at phi from straight down, stands at h(phi) = rho + (A - a) (1 - cos phi) as far as
+//! tan(phi) <= k L / (2 A), and beyond on an end sphere. Over a gap it stands at h = rho - H (1 - cos(phi - psi)), with H = sqrt(a^2 + (k L / 2)^2)
+//! and psi = atan(k L / 2a), and drops by H (1 - cos(pi/n - psi)) until the next roller lands. A wheel at the rate omega moves its place of
+//! contact p past the hub by omega n x (p - p_hub), of which the part ahead is omega h: straight ahead it rolls on its mean height.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

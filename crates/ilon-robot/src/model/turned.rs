@@ -7,6 +7,9 @@
 //!
 //!   h(w) = max over the corners of t w + q sqrt(1 - w^2) + c.
 //!
+//! Under the hub w = k sin(phi), with phi the roller's angle from straight down and k = cos(gamma): a cylinder of half length l lifts it to
+//! a cos(phi) + (l - c) w + (r - c) sqrt(1 - w^2) + c on its edges.
+//!
 //! A smooth outline rho(t) given at points Delta t apart is met by its chords: the reach falls short of it by at most
 //! rho'' (Delta t)^2 / 8, which is of second order.
 

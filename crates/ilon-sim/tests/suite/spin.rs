@@ -1,4 +1,8 @@
 //! Turning fast on the spot: hand-overs take of the grip, and the robot turns further than its touching rollers say (docs/slip.md).
+//!
+//! By its touching roller at phi from straight down, a wheel at (X, Y) with the rate q' stands for omega = q' rho cos(phi) / (X + Y cos(phi) +
+//! a sin(phi)), with a = rho - r. From the end of one roller to the beginning of the next that jumps by 9 % on robot A. Wheel and new roller follow within the hand-over,
+//! which takes friction at its limit for a time that grows with the speed and falls with the grip; so long they are not where rolling has them.
 
 use ilon_robot::Robot;
 use ilon_sim::Simulation;

@@ -1,4 +1,16 @@
 //! What ground is made of: how it drags, creeps and grips, in which direction.
+//!
+//! Over a nap, with a and c the directions along it and across it, V the velocity with which the place of contact moves over the ground, N its
+//! load, F the friction on the roller and u the velocity of its surface over the ground:
+//!
+//! **Drag.** Rolling takes the power N h(V), h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), with c_a along the nap where V_a > 0 and against it where V_a < 0. The
+//! two halves of ellipses meet at V_a = 0 with one tangent, so that h is convex and never negative. The drag is the gradient N dh / dV: at an angle
+//! to the nap it pulls across the way too.
+//!
+//! **Creep.** u = |V| C F / N, C with the eigenvalues creep along a and across c. F . u = |V| F . C F / N takes power, as C is positive.
+//!
+//! **Friction** lies in an ellipse, |(F_a / mu_a, F_c / mu_c)| <= N, and where it slides u is along its normal against F (an associated law). Friction
+//! and creep are alike with the nap and against it: a cone or a creep that is not symmetric is no quadratic law, and would need another solver.
 
 use crate::WorldError;
 

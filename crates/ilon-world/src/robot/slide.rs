@@ -10,6 +10,10 @@
 //! along it is left out. The hub carries the roller's mass along the axle too,
 //! as it does where there is no play: while the axle slides under a roller, robot and wheel are heavier along it by up to 2 m.
 //!
+//! **What it comes to.** A roller comes down at the lower end of its axle, which is the rear one. A wheel that pulls with more than N tan(beta) along the
+//! axle, sin(beta) = cos(gamma) sin(phi), pushes each roller in turn through its play p before it pulls: of the way is lost n p / (2 pi rho cos(gamma)).
+//! One that pulls less is moved by its load, ahead of the middle back and behind it forward again. Held wheels have a backlash of p / cos(gamma).
+//!
 //! **In the air** it slides under its weight along the leaning axle, and stops at a stop. What
 //! the robot's acceleration adds moves it sooner or later, and not to another end before it comes down; the circular motion
 //! adds nothing at the middle of the axle, which is square to the radius there, and omega^2 q elsewhere. The hub feels nothing of it: per turn

@@ -101,7 +101,7 @@ const PAIRS: [Pair; 2] = [
 ];
 
 /// By how much the gains of all drives without noise may differ from those of the contact kinematics, which know no springs: at 2e6 N/m two
-/// rollers share each hand-over, by which a steady turn comes 1.4e-3 short (docs/tread.md).
+/// rollers share each hand-over, by which a steady turn comes 1.4e-3 short (docs/rollers.md).
 const OF_CONTACT: f64 = 2e-3;
 
 /// In how many of so many logs, each of eight drives out of a pool, each gain lies in its interval. The truth is what the robot did in all

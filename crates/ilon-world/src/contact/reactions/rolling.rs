@@ -7,6 +7,14 @@
 //! M . W = N h(V). Where rolling costs more on small radii h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R the wheel's radius;
 //! over a nap it is |C S V|, C with what holds along the nap and across it. So what the place of contact moves along the roller the hub does, and pays for, and what it moves across it the roller.
 //!
+//! p = 1 is a moment of load times a lever arm c R. p = 1/2 is a bed of springs that gives back a share of what pressed it down less: where the
+//! roller rises the pressure is less, which moves the middle of the pressure by e along V, |e| = k |V| / sqrt(V . K V), K the curvatures 1 / R1 and
+//! 1 / R2, with one k for all directions. It takes N e . K V = k N sqrt(V . K V).
+//!
+//! Under wheels without tilt the place of contact moves as the robot does, and the drag is c m g in any direction. Under a mecanum wheel it moves in
+//! zigzag, along one roller and back to the next: ahead by sqrt((r cos d)^2 + (r sin d + a / sin d)^2) / R of the robot's way at the middle of a
+//! roller, d = 90 deg - gamma, r its radius, a = R - r.
+//!
 //! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V where it is that large. At rest it holds whatever
 //! would set it rolling.
 
