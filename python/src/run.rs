@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ilon::robot::FileAccess;
-use ilon::sim::sweep::Stop;
+use ilon::sweep::Stop;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::{Summary, quantities};
 use ilon::{Error, Scenario};

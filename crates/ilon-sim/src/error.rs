@@ -217,7 +217,8 @@ impl Error {
         }
     }
 
-    pub(crate) fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
+    /// What cannot be turned into the text of a file, and why.
+    pub fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
         Self::Encode {
             what,
             reason: reason.to_string(),

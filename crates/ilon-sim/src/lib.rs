@@ -15,7 +15,6 @@
 //! | [`scenario`] | what a person writes down about a run |
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
-//! | [`sweep`](mod@sweep) | many runs under keys that vary, and what they say |
 //! | [`inspect`] | a robot as it is understood |
 //! | [`foreign`] | what messages may show of files that somebody else named |
 //! | [`remedy`] | which options would let a robot's file be used |
@@ -33,7 +32,6 @@ pub mod remedy;
 mod roller_drag;
 pub mod scenario;
 pub mod simulate;
-pub mod sweep;
 
 pub use ilon_control as control;
 pub use ilon_robot as robot;

@@ -139,6 +139,7 @@ pub use ilon_messages as messages;
 pub use ilon_report as report;
 pub use ilon_robot as robot;
 pub use ilon_sim as sim;
+pub use ilon_sweep as sweep;
 pub use ilon_trace as trace;
 pub use ilon_world as world;
 

@@ -8,7 +8,7 @@ use arrow_schema::{DataType, Field, Schema};
 use ilon::cli;
 use ilon::pages;
 use ilon::scenario::nearest;
-use ilon::sim::sweep::{self, Cells, Findings, Row, Store, columns};
+use ilon::sweep::{self, Cells, Findings, Row, Store, columns};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ilon::cli;
-use ilon::sim::sweep::{self, Options, Progress, Question, Row, Shard, Store};
+use ilon::sweep::{self, Options, Progress, Question, Row, Shard, Store};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 

@@ -83,13 +83,14 @@ impl Scenario {
     }
 
     /// What no value repairs in a scenario whose keys are changed by settings: a key that a scenario has not, or a value of another type
-    /// than its key takes. `None` where there is no such fault, whatever else is wrong.
-    pub(crate) fn misshapen(text: &str, path: &Path, settings: &[Setting]) -> Option<keys::Fault> {
+    /// than its key takes: what is wrong, and how to repair it. `None` where there is no such fault, whatever else is wrong.
+    pub fn misshapen(text: &str, path: &Path, settings: &[Setting]) -> Option<(String, String)> {
         let name = path.display().to_string();
         let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
         let (document, _) = merged(text, &name, &lines).ok()?;
         let fault = keys::check(&document, schema()).err()?;
-        matches!(fault.kind, FaultKind::Key | FaultKind::Type).then_some(fault)
+        let is_of_shape = matches!(fault.kind, FaultKind::Key | FaultKind::Type);
+        is_of_shape.then_some((fault.message, fault.help))
     }
 
     /// Reads a scenario from text; its relative paths start from `folder`.

@@ -148,8 +148,11 @@ impl Simulation {
         )
     }
 
-    /// Puts a robot that was read before, for this scenario or one like it, into the scenario's world.
-    pub(crate) fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
+    /// Puts a robot that [`load_file`] read before, for this scenario or one like it, into the scenario's world.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be.
+    pub fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
         let mut robot = loaded.robot.clone();
         scenario.motors.apply(&mut robot);
         scenario.rollers.apply(&mut robot)?;
@@ -391,7 +394,10 @@ pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
 }
 
 /// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
-pub(crate) fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
+///
+/// # Errors
+/// Where the file cannot be read, or is no robot that ilon can drive.
+pub fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);

@@ -8,7 +8,3 @@ mod record;
 mod similarity;
 mod spin;
 mod support;
-mod sweep;
-mod sweep_findings;
-mod sweep_parts;
-mod sweep_results;

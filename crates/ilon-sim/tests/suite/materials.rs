@@ -3,7 +3,6 @@
 use crate::support;
 
 use ilon_sim::scenario::Scenario;
-use ilon_sim::sweep::Status;
 use ilon_sim::{Error, Simulation};
 use support::{Folder, SCENARIO, message};
 
@@ -296,26 +295,6 @@ fn a_patch_of_no_material_leaves_the_rest_as_the_pair_has_it() {
     let dry = "[world.floor]\nfriction = 0.7\ncreep = 0.4\nrolling_resistance = 0.1\n";
     assert_eq!(hash(&puddle("friction = 0.7"), &[]), hash(dry, &[]));
     assert_ne!(hash(&puddle("friction = 0.03"), &[]), hash(dry, &[]));
-}
-
-#[test]
-fn studies_vary_pairs_and_the_materials_themselves() {
-    let folder = Folder::new();
-    folder.write("base.toml", &format!("{SCENARIO}{PAIRS}"));
-    let rows = folder.rows(
-        "quantities = [\"slip_energy_j\"]\n[axes]\nmaterials.rubber.concrete.creep = [0.0, 0.5]\nworld.floor.material = [\"concrete\", \"carpet\"]\n",
-    );
-    assert_eq!(rows.len(), 4);
-    assert!(
-        rows.iter().all(|row| row.status == Status::Done),
-        "{rows:?}"
-    );
-    let hashes: Vec<_> = rows.iter().map(|row| row.trace_hash.clone()).collect();
-    // On the carpet nothing of the concrete is left but its name.
-    let mut different = hashes.clone();
-    different.sort();
-    different.dedup();
-    assert_eq!(different.len(), 3, "{hashes:?}");
 }
 
 /// A floor that turns slippery for a while is so to rollers of every pair, and then what it was.

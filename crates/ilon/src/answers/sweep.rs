@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 
 use ilon_report::page::Answer;
 use ilon_report::sweep::figure as number;
-use ilon_sim::sweep::findings::gaps::Gap;
-use ilon_sim::sweep::findings::grid::{Extreme, RangeOf};
-use ilon_sim::sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt};
-use ilon_sim::sweep::{Find, Findings, Minimise, Question, Study, number_of, text_of};
+use ilon_sweep::findings::gaps::Gap;
+use ilon_sweep::findings::grid::{Extreme, RangeOf};
+use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt};
+use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of, text_of};
 use ilon_trace::quantities::{self, Quantity};
 use toml::Value;
 
@@ -250,7 +250,7 @@ fn range(one: &RangeOf, study: &Study) -> String {
 }
 
 fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
-    let total = |axis: &&ilon_sim::sweep::findings::sensitivity::Indices| axis.total.value;
+    let total = |axis: &&ilon_sweep::findings::sensitivity::Indices| axis.total.value;
     let first = one
         .axes
         .iter()

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_robot::FileAccess;
-use ilon_sim::sweep::{self, Options, Store, Study, is_study};
+use ilon_sweep::{Options, Store, Study, is_study};
 use ilon_trace::{Recorded, Recording, file};
 use rayon::prelude::*;
 
@@ -341,7 +341,7 @@ fn run_and_judge_study(
         ));
     }
     let study = Study::load_within(path, files)?;
-    let findings = sweep::sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
+    let findings = ilon_sweep::sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
     Ok(Judged {
         verdicts: verdicts(&findings),
         differences: None,

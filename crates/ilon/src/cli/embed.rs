@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::Parser;
 use ilon_report as report;
-use ilon_sim::sweep::{Findings, Store, Study};
+use ilon_sweep::{Findings, Store, Study};
 use ilon_trace::Recorded;
 use miette::Diagnostic;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use ilon_sim::sweep::is_study;
+use ilon_sweep::is_study;
 use ilon_trace::quantities::{self, GROUPS};
 use ilon_trace::{Quantity, Sink, Summary};
 

@@ -6,7 +6,7 @@ use ilon_robot::Spec;
 use super::{Outcome, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
-use crate::sim::sweep::StudyFile;
+use crate::sweep::StudyFile;
 
 /// Arguments of `ilon schema`.
 #[derive(Debug, clap::Args)]

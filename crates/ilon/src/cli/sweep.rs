@@ -4,7 +4,7 @@ mod answer;
 
 use std::path::{Path, PathBuf};
 
-use ilon_sim::sweep::{self, Findings, Options, Progress, Shard, Store, Study};
+use ilon_sweep::{Findings, Options, Progress, Shard, Store, Study};
 
 use super::escape::one_line;
 use super::options::{Open, Out, Printing};
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         });
     };
     let options = Options::new(arguments.jobs.map(usize::from), arguments.shard);
-    let findings = sweep::sweep(&study, &store, &options, &watch)?;
+    let findings = ilon_sweep::sweep(&study, &store, &options, &watch)?;
     bar.done();
     if let Some(shard) = arguments.shard {
         let folder = store.folder().unwrap_or(&out).display().to_string();
@@ -101,7 +101,7 @@ pub(super) fn refuse_inputs(out: &Path, study: &Study, option: &str) -> Result<(
 
 /// Writes the results and their page, if the store has a folder.
 pub(super) fn write(study: &Study, store: &Store, findings: &Findings) -> Result<(), Failure> {
-    sweep::write_results(study, store, findings)?;
+    ilon_sweep::write_results(study, store, findings)?;
     if let Some(folder) = store.folder() {
         pages::sweep::write(&folder.join("report.html"), study, &store.rows(), findings)?;
     }
@@ -122,10 +122,10 @@ fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     };
     let (study, store) = Store::merge(&arguments.merge, &out)?;
-    let findings = sweep::findings(&study, &store);
-    sweep::write_results(&study, &store, &findings)?;
+    let findings = ilon_sweep::findings(&study, &store);
+    ilon_sweep::write_results(&study, &store, &findings)?;
     let options = Options::new(arguments.jobs.map(usize::from), None);
-    sweep::keep_traces(&study, &store, &options)?;
+    ilon_sweep::keep_traces(&study, &store, &options)?;
     show(arguments, &study, &store, &findings, &out)
 }
 

@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use ilon_report::sweep::{self, Quantity, Run, Sensitivity, Shown, Varied};
-use ilon_sim::sweep::{
-    Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of,
-};
+use ilon_sweep::{Findings, Question, Row, Scale, Status, Study, Task, Values, number_of, text_of};
 use ilon_trace::TraceError;
 
 use crate::answers::sweep::{answers, tables, words};
@@ -111,7 +109,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
     let indices: Vec<Option<usize>> = study
         .quantities()
         .iter()
-        .map(|name| ilon_sim::sweep::figure_index(name))
+        .map(|name| ilon_sweep::figure_index(name))
         .collect();
     let runs = rows.iter().map(|row| Run {
         run: row.run,
@@ -152,7 +150,7 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
         varied,
         sensitivity: sensitivity(findings),
         tables: tables(study, findings),
-        is_sample: study.file().method != ilon_sim::sweep::Method::Grid
+        is_sample: study.file().method != ilon_sweep::Method::Grid
             || study.file().minimise.is_some(),
     }
 }
@@ -206,7 +204,7 @@ fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
         names: ["by itself".to_owned(), "with all others".to_owned()],
         bars: (one.axes.iter())
             .map(|axis| {
-                let bar = |interval: &ilon_sim::sweep::findings::sensitivity::Interval| {
+                let bar = |interval: &ilon_sweep::findings::sensitivity::Interval| {
                     (interval.value, Some((interval.low, interval.high)))
                 };
                 (axis.key.clone(), [bar(&axis.first), bar(&axis.total)])

@@ -1,12 +1,8 @@
-//! A folder in which studies are run.
-
-// Not every test uses all of it.
-#![allow(dead_code)]
+//! A folder in which scenarios are run.
 
 use std::path::{Path, PathBuf};
 
 use ilon_sim::Error;
-use ilon_sim::sweep::{Findings, Options, Row, Store, Study, sweep};
 
 /// A folder with a scenario of half a second, and the description of its robot.
 pub struct Folder(tempfile::TempDir);
@@ -31,20 +27,6 @@ impl Folder {
         std::fs::write(self.path(name), text).unwrap();
         self.path(name)
     }
-
-    pub fn study(&self, text: &str) -> Result<Study, Error> {
-        Study::load(self.write("study.toml", &format!("scenario = \"base.toml\"\n{text}")))
-    }
-
-    pub fn rows(&self, text: &str) -> Vec<Row> {
-        let store = Store::in_memory();
-        run(&self.study(text).unwrap(), &store);
-        store.rows()
-    }
-}
-
-pub fn run(study: &Study, store: &Store) -> Findings {
-    sweep(study, store, &Options::default(), &|_| ()).unwrap()
 }
 
 pub fn message(result: Result<impl std::fmt::Debug, Error>) -> (String, String) {

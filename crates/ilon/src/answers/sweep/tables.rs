@@ -2,10 +2,10 @@
 
 use ilon_report::page::Table;
 use ilon_report::sweep::figure as number;
-use ilon_sim::sweep::findings::FoundAt;
-use ilon_sim::sweep::findings::grid::{Level, RangeOf};
-use ilon_sim::sweep::findings::sensitivity::{Effects, Indices, Interval};
-use ilon_sim::sweep::{Findings, Study};
+use ilon_sweep::findings::FoundAt;
+use ilon_sweep::findings::grid::{Level, RangeOf};
+use ilon_sweep::findings::sensitivity::{Effects, Indices, Interval};
+use ilon_sweep::{Findings, Study};
 
 use super::{MOST_POINTS, at, capital, percent, shown, title, value_of};
 

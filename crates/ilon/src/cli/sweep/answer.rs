@@ -2,8 +2,8 @@
 
 use ilon_report::sweep::figure as number;
 use ilon_sim::judge::Verdict;
-use ilon_sim::sweep::findings::Expectation;
-use ilon_sim::sweep::{Findings, Study};
+use ilon_sweep::findings::Expectation;
+use ilon_sweep::{Findings, Study};
 
 use crate::answers::sweep::{answers, tables};
 use crate::cli::table::Table;

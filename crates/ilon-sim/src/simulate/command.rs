@@ -1,0 +1,47 @@
+//! What the wheels are told, and what of it is recorded.
+
+use ilon_robot::{Pose, Twist};
+
+/// What the wheels shall do until the next command, one number a wheel in the robot's order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WheelCommand<'a> {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates(&'a [f64]),
+    /// Torques in N m; the motors' limits still stand.
+    Torques(&'a [f64]),
+}
+
+impl WheelCommand<'_> {
+    /// The numbers, whatever they are of.
+    pub(super) fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Rates(numbers) | Self::Torques(numbers) => numbers,
+        }
+    }
+}
+
+/// What the numbers are that a [`Controller`](super::Controller) has written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commanded {
+    /// Wheel rates in rad/s, for the wheel loops to reach.
+    Rates,
+    /// Torques in N m, held for the control period; the motors' limits still stand.
+    Torques,
+}
+
+/// What was decided at the start of a control period, as it is recorded. Twists are the body origin's.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Decided<'a> {
+    /// What the reference wants; `None` of what follows none.
+    pub desired: Option<ilon_control::Desired>,
+    /// Where a log says that the real robot was; `None` without one.
+    pub measured: Option<Pose>,
+    /// The twist asked for in the body frame, before any saturation.
+    pub command_twist_in_body: Twist,
+    /// What is left of it after saturation.
+    pub granted_twist_in_body: Twist,
+    /// The guidance's tasks, highest priority first; none of what has no guidance.
+    pub tasks: &'a [ilon_control::TaskShare],
+    /// The rate commanded of each wheel, in rad/s.
+    pub wheel_rates_rad_s: &'a [f64],
+}

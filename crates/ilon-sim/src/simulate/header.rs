@@ -1,0 +1,78 @@
+//! What the header of a run's trace says of it.
+
+use std::collections::BTreeMap;
+
+use ilon_robot::{Loaded, Looks, Robot};
+use ilon_trace::{Header, MotorLine};
+
+use super::pilot::Pilot;
+use super::resolve::Resolved;
+use super::{faults, floor, stability};
+use crate::{Error, scenario};
+
+/// By what a robot is seen, for the header of its trace.
+#[derive(Default)]
+pub(super) struct Appearance<'a> {
+    urdf: &'a str,
+    looks: Looks,
+}
+
+impl<'a> Appearance<'a> {
+    /// By the shapes in its file alone.
+    pub fn by(urdf: &'a str) -> Self {
+        Self {
+            urdf,
+            looks: Looks::default(),
+        }
+    }
+
+    /// By its meshes too.
+    pub fn of(loaded: &'a Loaded) -> Self {
+        Self {
+            urdf: &loaded.urdf,
+            looks: loaded.looks(),
+        }
+    }
+}
+
+/// The header of a run before its first row.
+pub(super) fn header(
+    resolved: &Resolved,
+    robot: &Robot,
+    seen: Appearance,
+    pilot: &Pilot,
+) -> Result<Header, Error> {
+    let scenario = resolved.scenario();
+    let limit_rad_s = resolved.wheel_rate_limit_rad_s();
+    Ok(Header {
+        scenario_name: scenario.name.clone(),
+        scenario_toml: scenario.to_toml()?,
+        reference_point_m: pilot.reference_point_m().into(),
+        task_names: pilot.task_names().iter().map(ToString::to_string).collect(),
+        physics_dt_s: resolved.physics_dt_s(),
+        control_dt_s: scenario.run.control_dt_s,
+        record_every: scenario.run.record_every,
+        control_periods: scenario.run.control_periods(),
+        measure_from_s: pilot.measure_from_s(),
+        measure_to_s: scenario.run.duration_s,
+        wheel_rate_limit_rad_s: limit_rad_s.is_finite().then_some(limit_rad_s),
+        open_loop: resolved.is_open_loop(),
+        roller_angles: scenario.run.roller_angles_hz.is_some(),
+        measured: pilot.is_measured(),
+        urdf: seen.urdf.to_owned(),
+        looks: seen.looks,
+        ground: Some(floor::ground(scenario, robot)?),
+        faults: Some(faults::recorded(&scenario.faults, robot)?),
+        guidance: pilot
+            .follows_reference()
+            .then(|| stability::guidance(scenario)),
+        motor_line: scenario.motors.dc.map(|dc| MotorLine {
+            stall_torque_n_m: dc.stall_torque_n_m,
+            no_load_rate_rad_s: dc.no_load_rate_rad_s,
+            current_limit_n_m: dc.current_limit_n_m,
+        }),
+        commands_by_contact: scenario.guidance.kinematics == scenario::Kinematics::Contact,
+        versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
+        ..Header::of_robot(robot)
+    })
+}

@@ -1,0 +1,63 @@
+//! What is looked for in a log, and how large one may be.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::Error;
+use crate::scenario::Playback;
+
+/// The longest log that is read, in bytes.
+pub(super) const MAX_BYTES: u64 = 4 << 30;
+/// The most rows of a log.
+pub(super) const MOST_ROWS: usize = 20_000_000;
+/// What is looked for in a log.
+pub(super) struct Wanted<'a> {
+    pub section: &'a Playback,
+    pub wheels: &'a [&'a str],
+    pub path: &'a Path,
+    /// What was looked for.
+    pub asked: RefCell<BTreeSet<String>>,
+}
+
+impl Wanted<'_> {
+    /// What the log calls something.
+    pub fn name<'s>(&'s self, ours: &'s str) -> &'s str {
+        if !self.asked.borrow().contains(ours) {
+            self.asked.borrow_mut().insert(ours.to_owned());
+        }
+        self.section.names.get(ours).map_or(ours, String::as_str)
+    }
+
+    /// Refuses a name of something that was not looked for: it would be ignored.
+    pub fn refuse_unused_names(&self) -> Result<(), Error> {
+        let asked = self.asked.borrow();
+        let mut names = self.section.names.keys();
+        let Some(unused) = names.find(|name| !asked.contains(*name)) else {
+            return Ok(());
+        };
+        let near = crate::scenario::nearest(unused, asked.iter().map(String::as_str));
+        let help = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                let asked: Vec<String> = asked.iter().map(|name| format!("`{name}`")).collect();
+                match asked.len() {
+                    0 => "leave it out: nothing of this log has a name to look for".to_owned(),
+                    _ => format!("looked for are {}", asked.join(", ")),
+                }
+            }
+        };
+        Err(self.fault(
+            format!("`playback.names.{unused}` names nothing that is looked for in it"),
+            help,
+        ))
+    }
+
+    pub fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
+        Error::Log {
+            path: self.path.to_owned(),
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+}

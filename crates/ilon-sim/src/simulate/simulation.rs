@@ -1,0 +1,291 @@
+//! A run under way.
+
+use std::convert::Infallible;
+
+use ilon_control::{ContactKinematics, Kinematics};
+use ilon_robot::{Loaded, Robot};
+use ilon_trace::{Recorded, Recording, Sink, Summary, Trace, TraceError};
+use ilon_world::World;
+
+use super::clock::CpuTime;
+use super::header::{Appearance, header};
+use super::load::load;
+use super::pilot::{Controller, Pilot};
+use super::plant::Plant;
+use super::recorder::Recorder;
+use super::remarks;
+use super::resolve::{Driver, Resolved, resolve, resolve_for};
+use super::run::{Progress, Run};
+use crate::scenario::Scenario;
+use crate::{Error, judge};
+
+/// Runs a scenario.
+///
+/// # Errors
+/// Where the robot cannot be read, or the scenario asks for something that cannot be.
+pub fn run(scenario: &Scenario) -> Result<Run, Error> {
+    Ok(Simulation::new(scenario)?.run())
+}
+
+/// A run under way: what is simulated, step by step.
+pub struct Simulation {
+    plant: Plant,
+    pilot: Pilot,
+    recorder: Recorder,
+    warnings: Vec<String>,
+}
+
+impl Simulation {
+    /// Puts the scenario's robot into its world, at rest.
+    ///
+    /// # Errors
+    /// Like [`run`].
+    pub fn new(scenario: &Scenario) -> Result<Self, Error> {
+        let loaded = load(scenario)?;
+        let seen = Appearance::of(&loaded);
+        Self::of(
+            &resolve(scenario, &loaded.robot)?,
+            &loaded.robot,
+            seen,
+            None,
+        )
+    }
+
+    /// Puts a robot into the scenario's world, whatever file the scenario names.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be.
+    pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        Self::of(
+            &resolve(scenario, robot)?,
+            robot,
+            Appearance::default(),
+            None,
+        )
+    }
+
+    /// Puts a robot that [`load_file`](super::load_file) read before, for this scenario or one like it, into the scenario's world.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be.
+    pub fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
+        let mut robot = loaded.robot.clone();
+        scenario.motors.apply(&mut robot);
+        scenario.rollers.apply(&mut robot)?;
+        // One of many runs is not looked at: meshes that nobody sees are not read.
+        Self::of(
+            &resolve(scenario, &robot)?,
+            &robot,
+            Appearance::by(&loaded.urdf),
+            None,
+        )
+    }
+
+    /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
+    /// scenario's `[reference]` tells that controller what is desired, and the summary what to measure against.
+    ///
+    /// # Errors
+    /// Like [`run`].
+    pub fn with_controller(
+        scenario: &Scenario,
+        controller: impl Controller + 'static,
+    ) -> Result<Self, Error> {
+        let loaded = load(scenario)?;
+        let resolved = resolve_for(scenario, &loaded.robot, Driver::Own)?;
+        let seen = Appearance::of(&loaded);
+        Self::of(&resolved, &loaded.robot, seen, Some(Box::new(controller)))
+    }
+
+    /// A plant, what drives it, and what records it.
+    fn of(
+        resolved: &Resolved,
+        robot: &Robot,
+        seen: Appearance,
+        controller: Option<Box<dyn Controller>>,
+    ) -> Result<Self, Error> {
+        let scenario = resolved.scenario();
+        let kinematics = Kinematics::new(robot)?;
+        let contact_kinematics = ContactKinematics::new(robot)?;
+        let pilot = Pilot::new(
+            scenario,
+            (resolved.reference().cloned(), resolved.log()),
+            (kinematics.clone(), contact_kinematics.clone()),
+            robot,
+            controller,
+        )?;
+        let plant = Plant::new(resolved, robot)?;
+        let header = header(resolved, robot, seen, &pilot)?;
+        let expect = &scenario.expect;
+        let expected = expect.signals.iter().map(|bound| bound.signal.as_str());
+        let tolerated = expect.tolerances.keys().map(String::as_str);
+        judge::check_names(expected.chain(tolerated), &header)?;
+        let recorder = Recorder::new(
+            header,
+            robot,
+            kinematics,
+            contact_kinematics,
+            resolved.start(),
+            scenario.run.row_count() as usize,
+            scenario.run.roller_angles_hz,
+        );
+        Ok(Self {
+            warnings: resolved.warnings().to_vec(),
+            plant,
+            pilot,
+            recorder,
+        })
+    }
+
+    /// Advances the run by one physics step.
+    pub fn step(&mut self) {
+        let clock = *self.plant.clock();
+        let t_s = clock.time_s();
+        if clock.control_is_due() {
+            let seen = self.plant.observe();
+            self.pilot.decide(t_s, seen);
+            self.recorder.reckon(&seen.wheel_angles_rad);
+        }
+        self.plant.actuate(self.pilot.command());
+        if clock.record_is_due() {
+            let decided = self.pilot.decided(t_s, self.plant.truth().pose);
+            self.recorder.record(t_s, &self.plant, &decided);
+        }
+        self.plant.step();
+        self.recorder
+            .count(self.plant.world(), clock.physics_dt_s());
+    }
+
+    /// Whether the run has reached its end.
+    pub fn is_done(&self) -> bool {
+        self.plant.clock().is_over()
+    }
+
+    /// How far the run is.
+    pub fn progress(&self) -> Progress {
+        Progress {
+            time_s: self.plant.clock().time_s(),
+            duration_s: self.plant.clock().duration_s(),
+        }
+    }
+
+    /// What was recorded so far, of a run that keeps it in memory.
+    pub fn trace(&self) -> &Trace {
+        self.recorder.trace()
+    }
+
+    /// The scenario as it is run: every default and everything chosen by the program spelled out.
+    pub fn scenario(&self) -> &Scenario {
+        self.plant.resolved().scenario()
+    }
+
+    /// What is simulated, apart from what drives it.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// The world as it is now.
+    pub fn world(&self) -> &World {
+        self.plant.world()
+    }
+
+    /// What a person should know about the input, although it can be run.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Runs to the end.
+    pub fn run(self) -> Run {
+        self.run_observed(|_| ())
+    }
+
+    /// Runs to the end and tells of its progress once a control period.
+    pub fn run_observed(self, mut observe: impl FnMut(Progress)) -> Run {
+        let watched = self.run_watched(|simulation| {
+            observe(simulation.progress());
+            Ok::<(), Infallible>(())
+        });
+        match watched {
+            Ok(run) => run,
+            Err(never) => match never {},
+        }
+    }
+
+    /// Runs to the end and shows itself once a control period; ends early where it is told so.
+    ///
+    /// # Errors
+    /// What `watch` gives, as soon as it does.
+    pub fn run_watched<E>(
+        mut self,
+        mut watch: impl FnMut(&Self) -> Result<(), E>,
+    ) -> Result<Run, E> {
+        let cpu_s = self.drive_to_the_end(|simulation| watch(simulation))?;
+        let trace = self.recorder.take_trace();
+        let summary = Summary::of(&trace, &ilon_trace::Settings::default());
+        Ok(self.finish(trace, summary, cpu_s))
+    }
+
+    /// Runs to the end into a recording, so that memory does not grow with the length of the run; shows itself and the
+    /// recording once a control period, and ends early where it is told so.
+    ///
+    /// # Errors
+    /// What `watch` gives, as soon as it does, and [`TraceError`] where the recording cannot be written.
+    pub fn run_recorded<E: From<TraceError>>(
+        self,
+        recording: Recording,
+        watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
+    ) -> Result<Run<Recorded>, E> {
+        self.run_recorded_beside(recording, &mut [], watch)
+    }
+
+    /// Like [`Simulation::run_recorded`]; the rows go into other sinks too.
+    ///
+    /// # Errors
+    /// Like [`Simulation::run_recorded`], and what a sink gives.
+    pub fn run_recorded_beside<E: From<TraceError>>(
+        mut self,
+        mut recording: Recording,
+        sinks: &mut [&mut dyn Sink],
+        mut watch: impl FnMut(&Self, &mut Recording) -> Result<(), E>,
+    ) -> Result<Run<Recorded>, E> {
+        sinks.begin(&self.trace().header)?;
+        let cpu_s = self.drive_to_the_end(|simulation| {
+            let rows = simulation.recorder.trace_mut();
+            sinks.take(rows)?;
+            recording.take(rows)?;
+            watch(simulation, &mut recording)
+        })?;
+        sinks.finish()?;
+        let recorded = recording.finish()?;
+        let summary = Summary::of_rows(&recorded, &ilon_trace::Settings::default())?;
+        Ok(self.finish(recorded, summary, cpu_s))
+    }
+
+    /// Steps until the run is done; gives the CPU time that it took, in seconds, if the system tells.
+    fn drive_to_the_end<E>(
+        &mut self,
+        mut watch: impl FnMut(&mut Self) -> Result<(), E>,
+    ) -> Result<Option<f64>, E> {
+        let cpu = CpuTime::now();
+        while !self.is_done() {
+            if self.plant.clock().control_is_due() {
+                watch(self)?;
+            }
+            self.step();
+        }
+        watch(self)?;
+        Ok(cpu.elapsed_s())
+    }
+
+    fn finish<T>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
+        self.warnings.extend(remarks::of_summary(&summary));
+        summary.sim_seconds_per_cpu_second = cpu_s
+            .filter(|cpu_s| *cpu_s > 0.0)
+            .map(|cpu_s| summary.duration_s / cpu_s);
+        Run {
+            scenario: self.plant.resolved().scenario().clone(),
+            trace,
+            summary,
+            warnings: self.warnings,
+        }
+    }
+}

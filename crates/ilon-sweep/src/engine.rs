@@ -1,0 +1,352 @@
+//! All runs of a study, on all cores, and what they say.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+
+use ilon_trace::file::write_text;
+use rayon::prelude::*;
+use toml::Value;
+
+use crate::evaluate::evaluate;
+use crate::file::{Find, Keep, Minimise};
+use crate::findings::{Findings, FoundAt, MinimumAt};
+use crate::keep::{keep, kept_folder};
+use crate::minimise::Trial;
+use crate::options::{Options, Progress, Stop};
+use crate::row::{Row, Status, Task, figure_index};
+use crate::store::{Shard, Store};
+use crate::study::{Question, Study};
+use crate::table::write_runs;
+use ilon_sim::Error;
+
+/// What is under way, for all threads.
+pub(crate) struct Sweep<'s> {
+    study: &'s Study,
+    store: &'s Store,
+    watch: &'s (dyn Fn(Progress) + Sync),
+    stop: &'s Stop,
+    /// Where the traces go that are kept as they come.
+    folder: Option<&'s Path>,
+    /// Whether what is missing is run; if not, it ends there with [`Error::Stopped`].
+    may_run: bool,
+    done: AtomicU64,
+    failed: AtomicU64,
+    found: u64,
+    /// How many runs there will be: a search puts right what it was thought to need.
+    likely: AtomicI64,
+}
+
+/// Runs all of a study that is not in the store, and says what came of it. Whatever goes wrong with a run is in its row.
+///
+/// `watch` is called from several threads, after each run.
+///
+/// # Errors
+/// Where rows or kept traces cannot be written, and where a search shall be divided; [`Error::Stopped`] where it was stopped.
+pub fn sweep(
+    study: &Study,
+    store: &Store,
+    options: &Options,
+    watch: &(dyn Fn(Progress) + Sync),
+) -> Result<Findings, Error> {
+    if options.shard.is_some() && !matches!(study.question(), Question::Table { .. }) {
+        return Err(Error::invalid(
+            "a study that searches cannot be divided: each of its runs follows from those before it",
+            "run it whole; it uses all cores of a machine",
+        ));
+    }
+    let pool = options.pool()?;
+    let sweep = Sweep {
+        watch,
+        ..Sweep::new(study, store, options)
+    };
+    sweep.tell();
+    let result = pool.install(|| sweep.answer(options.shard));
+    store.sync()?;
+    let findings = result?;
+    pool.install(|| keep(study, store, options))?;
+    Ok(findings)
+}
+
+/// Keeps the traces that a study of which no run is missing asks for, and that are not there: runs come out the same each time, so that
+/// those are run again.
+///
+/// # Errors
+/// Where they cannot be written, and where a run does not come out the same, since the files of its robot have changed;
+/// [`Error::Stopped`] where it was stopped.
+pub fn keep_traces(study: &Study, store: &Store, options: &Options) -> Result<(), Error> {
+    options.pool()?.install(|| keep(study, store, options))
+}
+
+/// Writes `runs.parquet` and `findings.json` into the store's folder, if it has one.
+///
+/// # Errors
+/// Where they cannot be written.
+pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Result<(), Error> {
+    let Some(folder) = store.folder() else {
+        return Ok(());
+    };
+    write_runs(&folder.join("runs.parquet"), study, &store.rows())?;
+    let json = serde_json::to_string_pretty(findings);
+    let json = json.map_err(|error| Error::encode("the findings", &error))?;
+    Ok(write_text(&folder.join("findings.json"), &(json + "\n"))?)
+}
+
+/// What the rows of a store say, of a study of which no run is missing.
+pub fn findings(study: &Study, store: &Store) -> Findings {
+    Findings::of(study, &store.rows())
+}
+
+/// How many searches a study with `[find]` makes.
+pub(crate) fn searches(study: &Study) -> u64 {
+    study.scenario_names().count() as u64 * study.points()
+}
+
+/// Most runs that a study comes to, of a shard or of all of it.
+pub(crate) fn most_runs(study: &Study, shard: Option<Shard>) -> u64 {
+    let repetitions = u64::from(study.file().repetitions);
+    match study.question() {
+        Question::Table { runs } => (0..runs)
+            .filter(|run| shard.is_none_or(|shard| shard.holds(*run)))
+            .count() as u64,
+        Question::Find(find) => searches(study) * find.most_trials() * repetitions,
+        Question::Minimise(minimise) => minimise.most_trials() * repetitions,
+    }
+}
+
+/// How many runs a study comes to where each search along a key finds one crossing.
+fn likely_runs(study: &Study, shard: Option<Shard>) -> u64 {
+    match study.question() {
+        Question::Find(find) => {
+            searches(study) * find.likely_trials() * u64::from(study.file().repetitions)
+        }
+        _ => most_runs(study, shard),
+    }
+}
+
+impl<'s> Sweep<'s> {
+    /// A study of which some rows may be there, watched by nobody.
+    pub fn new(study: &'s Study, store: &'s Store, options: &'s Options) -> Self {
+        let before = store.rows();
+        let found = before.len() as u64;
+        let failed = before.iter().filter(|row| row.status == Status::Failed);
+        Self {
+            study,
+            store,
+            watch: &|_| (),
+            stop: &options.stop,
+            folder: store.folder(),
+            may_run: true,
+            done: AtomicU64::new(found),
+            failed: AtomicU64::new(failed.count() as u64),
+            found,
+            likely: AtomicI64::new(likely_runs(study, options.shard) as i64),
+        }
+    }
+
+    /// Keeping traces in a folder that is not the store's.
+    pub fn keeping_in(mut self, folder: Option<&'s Path>) -> Self {
+        self.folder = folder;
+        self
+    }
+
+    /// Running nothing: what needs a row that is not there ends with [`Error::Stopped`].
+    pub fn looking_only(mut self) -> Self {
+        self.may_run = false;
+        self
+    }
+
+    /// Makes what is missing of a part, of those that [`Study::parts`] counts.
+    pub fn part(&self, part: u64) -> Result<(), Error> {
+        match self.study.question() {
+            Question::Table { .. } => self.row(&self.study.task(part)).map(drop),
+            Question::Find(find) => self.find(find, part).map(drop),
+            Question::Minimise(minimise) => {
+                let trial = self.trial(minimise)?;
+                let (axes, seed) = (self.study.axes().len(), self.study.file().seed);
+                minimise.search_from(part, axes, seed, &|_| (), trial)
+            }
+        }
+    }
+
+    fn tell(&self) {
+        (self.watch)(Progress {
+            done: self.done.load(Ordering::Relaxed),
+            found: self.found,
+            failed: self.failed.load(Ordering::Relaxed),
+            likely: self
+                .likely
+                .load(Ordering::Relaxed)
+                .unsigned_abs()
+                .max(self.done.load(Ordering::Relaxed)),
+            is_search: !matches!(self.study.question(), Question::Table { .. }),
+        });
+    }
+
+    /// So many trials that a search was thought to need are not made.
+    fn spare(&self, trials: i64) {
+        let runs = trials * i64::from(self.study.file().repetitions);
+        self.likely.fetch_sub(runs, Ordering::Relaxed);
+    }
+
+    /// The row of a task, run unless it was.
+    fn row(&self, task: &Task) -> Result<Row, Error> {
+        if let Some(row) = self.store.row_of(task) {
+            return Ok(row);
+        }
+        if !self.may_run {
+            return Err(Error::Stopped);
+        }
+        let (row, finished) = evaluate(self.study, task, self.stop)?;
+        if self.study.file().keep == Keep::All
+            && let (Some(finished), Some(folder)) = (&finished, self.folder)
+        {
+            // Before its row, so that no row is without its trace.
+            finished.write(&kept_folder(folder, task.run))?;
+        }
+        self.store.put(row.clone())?;
+        self.done.fetch_add(1, Ordering::Relaxed);
+        if row.status == Status::Failed {
+            self.failed.fetch_add(1, Ordering::Relaxed);
+        }
+        self.tell();
+        Ok(row)
+    }
+
+    fn answer(&self, shard: Option<Shard>) -> Result<Findings, Error> {
+        let (study, store) = (self.study, self.store);
+        match study.question() {
+            Question::Table { runs } => {
+                let is_meant = |run: &u64| shard.is_none_or(|shard| shard.holds(*run));
+                let missing: Vec<u64> = (0..runs)
+                    .filter(is_meant)
+                    .filter(|run| !store.holds(*run))
+                    .collect();
+                // One by one: runs of one study may differ by much in how long they take.
+                missing
+                    .par_iter()
+                    .with_max_len(1)
+                    .try_for_each(|run| self.row(&study.task(*run)).map(drop))?;
+                Ok(Findings::of(study, &store.rows()))
+            }
+            Question::Find(find) => {
+                let searches: Vec<u64> = (0..searches(study)).collect();
+                let found = searches.par_iter().map(|search| self.find(find, *search));
+                let found = found.collect::<Result<Vec<_>, Error>>()?;
+                let mut findings = Findings::of(study, &store.rows());
+                findings.found = found;
+                Ok(findings)
+            }
+            Question::Minimise(minimise) => {
+                let minimum = self.minimise(minimise)?;
+                let mut findings = Findings::of(study, &store.rows());
+                findings.minimum = Some(minimum);
+                Ok(findings)
+            }
+        }
+    }
+
+    /// The rows of all repetitions of a place, the first of them run `first`.
+    fn rows_at(
+        &self,
+        scenario: usize,
+        point: u64,
+        trial: u64,
+        values: &[Value],
+    ) -> Result<Vec<Row>, Error> {
+        let repetitions = self.study.file().repetitions;
+        let tasks: Vec<Task> = (0..repetitions)
+            .map(|repetition| {
+                let run = trial * u64::from(repetitions) + u64::from(repetition);
+                self.study
+                    .task_at(run, scenario, point, repetition, values.to_vec())
+            })
+            .collect();
+        tasks.par_iter().map(|task| self.row(task)).collect()
+    }
+
+    fn find(&self, find: &Find, search: u64) -> Result<FoundAt, Error> {
+        let (study, points) = (self.study, self.study.points());
+        let (scenario, point) = ((search / points) as usize, search % points);
+        let on_axes = study.values_at(point);
+        let Some(quantity) = figure_index(&find.quantity) else {
+            return Err(no_quantity(&find.quantity));
+        };
+        let spare = |trials| self.spare(trials);
+        let found = find.search(&spare, |trial, key| {
+            let mut values = on_axes.clone();
+            values.push(Value::Float(key));
+            let trial = search * find.most_trials() + trial;
+            let rows = self.rows_at(scenario, point, trial, &values)?;
+            Ok::<_, Error>(mean(&rows, quantity))
+        })?;
+        let keys = study.axes().iter().map(|axis| axis.key.clone());
+        Ok(FoundAt {
+            scenario: study.scenario_name(scenario).to_owned(),
+            values: keys.zip(on_axes).collect(),
+            found,
+        })
+    }
+
+    /// What comes of a trial of a study with `[minimise]`, at a place given as a share of each axis.
+    fn trial(
+        &self,
+        minimise: &Minimise,
+    ) -> Result<impl Fn(u64, &[f64]) -> Result<Trial, Error> + Sync, Error> {
+        let Some(quantity) = figure_index(&minimise.quantity) else {
+            return Err(no_quantity(&minimise.quantity));
+        };
+        let bounded = minimise
+            .subject_to
+            .keys()
+            .map(|name| figure_index(name).ok_or_else(|| no_quantity(name)));
+        let bounded = bounded.collect::<Result<Vec<_>, Error>>()?;
+        Ok(move |trial: u64, place: &[f64]| {
+            let rows = self.rows_at(0, trial, trial, &values_on(self.study, place))?;
+            let values = bounded
+                .iter()
+                .map(|index| mean(&rows, *index))
+                .collect::<Option<Vec<_>>>();
+            Ok(mean(&rows, quantity).zip(values))
+        })
+    }
+
+    fn minimise(&self, minimise: &Minimise) -> Result<MinimumAt, Error> {
+        let study = self.study;
+        let trial = self.trial(minimise)?;
+        let spare = |trials| self.spare(trials);
+        let minimum = minimise.search(study.axes().len(), study.file().seed, &spare, trial)?;
+        let keys = study.axes().iter().map(|axis| axis.key.clone());
+        let values: BTreeMap<String, Value> = keys.zip(values_on(study, &minimum.place)).collect();
+        Ok(MinimumAt {
+            quantity: minimise.quantity.clone(),
+            values,
+            run: minimum
+                .trial
+                .map(|trial| trial * u64::from(study.file().repetitions)),
+            minimum,
+        })
+    }
+}
+
+/// The value on each axis at a place, given as a share of each.
+fn values_on(study: &Study, place: &[f64]) -> Vec<Value> {
+    let axes = study.axes().iter().zip(place);
+    axes.map(|(axis, share)| axis.at(*share)).collect()
+}
+
+/// The mean of a quantity over rows; `None` where one of them has it not.
+fn mean(rows: &[Row], quantity: usize) -> Option<f64> {
+    let values = rows
+        .iter()
+        .map(|row| row.figure(quantity))
+        .collect::<Option<Vec<f64>>>()?;
+    Some(values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn no_quantity(name: &str) -> Error {
+    Error::invalid(
+        format!("there is no quantity `{name}`"),
+        "name one of `summary.json`",
+    )
+}

@@ -1,0 +1,187 @@
+//! One run of a study.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ilon_robot::Loaded;
+use ilon_trace::file::write_text;
+use ilon_trace::{Recorded, Recording, TraceError};
+use miette::Diagnostic;
+
+use crate::hash::Hash;
+use crate::options::Stop;
+use crate::row::{Row, Status, Task, figures_of};
+use crate::study::Study;
+use ilon_sim::Error;
+use ilon_sim::scenario::{Expect, Scenario};
+use ilon_sim::simulate::load_file;
+use ilon_sim::{Run, Simulation};
+
+/// Robots that are kept for further runs.
+const ROBOTS_KEPT: usize = 32;
+
+/// Robots that were read, the last used last, each under what it was read from.
+#[derive(Debug, Default)]
+pub(crate) struct Robots(Mutex<Vec<(String, Arc<Known>)>>);
+
+/// A robot that was read, and the hash of what it was read from.
+#[derive(Debug)]
+struct Known {
+    loaded: Loaded,
+    urdf_hash: String,
+}
+
+impl Robots {
+    /// The robot of a scenario, which is read unless one of the last runs had the same.
+    fn of(&self, scenario: &Scenario) -> Result<Arc<Known>, Error> {
+        let options = scenario
+            .robot
+            .load_options(&scenario.folder, &scenario.files);
+        let source = format!("{:?} {options:?}", scenario.resolve(&scenario.robot.file));
+        let find = || {
+            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let at = kept.iter().position(|(known, _)| *known == source)?;
+            let found = kept.remove(at);
+            let robot = Arc::clone(&found.1);
+            kept.push(found);
+            Some(robot)
+        };
+        if let Some(robot) = find() {
+            return Ok(robot);
+        }
+        let loaded = load_file(scenario)?;
+        let mut hash = Hash::new();
+        hash.feed(&loaded.urdf);
+        let urdf_hash = hash.to_string();
+        let robot = Arc::new(Known { loaded, urdf_hash });
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.push((source, Arc::clone(&robot)));
+        if kept.len() > ROBOTS_KEPT {
+            kept.remove(0);
+        }
+        Ok(robot)
+    }
+}
+
+/// What a run wrote down, where it is to be kept.
+pub(crate) struct Finished {
+    pub run: Run<Recorded>,
+}
+
+/// Runs one task; whatever goes wrong with it is in its row.
+///
+/// # Errors
+/// [`Error::Stopped`] where it was stopped, which says nothing of the run.
+pub(crate) fn evaluate(
+    study: &Study,
+    task: &Task,
+    stop: &Stop,
+) -> Result<(Row, Option<Finished>), Error> {
+    stop.check()?;
+    let mut row = Row {
+        run: task.run,
+        key: String::new(),
+        status: Status::Failed,
+        error: None,
+        scenario: study.scenario_name(task.scenario).to_owned(),
+        point: task.point,
+        repetition: task.repetition,
+        values: task.values.clone(),
+        trace_hash: None,
+        figures: Vec::new(),
+    };
+    // A fault of ilon's own in one run shall not cost the others.
+    let simulated = catch_unwind(AssertUnwindSafe(|| {
+        simulate(study, task, stop, &mut row.key)
+    }));
+    let simulated = match simulated {
+        Ok(Err(Error::Stopped)) => return Err(Error::Stopped),
+        Ok(simulated) => simulated.map_err(|error| words(&error)),
+        Err(_) => Err("ilon broke down over this run: please report it, with the study".to_owned()),
+    };
+    if row.key.is_empty() {
+        // Of what was asked for, where no scenario came of it.
+        let mut hash = Hash::new();
+        hash.feed(env!("CARGO_PKG_VERSION"));
+        hash.feed(&row.scenario);
+        study
+            .settings(task)
+            .iter()
+            .for_each(|setting| hash.feed(&setting.to_string()));
+        row.key = hash.to_string();
+    }
+    match simulated {
+        Err(error) => {
+            row.error = Some(error);
+            Ok((row, None))
+        }
+        Ok(finished) => {
+            row.status = Status::Done;
+            row.trace_hash = Some(finished.run.summary.trace_hash.clone());
+            row.figures = figures_of(&finished.run.summary);
+            Ok((row, Some(finished)))
+        }
+    }
+}
+
+fn simulate(study: &Study, task: &Task, stop: &Stop, key: &mut String) -> Result<Finished, Error> {
+    let scenario = scenario_of(study, task)?;
+    let robot = study.robots().of(&scenario)?;
+    let simulation = Simulation::with_loaded(&scenario, &robot.loaded)?;
+    let header = simulation.trace().header.clone();
+    let mut hash = Hash::new();
+    hash.feed(env!("CARGO_PKG_VERSION"));
+    hash.feed(&header.scenario_toml);
+    hash.feed(&robot.urdf_hash);
+    *key = hash.to_string();
+    let recording = Recording::temporary(header);
+    let run = simulation.run_recorded(recording, |_, _| stop.check())?;
+    Ok(Finished { run })
+}
+
+/// The scenario of a run, with its own expectations left out: they are of the scenario as it stands in its file.
+pub(crate) fn scenario_of(study: &Study, task: &Task) -> Result<Scenario, Error> {
+    let mut scenario = study.scenario_with(task.scenario, &study.settings(task))?;
+    scenario.expect = Expect::default();
+    Ok(scenario)
+}
+
+/// An error as one line of a row: what is wrong and how to repair it.
+fn words(error: &Error) -> String {
+    let help = error
+        .help()
+        .map(|help| help.to_string())
+        .unwrap_or_default();
+    let text = match help.as_str() {
+        "" => error.to_string(),
+        help => format!("{error} ({help})"),
+    };
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+impl Finished {
+    /// Writes scenario, trace and summary into a folder, the summary last.
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        std::fs::create_dir_all(folder).map_err(|source| {
+            Error::Trace(TraceError::Io {
+                doing: "create",
+                path: folder.to_owned(),
+                source,
+            })
+        })?;
+        let Run {
+            scenario,
+            trace,
+            summary,
+            ..
+        } = &self.run;
+        let text = scenario.moved_to(folder).to_toml()?;
+        write_text(&folder.join("scenario.toml"), &text)?;
+        trace.write_parquet(&folder.join("trace.parquet"))?;
+        let json = serde_json::to_string_pretty(summary);
+        let json = json.map_err(|error| Error::encode("the summary", &error))?;
+        write_text(&folder.join("summary.json"), &(json + "\n"))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,184 @@
+//! What the runs of a study do not say, and what would make them say it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::row::{Row, Status};
+
+/// A quantity of which the study says less than was asked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Gap {
+    /// The quantity.
+    pub quantity: String,
+    /// The scenario.
+    pub scenario: String,
+    /// How many runs that came to their end do not have it.
+    pub absent: u64,
+    /// Of how many that came to their end.
+    pub runs: u64,
+    /// Why, and how to repair it.
+    pub why: String,
+}
+
+/// The gap of a quantity that some runs do not have; `None` where all have it, and where no run came to its end, which is said anyway.
+pub(super) fn absent(
+    quantity: &str,
+    scenario: &str,
+    rows: &[&Row],
+    figure: impl Fn(&Row) -> Option<f64>,
+) -> Option<Gap> {
+    let done = || rows.iter().filter(|row| row.status == Status::Done);
+    let absent = done().filter(|row| figure(row).is_none()).count() as u64;
+    (absent > 0).then(|| Gap {
+        quantity: quantity.to_owned(),
+        scenario: scenario.to_owned(),
+        absent,
+        runs: done().count() as u64,
+        why: needs(quantity)
+            .unwrap_or("it does not apply to these runs; name another quantity")
+            .to_owned(),
+    })
+}
+
+/// The quantities that a run has under a condition, by how their names begin, the longer beginning first; and that condition.
+const NEEDS: &[(&str, &str)] = &[
+    (
+        "twist_ripple",
+        "it is that of an open-loop drive over the window of the means, which begins `twist.settle_s` after the last ramp; drive a \
+         `[twist]`, and let `run.duration_s` reach beyond that",
+    ),
+    (
+        "twist_ratio",
+        "it is taken along what the robot drives, over the window of the means, which begins `twist.settle_s` after the last ramp; drive \
+         that component, and let `run.duration_s` reach beyond that",
+    ),
+    (
+        "twist_",
+        "it is taken over the window of the means, which begins `twist.settle_s` after the last ramp; let `run.duration_s` reach beyond \
+         that, or lower `twist.settle_s`",
+    ),
+    (
+        "hub_ripple",
+        "it is taken over the window of the means, which begins `twist.settle_s` after the last ramp; let `run.duration_s` reach beyond \
+         that, or lower `twist.settle_s`",
+    ),
+    (
+        "position_converged",
+        "the position error is not below 5 cm at the end of the run, or there is no path to follow; let `run.duration_s` be longer, or give \
+         a `[reference]`",
+    ),
+    (
+        "heading_converged",
+        "the heading error is not below 3 degrees at the end of the run, or there is no path to follow; let `run.duration_s` be longer, or \
+         give a `[reference]`",
+    ),
+    (
+        "position_error",
+        "there is no path to follow; give the scenario a `[reference]`",
+    ),
+    (
+        "heading_error",
+        "there is no path to follow; give the scenario a `[reference]`",
+    ),
+    (
+        "seen_",
+        "the robot knows its pose exactly; give the scenario `[sensors.pose]` or `[sensors.fusion]`",
+    ),
+    (
+        "saturated_share",
+        "no guidance drives the robot; give the scenario a `[reference]`",
+    ),
+    (
+        "odometry_",
+        "it is taken per metre or per turn of the way, and the robot hardly moves; let it drive or turn further",
+    ),
+    (
+        "chassis_load_share",
+        "nothing of the ground carries the robot while it is recorded; let it stand on the ground",
+    ),
+    (
+        "slip_speed",
+        "no wheel touches the ground while it is recorded; let the robot stand on its wheels",
+    ),
+    (
+        "friction_used_max",
+        "no wheel touches the ground while it is recorded; let the robot stand on its wheels",
+    ),
+    (
+        "energy.unexplained_share",
+        "too little energy is turned over for a share of it to say something; let the robot drive further",
+    ),
+];
+
+fn needs(quantity: &str) -> Option<&'static str> {
+    let known = NEEDS
+        .iter()
+        .find(|(beginning, _)| quantity.starts_with(beginning));
+    known.map(|(_, needs)| *needs)
+}
+
+/// The gap of a quantity that no axis changes, of which there are no shares.
+pub(super) fn constant(quantity: &str, scenario: &str, runs: u64, value: f64) -> Gap {
+    Gap {
+        quantity: quantity.to_owned(),
+        scenario: scenario.to_owned(),
+        absent: 0,
+        runs,
+        why: format!(
+            "it is {} in all runs, so that there is nothing to share out; vary something that changes it",
+            ilon_trace::number(value)
+        ),
+    }
+}
+
+/// The gap of a quantity of which too few base points, or moves, are whole.
+pub(super) fn broken(quantity: &str, scenario: &str, runs: u64, whole: u64, each: usize) -> Gap {
+    Gap {
+        quantity: quantity.to_owned(),
+        scenario: scenario.to_owned(),
+        absent: 0,
+        runs,
+        why: format!(
+            "of {whole} points alone all {each} runs came to their end and have it, where two are needed; see why the others failed, or \
+             take more `points`"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::Summary;
+    use ilon_trace::quantities;
+
+    use super::*;
+
+    /// What a run may lack is said with what it takes, but for quantities that every finished run has.
+    #[test]
+    fn of_every_quantity_that_may_be_absent_it_is_said_what_it_takes() {
+        let empty = Summary::default();
+        let of_every_run = [
+            "wheel_rate_",
+            "wheel_torque_",
+            "slip_energy",
+            "airborne",
+            "contact_residual",
+            "energy.",
+            "sim_seconds",
+        ];
+        for quantity in quantities::all().filter(|quantity| quantity.value(&empty).is_none()) {
+            let is_of_every_run = of_every_run
+                .iter()
+                .any(|beginning| quantity.key.starts_with(beginning));
+            assert!(
+                needs(quantity.key).is_some() || is_of_every_run,
+                "{}",
+                quantity.key
+            );
+        }
+        assert_ne!(
+            needs("twist_ratio_ideal.vy"),
+            needs("twist_mean.vy_m_s"),
+            "the longer beginning comes first"
+        );
+    }
+}

@@ -1,0 +1,59 @@
+//! Many runs of a scenario under keys that vary: what a study asks, its runs on all cores, and what they say.
+//!
+//! ```no_run
+//! use ilon_sweep::{Options, Store, Study, sweep};
+//!
+//! let study = Study::load("assets/studies/friction_path_loss.toml")?;
+//! let findings = sweep(&study, &Store::in_memory(), &Options::default(), &|_| ())?;
+//! println!("{:?}", findings.found);
+//! # Ok::<(), ilon_sim::Error>(())
+//! ```
+//!
+//! A run is a function of its number and of the study alone, so that the same study gives the same rows on a laptop and on a
+//! cluster, whoever runs which part of it ([`Study::run_parts`], [`Shard`]).
+//!
+//! | module | answers |
+//! |---|---|
+//! | `file` | what a study may say |
+//! | `axis`, `sample` | which values a run has |
+//! | `evaluate`, `row` | one run, and what is kept of it |
+//! | `engine`, `parts` | all of a study on the cores of a machine, or some of it for others |
+//! | [`store`](Store) | rows that outlive the process |
+//! | `find`, `minimise` | studies that search |
+//! | [`findings`](mod@findings) | what the rows say |
+//!
+//! There is no command line, no plot and no progress bar here.
+
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
+mod axis;
+mod check;
+mod engine;
+mod evaluate;
+mod file;
+mod find;
+pub mod findings;
+mod hash;
+mod keep;
+mod minimise;
+mod options;
+mod parts;
+mod row;
+mod sample;
+mod store;
+mod study;
+mod table;
+mod written;
+
+pub use axis::{Axis, Values, number_of};
+pub use engine::{findings, keep_traces, sweep, write_results};
+pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
+pub use find::{Crossing, Found};
+pub use findings::Findings;
+pub use minimise::Minimum;
+pub use options::{Options, Progress, Stop};
+pub use row::{Row, Status, Task, figure_index, figure_names};
+pub use store::{Shard, Store};
+pub use study::{Column, Question, Study, is_study};
+pub use table::{Cells, columns, text_of, write_runs};

@@ -1,0 +1,263 @@
+//! Rows one after another in a file that only grows.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use ilon_trace::file::write_text;
+
+use super::io;
+use crate::hash::Hash;
+use crate::row::Row;
+use ilon_sim::Error;
+
+/// Time between syncs to the disk: what the power's end may cost. Of a killed process nothing is lost.
+const BETWEEN_SYNCS: Duration = Duration::from_secs(2);
+
+/// Hexadecimal digits of a line's checksum.
+const DIGITS: usize = 16;
+
+/// A file of rows, open at its end.
+#[derive(Debug)]
+pub(super) struct Log {
+    path: PathBuf,
+    file: File,
+    /// Bytes of whole lines.
+    length: u64,
+    /// Whether a line could not be written: none is written after it.
+    is_broken: bool,
+    damaged: usize,
+    synced: Instant,
+}
+
+impl Log {
+    /// Opens a log, or begins one, and reads its rows. A last line that is not whole is cut off; lines that are damaged are left out
+    /// from now on, so that they are found once.
+    pub fn open(path: &Path) -> Result<(Self, Vec<Row>), Error> {
+        let open = || {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            options.open(path).map_err(io("create", path))
+        };
+        let mut file = open()?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(io("read", path))?;
+        let Lines {
+            rows,
+            damaged,
+            mut whole,
+        } = lines(&bytes);
+        if damaged > 0 {
+            let kept = rows.iter().map(line).collect::<Result<String, Error>>()?;
+            write_text(path, &kept)?;
+            whole = kept.len() as u64;
+            file = open()?;
+        }
+        file.set_len(whole).map_err(io("write", path))?;
+        file.seek(SeekFrom::End(0)).map_err(io("write", path))?;
+        let log = Self {
+            path: path.to_owned(),
+            file,
+            length: whole,
+            is_broken: false,
+            damaged,
+            synced: Instant::now(),
+        };
+        Ok((log, rows))
+    }
+
+    /// How many lines are not what was written.
+    pub fn damaged(&self) -> usize {
+        self.damaged
+    }
+
+    /// Adds a row.
+    pub fn append(&mut self, row: &Row) -> Result<(), Error> {
+        let line = line(row)?;
+        if self.is_broken {
+            return Err(io("write", &self.path)(std::io::Error::other(
+                "an earlier row could not be written",
+            )));
+        }
+        if let Err(error) = self.file.write_all(line.as_bytes()) {
+            self.is_broken = true;
+            // What of it was written goes again, where that can be; else it is cut off when the log is read.
+            let _ = self.file.set_len(self.length);
+            return Err(io("write", &self.path)(error));
+        }
+        self.length += line.len() as u64;
+        if self.synced.elapsed() > BETWEEN_SYNCS {
+            self.sync()?;
+        }
+        Ok(())
+    }
+
+    /// Brings all rows to the disk.
+    pub fn sync(&mut self) -> Result<(), Error> {
+        self.synced = Instant::now();
+        self.file.sync_data().map_err(io("write", &self.path))
+    }
+}
+
+/// Reads the rows of a log, and how many of its lines are damaged; one that is not there has none.
+pub(super) fn read(path: &Path) -> Result<(Vec<Row>, usize), Error> {
+    let bytes = match std::fs::read(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
+        bytes => bytes.map_err(io("read", path))?,
+    };
+    let Lines { rows, damaged, .. } = lines(&bytes);
+    Ok((rows, damaged))
+}
+
+struct Lines {
+    rows: Vec<Row>,
+    damaged: usize,
+    /// Bytes up to the end of the last whole line.
+    whole: u64,
+}
+
+fn lines(bytes: &[u8]) -> Lines {
+    let whole = bytes
+        .iter()
+        .rposition(|byte| *byte == b'\n')
+        .map_or(0, |at| at + 1);
+    let mut rows = Vec::new();
+    let mut damaged = 0;
+    for line in bytes[..whole]
+        .split(|byte| *byte == b'\n')
+        .filter(|line| !line.is_empty())
+    {
+        match row(line) {
+            Some(row) => rows.push(row),
+            None => damaged += 1,
+        }
+    }
+    Lines {
+        rows,
+        damaged,
+        whole: whole as u64,
+    }
+}
+
+/// A row as a line of the log.
+fn line(row: &Row) -> Result<String, Error> {
+    let json = serde_json::to_string(row).map_err(|error| Error::encode("a row", &error))?;
+    Ok(format!("{} {json}\n", checksum(&json)))
+}
+
+fn row(line: &[u8]) -> Option<Row> {
+    let (sum, json) = std::str::from_utf8(line).ok()?.split_once(' ')?;
+    (sum == checksum(json)).then(|| serde_json::from_str(json).ok())?
+}
+
+fn checksum(json: &str) -> String {
+    let mut hash = Hash::new();
+    hash.feed(json);
+    let mut digits = hash.to_string();
+    digits.truncate(DIGITS);
+    digits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::Status;
+    use toml::Value;
+
+    fn row(run: u64) -> Row {
+        Row {
+            run,
+            key: "k".to_owned(),
+            status: Status::Done,
+            error: None,
+            scenario: "s".to_owned(),
+            point: run,
+            repetition: 0,
+            // What has no short decimal, and what looks like another type.
+            values: vec![
+                Value::Float(0.1 + 0.2),
+                Value::Integer(9),
+                Value::Float(3.0),
+                Value::from("near"),
+            ],
+            trace_hash: Some("h".to_owned()),
+            figures: vec![Some(1.0 / 3.0), None, Some(5e-324), Some(-0.0)],
+        }
+    }
+
+    #[test]
+    fn rows_come_back_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.log");
+        let (mut log, before) = Log::open(&path).unwrap();
+        assert!(before.is_empty());
+        for run in 0..3 {
+            log.append(&row(run)).unwrap();
+        }
+        drop(log);
+        let (_, rows) = Log::open(&path).unwrap();
+        assert_eq!(rows, [row(0), row(1), row(2)]);
+        assert_eq!(
+            rows[0].figures[3].map(f64::to_bits),
+            Some((-0.0_f64).to_bits())
+        );
+    }
+
+    #[test]
+    fn a_log_cut_anywhere_keeps_its_whole_rows_and_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.log");
+        let (mut log, _) = Log::open(&path).unwrap();
+        for run in 0..3 {
+            log.append(&row(run)).unwrap();
+        }
+        drop(log);
+        let whole = std::fs::read(&path).unwrap();
+        let line = whole.len() / 3;
+        for cut in 0..whole.len() {
+            std::fs::write(&path, &whole[..cut]).unwrap();
+            let (mut log, rows) = Log::open(&path).unwrap();
+            assert_eq!((rows.len(), log.damaged()), (cut / line, 0), "cut at {cut}");
+            log.append(&row(7)).unwrap();
+            let (_, rows) = Log::open(&path).unwrap();
+            assert_eq!(rows.last(), Some(&row(7)));
+        }
+    }
+
+    #[test]
+    fn a_row_with_a_changed_byte_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.log");
+        let (mut log, _) = Log::open(&path).unwrap();
+        log.append(&row(0)).unwrap();
+        drop(log);
+        let whole = std::fs::read(&path).unwrap();
+        for at in 0..whole.len() - 1 {
+            let mut changed = whole.clone();
+            changed[at] ^= 1;
+            std::fs::write(&path, &changed).unwrap();
+            let (rows, damaged) = read(&path).unwrap();
+            assert!(rows.is_empty() && damaged > 0, "byte {at}");
+        }
+    }
+
+    #[test]
+    fn damaged_lines_are_found_once_and_the_rows_around_them_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.log");
+        let (mut log, _) = Log::open(&path).unwrap();
+        (0..3).for_each(|run| log.append(&row(run)).unwrap());
+        drop(log);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let (mut log, rows) = Log::open(&path).unwrap();
+        assert_eq!((log.damaged(), rows), (1, vec![row(0), row(2)]));
+        log.append(&row(1)).unwrap();
+        drop(log);
+        let (log, rows) = Log::open(&path).unwrap();
+        assert_eq!((log.damaged(), rows), (0, vec![row(0), row(2), row(1)]));
+    }
+}

@@ -1,0 +1,346 @@
+//! The folder of a study's results: what was run, so that nothing is run twice and nothing is lost.
+//!
+//! Each finished run is a line of `rows.log`, with a checksum, written in one piece: a study that is killed at any moment, or
+//! whose disk is full, has lost no finished run, and a half-written line is cut off when the study goes on. `study.json` says
+//! of which study and of which version the rows are. `runs.parquet` is made of them at the end.
+
+mod log;
+mod manifest;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use ilon_trace::TraceError;
+use ilon_trace::file::OutputLock;
+
+use self::log::Log;
+use self::manifest::Manifest;
+use crate::row::{Row, Task};
+use crate::study::Study;
+use ilon_sim::Error;
+
+/// What a study writes into its folder besides `study.json`: without that, somebody else has put it there.
+const RESULTS: [&str; 4] = [LOG, "runs.parquet", "findings.json", "report.html"];
+
+/// One of several parts of a study, each run by itself, such as the jobs of an array on a cluster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which, from 1.
+    index: u64,
+    /// Of how many.
+    count: u64,
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(index, count)| {
+            let number = |text: &str| text.trim().parse::<u64>().ok();
+            Some((number(index)?, number(count)?))
+        });
+        match numbers {
+            Some((index, count)) if index >= 1 && index <= count => Ok(Self { index, count }),
+            _ => Err("write I/N with I from 1 to N, such as 3/8".to_owned()),
+        }
+    }
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
+    }
+}
+
+impl Shard {
+    /// Whether a run is of this part. Neighbouring runs go to different parts, which evens out how long they take.
+    pub fn holds(&self, run: u64) -> bool {
+        run % self.count == self.index - 1
+    }
+
+    /// The folder of its rows, in that of the study.
+    fn folder(&self) -> String {
+        format!("{PART}{}-of-{}", self.index, self.count)
+    }
+}
+
+/// How the folders of shards begin.
+const PART: &str = "shard-";
+
+/// The rows of a study, in memory and, unless nothing shall be kept, in a folder.
+#[derive(Debug)]
+pub struct Store {
+    folder: Option<PathBuf>,
+    rows: Mutex<BTreeMap<u64, Row>>,
+    log: Option<Mutex<Log>>,
+    /// Rows that could not be read again, and are run anew.
+    damaged: usize,
+    _lock: Option<OutputLock>,
+}
+
+impl Store {
+    /// Rows that are gone with the process.
+    pub fn in_memory() -> Self {
+        Self {
+            folder: None,
+            rows: Mutex::default(),
+            log: None,
+            damaged: 0,
+            _lock: None,
+        }
+    }
+
+    /// The folder of a study's results, for this process alone, with all rows that are there already; those of a shard stand
+    /// in a folder of their own within it. It is made where it is not there.
+    ///
+    /// # Errors
+    /// Where the folder holds the results of another study, of this one before it or its scenarios were changed, or of another
+    /// version of ilon; where another process writes there, and where it cannot be written to.
+    pub fn open(folder: &Path, study: &Study, shard: Option<Shard>) -> Result<Self, Error> {
+        let own = match shard {
+            Some(shard) => folder.join(shard.folder()),
+            None => folder.to_owned(),
+        };
+        for place in [folder, own.as_path()] {
+            if let Some(known) = Manifest::read(place)? {
+                known.must_be(study, place)?;
+            } else if let Some(foreign) = RESULTS.iter().find(|name| place.join(name).exists()) {
+                return Err(Error::invalid(
+                    format!(
+                        "`{}` was not written by a study, and its results would replace it",
+                        place.join(foreign).display()
+                    ),
+                    "choose another folder, or move the file away",
+                ));
+            }
+        }
+        fs::create_dir_all(&own).map_err(io("create", &own))?;
+        let lock = OutputLock::of_folder(&own)?;
+        match Manifest::read(&own)? {
+            Some(known) => known.must_be(study, &own)?,
+            None => Manifest::of(study).write(&own)?,
+        }
+        let (log, mut read) = Log::open(&own.join(LOG))?;
+        let mut damaged = log.damaged();
+        if shard.is_none() {
+            for part in parts_of(folder)? {
+                let Some(known) = Manifest::read(&part)? else {
+                    continue;
+                };
+                known.must_be(study, &part)?;
+                let (rows, more) = log::read(&part.join(LOG))?;
+                damaged += more;
+                read.extend(rows);
+            }
+        }
+        let mut rows = BTreeMap::new();
+        for row in read {
+            rows.insert(row.run, row);
+        }
+        Ok(Self {
+            folder: Some(own),
+            rows: Mutex::new(rows),
+            log: Some(Mutex::new(log)),
+            damaged,
+            _lock: Some(lock),
+        })
+    }
+
+    /// Gathers the rows of one study from several folders, and from the shards in them, into one.
+    ///
+    /// # Errors
+    /// Where a folder holds no rows of a study, or of another one than the first, or of one that searches; where two hold different rows of one run;
+    /// where runs are missing; and like [`Self::open`].
+    pub fn merge(folders: &[PathBuf], out: &Path) -> Result<(Study, Self), Error> {
+        let mut sources = Vec::new();
+        for folder in folders {
+            let before = sources.len();
+            for part in parts_of(folder)?.into_iter().chain([folder.clone()]) {
+                if let Some(manifest) = Manifest::read(&part)? {
+                    sources.push((part, manifest));
+                }
+            }
+            if sources.len() == before {
+                return Err(Error::invalid(
+                    format!("`{}` holds no results of a study", folder.display()),
+                    "name the folders that `ilon sweep` wrote to, or those above their shards",
+                ));
+            }
+        }
+        let Some((_, first)) = sources.first() else {
+            return Err(Error::invalid(
+                "there is nothing to merge",
+                "name folders of results",
+            ));
+        };
+        let study = first.study()?;
+        let crate::study::Question::Table { runs } = study.question() else {
+            return Err(Error::invalid(
+                format!(
+                    "`{}` is a study that searches: it has no parts to merge",
+                    study.name()
+                ),
+                "run it whole",
+            ));
+        };
+        let mut rows: BTreeMap<u64, Row> = BTreeMap::new();
+        for (part, manifest) in &sources {
+            manifest.must_be(&study, part)?;
+            for row in log::read(&part.join(LOG))?.0 {
+                match rows.get(&row.run) {
+                    Some(known) if *known != row => {
+                        return Err(Error::invalid(
+                            format!(
+                                "run {} stands twice, with different results; once in `{}`",
+                                row.run,
+                                part.display()
+                            ),
+                            "leave out one of the folders: runs of one study are equal wherever they are made, so that one of them was changed",
+                        ));
+                    }
+                    _ => {
+                        rows.insert(row.run, row);
+                    }
+                }
+            }
+        }
+        let missing: Vec<u64> = (0..runs).filter(|run| !rows.contains_key(run)).collect();
+        if let Some(first) = missing.first() {
+            return Err(Error::invalid(
+                format!(
+                    "{} of {runs} runs are missing, the first of them run {first}",
+                    missing.len()
+                ),
+                "run the shards that have not ended, or the study itself, which runs what is missing",
+            ));
+        }
+        let store = Self::open(out, &study, None)?;
+        for row in rows.into_values() {
+            if store.row(row.run).is_none() {
+                store.put(row)?;
+            }
+        }
+        Ok((study, store))
+    }
+
+    /// Whether a folder is one of this study's results.
+    pub(super) fn holds_rows_of(folder: &Path, study: &Study) -> bool {
+        let known = Manifest::read(folder).ok().flatten();
+        known.is_some_and(|known| known.must_be(study, folder).is_ok())
+    }
+
+    /// Its folder; `None` of one in memory.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
+    }
+
+    /// How many rows could not be read again, and are run anew.
+    pub fn damaged(&self) -> usize {
+        self.damaged
+    }
+
+    /// The row of a run, if it was run.
+    pub fn row(&self, run: u64) -> Option<Row> {
+        self.locked().get(&run).cloned()
+    }
+
+    /// The row of a task, if just this was run.
+    pub(super) fn row_of(&self, task: &Task) -> Option<Row> {
+        self.row(task.run).filter(|row| row.values == task.values)
+    }
+
+    /// Whether a run was run.
+    pub fn holds(&self, run: u64) -> bool {
+        self.locked().contains_key(&run)
+    }
+
+    /// How many runs were run.
+    pub fn len(&self) -> usize {
+        self.locked().len()
+    }
+
+    /// Whether none was.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All rows, in the order of their runs.
+    pub fn rows(&self) -> Vec<Row> {
+        self.locked().values().cloned().collect()
+    }
+
+    /// Adds the row of a run that has ended. When this returns, the row outlives the process.
+    ///
+    /// # Errors
+    /// Where it cannot be written; rows that were written before are kept.
+    pub fn put(&self, row: Row) -> Result<(), Error> {
+        if let Some(log) = &self.log {
+            log.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .append(&row)?;
+        }
+        self.locked().insert(row.run, row);
+        Ok(())
+    }
+
+    /// Brings all rows to the disk.
+    pub(super) fn sync(&self) -> Result<(), Error> {
+        match &self.log {
+            Some(log) => log.lock().unwrap_or_else(PoisonError::into_inner).sync(),
+            None => Ok(()),
+        }
+    }
+
+    fn locked(&self) -> std::sync::MutexGuard<'_, BTreeMap<u64, Row>> {
+        self.rows.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The name of the file of rows.
+const LOG: &str = "rows.log";
+
+/// The folders of shards in a folder, in the order of their names.
+pub(super) fn parts_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(io("read", folder))?,
+    };
+    let mut parts = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(io("read", folder))?;
+        if entry.file_name().to_string_lossy().starts_with(PART) && entry.path().is_dir() {
+            parts.push(entry.path());
+        }
+    }
+    parts.sort();
+    Ok(parts)
+}
+
+pub(super) fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+    let path = path.to_owned();
+    move |source| {
+        Error::Trace(TraceError::Io {
+            doing,
+            path,
+            source,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_divide_the_runs_among_them() {
+        let shards: Vec<Shard> = (1..=3).map(|i| format!("{i}/3").parse().unwrap()).collect();
+        for run in 0..20 {
+            assert_eq!(shards.iter().filter(|shard| shard.holds(run)).count(), 1);
+        }
+        for wrong in ["0/3", "4/3", "1", "a/b", "1/0", ""] {
+            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,445 @@
+//! A study that was read and checked, and the tasks that it consists of.
+
+mod fingerprint;
+
+use std::path::{Path, PathBuf};
+
+use ilon_robot::FileAccess;
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use crate::axis::Axis;
+use crate::check;
+use crate::evaluate::Robots;
+use crate::file::{Find, Method, Minimise, ShareBound, StudyFile};
+use crate::row::Task;
+use crate::sample::{Sample, generator, unit};
+use ilon_sim::Error;
+use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
+
+/// The key of the noise's seed.
+pub(crate) const SEED: &str = "sensors.seed";
+
+/// Most runs of a study.
+pub(crate) const MOST_RUNS: u64 = 10_000_000;
+
+/// Many runs of one scenario, or of several, under keys that vary.
+#[derive(Debug)]
+pub struct Study {
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+    pub(crate) file: StudyFile,
+    pub(crate) axes: Vec<Axis>,
+    pub(crate) bases: Vec<Base>,
+    fixed: Vec<Setting>,
+    columns: Vec<Column>,
+    sample: Option<Sample>,
+    quantities: Vec<String>,
+    fingerprint: String,
+    files: FileAccess,
+    robots: Robots,
+}
+
+/// A scenario that is varied, as its file was when the study was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Base {
+    pub name: String,
+    pub path: PathBuf,
+    pub text: String,
+}
+
+/// A key that differs between runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Column {
+    /// The key of the scenario, with dots.
+    pub key: String,
+    /// Whether all its values are numbers.
+    pub is_numeric: bool,
+}
+
+/// What a study asks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Question<'s> {
+    /// What comes of each of so many runs, which are known beforehand.
+    Table {
+        /// How many.
+        runs: u64,
+    },
+    /// Where a quantity crosses a value: each run follows from those before it.
+    Find(&'s Find),
+    /// Where a quantity is least: each run follows from those before it.
+    Minimise(&'s Minimise),
+}
+
+impl PartialEq for Find {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl PartialEq for Minimise {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+impl Study {
+    /// Reads a study and all that it names.
+    ///
+    /// # Errors
+    /// Where a file cannot be read, and where the study cannot be run as it stands: an unknown key or quantity, an axis
+    /// without values, a scenario that is none. Faults name their place.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_within(path, &FileAccess::anywhere())
+    }
+
+    /// Reads a study; it, and all files that it and its scenarios name, must be among those that may be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load`].
+    pub fn load_within(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let text = files.read_text(path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        Self::from_toml(text, path, files)
+    }
+
+    /// A study from the text of a file; the study is called what the file at `path` would be called, and the paths in it start from
+    /// there. All files that it and its scenarios name must be among those that may be read.
+    ///
+    /// # Errors
+    /// Like [`Self::load`].
+    pub fn from_toml(
+        text: String,
+        path: impl AsRef<Path>,
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = check::parse(&text, path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut bases: Vec<Base> = Vec::new();
+        for named in file.scenario.paths() {
+            let path = folder.join(named);
+            let text = files.read_text(&path, MAX_BYTES);
+            let text = text.map_err(|fault| Error::read(&path, &fault))?;
+            let name = path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            bases.push(Base { name, path, text });
+        }
+        let mut study = Self::of(text, path.to_owned(), file, bases, files.clone())?;
+        check::keys(&study)?;
+        study.fingerprint = fingerprint::of(&study)?;
+        Ok(study)
+    }
+
+    /// The study that a folder of results was begun with, whatever has become of its files.
+    pub(crate) fn as_it_was(
+        text: String,
+        path: PathBuf,
+        bases: Vec<Base>,
+        fingerprint: String,
+    ) -> Result<Self, Error> {
+        let file = check::parse(&text, &path)?;
+        let mut study = Self::of(text, path, file, bases, FileAccess::anywhere())?;
+        study.fingerprint = fingerprint;
+        Ok(study)
+    }
+
+    fn of(
+        text: String,
+        path: PathBuf,
+        file: StudyFile,
+        bases: Vec<Base>,
+        files: FileAccess,
+    ) -> Result<Self, Error> {
+        let axes = check::axes(&text, &path, &file)?;
+        check::whole(&text, &path, &file, &axes, &bases)?;
+        let sample = match (file.method, file.points) {
+            (Method::Grid, _) => None,
+            (method, points) => Some(Sample::new(
+                method,
+                file.seed,
+                points.unwrap_or_default(),
+                axes.len(),
+            )),
+        };
+        let column = |axis: &Axis| Column {
+            key: axis.key.clone(),
+            is_numeric: axis.is_numeric(),
+        };
+        let mut columns: Vec<Column> = axes.iter().map(column).collect();
+        let number = |key: &str| Column {
+            key: key.to_owned(),
+            is_numeric: true,
+        };
+        columns.extend(file.find.as_ref().map(|find| number(&find.key)));
+        let fixed = check::flat(&file.set);
+        let is_seeded = fixed.iter().any(|(key, _)| key == SEED)
+            || columns.iter().any(|column| column.key == SEED);
+        if (file.method.is_sample() || file.repetitions > 1) && !is_seeded {
+            columns.push(number(SEED));
+        }
+        let mut study = Self {
+            name: path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            path,
+            text,
+            axes,
+            bases,
+            fixed: fixed
+                .iter()
+                .map(|(key, value)| Setting::new(key, value))
+                .collect(),
+            columns,
+            sample,
+            quantities: file.quantities.clone(),
+            file,
+            fingerprint: String::new(),
+            files,
+            robots: Robots::default(),
+        };
+        study.quantities = study.looked_at();
+        Ok(study)
+    }
+
+    /// Its name: that of its file, without the ending.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The text of its file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The file as it was read.
+    pub fn file(&self) -> &StudyFile {
+        &self.file
+    }
+
+    /// What is varied.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// The keys that differ between runs: the axes, what `[find]` searches over, and `sensors.seed` where each run has its own.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The quantities that it looks at, the most important first.
+    pub fn quantities(&self) -> &[String] {
+        &self.quantities
+    }
+
+    /// The bounds that its runs must keep.
+    pub fn expect(&self) -> impl Iterator<Item = (&str, &ShareBound)> {
+        self.file
+            .expect
+            .iter()
+            .map(|(name, bound)| (name.as_str(), bound))
+    }
+
+    /// A hash of all that its rows depend on: its axes and seeds, its scenarios with their robots and the files that these are read from, and the
+    /// version of ilon.
+    pub fn fingerprint(&self) -> &str {
+        &self.fingerprint
+    }
+
+    /// The names of its scenarios.
+    pub fn scenario_names(&self) -> impl Iterator<Item = &str> {
+        self.bases.iter().map(|base| base.name.as_str())
+    }
+
+    /// The file of one of its scenarios.
+    pub fn scenario_path(&self, scenario: usize) -> &Path {
+        &self.bases[scenario].path
+    }
+
+    /// What it asks.
+    pub fn question(&self) -> Question<'_> {
+        match (&self.file.find, &self.file.minimise) {
+            (Some(find), _) => Question::Find(find),
+            (None, Some(minimise)) => Question::Minimise(minimise),
+            (None, None) => Question::Table {
+                runs: self.bases.len() as u64 * self.points() * u64::from(self.file.repetitions),
+            },
+        }
+    }
+
+    /// How many points it has on its axes.
+    pub fn points(&self) -> u64 {
+        match &self.sample {
+            Some(sample) => sample.len(),
+            None => grid_points(&self.axes),
+        }
+    }
+
+    /// A run of a study whose runs are known beforehand: a function of its number and of the study alone.
+    pub fn task(&self, run: u64) -> Task {
+        let repetitions = u64::from(self.file.repetitions);
+        let (place, repetition) = (run / repetitions, (run % repetitions) as u32);
+        let points = self.points();
+        let (scenario, point) = ((place / points) as usize, place % points);
+        self.task_at(run, scenario, point, repetition, self.values_at(point))
+    }
+
+    /// A run with these values on the axes, and on the key that is searched over, if one is.
+    pub(crate) fn task_at(
+        &self,
+        run: u64,
+        scenario: usize,
+        point: u64,
+        repetition: u32,
+        mut values: Vec<Value>,
+    ) -> Task {
+        if self.columns.len() > values.len() {
+            values.push(Value::Integer(i64::from(self.seed_of(run, repetition))));
+        }
+        Task {
+            run,
+            scenario,
+            point,
+            repetition,
+            values,
+        }
+    }
+
+    /// The value on each axis at a point.
+    pub(crate) fn values_at(&self, point: u64) -> Vec<Value> {
+        match &self.sample {
+            Some(sample) => {
+                let place = sample.at(point);
+                self.axes
+                    .iter()
+                    .zip(place)
+                    .map(|(axis, share)| axis.at(share))
+                    .collect()
+            }
+            None => {
+                let mut rest = point;
+                let mut values: Vec<Value> = Vec::with_capacity(self.axes.len());
+                for axis in self.axes.iter().rev() {
+                    let count = axis.count().unwrap_or(1);
+                    values.push(axis.nth(rest % count));
+                    rest /= count;
+                }
+                values.reverse();
+                values
+            }
+        }
+    }
+
+    /// The place of a point on each axis, as shares, of a study that is no grid.
+    pub(crate) fn sample(&self) -> Option<&Sample> {
+        self.sample.as_ref()
+    }
+
+    /// Draws of a sample have noise of their own each; elsewhere all points see the same noise, so that what differs is what is
+    /// varied.
+    fn seed_of(&self, run: u64, repetition: u32) -> u32 {
+        let (purpose, number) = if self.file.method.is_sample() {
+            (3, run)
+        } else {
+            (4, u64::from(repetition))
+        };
+        let mut rng = generator(self.file.seed, purpose, number);
+        (unit(&mut rng) * f64::from(u32::MAX)) as u32
+    }
+
+    pub(crate) fn scenario_name(&self, scenario: usize) -> &str {
+        &self.bases[scenario].name
+    }
+
+    pub(crate) fn robots(&self) -> &Robots {
+        &self.robots
+    }
+
+    /// What is set in a run beyond its scenario's file.
+    pub fn settings(&self, task: &Task) -> Vec<Setting> {
+        let varied = self.columns.iter().zip(&task.values);
+        let varied = varied.map(|(column, value)| Setting::new(&column.key, value));
+        self.fixed.iter().cloned().chain(varied).collect()
+    }
+
+    /// One of its scenarios with keys changed.
+    pub(crate) fn scenario_with(
+        &self,
+        scenario: usize,
+        settings: &[Setting],
+    ) -> Result<Scenario, Error> {
+        let base = &self.bases[scenario];
+        Scenario::from_text(&base.text, &base.path, settings, &self.files)
+    }
+
+    /// What is set in all runs.
+    pub(crate) fn fixed(&self) -> &[Setting] {
+        &self.fixed
+    }
+
+    /// The quantities that the study names, or those that its scenario is about.
+    fn looked_at(&self) -> Vec<String> {
+        let mut names = self.file.quantities.clone();
+        let asked = [
+            self.file.find.as_ref().map(|find| &find.quantity),
+            self.file
+                .minimise
+                .as_ref()
+                .map(|minimise| &minimise.quantity),
+        ];
+        let asked = asked.into_iter().flatten().chain(self.file.expect.keys());
+        for name in asked {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        if names.is_empty() {
+            let is_tracked = self
+                .bases
+                .first()
+                .is_some_and(|base| base.text.contains("[reference"));
+            let usual: &[&str] = if is_tracked {
+                &[
+                    "position_error_max_m",
+                    "position_error_rms_m",
+                    "slip_energy_j",
+                ]
+            } else {
+                &[
+                    "slip_energy_j",
+                    "slip_speed_rms_m_s",
+                    "odometry_drift_m_per_m",
+                ]
+            };
+            names.extend(usual.iter().map(|name| (*name).to_owned()));
+        }
+        names
+    }
+}
+
+/// Whether a file is a study, by what it names; what is wrong with it is said when it is read.
+pub fn is_study(path: &Path, files: &FileAccess) -> bool {
+    let text = files.read_text(path, MAX_BYTES).unwrap_or_default();
+    let names = |table: &toml::de::DeTable<'_>| {
+        table.contains_key("scenario") && !table.contains_key("robot")
+    };
+    toml::de::DeTable::parse(&text).is_ok_and(|document| names(document.get_ref()))
+}
+
+pub(crate) fn grid_points(axes: &[Axis]) -> u64 {
+    axes.iter()
+        .map(|axis| axis.count().unwrap_or(1))
+        .fold(1, u64::saturating_mul)
+}

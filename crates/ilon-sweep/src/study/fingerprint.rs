@@ -1,0 +1,105 @@
+//! What of a study its rows depend on, as a hash: rows of another are not taken for its own.
+
+use std::path::{Path, PathBuf};
+
+use ilon_robot::FileAccess;
+
+use super::Study;
+use crate::file::StudyFile;
+use crate::hash::Hash;
+use ilon_sim::Error;
+use ilon_sim::scenario::{Expect, Reference, Scenario};
+use ilon_sim::simulate::load_file;
+
+/// The fingerprint of a study.
+pub(super) fn of(study: &Study) -> Result<String, Error> {
+    let mut hash = Hash::new();
+    hash.feed(env!("CARGO_PKG_VERSION"));
+    for index in 0..study.bases.len() {
+        let mut scenario = study.scenario_with(index, &study.fixed)?;
+        scenario.expect = Expect::default();
+        hash.feed(&scenario.name);
+        hash.feed(&scenario.to_toml()?);
+        let mut robots = vec![scenario.robot.file.clone()];
+        let mut read = Vec::new();
+        if let Some(Reference::Waypoints {
+            file: Some(file), ..
+        }) = &scenario.reference
+        {
+            read.push(file.clone());
+        }
+        read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
+        let varied = study.axes.iter().filter(|axis| axis.key.ends_with("file"));
+        for axis in varied {
+            let paths = (0..axis.count().unwrap_or_default()).map(|at| axis.nth(at));
+            let paths = paths.filter_map(|path| path.as_str().map(PathBuf::from));
+            match axis.key.as_str() {
+                "robot.file" => robots.extend(paths),
+                _ => read.extend(paths),
+            }
+        }
+        for file in robots {
+            scenario.robot.file = file;
+            feed_robot(&study.files, &mut hash, &mut scenario);
+        }
+        for path in read {
+            feed(&study.files, &mut hash, &scenario.resolve(&path));
+        }
+    }
+    let StudyFile {
+        method,
+        points,
+        repetitions,
+        seed,
+        find,
+        minimise,
+        ..
+    } = &study.file;
+    let asked = serde_json::json!([
+        study.axes,
+        method,
+        points,
+        repetitions,
+        seed,
+        find,
+        minimise
+    ]);
+    hash.feed(&asked.to_string());
+    Ok(hash.to_string())
+}
+
+/// Feeds the robot of a scenario, as it is read, and all files that it is read from: those that it includes, and meshes. One that cannot be read
+/// makes failed rows.
+fn feed_robot(files: &FileAccess, hash: &mut Hash, scenario: &mut Scenario) {
+    scenario.files = files.noting();
+    // Something of ROS may have expanded it, which opens files by itself.
+    hash.feed(&load_file(scenario).map_or(String::new(), |loaded| loaded.urdf.to_string()));
+    let one = |path: &PathBuf| {
+        let mut hash = Hash::new();
+        feed(files, &mut hash, path);
+        hash.to_string()
+    };
+    let mut each: Vec<String> = scenario.files.opened().iter().map(one).collect();
+    // Wherever packages lie on a machine.
+    each.sort_unstable();
+    each.iter().for_each(|own| hash.feed(own));
+}
+
+/// The most files of a folder that count for a fingerprint: a bag has few.
+const MOST_FILES: usize = 10_000;
+
+/// Feeds a file, or the files of a folder such as a bag, to a hash. One that cannot be read makes a failed row, not the end of the
+/// study.
+fn feed(files: &FileAccess, hash: &mut Hash, path: &Path) {
+    let names = match files.is_folder(path) {
+        true => files.names_in(path, MOST_FILES),
+        false => Vec::new(),
+    };
+    let inside = names.iter().map(|name| path.join(name));
+    for file in std::iter::once(path.to_owned()).chain(inside) {
+        match files.open(&file) {
+            Ok(file) => hash.feed_reader(file),
+            Err(_) => hash.feed(""),
+        }
+    }
+}
