@@ -1,4 +1,4 @@
-"""What docs/cluster-*.md says to type: run here, with processes in place of a cluster's jobs and pods."""
+"""What docs/clusters.md says to type: run here, with processes in place of a cluster's jobs and pods."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import pytest
 
 import ilon
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "clusters.md"
 RESULTS = ["runs.parquet", "findings.json", "report.html"]
 
 pytestmark = [
@@ -21,9 +21,15 @@ pytestmark = [
 ]
 
 
-def blocks(page, language):
-    """The blocks of code of a page."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", (DOCS / page).read_text(), re.MULTILINE | re.DOTALL)
+def section(heading):
+    """What the page says below a heading, up to the next one of any level."""
+    (text,) = re.findall(rf"^#+ {heading}\n(.*?)(?=^##|\Z)", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+    return text
+
+
+def blocks(heading, language):
+    """The blocks of code below a heading of the page."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", section(heading), re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture
@@ -54,7 +60,7 @@ def assert_whole(results, whole, names=RESULTS):
 
 
 def test_a_slurm_array_whose_task_is_killed_and_submitted_again_is_merged_to_the_same_bytes(study, tmp_path):
-    (script, submission) = blocks("cluster-slurm.md", "sh")
+    (script, submission) = blocks("Slurm", "sh")
     count = 4
 
     def task(index):
@@ -99,7 +105,7 @@ def test_a_slurm_array_whose_task_is_killed_and_submitted_again_is_merged_to_the
 
 def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
     yaml = pytest.importorskip("yaml")
-    (text,) = blocks("cluster-kubernetes.md", "yaml")
+    (text,) = blocks("Kubernetes", "yaml")
     job = yaml.safe_load(text)
     assert (job["apiVersion"], job["kind"]) == ("batch/v1", "Job")
     spec = job["spec"]
@@ -115,7 +121,7 @@ def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
     assert f"--jobs {container['resources']['limits']['cpu']}" in line
     # The volumes' places become folders of this machine, and there are fewer pods.
     few = 3
-    (merge,) = re.findall(r"`(ilon sweep --merge [^`]*)`", (DOCS / "cluster-kubernetes.md").read_text())
+    (merge,) = re.findall(r"`(ilon sweep --merge [^`]*)`", section("Kubernetes"))
     places = {mounts["study"]: str(study.parent), mounts["results"]: str(tmp_path / "results")}
 
     def here(command):
@@ -139,7 +145,7 @@ def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
 
 def test_the_ray_job_of_the_kubernetes_page_is_yaml(study):
     yaml = pytest.importorskip("yaml")
-    (text,) = blocks("cluster-ray.md", "yaml")
+    (text,) = blocks("Ray on Kubernetes", "yaml")
     job = yaml.safe_load(text)
     assert (job["apiVersion"], job["kind"]) == ("ray.io/v1", "RayJob")
     cluster = job["spec"]["rayClusterSpec"]

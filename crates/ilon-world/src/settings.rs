@@ -1,4 +1,8 @@
-//! How a world is built and stepped. Every default is the outcome of the measurements in `docs/accuracy.md`.
+//! How a world is built and stepped. Every default is the outcome of the measurements in `docs/measured.md`.
+//!
+//! All contacts of a robot are springs of one stiffness k. So of all loads that balance its weight they carry those with the least sum of
+//! squares, which is what equal springs do, and a floor that is d lower under one of four wheels moves a load of k d / 4 from each wheel of that
+//! diagonal to the other. A wheel that sinks in rolls on a smaller radius: that is all a soft contact changes in steady motion.
 
 use ilon_robot::Scale;
 

@@ -1,4 +1,4 @@
-//! The project's studies of published logs: the figures of docs/reality.md.
+//! The project's studies of published logs: the figures of docs/measured.md.
 
 use crate::support;
 
@@ -118,12 +118,12 @@ fn a_model_without_anything_free_is_judged_as_it_is() {
 
 /// Three minutes of a core: creep and drag of the soft mat, by ways, heading and currents at once.
 #[test]
-#[ignore = "minutes, with --release: the floor of docs/reality.md"]
+#[ignore = "minutes, with --release: the floor of docs/measured.md"]
 fn the_gray_mat_is_known_by_ways_heading_and_currents_from_one_set() {
     let found = found("robotino_gray_floor.toml");
     let simulation = found.simulation.as_ref().unwrap();
     let (kept_back, coulomb) = (&simulation.held_out, &simulation.beside[0].held_out);
-    // What docs/reality.md says, and that friction alone explains none of it.
+    // What docs/measured.md says, and that friction alone explains none of it.
     assert!(kept_back.ratio.unwrap() < 0.03 && coulomb.ratio.unwrap() > 0.19);
     assert!(kept_back.drift_rad_per_m.unwrap() < 0.5 * coulomb.drift_rad_per_m.unwrap());
     assert!(kept_back.torque_n_m.unwrap() < 0.2 * coulomb.torque_n_m.unwrap());

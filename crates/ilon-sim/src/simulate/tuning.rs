@@ -12,7 +12,7 @@ use crate::scenario::{Contacts, LoopTiming, Rollers, Scenario, WheelLaw};
 // of one sort, and slip alike.
 
 /// The longest step on an open plane: 1/240 s for wheels of 50 mm. Mean motion is as accurate at 20 steps a second as at 1000, but how a
-/// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/accuracy.md`).
+/// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/measured.md`).
 const LONGEST_ON_A_PLANE: f64 = 0.0584;
 /// The longest step on edges and bumps, where rollers are as modelled, and where the wheels' rates have no bound: 2 ms for wheels of 50 mm.
 const LONGEST_ON_EDGES: f64 = 0.0281;
@@ -25,7 +25,7 @@ const STEPS_PER_PASSAGE: f64 = 6.0;
 /// way.
 const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
 /// The parts in which a step is taken while a roller is about to slide, 0.1 ms for wheels of 50 mm: what a fast turn on the edge of its
-/// grip loses to slip is then within a tenth of its limit (`docs/accuracy.md`).
+/// grip loses to slip is then within a tenth of its limit (`docs/measured.md`).
 const SPLIT: f64 = 1.4e-3;
 /// The shortest step that a limit of the wheels' rates makes by itself, a millisecond for wheels of 50 mm. Many files hold a limit that no
 /// wheel reaches, in place of none: beyond, what counts is the rate that the scenario asks for.

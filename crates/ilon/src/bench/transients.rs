@@ -10,7 +10,7 @@ use crate::simulate::Simulation;
 
 /// The step of both, in seconds: the longest that rapier's contacts take.
 const STEP_S: f64 = 1e-3;
-/// The step of what both are held against, in seconds: ilon's own, which the second engine agrees with (docs/oracle.md).
+/// The step of what both are held against, in seconds: ilon's own, which the second engine agrees with (docs/measured.md).
 const FINE_STEP_S: f64 = 2.5e-4;
 const FRICTION: f64 = 0.3;
 /// How long the push lasts, in seconds.

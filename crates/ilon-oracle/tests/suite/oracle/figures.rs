@@ -1,4 +1,4 @@
-//! Figures of docs/oracle.md that are no transients: wheel loads, heat of sliding in a fast turn, energy lost at hand-overs.
+//! Figures of docs/measured.md that are no transients: wheel loads, heat of sliding in a fast turn, energy lost at hand-overs.
 
 use crate::oracle::case::Case;
 use crate::oracle::cases::{COASTS_FROM_S, coasting, steady, twist};
@@ -33,7 +33,7 @@ fn loads_of(course: &Course) -> [f64; 4] {
 }
 
 #[test]
-#[ignore = "prints the wheel loads of docs/oracle.md; a minute with --release"]
+#[ignore = "prints the wheel loads of docs/measured.md; a minute with --release"]
 fn wheel_loads_in_steady_drives() {
     println!("\n| drive | engine | mean N | standard deviation N | lowest and highest N |");
     println!("|---|---|---|---|---|");
@@ -52,7 +52,7 @@ fn wheel_loads_in_steady_drives() {
 }
 
 #[test]
-#[ignore = "prints the fast turn of docs/oracle.md; a minute with --release"]
+#[ignore = "prints the fast turn of docs/measured.md; a minute with --release"]
 fn heat_in_a_fast_turn() {
     let case = steady("1 m/s with 3 rad/s", "mecanum4", twist(1.0, 0.0, 3.0));
     println!("\n| engine | sliding J | other J | sliding, last 3 s | other, last 3 s | drives J |");
@@ -85,7 +85,7 @@ fn hand_overs(case: &Case, from: &Row, to: &Row) -> f64 {
 }
 
 #[test]
-#[ignore = "prints the hand-overs of docs/oracle.md; a minute with --release"]
+#[ignore = "prints the hand-overs of docs/measured.md; a minute with --release"]
 fn energy_lost_while_coasting() {
     println!("\n| coasting | engine | kinetic mJ | sliding mJ | other mJ | hand-overs | mJ each |");
     println!("|---|---|---|---|---|---|---|");

@@ -1,4 +1,4 @@
-//! ilon's slip against the oracle's: two engines that share the robot's description and nothing else (docs/oracle.md).
+//! ilon's slip against the oracle's: two engines that share the robot's description and nothing else (docs/measured.md).
 
 mod case;
 mod cases;

@@ -1,4 +1,4 @@
-//! The table of docs/oracle.md.
+//! The table of docs/measured.md.
 
 use crate::oracle::cases;
 use crate::oracle::course::Course;
@@ -23,7 +23,7 @@ fn end(course: &Course) -> String {
 }
 
 #[test]
-#[ignore = "prints the table of docs/oracle.md; minutes with --release"]
+#[ignore = "prints the table of docs/measured.md; minutes with --release"]
 fn transients_and_coasting() {
     println!(
         "\n| case | ilon, 0.25 ms | oracle, 2e6 N/m | oracle, rigid limit | apart mm | of the way | expected mm \
