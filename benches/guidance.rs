@@ -5,6 +5,7 @@ use ilon_control::{
     ContactKinematics, Gain, Guidance, GuidanceSettings, Kinematics, LoopTiming, Priority,
     Reference, Saturation, TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot};
 
 #[global_allocator]

@@ -1,6 +1,7 @@
 //! One step of the world: time, and what it asks of the allocator, for three robots driving sideways.
 
 use divan::{AllocProfiler, Bencher};
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot};
 use ilon_world::{Floor, RollerBodies, Settings, World};
 

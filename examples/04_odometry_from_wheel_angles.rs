@@ -2,6 +2,7 @@
 //! the angles of a simulated run stand in for the encoders.
 
 use ilon::control::{ContactKinematics, Odometry};
+use ilon::formats::LoadRobot;
 use ilon::robot::Robot;
 
 fn main() -> Result<(), ilon::Error> {

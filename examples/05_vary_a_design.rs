@@ -2,8 +2,10 @@
 //! do, for three, four and six wheels: writes `target/design.html`.
 
 use ilon::control::{Kinematics, SpeedLimits};
+use ilon::formats::LoadRobot;
+use ilon::formats::{Arrangement, PlacedWheel, Spec, generate};
 use ilon::pages::design::{self, Curve, Merits, Reach, Study};
-use ilon::robot::{Arrangement, PlacedWheel, Robot, Spec, generate};
+use ilon::robot::Robot;
 
 /// Wheels turn at up to this.
 const WHEEL_RATE_RAD_S: f64 = 10.0;

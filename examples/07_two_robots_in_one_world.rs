@@ -1,6 +1,7 @@
 //! Two robots in one world: one drives into the other, whose motors are off, and pushes it along. No scenario, no controller: the world
 //! alone, stepped by hand.
 
+use ilon::formats::LoadRobot;
 use ilon::robot::{Pose, Robot};
 use ilon::world::{Floor, MotorTorque, Settings, SharedRobot, World};
 

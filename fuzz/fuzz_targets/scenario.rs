@@ -4,6 +4,7 @@
 
 use std::sync::LazyLock;
 
+use ilon_formats::LoadRobot;
 use ilon::Scenario;
 use ilon::simulate::{Driver, Plant, Simulation, resolve_for};
 use ilon_robot::Robot;

@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use ilon::Scenario;
 use ilon::inspect::Inspection;
 use ilon::simulate::{Driver, Plant, resolve_for};
-use ilon_robot::{Handedness, LoadOptions, Robot, WheelOptions};
+use ilon_formats::{Handedness, LoadOptions, LoadRobot, WheelOptions};
+use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
 /// More rollers than this are slow to set into a world, which is nothing new.

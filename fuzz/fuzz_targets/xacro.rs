@@ -3,7 +3,9 @@
 
 use std::sync::LazyLock;
 
-use ilon_robot::{FileAccess, LoadOptions, Package, Robot};
+use ilon_files::FileAccess;
+use ilon_formats::{LoadOptions, LoadRobot, Package};
+use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
 /// The packages of the cases of xacro, and nothing else, may be read.

@@ -38,8 +38,11 @@ mod _ilon {
     use crate::simulation::{Simulation, Snapshot};
     #[pymodule_export]
     use crate::study::{Rows, Study, Sweep, merge_sweeps};
+    #[cfg(feature = "command")]
     #[pymodule_export]
-    use crate::tools::{command, compare, generate, inspect, judged, schema};
+    use crate::tools::command;
+    #[pymodule_export]
+    use crate::tools::{compare, generate, inspect, judged, schema};
     #[pymodule_export]
     use crate::trace::{ArrowTable, Trace};
     #[pymodule_export]

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ilon::robot::FileAccess;
+use ilon::files::FileAccess;
 use ilon::sweep::Stop;
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::{Summary, quantities};

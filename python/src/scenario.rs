@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ilon::Scenario;
-use ilon::robot::FileAccess;
+use ilon::files::FileAccess;
 use ilon::scenario::Setting;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use ilon::compare::{CompareError, Compared, Comparison};
 use ilon::control::Kinematics;
 use ilon::inspect::Inspection;
-use ilon::robot::{FileAccess, Robot, Spec};
+use ilon::files::FileAccess;
+use ilon::formats::{LoadRobot, Spec};
+use ilon::robot::Robot;
 use ilon::sim::remedy::{self, Keys};
 use ilon::simulate::Simulation;
 use ilon::{Error, Scenario, drawing, judge};
@@ -67,7 +69,7 @@ fn inspected(
 #[pyfunction]
 pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
     let generated = py.detach(|| -> Result<String, Error> {
-        let urdf = ilon::robot::generate(&Spec::load(&spec)?)?;
+        let urdf = ilon::formats::generate(&Spec::load(&spec)?)?;
         // What is handed out can be run.
         let name = format!("{} (generated)", spec.display());
         let robot = Robot::from_urdf_str(&urdf, &name)?;
@@ -124,7 +126,7 @@ pub fn compare<'py>(
 fn not_comparable(py: Python<'_>, fault: CompareError) -> PyErr {
     match fault {
         CompareError::Read { path, source } => {
-            let source = ilon::robot::ReadError::Io(source);
+            let source = ilon::files::ReadError::Io(source);
             raised(py, &Error::read(&path, &source))
         }
         fault => refused(
@@ -163,6 +165,7 @@ pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 }
 
 /// Runs the `ilon` command; gives its exit code.
+#[cfg(feature = "command")]
 #[pyfunction]
 pub fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
     py.detach(|| ilon::cli::run_arguments(arguments))

@@ -12,6 +12,7 @@
 //! its target by T / k.
 
 use super::run;
+use ilon_formats::LoadRobot;
 
 const RADIUS_M: f64 = 0.05;
 const RING_M: f64 = 0.038;

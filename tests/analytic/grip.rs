@@ -15,6 +15,7 @@ use ilon::control::Kinematics;
 use ilon::robot::{Robot, Twist};
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use ilon::trace::Trace;
+use ilon_formats::LoadRobot;
 
 const FRICTION: f64 = 0.3;
 const G_M_S2: f64 = 9.81;

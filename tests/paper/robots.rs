@@ -1,6 +1,7 @@
 //! The shipped robots, from file to matrix.
 
 use ilon_control::{Arrangement, Kinematics, SpeedLimits};
+use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use nalgebra::MatrixXx3;
 

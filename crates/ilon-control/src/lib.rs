@@ -20,6 +20,7 @@
 //!
 //! ```
 //! use ilon_control::*;
+//! use ilon_formats::LoadRobot;
 //! use ilon_robot::{Pose, Robot};
 //! use nalgebra::Vector2;
 //!
@@ -73,10 +74,8 @@ mod kinematics;
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
-pub use actuation::prioritised_torque::{
-    PrioritisedTorque, PrioritisedTorqueSettings, TorqueShares,
-};
-pub use actuation::{FallingTorque, TorqueLaw};
+pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
+pub use actuation::{FallingTorque, TorqueLaw, TorqueShares};
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;

@@ -52,6 +52,7 @@ mod ripple;
 pub mod scatter;
 mod simulate;
 mod study;
+mod study_file;
 
 pub use files::{FILES, files};
 pub use identify::{Progress, identify};

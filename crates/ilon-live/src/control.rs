@@ -6,8 +6,6 @@ use std::time::{Duration, Instant};
 use ilon_robot::Twist;
 use serde::Deserialize;
 
-use crate::pace::Pace;
-
 /// A commanded twist that is not repeated for as long stops the robot.
 pub const WATCHDOG: Duration = Duration::from_millis(500);
 
@@ -20,6 +18,8 @@ const MOST_WHEEL_RAD_S: f64 = 1000.0;
 pub(crate) const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
 /// Payloads that are taken, in kg.
 pub(crate) const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+/// How fast time may go, in simulated seconds a second.
+pub(crate) const SPEEDS: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 /// Gains of the guidance that are taken, in 1/s.
 pub(crate) const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
@@ -184,7 +184,7 @@ impl Controls {
         self.position_gain_per_s = gain.or(self.position_gain_per_s);
         let gain = number("heading_gain_per_s", change.heading_gain_per_s, GAINS_PER_S);
         self.heading_gain_per_s = gain.or(self.heading_gain_per_s);
-        if let Some(speed) = number("speed", change.speed, Pace::SPEEDS) {
+        if let Some(speed) = number("speed", change.speed, SPEEDS) {
             self.speed = speed;
         }
         self.mode = change.mode.unwrap_or(self.mode);

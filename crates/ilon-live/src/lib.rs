@@ -64,8 +64,8 @@ pub use control::{Change, Controls, Mode};
 pub use desk::Desk;
 pub use pace::{Pace, run};
 pub use server::Server;
-pub use session::Session;
-pub use watcher::{Row, Status, Watcher};
+pub use session::{Row, Session};
+pub use watcher::{Status, Watcher};
 
 /// Why a live run cannot begin or go on.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use crate::LiveError;
-use crate::control::Change;
+use crate::control::{self, Change};
 use crate::desk::{Desk, Steps};
 use crate::session::Session;
 use crate::watcher::{Status, Watcher};
@@ -25,7 +25,7 @@ pub struct Pace {
 
 impl Pace {
     /// Speeds that a live run may have.
-    pub const SPEEDS: RangeInclusive<f64> = 0.05..=20.0;
+    pub const SPEEDS: RangeInclusive<f64> = control::SPEEDS;
 }
 
 impl Default for Pace {

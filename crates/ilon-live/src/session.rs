@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
-use ilon_robot::{Loaded, Looks, Pose, Robot, Twist};
+use ilon_formats::Loaded;
+use ilon_robot::{Looks, Pose, Robot, Twist};
 use ilon_scene::{Contact, Description, Frame, WheelFrame};
 use ilon_sim::Scenario;
 use ilon_sim::simulate::{Decided, Driver, Plant, Recorder, WheelCommand, load, resolve_for};
-use ilon_trace::Header;
+use ilon_trace::{Header, Record, WheelSample};
 use serde::Serialize;
 
 use crate::LiveError;
 use crate::control::{self, Command, Controls, Mode, WATCHDOG};
-use crate::watcher::Row;
 
 /// A robot that is driven while it is simulated.
 pub struct Session {
@@ -46,6 +46,17 @@ pub struct Session {
     heard: (u64, f64),
     watchdog_acts: bool,
     notes: Vec<String>,
+}
+
+/// What happened at the start of a control period, as it is recorded of a run. Times go on over every return to the start.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// The robot.
+    pub record: &'a Record,
+    /// Its wheels, in the robot's order.
+    pub wheels: &'a [WheelSample],
+    /// The angles of all rollers, wheel by wheel, in radians, where they were taken.
+    pub rollers_rad: &'a [Option<f64>],
 }
 
 /// What a page shows in figures.

@@ -3,8 +3,7 @@
 use ilon_messages::topics::{Outlet, RunTopics};
 use ilon_messages::{Message, bag::Qos};
 
-use crate::session::Session;
-use crate::watcher::Row;
+use crate::session::{Row, Session};
 
 /// Where a bag has what was commanded, a live run is commanded: what it makes of that goes elsewhere.
 const RENAMED: [(&str, &str); 2] = [

@@ -1,20 +1,7 @@
 //! Who looks on.
 
-use ilon_trace::{Record, WheelSample};
-
 use crate::control::Controls;
-use crate::session::Session;
-
-/// What happened at the start of a control period, as it is recorded of a run. Times go on over every return to the start.
-#[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
-    /// The robot.
-    pub record: &'a Record,
-    /// Its wheels, in the robot's order.
-    pub wheels: &'a [WheelSample],
-    /// The angles of all rollers, wheel by wheel, in radians, where they were taken.
-    pub rollers_rad: &'a [Option<f64>],
-}
+use crate::session::{Row, Session};
 
 /// How a live run goes.
 #[derive(Clone, Copy, Debug)]

@@ -31,5 +31,6 @@ pub mod topics;
 pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use description::{Constant, Description, FieldDescription, FieldType, Kind, Shape};
 pub use field::Field;
-pub use message::{Message, messages};
+pub use message::Message;
+pub use packages::messages;
 pub use packages::*;

@@ -3,7 +3,6 @@
 use crate::cdr::{CdrError, CdrReader, CdrWriter};
 use crate::description::Description;
 use crate::field::Field;
-use crate::packages;
 
 /// A message of ROS 2.
 pub trait Message: Field {
@@ -52,9 +51,4 @@ pub trait Message: Field {
         reader.end()?;
         Ok(message)
     }
-}
-
-/// All messages of this crate.
-pub fn messages() -> impl Iterator<Item = &'static Description> {
-    packages::ALL.iter().copied().flatten().copied()
 }

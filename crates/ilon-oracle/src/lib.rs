@@ -12,6 +12,7 @@
 //!
 //! ```
 //! use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Settings};
+//! use ilon_formats::LoadRobot;
 //! use ilon_robot::Robot;
 //!
 //! let robot = Robot::load("../../assets/robots/mecanum4.urdf")?;
@@ -40,6 +41,8 @@ mod error;
 mod joint;
 mod outline;
 mod play;
+mod settings;
+mod solution;
 mod stability;
 mod step;
 mod tree;
@@ -47,6 +50,7 @@ mod tree;
 pub use contact::{ContactLaw, Nap};
 pub use dynamics::{Generalised, Motion};
 pub use energy::Energy;
-pub use engine::{Contact, Engine, LEVEL_GRAVITY_M_S2, Settings};
+pub use engine::Engine;
 pub use error::OracleError;
 pub use joint::{Drive, Push};
+pub use settings::{Contact, LEVEL_GRAVITY_M_S2, Settings};

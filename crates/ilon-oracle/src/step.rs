@@ -7,48 +7,10 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::dynamics::{ArrowSystem, Generalised, Prescribed};
-use crate::engine::Contact;
 use crate::play::Stops;
-use crate::tree::Tree;
+use crate::settings::Contact;
+use crate::solution::Solution;
 use crate::{Engine, OracleError};
-
-/// What a step computes on its way, kept for its memory.
-#[derive(Clone, Debug)]
-pub(crate) struct Solution {
-    system: ArrowSystem,
-    forces: Generalised,
-    prescribed: Prescribed,
-    pub accelerations: Generalised,
-    reactions: Generalised,
-    predicted: Generalised,
-    before: Generalised,
-    pub drive_torques: Vec<f64>,
-    wheel_bearing_torques: Vec<f64>,
-    roller_bearing_torques: Vec<f64>,
-}
-
-impl Solution {
-    pub fn new(tree: &Tree) -> Self {
-        let zero = Generalised::zero(tree);
-        let (wheels, rollers) = (tree.wheels.len(), tree.rollers.len());
-        Self {
-            system: ArrowSystem::new(tree),
-            forces: zero.clone(),
-            prescribed: Prescribed {
-                wheels: vec![None; wheels],
-                rollers: vec![None; rollers],
-            },
-            accelerations: zero.clone(),
-            reactions: zero.clone(),
-            predicted: zero.clone(),
-            before: zero,
-            drive_torques: vec![0.0; wheels],
-            wheel_bearing_torques: vec![0.0; wheels],
-            roller_bearing_torques: vec![0.0; rollers],
-        }
-    }
-}
 
 impl Engine {
     /// Makes one step.

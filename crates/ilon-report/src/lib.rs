@@ -3,6 +3,9 @@
 //! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
 //! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
 
+#[cfg(feature = "studies")]
+pub mod answers;
+pub mod bench;
 pub mod compare;
 pub mod difference;
 pub mod drawing;
@@ -10,6 +13,7 @@ pub mod figure;
 mod figures;
 mod gathered;
 pub mod page;
+pub mod pages;
 mod plot;
 pub mod provenance;
 #[cfg(test)]
@@ -18,8 +22,9 @@ mod shown;
 pub mod stage;
 mod story;
 pub mod sweep;
+mod tables;
+mod text;
 mod thin;
-mod words;
 
 use std::path::Path;
 
@@ -34,8 +39,8 @@ use page::{Head, Section, card, escape, panels};
 pub use provenance::{Expectation, Provenance};
 use shown::Shown;
 use story::Story;
+use text::{angle, length};
 pub use thin::short;
-use words::{angle, length};
 
 /// What a report can say that a trace does not carry.
 #[derive(Default)]
@@ -133,7 +138,7 @@ fn page_of(
             "<div class=\"first\"><div>{}{}{}</div>\n{}</div>\n",
             provenance::verdict(&context.expectations),
             story.html(),
-            words::tiles(summary, &context.expectations),
+            tables::tiles(summary, &context.expectations),
             stage::html(&trace.header, ends_s, &story.events, scene),
         ),
     };
@@ -242,10 +247,10 @@ fn budget_section(shown: &Shown, summary: &Summary, story: &Story) -> Section {
             .iter()
             .map(card)
             .collect::<String>(),
-        words::ledger_table(summary)
+        tables::ledger_table(summary)
     );
     let body = if shown.trace.header.open_loop {
-        let twist = words::twist_table(&shown.trace, summary);
+        let twist = tables::twist_table(&shown.trace, summary);
         format!("<div class=\"grid\">\n{twist}</div>\n{integral}")
     } else {
         let worst = story.budget.as_ref().map_or_else(
@@ -293,12 +298,12 @@ fn details_section(shown: &Shown, summary: &Summary, story: &Story, context: &Co
         .collect();
     let grid = |content: String| format!("<div class=\"grid\">\n{content}</div>\n");
     let odometry: String = motion::odometry(shown).iter().map(card).collect();
-    let energy = card(&balance::energy(shown)) + &words::energy_table(summary);
+    let energy = card(&balance::energy(shown)) + &tables::energy_table(summary);
     // A summary of numbers and names always serialises.
     let json = serde_json::to_string(summary).unwrap_or_default();
     let numbers = format!(
         "{}<script type=\"application/json\" id=\"summary\">{}</script>\n",
-        words::all_figures(summary),
+        tables::all_figures(summary),
         page::json_in_script(&json)
     );
     let scenario = format!(
@@ -321,7 +326,7 @@ fn details_section(shown: &Shown, summary: &Summary, story: &Story, context: &Co
         page::topic(
             "Odometry",
             "what wheel encoders alone would say",
-            &grid(odometry + &words::odometry_table(summary)),
+            &grid(odometry + &tables::odometry_table(summary)),
         ),
         page::topic(
             "The robot from above",
@@ -380,7 +385,7 @@ fn contacts_of(shown: &Shown, summary: &Summary) -> String {
     } else {
         format!(
             "<p class=\"lead\">No contact slid faster than {}: the figures of sliding are left out.</p>\n",
-            words::speed(largest_m_s)
+            text::speed(largest_m_s)
         )
     };
     figures.extend([
@@ -404,7 +409,7 @@ fn contacts_of(shown: &Shown, summary: &Summary) -> String {
     let cards: String = figures.iter().map(card).collect();
     format!(
         "{quiet}<div class=\"grid\">\n{cards}{touching}{}</div>\n",
-        words::wheel_table(summary)
+        tables::wheel_table(summary)
     )
 }
 

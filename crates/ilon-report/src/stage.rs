@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use ilon_scene::description::Floor;
 use ilon_scene::{

@@ -30,6 +30,7 @@
 //! | [`embed`] | how it comes into a page |
 //!
 //! ```
+//! use ilon_formats::LoadRobot;
 //! use ilon_robot::{Looks, Robot};
 //! use ilon_scene::{Description, Frames, Scene, embed};
 //!

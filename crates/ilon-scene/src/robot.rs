@@ -11,8 +11,8 @@ use crate::visuals::{self, Visuals};
 
 impl Description {
     /// A robot on a level floor. The chassis is drawn by the `<visual>` elements of the URDF that it was read from
-    /// ([`ilon_robot::Loaded::urdf`]), where that is given and shows boxes, cylinders, spheres or meshes that `looks` has
-    /// ([`ilon_robot::Loaded::looks`]); else by its collision shapes, and without any by a plate between its wheels.
+    /// (`Loaded::urdf` of ilon-formats), where that is given and shows boxes, cylinders, spheres or meshes that `looks` has
+    /// (`Loaded::looks`); else by its collision shapes, and without any by a plate between its wheels.
     pub fn of_robot(robot: &Robot, urdf: Option<&str>, looks: &Looks) -> Self {
         let visuals = urdf.map(|text| visuals::of_urdf(text, robot, looks));
         Self {

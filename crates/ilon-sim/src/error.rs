@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{Fault, ReadError, RobotError};
+use ilon_files::ReadError;
+use ilon_formats::{Fault, RobotError};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
-
-use crate::scenario;
 
 /// Why there is no result.
 #[derive(Debug, Error, Diagnostic)]
@@ -209,6 +208,18 @@ impl Error {
         }
     }
 
+    /// What the system refused, `doing` what ("read", "write", "create") to which file or folder.
+    pub fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| {
+            Self::Trace(ilon_trace::TraceError::Io {
+                doing,
+                path,
+                source,
+            })
+        }
+    }
+
     /// What is wrong, and how to repair it.
     pub fn invalid(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Invalid {
@@ -231,7 +242,7 @@ impl Error {
             help: "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
                 .to_owned(),
             source_code,
-            span: scenario::toml_span(error),
+            span: toml_span(error),
         }))
     }
 
@@ -248,8 +259,16 @@ impl Error {
                 None => "correct the value; `ilon schema` lists what each key takes".to_owned(),
             },
             source_code,
-            span: scenario::toml_span(error),
+            span: toml_span(error),
         }))
+    }
+}
+
+/// Where a TOML error stands, or the whole text where it does not say.
+pub(crate) fn toml_span(error: &toml::de::Error) -> SourceSpan {
+    match error.span() {
+        Some(span) => span.into(),
+        None => SourceSpan::from(0..0),
     }
 }
 

@@ -1,7 +1,8 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
 use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
-use ilon_robot::{Loaded, Robot, RollerSurface, Wheel, WheelOutline};
+use ilon_formats::{Loaded, WheelOutline};
+use ilon_robot::{Robot, RollerSurface, Wheel};
 use serde::Serialize;
 
 use crate::roller_drag;

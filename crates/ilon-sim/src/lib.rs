@@ -34,6 +34,8 @@ pub mod scenario;
 pub mod simulate;
 
 pub use ilon_control as control;
+pub use ilon_files as files;
+pub use ilon_formats as formats;
 pub use ilon_robot as robot;
 pub use ilon_trace as trace;
 pub use ilon_world as world;

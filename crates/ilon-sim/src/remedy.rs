@@ -6,7 +6,8 @@
 use std::path::Path;
 
 use ilon_control::Kinematics;
-use ilon_robot::{Handedness, LoadOptions, Loaded, Remedy, Robot, RobotError};
+use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Remedy, RobotError};
+use ilon_robot::Robot;
 
 use crate::Error;
 

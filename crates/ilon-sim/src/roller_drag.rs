@@ -84,7 +84,8 @@ fn millis(torque_n_m: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ilon_robot::{Robot, Spec, generate};
+    use ilon_formats::{LoadRobot, Spec, generate};
+    use ilon_robot::Robot;
 
     use super::*;
 

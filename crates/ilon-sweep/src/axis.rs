@@ -149,3 +149,10 @@ pub(crate) fn along(from: f64, to: f64, scale: Scale, share: f64) -> f64 {
 pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
+
+/// How many points a grid over some axes has.
+pub(crate) fn grid_points(axes: &[Axis]) -> u64 {
+    axes.iter()
+        .map(|axis| axis.count().unwrap_or(1))
+        .fold(1, u64::saturating_mul)
+}

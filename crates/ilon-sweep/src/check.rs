@@ -3,15 +3,16 @@
 use std::ops::Range;
 use std::path::Path;
 
+use ilon_files::FileAccess;
 use miette::NamedSource;
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
-use crate::axis::{Axis, Values};
-use crate::file::{Method, StudyFile};
+use crate::axis::{Axis, Values, grid_points};
+use crate::base::Base;
+use crate::file::{MOST_RUNS, Method, SEED, StudyFile};
 use crate::row::figure_names;
 use crate::sample::{MOST_SOBOL_POINTS, runs_a_point};
-use crate::study::{Base, MOST_RUNS, SEED, Study, grid_points};
 use crate::written::{axes_of, range};
 use ilon_sim::scenario::{Bound, Scenario, Setting, nearest, read_toml};
 use ilon_sim::{Error, ScenarioFault};
@@ -147,251 +148,333 @@ pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
     found
 }
 
-/// What the parts of a study say of each other.
-pub(crate) fn whole(
-    text: &str,
-    path: &Path,
-    file: &StudyFile,
-    axes: &[Axis],
-    bases: &[Base],
-) -> Result<(), Error> {
-    let wrong = |keys: &[&str], message: String, help: &str| {
-        Err(fault(text, path, place(text, keys), message, help))
-    };
-    if bases.is_empty() {
-        return wrong(
-            &["scenario"],
-            "`scenario` names none".to_owned(),
-            "name the scenario that is varied",
-        );
-    }
-    for (index, base) in bases.iter().enumerate() {
-        if bases[..index].iter().any(|other| other.name == base.name) {
-            let message = format!(
-                "two scenarios are called `{}`, and their rows could not be told apart",
-                base.name
-            );
-            return wrong(&["scenario"], message, "rename one");
-        }
-    }
-    let word = file.method.word();
-    let count = axes.len();
-    match (file.method, file.points) {
-        (Method::Grid, Some(_)) => {
-            let help = "leave `points` out, or draw them: `method = \"latin_hypercube\"`";
-            return wrong(
-                &["points"],
-                "the points of a grid follow from its axes".to_owned(),
-                help,
-            );
-        }
-        (Method::Grid, None) => {}
-        (_, None) => {
-            let message = format!("`method = \"{word}\"` does not know how many points to draw");
-            return wrong(&["method"], message, "add `points = 100`");
-        }
-        (_, Some(0)) => {
-            return wrong(
-                &["points"],
-                "`points` is 0: there would be no run".to_owned(),
-                "draw at least one",
-            );
-        }
-        (Method::Sobol | Method::SobolIndices, Some(points)) if points > MOST_SOBOL_POINTS => {
-            let message = format!(
-                "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
-            );
-            return wrong(
-                &["points"],
-                message,
-                "draw fewer, or take `method = \"random\"`",
-            );
-        }
-        (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => {
-            let message = format!("`points` is {points}, where at most {MOST_RUNS} runs are made");
-            return wrong(&["points"], message, "draw fewer");
-        }
-        _ => {}
-    }
-    if file.repetitions > 1 {
-        let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
-        let varied = axes.iter().map(|axis| axis.key.as_str());
-        let mut varied = varied.chain(file.find.as_ref().map(|find| find.key.as_str()));
-        if is_set || varied.any(|key| key == SEED) {
-            let message =
-                format!("`repetitions` would all be the same run, since the study gives `{SEED}`");
-            let help = "leave one of the two out: each repetition has a seed of its own";
-            return wrong(&["repetitions"], message, help);
-        }
-    }
-    if count == 0 && file.find.is_none() {
-        let varies_noise =
-            file.method == Method::Random || (file.method == Method::Grid && file.repetitions > 1);
-        if !varies_noise || file.minimise.is_some() {
-            let help = "add an axis, such as `axes.world.floor.friction = [0.2, 0.4]`; noise alone is varied by `repetitions`";
-            return wrong(&["scenario"], "the study varies nothing".to_owned(), help);
-        }
-    }
-    if file.method == Method::Morris {
-        let is_endless = |axis: &&Axis| matches!(axis.values, Values::Normal { min, max, .. } if !(min.is_finite() && max.is_finite()));
-        if let Some(axis) = axes.iter().find(is_endless) {
-            let message = format!(
-                "`axes.{}` has no ends, and `method = \"morris\"` moves each axis from one end to the other",
-                axis.key
-            );
-            let span = axis_place(text, &axis.key).unwrap_or_default();
-            let help = "cut it off: give it `min` and `max`";
-            return Err(fault(text, path, span, message, help));
-        }
-    }
-    let most_axes = match file.method {
-        Method::Sobol => 256,
-        Method::SobolIndices => 128,
-        _ => 10_000,
-    };
-    if count > most_axes {
-        let message =
-            format!("`method = \"{word}\"` takes {most_axes} axes at most, and there are {count}");
-        return wrong(&["method"], message, "vary fewer keys");
-    }
-    let points = match (file.method, file.points) {
-        (Method::Grid, _) => grid_points(axes),
-        (method, points) => points
-            .unwrap_or_default()
-            .saturating_mul(runs_a_point(method, count)),
-    };
-    let runs = points
-        .saturating_mul(bases.len() as u64)
-        .saturating_mul(u64::from(file.repetitions));
-    if runs > MOST_RUNS {
-        let message = format!("the study has {runs} runs, where at most {MOST_RUNS} are made");
-        let help = "take fewer values or points, or divide the study";
-        return wrong(&["axes"], message, help);
-    }
-    questions(text, path, file, axes, bases)?;
-    quantities(text, path, file)
+/// A study as it was read, before it is known whether it can be run.
+#[derive(Clone, Copy)]
+pub(crate) struct Draft<'s> {
+    /// The text of its file.
+    pub text: &'s str,
+    /// Its file.
+    pub path: &'s Path,
+    /// What the text says.
+    pub file: &'s StudyFile,
+    /// What is varied.
+    pub axes: &'s [Axis],
+    /// The scenarios that are.
+    pub bases: &'s [Base],
 }
 
-/// What `[find]` and `[minimise]` can be asked of.
-fn questions(
-    text: &str,
-    path: &Path,
-    file: &StudyFile,
-    axes: &[Axis],
-    bases: &[Base],
-) -> Result<(), Error> {
-    let wrong = |keys: &[&str], message: String, help: &str| {
-        Err(fault(text, path, place(text, keys), message, help))
-    };
-    if let Some(find) = &file.find {
-        if file.minimise.is_some() {
-            let message = "`[find]` and `[minimise]` stand in one study".to_owned();
-            return wrong(&["minimise"], message, "make two studies of it");
-        }
-        if file.method != Method::Grid {
-            let message = format!(
-                "`[find]` searches at each point of a grid, not of `\"{}\"`",
-                file.method.word()
-            );
-            return wrong(&["method"], message, "leave `method` and `points` out");
-        }
-        if let Err(refused) = range("find", find.from, find.to, None, find.scale, false) {
-            return wrong(&["find", "from"], refused.message, &refused.help);
-        }
-        let finest = FINEST * find.from.abs().max(find.to.abs());
-        if find.tolerance < finest {
-            let message = format!(
-                "`find.tolerance` = {:e} is finer than the digits with which values are tried",
-                find.tolerance
-            );
-            let help = format!("take {finest:e} or more");
-            return wrong(&["find", "tolerance"], message, &help);
-        }
-        if let Some(axis) = axes.iter().find(|axis| overlap(&axis.key, &find.key)) {
-            let message = format!("`{}` is searched over, and an axis too", axis.key);
-            return wrong(&["find", "key"], message, "leave the axis out");
-        }
+impl Draft<'_> {
+    fn wrong(&self, keys: &[&str], message: impl Into<String>, help: &str) -> Result<(), Error> {
+        Err(fault(
+            self.text,
+            self.path,
+            place(self.text, keys),
+            message,
+            help,
+        ))
     }
-    if let Some(minimise) = &file.minimise {
-        if file.method != Method::Grid {
-            let message = format!(
-                "`[minimise]` chooses its points itself, not by `\"{}\"`",
-                file.method.word()
+
+    /// What the parts of a study say of each other.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self {
+            text,
+            path,
+            file,
+            axes,
+            bases,
+        } = *self;
+        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
+        if bases.is_empty() {
+            return wrong(
+                &["scenario"],
+                "`scenario` names none".to_owned(),
+                "name the scenario that is varied",
             );
-            return wrong(&["method"], message, "leave `method` and `points` out");
         }
-        if bases.len() > 1 {
-            let message =
-                "`[minimise]` has several scenarios, and would not know whose minimum is meant"
-                    .to_owned();
-            return wrong(&["scenario"], message, "make a study of each");
-        }
-        let is_range = |axis: &Axis| matches!(axis.values, Values::Range { steps: None, .. });
-        if let Some(axis) = axes.iter().find(|axis| !is_range(axis)) {
-            let key = &axis.key;
-            let message = format!("`[minimise]` searches ranges, and `axes.{key}` is none");
-            let help = "write it as `{ from = 0.1, to = 0.8 }`, without `steps`";
-            return wrong(&["axes"], message, help);
-        }
-        for (name, bound) in &minimise.subject_to {
-            if let Some(what) = objection_to(&bound.bound()) {
-                let message = format!("`minimise.subject_to.{name}` {what}");
-                return wrong(&["minimise", "subject_to", name.as_str()], message, BOUNDS);
+        for (index, base) in bases.iter().enumerate() {
+            if bases[..index].iter().any(|other| other.name == base.name) {
+                let message = format!(
+                    "two scenarios are called `{}`, and their rows could not be told apart",
+                    base.name
+                );
+                return wrong(&["scenario"], message, "rename one");
             }
         }
-    }
-    Ok(())
-}
-
-/// Quantities that are named must exist, and bounds must bound.
-fn quantities(text: &str, path: &Path, file: &StudyFile) -> Result<(), Error> {
-    let known = |name: &str, keys: &[&str]| {
-        let names = figure_names();
-        if names.contains(&name) {
-            return Ok(());
+        let word = file.method.word();
+        let count = axes.len();
+        match (file.method, file.points) {
+            (Method::Grid, Some(_)) => {
+                let help = "leave `points` out, or draw them: `method = \"latin_hypercube\"`";
+                return wrong(
+                    &["points"],
+                    "the points of a grid follow from its axes".to_owned(),
+                    help,
+                );
+            }
+            (Method::Grid, None) => {}
+            (_, None) => {
+                let message =
+                    format!("`method = \"{word}\"` does not know how many points to draw");
+                return wrong(&["method"], message, "add `points = 100`");
+            }
+            (_, Some(0)) => {
+                return wrong(
+                    &["points"],
+                    "`points` is 0: there would be no run".to_owned(),
+                    "draw at least one",
+                );
+            }
+            (Method::Sobol | Method::SobolIndices, Some(points)) if points > MOST_SOBOL_POINTS => {
+                let message = format!(
+                    "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
+                );
+                return wrong(
+                    &["points"],
+                    message,
+                    "draw fewer, or take `method = \"random\"`",
+                );
+            }
+            (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => {
+                let message =
+                    format!("`points` is {points}, where at most {MOST_RUNS} runs are made");
+                return wrong(&["points"], message, "draw fewer");
+            }
+            _ => {}
         }
-        let help = match nearest(name, names.iter().copied()) {
+        if file.repetitions > 1 {
+            let is_set = flat(&file.set).iter().any(|(key, _)| key == SEED);
+            let varied = axes.iter().map(|axis| axis.key.as_str());
+            let mut varied = varied.chain(file.find.as_ref().map(|find| find.key.as_str()));
+            if is_set || varied.any(|key| key == SEED) {
+                let message = format!(
+                    "`repetitions` would all be the same run, since the study gives `{SEED}`"
+                );
+                let help = "leave one of the two out: each repetition has a seed of its own";
+                return wrong(&["repetitions"], message, help);
+            }
+        }
+        if count == 0 && file.find.is_none() {
+            let varies_noise = file.method == Method::Random
+                || (file.method == Method::Grid && file.repetitions > 1);
+            if !varies_noise || file.minimise.is_some() {
+                let help = "add an axis, such as `axes.world.floor.friction = [0.2, 0.4]`; noise alone is varied by `repetitions`";
+                return wrong(&["scenario"], "the study varies nothing".to_owned(), help);
+            }
+        }
+        if file.method == Method::Morris {
+            let is_endless = |axis: &&Axis| matches!(axis.values, Values::Normal { min, max, .. } if !(min.is_finite() && max.is_finite()));
+            if let Some(axis) = axes.iter().find(is_endless) {
+                let message = format!(
+                    "`axes.{}` has no ends, and `method = \"morris\"` moves each axis from one end to the other",
+                    axis.key
+                );
+                let span = axis_place(text, &axis.key).unwrap_or_default();
+                let help = "cut it off: give it `min` and `max`";
+                return Err(fault(text, path, span, message, help));
+            }
+        }
+        let most_axes = match file.method {
+            Method::Sobol => 256,
+            Method::SobolIndices => 128,
+            _ => 10_000,
+        };
+        if count > most_axes {
+            let message = format!(
+                "`method = \"{word}\"` takes {most_axes} axes at most, and there are {count}"
+            );
+            return wrong(&["method"], message, "vary fewer keys");
+        }
+        let points = match (file.method, file.points) {
+            (Method::Grid, _) => grid_points(axes),
+            (method, points) => points
+                .unwrap_or_default()
+                .saturating_mul(runs_a_point(method, count)),
+        };
+        let runs = points
+            .saturating_mul(bases.len() as u64)
+            .saturating_mul(u64::from(file.repetitions));
+        if runs > MOST_RUNS {
+            let message = format!("the study has {runs} runs, where at most {MOST_RUNS} are made");
+            let help = "take fewer values or points, or divide the study";
+            return wrong(&["axes"], message, help);
+        }
+        self.questions()?;
+        self.quantities()
+    }
+
+    /// What `[find]` and `[minimise]` can be asked of.
+    fn questions(&self) -> Result<(), Error> {
+        let Self {
+            file, axes, bases, ..
+        } = *self;
+        let wrong = |keys: &[&str], message: String, help: &str| self.wrong(keys, message, help);
+        if let Some(find) = &file.find {
+            if file.minimise.is_some() {
+                let message = "`[find]` and `[minimise]` stand in one study".to_owned();
+                return wrong(&["minimise"], message, "make two studies of it");
+            }
+            if file.method != Method::Grid {
+                let message = format!(
+                    "`[find]` searches at each point of a grid, not of `\"{}\"`",
+                    file.method.word()
+                );
+                return wrong(&["method"], message, "leave `method` and `points` out");
+            }
+            if let Err(refused) = range("find", find.from, find.to, None, find.scale, false) {
+                return wrong(&["find", "from"], refused.message, &refused.help);
+            }
+            let finest = FINEST * find.from.abs().max(find.to.abs());
+            if find.tolerance < finest {
+                let message = format!(
+                    "`find.tolerance` = {:e} is finer than the digits with which values are tried",
+                    find.tolerance
+                );
+                let help = format!("take {finest:e} or more");
+                return wrong(&["find", "tolerance"], message, &help);
+            }
+            if let Some(axis) = axes.iter().find(|axis| overlap(&axis.key, &find.key)) {
+                let message = format!("`{}` is searched over, and an axis too", axis.key);
+                return wrong(&["find", "key"], message, "leave the axis out");
+            }
+        }
+        if let Some(minimise) = &file.minimise {
+            if file.method != Method::Grid {
+                let message = format!(
+                    "`[minimise]` chooses its points itself, not by `\"{}\"`",
+                    file.method.word()
+                );
+                return wrong(&["method"], message, "leave `method` and `points` out");
+            }
+            if bases.len() > 1 {
+                let message =
+                    "`[minimise]` has several scenarios, and would not know whose minimum is meant"
+                        .to_owned();
+                return wrong(&["scenario"], message, "make a study of each");
+            }
+            let is_range = |axis: &Axis| matches!(axis.values, Values::Range { steps: None, .. });
+            if let Some(axis) = axes.iter().find(|axis| !is_range(axis)) {
+                let key = &axis.key;
+                let message = format!("`[minimise]` searches ranges, and `axes.{key}` is none");
+                let help = "write it as `{ from = 0.1, to = 0.8 }`, without `steps`";
+                return wrong(&["axes"], message, help);
+            }
+            for (name, bound) in &minimise.subject_to {
+                if let Some(what) = objection_to(&bound.bound()) {
+                    let message = format!("`minimise.subject_to.{name}` {what}");
+                    return wrong(&["minimise", "subject_to", name.as_str()], message, BOUNDS);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Quantities that are named must exist, and bounds must bound.
+    fn quantities(&self) -> Result<(), Error> {
+        let file = self.file;
+        let known = |name: &str, keys: &[&str]| {
+            let names = figure_names();
+            if names.contains(&name) {
+                return Ok(());
+            }
+            let help = match nearest(name, names.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
                 "the quantities are the numbers of `summary.json`, such as `position_error_max_m`"
                     .to_owned()
             }
         };
-        let message = format!("there is no quantity `{name}`");
-        Err(fault(text, path, place(text, keys), message, help))
-    };
-    file.quantities
-        .iter()
-        .try_for_each(|name| known(name, &["quantities"]))?;
-    if let Some(find) = &file.find {
-        known(&find.quantity, &["find", "quantity"])?;
-    }
-    if let Some(minimise) = &file.minimise {
-        known(&minimise.quantity, &["minimise", "quantity"])?;
-        let mut names = minimise.subject_to.keys();
-        names.try_for_each(|name| known(name, &["minimise", "subject_to", name]))?;
-    }
-    for (name, bound) in &file.expect {
-        let keys = ["expect", name.as_str()];
-        known(name, &keys)?;
-        let wrong = |what: String, help: &str| {
-            let message = format!("`expect.{name}` {what}");
-            Err(fault(text, path, place(text, &keys), message, help))
+            let message = format!("there is no quantity `{name}`");
+            self.wrong(keys, message, &help)
         };
-        if let Some(what) = objection_to(&bound.bound()) {
-            return wrong(what.to_owned(), BOUNDS);
+        file.quantities
+            .iter()
+            .try_for_each(|name| known(name, &["quantities"]))?;
+        if let Some(find) = &file.find {
+            known(&find.quantity, &["find", "quantity"])?;
         }
-        if !(bound.share > 0.0 && bound.share <= 1.0) {
-            return wrong(
-                format!(
-                    "has the share {}, which no part of the runs is",
-                    bound.share
-                ),
-                "write a share above 0 and up to 1, such as 0.99",
-            );
+        if let Some(minimise) = &file.minimise {
+            known(&minimise.quantity, &["minimise", "quantity"])?;
+            let mut names = minimise.subject_to.keys();
+            names.try_for_each(|name| known(name, &["minimise", "subject_to", name]))?;
         }
+        for (name, bound) in &file.expect {
+            let keys = ["expect", name.as_str()];
+            known(name, &keys)?;
+            let wrong = |what: String, help: &str| {
+                let message = format!("`expect.{name}` {what}");
+                self.wrong(&keys, message, help)
+            };
+            if let Some(what) = objection_to(&bound.bound()) {
+                return wrong(what.to_owned(), BOUNDS);
+            }
+            if !(bound.share > 0.0 && bound.share <= 1.0) {
+                return wrong(
+                    format!(
+                        "has the share {}, which no part of the runs is",
+                        bound.share
+                    ),
+                    "write a share above 0 and up to 1, such as 0.99",
+                );
+            }
+        }
+        Ok(())
     }
-    Ok(())
+
+    /// Every key that is set or varied must be one of each scenario, and take the kind of values that it is given: each of a list, and one of
+    /// a range, whose values are all numbers.
+    pub fn keys(&self, fixed: &[Setting], files: &FileAccess) -> Result<(), Error> {
+        let Self {
+            text,
+            path,
+            file,
+            axes,
+            bases,
+        } = *self;
+        let words = |error: Error| match error {
+            Error::Scenario(fault) => (fault.message.clone(), fault.help.clone()),
+            other => (other.to_string(), String::new()),
+        };
+        for base in bases {
+            // What is wrong with a scenario by itself is shown in its own file.
+            base.with(&[], files)?;
+            base.with(fixed, files).map_err(|error| {
+                let (message, help) = words(error);
+                fault(text, path, place(text, &["set"]), message, help)
+            })?;
+            let tried = axes.iter().flat_map(|axis| {
+                let values = match &axis.values {
+                    Values::List(values) => values.clone(),
+                    _ => vec![axis.at(0.5)],
+                };
+                let of_key = |value| (axis.key.as_str(), value, "axes");
+                values.into_iter().map(of_key)
+            });
+            let find = file.find.as_ref();
+            let searched = find.map(|find| (find.key.as_str(), Value::Float(find.to), "find"));
+            for (key, value, section) in tried.chain(searched) {
+                let mut settings = fixed.to_vec();
+                settings.push(Setting::new(key, &value));
+                // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
+                let Some((message, help)) = Scenario::misshapen(&base.text, &base.path, &settings)
+                else {
+                    continue;
+                };
+                let keys: Vec<&str> = [section].into_iter().chain(key.split('.')).collect();
+                let span = match section {
+                    "find" => place(text, &["find", "key"]),
+                    _ => axis_place(text, key).unwrap_or_else(|| place(text, &keys)),
+                };
+                return Err(fault(
+                    text,
+                    path,
+                    span,
+                    format!("{message}, which `{section}` varies"),
+                    help,
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How bounds are repaired.
@@ -407,59 +490,6 @@ fn objection_to(bound: &Bound) -> Option<&'static str> {
             ends.any(|end| !end.is_finite()).then_some("is not finite")
         }
     }
-}
-
-/// Every key that is set or varied must be one of each scenario, and take the kind of values that it is given: each of a list, and one of
-/// a range, whose values are all numbers.
-pub(crate) fn keys(study: &Study) -> Result<(), Error> {
-    let (text, path) = (study.text.as_str(), study.path.as_path());
-    let words = |error: Error| match error {
-        Error::Scenario(fault) => (fault.message.clone(), fault.help.clone()),
-        other => (other.to_string(), String::new()),
-    };
-    for scenario in 0..study.bases.len() {
-        // What is wrong with a scenario by itself is shown in its own file.
-        study.scenario_with(scenario, &[])?;
-        study
-            .scenario_with(scenario, study.fixed())
-            .map_err(|error| {
-                let (message, help) = words(error);
-                fault(text, path, place(text, &["set"]), message, help)
-            })?;
-        let tried = study.axes.iter().flat_map(|axis| {
-            let values = match &axis.values {
-                Values::List(values) => values.clone(),
-                _ => vec![axis.at(0.5)],
-            };
-            let of_key = |value| (axis.key.as_str(), value, "axes");
-            values.into_iter().map(of_key)
-        });
-        let find = study.file.find.as_ref();
-        let searched = find.map(|find| (find.key.as_str(), Value::Float(find.to), "find"));
-        for (key, value, section) in tried.chain(searched) {
-            let mut settings = study.fixed().to_vec();
-            settings.push(Setting::new(key, &value));
-            // A value that a scenario refuses makes a failed run; a key that it does not have, none at all.
-            let base = &study.bases[scenario];
-            let Some((message, help)) = Scenario::misshapen(&base.text, &base.path, &settings)
-            else {
-                continue;
-            };
-            let keys: Vec<&str> = [section].into_iter().chain(key.split('.')).collect();
-            let span = match section {
-                "find" => place(text, &["find", "key"]),
-                _ => axis_place(text, key).unwrap_or_else(|| place(text, &keys)),
-            };
-            return Err(fault(
-                text,
-                path,
-                span,
-                format!("{message}, which `{section}` varies"),
-                help,
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// Where an axis stands in the text, whichever way its dots are written.

@@ -2,11 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
 
-use ilon_robot::Loaded;
 use ilon_trace::file::write_text;
-use ilon_trace::{Recorded, Recording, TraceError};
+use ilon_trace::{Recorded, Recording};
 use miette::Diagnostic;
 
 use crate::hash::Hash;
@@ -15,54 +13,7 @@ use crate::row::{Row, Status, Task, figures_of};
 use crate::study::Study;
 use ilon_sim::Error;
 use ilon_sim::scenario::{Expect, Scenario};
-use ilon_sim::simulate::load_file;
 use ilon_sim::{Run, Simulation};
-
-/// Robots that are kept for further runs.
-const ROBOTS_KEPT: usize = 32;
-
-/// Robots that were read, the last used last, each under what it was read from.
-#[derive(Debug, Default)]
-pub(crate) struct Robots(Mutex<Vec<(String, Arc<Known>)>>);
-
-/// A robot that was read, and the hash of what it was read from.
-#[derive(Debug)]
-struct Known {
-    loaded: Loaded,
-    urdf_hash: String,
-}
-
-impl Robots {
-    /// The robot of a scenario, which is read unless one of the last runs had the same.
-    fn of(&self, scenario: &Scenario) -> Result<Arc<Known>, Error> {
-        let options = scenario
-            .robot
-            .load_options(&scenario.folder, &scenario.files);
-        let source = format!("{:?} {options:?}", scenario.resolve(&scenario.robot.file));
-        let find = || {
-            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let at = kept.iter().position(|(known, _)| *known == source)?;
-            let found = kept.remove(at);
-            let robot = Arc::clone(&found.1);
-            kept.push(found);
-            Some(robot)
-        };
-        if let Some(robot) = find() {
-            return Ok(robot);
-        }
-        let loaded = load_file(scenario)?;
-        let mut hash = Hash::new();
-        hash.feed(&loaded.urdf);
-        let urdf_hash = hash.to_string();
-        let robot = Arc::new(Known { loaded, urdf_hash });
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.push((source, Arc::clone(&robot)));
-        if kept.len() > ROBOTS_KEPT {
-            kept.remove(0);
-        }
-        Ok(robot)
-    }
-}
 
 /// What a run wrote down, where it is to be kept.
 pub(crate) struct Finished {
@@ -163,13 +114,7 @@ fn words(error: &Error) -> String {
 impl Finished {
     /// Writes scenario, trace and summary into a folder, the summary last.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        std::fs::create_dir_all(folder).map_err(|source| {
-            Error::Trace(TraceError::Io {
-                doing: "create",
-                path: folder.to_owned(),
-                source,
-            })
-        })?;
+        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
         let Run {
             scenario,
             trace,

@@ -10,6 +10,12 @@ use toml::{Table, Value};
 
 use ilon_sim::scenario::Bound;
 
+/// The key of the noise's seed.
+pub(crate) const SEED: &str = "sensors.seed";
+
+/// Most runs of a study.
+pub(crate) const MOST_RUNS: u64 = 10_000_000;
+
 /// A study as it stands in its file. Paths are relative to the file.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -9,7 +9,8 @@ use crate::evaluate::{evaluate, scenario_of};
 use crate::file::Keep;
 use crate::options::{Options, Stop};
 use crate::row::{Row, Status, Task, figure_index};
-use crate::store::{Store, parts_of};
+use crate::shard;
+use crate::store::Store;
 use crate::study::Study;
 use ilon_sim::Error;
 
@@ -23,7 +24,7 @@ pub(crate) fn keep(study: &Study, store: &Store, options: &Options) -> Result<()
         return Ok(());
     }
     let rows = store.rows();
-    let mut places = parts_of(folder)?;
+    let mut places = shard::folders_in(folder)?;
     places.push(folder.to_owned());
     chosen(study, &rows).par_iter().try_for_each(|row| {
         let is_kept = |place: &PathBuf| {
@@ -68,7 +69,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
         // Of a run that cannot be simulated its scenario is kept, where it is one.
         None => match scenario_of(study, &task) {
             Ok(scenario) => {
-                std::fs::create_dir_all(kept).map_err(crate::store::io("create", kept))?;
+                std::fs::create_dir_all(kept).map_err(Error::io("create", kept))?;
                 let text = scenario.moved_to(kept).to_toml()?;
                 Ok(write_text(&kept.join("scenario.toml"), &text)?)
             }

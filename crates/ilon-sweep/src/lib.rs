@@ -28,6 +28,7 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod axis;
+mod base;
 mod check;
 mod engine;
 mod evaluate;
@@ -39,8 +40,10 @@ mod keep;
 mod minimise;
 mod options;
 mod parts;
+mod robots;
 mod row;
 mod sample;
+mod shard;
 mod store;
 mod study;
 mod table;
@@ -54,6 +57,7 @@ pub use findings::Findings;
 pub use minimise::Minimum;
 pub use options::{Options, Progress, Stop};
 pub use row::{Row, Status, Task, figure_index, figure_names};
-pub use store::{Shard, Store};
+pub use shard::Shard;
+pub use store::Store;
 pub use study::{Column, Question, Study, is_study};
 pub use table::{Cells, columns, text_of, write_runs};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::store::Shard;
+use crate::shard::Shard;
 use ilon_sim::Error;
 
 /// How far a study is.

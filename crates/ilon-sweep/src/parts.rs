@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use crate::engine::{Sweep, most_runs, searches};
 use crate::options::Options;
 use crate::row::Row;
-use crate::store::{Shard, Store};
+use crate::shard::Shard;
+use crate::store::Store;
 use crate::study::{Question, Study};
 use ilon_sim::Error;
 

@@ -4,24 +4,19 @@ mod fingerprint;
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::axis::Axis;
-use crate::check;
-use crate::evaluate::Robots;
-use crate::file::{Find, Method, Minimise, ShareBound, StudyFile};
+use crate::axis::{Axis, grid_points};
+use crate::base::Base;
+use crate::check::{self, Draft};
+use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile};
+use crate::robots::Robots;
 use crate::row::Task;
 use crate::sample::{Sample, generator, unit};
 use ilon_sim::Error;
 use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
-
-/// The key of the noise's seed.
-pub(crate) const SEED: &str = "sensors.seed";
-
-/// Most runs of a study.
-pub(crate) const MOST_RUNS: u64 = 10_000_000;
 
 /// Many runs of one scenario, or of several, under keys that vary.
 #[derive(Debug)]
@@ -39,14 +34,6 @@ pub struct Study {
     fingerprint: String,
     files: FileAccess,
     robots: Robots,
-}
-
-/// A scenario that is varied, as its file was when the study was read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Base {
-    pub name: String,
-    pub path: PathBuf,
-    pub text: String,
 }
 
 /// A key that differs between runs.
@@ -118,21 +105,12 @@ impl Study {
         let path = path.as_ref();
         let file = check::parse(&text, path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut bases: Vec<Base> = Vec::new();
-        for named in file.scenario.paths() {
-            let path = folder.join(named);
-            let text = files.read_text(&path, MAX_BYTES);
-            let text = text.map_err(|fault| Error::read(&path, &fault))?;
-            let name = path
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned();
-            bases.push(Base { name, path, text });
-        }
+        let named = file.scenario.paths().into_iter();
+        let bases = named.map(|named| Base::read(folder.join(named), files));
+        let bases = bases.collect::<Result<Vec<_>, _>>()?;
         let mut study = Self::of(text, path.to_owned(), file, bases, files.clone())?;
-        check::keys(&study)?;
-        study.fingerprint = fingerprint::of(&study)?;
+        study.draft().keys(&study.fixed, files)?;
+        study.fingerprint = fingerprint::of(&study.draft(), &study.fixed, files)?;
         Ok(study)
     }
 
@@ -149,6 +127,16 @@ impl Study {
         Ok(study)
     }
 
+    fn draft(&self) -> Draft<'_> {
+        Draft {
+            text: &self.text,
+            path: &self.path,
+            file: &self.file,
+            axes: &self.axes,
+            bases: &self.bases,
+        }
+    }
+
     fn of(
         text: String,
         path: PathBuf,
@@ -157,7 +145,14 @@ impl Study {
         files: FileAccess,
     ) -> Result<Self, Error> {
         let axes = check::axes(&text, &path, &file)?;
-        check::whole(&text, &path, &file, &axes, &bases)?;
+        let draft = Draft {
+            text: &text,
+            path: &path,
+            file: &file,
+            axes: &axes,
+            bases: &bases,
+        };
+        draft.check()?;
         let sample = match (file.method, file.points) {
             (Method::Grid, _) => None,
             (method, points) => Some(Sample::new(
@@ -380,13 +375,7 @@ impl Study {
         scenario: usize,
         settings: &[Setting],
     ) -> Result<Scenario, Error> {
-        let base = &self.bases[scenario];
-        Scenario::from_text(&base.text, &base.path, settings, &self.files)
-    }
-
-    /// What is set in all runs.
-    pub(crate) fn fixed(&self) -> &[Setting] {
-        &self.fixed
+        self.bases[scenario].with(settings, &self.files)
     }
 
     /// The quantities that the study names, or those that its scenario is about.
@@ -436,10 +425,4 @@ pub fn is_study(path: &Path, files: &FileAccess) -> bool {
         table.contains_key("scenario") && !table.contains_key("robot")
     };
     toml::de::DeTable::parse(&text).is_ok_and(|document| names(document.get_ref()))
-}
-
-pub(crate) fn grid_points(axes: &[Axis]) -> u64 {
-    axes.iter()
-        .map(|axis| axis.count().unwrap_or(1))
-        .fold(1, u64::saturating_mul)
 }

@@ -7,8 +7,9 @@ use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::metrics::{Energy, Settings, Summary, TwistRatio, error};
 use crate::odometry;
+use crate::projection::Projection;
 use crate::record::Record;
-use crate::rows::{Projection, Rows};
+use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
 use crate::trace::Trace;
 

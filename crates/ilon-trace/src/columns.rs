@@ -3,8 +3,8 @@
 use ilon_robot::Pose;
 
 use crate::header::Header;
+use crate::projection::Projection;
 use crate::record::{Desired, MAX_TASKS, Record, Support, TaskShare, WheelSample};
-use crate::rows::Projection;
 use crate::trace::{RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.

@@ -9,6 +9,7 @@
 
 mod atomic;
 mod checksum;
+mod format;
 mod lock;
 mod read;
 mod write;
@@ -16,26 +17,22 @@ mod write;
 use std::path::Path;
 
 pub use atomic::{clear_unfinished, is_stream, write_atomically, write_text};
+pub use format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 pub use lock::OutputLock;
 pub use read::TraceFile;
-pub use write::{ROWS_A_GROUP, TraceWriter};
+pub use write::TraceWriter;
 
 pub(crate) use atomic::{io_error, is_unfinished};
 pub(crate) use lock::LOCK;
 
 use crate::error::TraceError;
-use crate::rows::{Projection, Rows};
+use crate::projection::Projection;
+use crate::rows::Rows;
 use crate::trace::Trace;
-
-/// The most rows of a trace: ten gigabytes or so, and a day at 100 Hz.
-pub const MOST_ROWS: usize = 10_000_000;
-
-/// The key of the header among the file's key-value metadata.
-pub const HEADER_KEY: &str = "ilon.trace.header";
 
 /// Whether a file is a trace, whole or not; hardly any of it is read.
 pub fn is_trace(path: &Path) -> bool {
-    let file = ilon_robot::FileAccess::anywhere().open(path);
+    let file = ilon_files::FileAccess::anywhere().open(path);
     file.is_ok_and(|mut file| checksum::is_labelled(&mut file).unwrap_or(false))
 }
 

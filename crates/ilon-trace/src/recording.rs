@@ -12,7 +12,8 @@ use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomical
 use crate::finite::Watched;
 use crate::header::Header;
 use crate::parts::Parts;
-use crate::rows::{Projection, Rows};
+use crate::projection::Projection;
+use crate::rows::Rows;
 use crate::trace::Trace;
 
 /// The rows of a run under way.

@@ -4,6 +4,7 @@ use std::convert::Infallible;
 
 use crate::columns::signals;
 use crate::header::Header;
+pub use crate::projection::Projection;
 use crate::trace::Trace;
 
 /// The rows of a run, which can be gone through from the first to the last as often as needed: a [`Trace`] in memory, or
@@ -42,17 +43,6 @@ pub trait Rows {
         self.each_value(signal, &mut |value| values.push(value))?;
         Ok(values)
     }
-}
-
-/// Which signals are looked at: reading the others from a file takes time for nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Projection {
-    /// All of them.
-    All,
-    /// Those of the robot, not of its wheels.
-    Robot,
-    /// Those of one wheel, and the time.
-    Wheel(usize),
 }
 
 impl Rows for Trace {

@@ -2,6 +2,7 @@
 
 use std::alloc::System;
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot};
 use ilon_world::{Floor, RollerBodies, Settings, SharedRobot, World};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};

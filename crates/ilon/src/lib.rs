@@ -88,6 +88,7 @@
 //! # Two robots
 //! ```
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).unwrap();
+//! use ilon::formats::LoadRobot;
 //! use ilon::robot::{Pose, Robot};
 //! use ilon::world::{Floor, MotorTorque, Settings, SharedRobot, World};
 //!
@@ -127,13 +128,17 @@
 // What is printed goes through `cli::say`, which bears closed and full streams; the macros of std panic there.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
-mod answers;
 pub mod bench;
+#[cfg_attr(
+    not(feature = "command"),
+    allow(dead_code, reason = "what only the command says and writes")
+)]
 pub mod cli;
-pub mod pages;
 pub mod ros2_control;
 
 pub use ilon_control as control;
+pub use ilon_files as files;
+pub use ilon_formats as formats;
 pub use ilon_identify as identify;
 pub use ilon_messages as messages;
 pub use ilon_report as report;
@@ -143,6 +148,6 @@ pub use ilon_sweep as sweep;
 pub use ilon_trace as trace;
 pub use ilon_world as world;
 
-pub use ilon_report::{compare, drawing};
+pub use ilon_report::{compare, drawing, pages};
 pub use ilon_sim::{Error, RobotFault, Run, Scenario, ScenarioFault, run};
 pub use ilon_sim::{inspect, judge, scenario, simulate};

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field, Schema};
 use ilon::cli;
-use ilon::pages;
 use ilon::scenario::nearest;
 use ilon::sweep::{self, Cells, Findings, Row, Store, columns};
 use numpy::PyArray1;
@@ -157,6 +156,6 @@ impl Sweep {
     /// The page of the study as the text of one HTML file; None of a shard.
     fn report_html(&self, py: Python<'_>) -> Option<String> {
         let findings = self.findings.as_deref()?;
-        Some(py.detach(|| pages::sweep::html(&self.study, &self.rows, findings)))
+        Some(py.detach(|| cli::study_page(&self.study, &self.rows, findings)))
     }
 }

@@ -12,7 +12,7 @@ mod rows;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ilon::robot::FileAccess;
+use ilon::files::FileAccess;
 use ilon::sweep::{self, Options};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

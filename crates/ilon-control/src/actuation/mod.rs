@@ -7,4 +7,4 @@ pub(crate) mod pid;
 pub(crate) mod prioritised_torque;
 mod torque_law;
 
-pub use torque_law::{FallingTorque, TorqueLaw};
+pub use torque_law::{FallingTorque, TorqueLaw, TorqueShares};

@@ -19,7 +19,8 @@
 use ilon_robot::{Robot, Twist};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::TorqueLaw;
+use super::{TorqueLaw, TorqueShares};
+
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
 use crate::dynamics::traction::{PushRange, TractionSet};
@@ -45,18 +46,6 @@ pub struct PrioritisedTorqueSettings {
     pub friction: f64,
     /// Gravity in m/s^2.
     pub gravity_m_s2: f64,
-}
-
-/// How much of each acceleration task was given in the last update.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TorqueShares {
-    /// Weight of the linear acceleration, in [0, 1].
-    pub position: f64,
-    /// Weight of the angular acceleration, in [0, 1].
-    pub heading: f64,
-    /// The worst use of grip of any wheel, in [0, 1]: its push over friction times load. Not a number where friction
-    /// is infinite.
-    pub grip: f64,
 }
 
 /// Computed torque under torque and friction limits, by priority. It takes the place of a

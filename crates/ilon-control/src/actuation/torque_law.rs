@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 
 use super::motor::TorqueRange;
-use super::prioritised_torque::TorqueShares;
 
 /// A law that turns wheel rates into wheel torques, step by step: one PID a wheel, computed torque, torque by priority, or one
 /// of a person's own. A copy that has not run is how to begin anew.
@@ -39,6 +38,18 @@ pub struct FallingTorque {
     pub torque_n_m: f64,
     /// By how much it falls per rate that the wheel gains before the next update, in N m s/rad, >= 0.
     pub droop_n_m_s: f64,
+}
+
+/// How much of each acceleration task was given in the last update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TorqueShares {
+    /// Weight of the linear acceleration, in [0, 1].
+    pub position: f64,
+    /// Weight of the angular acceleration, in [0, 1].
+    pub heading: f64,
+    /// The worst use of grip of any wheel, in [0, 1]: its push over friction times load. Not a number where friction
+    /// is infinite.
+    pub grip: f64,
 }
 
 impl Clone for Box<dyn TorqueLaw> {

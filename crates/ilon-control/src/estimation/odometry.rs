@@ -23,6 +23,7 @@ use crate::ContactKinematics;
 ///
 /// ```
 /// use ilon_control::{ContactKinematics, Odometry};
+/// use ilon_formats::LoadRobot;
 /// use ilon_robot::{Pose, Robot};
 ///
 /// let robot = Robot::load("../../assets/robots/mecanum4.urdf")?;

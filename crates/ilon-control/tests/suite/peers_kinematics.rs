@@ -6,6 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, TAU};
 
 use ilon_control::Kinematics;
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 

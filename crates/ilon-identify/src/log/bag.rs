@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
 use ilon_messages::geometry_msgs::{Pose, PoseStamped};
 use ilon_messages::nav_msgs::Odometry;
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::{CdrError, Message};
-use ilon_robot::{FileAccess, Robot};
+use ilon_robot::Robot;
 use ilon_sim::Error;
 
-use super::{Format, Log, MOST_ROWS, fault};
+use super::format::Format;
+use super::series::{Log, MOST_ROWS, fault};
 
 /// Wheel angles as they were recorded, and the pose at those times on the line between the poses around them.
 pub(super) fn read(

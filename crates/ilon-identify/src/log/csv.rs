@@ -4,13 +4,14 @@ use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use ilon_robot::{FileAccess, Robot};
+use ilon_files::FileAccess;
+use ilon_robot::Robot;
 use ilon_sim::Error;
 use ilon_sim::foreign::{self, is_head_of_log, quoted};
 use ilon_sim::scenario::nearest;
 
 use super::format::{Column, Format, Measure, Place};
-use super::{Log, MAX_BYTES, MOST_ROWS, fault};
+use super::series::{Log, MAX_BYTES, MOST_ROWS, fault};
 
 /// A column that was found.
 struct Found {
@@ -165,7 +166,7 @@ fn header(path: &Path, format: &Format, lines: &mut impl BufRead) -> Result<Stri
             .by_ref()
             .take(1 << 20)
             .read_until(b'\n', &mut line)
-            .map_err(|e| Error::read(path, &ilon_robot::ReadError::Io(e)))?;
+            .map_err(|e| Error::read(path, &ilon_files::ReadError::Io(e)))?;
         if count == 0 {
             return Err(fault(
                 path,
@@ -336,6 +337,7 @@ fn number(
 
 #[cfg(test)]
 mod tests {
+    use ilon_formats::LoadRobot;
     use std::f64::consts::TAU;
 
     use super::*;

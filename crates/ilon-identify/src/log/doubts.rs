@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use ilon_robot::Robot;
 
-use super::Log;
+use super::series::Log;
 use crate::motion::GAP;
 
 /// What kind of fault it is.

@@ -4,40 +4,22 @@ mod bag;
 mod csv;
 pub mod doubts;
 mod format;
+mod series;
 pub mod wiring;
 
 use std::path::Path;
 
-use ilon_robot::{FileAccess, Robot};
+use ilon_files::FileAccess;
+use ilon_robot::Robot;
 use ilon_sim::Error;
+
+use self::series::FEWEST_ROWS;
 
 pub use doubts::{Doubt, Kind};
 pub(crate) use format::check;
 pub use format::{Bag, Column, Delayed, Fitted, Format, Place};
-
-/// The longest log that is read, in bytes.
-const MAX_BYTES: u64 = 1 << 30;
-/// The most rows of a log.
-const MOST_ROWS: usize = 20_000_000;
-/// The fewest rows of a log that say anything.
-const FEWEST_ROWS: usize = 10;
-
-/// A log that was read: rows of times that grow, the angle of each wheel, and the robot's pose as it was seen.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Log {
-    /// When each row was, in seconds from the first.
-    pub times_s: Vec<f64>,
-    /// The angle of each wheel in the robot's order at each row, counted from the first row, in radians.
-    pub angles_rad: Vec<Vec<f64>>,
-    /// The angle of each wheel at the first row as the log itself counts, in radians.
-    pub begun_rad: Vec<f64>,
-    /// x and y in metres and the heading in radians, unwrapped, at each row, as seen from outside.
-    pub poses: Vec<[f64; 3]>,
-    /// The current of each wheel's motor at each row, in A; no rows where the log does not say.
-    pub currents_a: Vec<Vec<f64>>,
-    /// Rows at which the tracker saw nothing: their poses lie on the line between their neighbours.
-    pub unseen: Vec<bool>,
-}
+pub use series::Log;
+pub(crate) use series::{fault, middle};
 
 impl Log {
     /// Reads a log in a format, for a robot.
@@ -81,129 +63,4 @@ impl Log {
         log.fill_unseen(path)?;
         Ok(log)
     }
-
-    /// How many rows it has.
-    pub fn len(&self) -> usize {
-        self.times_s.len()
-    }
-
-    /// Whether it has no rows.
-    pub fn is_empty(&self) -> bool {
-        self.times_s.is_empty()
-    }
-
-    /// How long it is, in seconds.
-    pub fn duration_s(&self) -> f64 {
-        self.times_s.last().copied().unwrap_or(0.0)
-    }
-
-    /// The time between rows in the middle of all, in seconds.
-    pub fn period_s(&self) -> f64 {
-        let mut steps: Vec<f64> = self
-            .times_s
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .collect();
-        middle(&mut steps)
-    }
-
-    /// The rows from one time to another, both in seconds, counted anew from the first of them.
-    pub fn part(&self, from_s: f64, to_s: f64) -> Self {
-        let first = self.times_s.partition_point(|t_s| *t_s < from_s);
-        let end = self.times_s.partition_point(|t_s| *t_s <= to_s).max(first);
-        let mut part = Self {
-            times_s: self.times_s[first..end].to_vec(),
-            angles_rad: self.angles_rad[first..end].to_vec(),
-            begun_rad: self.begun_rad.clone(),
-            poses: self.poses[first..end].to_vec(),
-            currents_a: match self.currents_a.is_empty() {
-                true => Vec::new(),
-                false => self.currents_a[first..end].to_vec(),
-            },
-            unseen: self.unseen[first..end].to_vec(),
-        };
-        part.count_from_zero();
-        part
-    }
-
-    /// Counts times and wheel angles from the first row.
-    fn count_from_zero(&mut self) {
-        let Some(first_s) = self.times_s.first().copied() else {
-            return;
-        };
-        self.times_s.iter_mut().for_each(|t_s| *t_s -= first_s);
-        let first = self.angles_rad[0].clone();
-        self.begun_rad.resize(first.len(), 0.0);
-        self.begun_rad
-            .iter_mut()
-            .zip(&first)
-            .for_each(|(begun, first)| *begun += first);
-        for row in &mut self.angles_rad {
-            row.iter_mut()
-                .zip(&first)
-                .for_each(|(angle, first)| *angle -= first);
-        }
-    }
-
-    /// Unwraps headings, and puts poses that are missing onto the line between their neighbours.
-    fn fill_unseen(&mut self, path: &Path) -> Result<(), Error> {
-        let seen: Vec<usize> = (0..self.len())
-            .filter(|row| self.poses[*row].iter().all(|value| value.is_finite()))
-            .collect();
-        if seen.len() < FEWEST_ROWS {
-            return Err(fault(
-                path,
-                format!(
-                    "the robot was seen in {} of its {} rows",
-                    seen.len(),
-                    self.len()
-                ),
-                "check `log.x`, `log.y` and `log.heading`, and that the tracker saw the robot",
-            ));
-        }
-        let mut last = self.poses[seen[0]][2];
-        for row in &seen {
-            let turn = std::f64::consts::TAU;
-            let heading = &mut self.poses[*row][2];
-            *heading -= ((*heading - last) / turn).round() * turn;
-            last = *heading;
-        }
-        self.unseen = vec![false; self.len()];
-        for pair in seen.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            for row in from + 1..to {
-                let share = (self.times_s[row] - self.times_s[from])
-                    / (self.times_s[to] - self.times_s[from]);
-                for column in 0..3 {
-                    let (a, b) = (self.poses[from][column], self.poses[to][column]);
-                    self.poses[row][column] = a + share * (b - a);
-                }
-                self.unseen[row] = true;
-            }
-        }
-        // Before it was first seen and after it was last seen nothing is known.
-        let (first, last) = (seen[0], seen[seen.len() - 1]);
-        if first > 0 || last + 1 < self.len() {
-            *self = self.part(self.times_s[first], self.times_s[last]);
-        }
-        Ok(())
-    }
-}
-
-/// What is wrong with a log, and how to repair it.
-pub(crate) fn fault(path: &Path, message: impl Into<String>, help: impl Into<String>) -> Error {
-    Error::Log {
-        path: path.to_owned(),
-        message: message.into(),
-        help: help.into(),
-    }
-}
-
-/// The value in the middle, which is reordered for it; 0 of none.
-pub(crate) fn middle(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let place = values.len() / 2;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
 }

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
-use super::Log;
 use super::doubts::{Doubt, Kind, doubt, shown};
+use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
 
@@ -178,7 +178,7 @@ fn usual<'w>(windows: &[&'w Window], matrix: &Matrix3xX<f64>) -> Vec<&'w Window>
         .collect();
     let sum = |column: usize| {
         let mut column: Vec<f64> = ways.iter().map(|way| way[column]).collect();
-        super::middle(&mut column)
+        super::series::middle(&mut column)
     };
     let ratio = sum(0) / sum(1).max(1e-12);
     let off = |index: usize| (ways[index][0] - ratio * ways[index][1]).abs();

@@ -9,8 +9,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fitting::{NORMAL, Share};
-
 /// Into so many parts a range is cut, each of which is simulated.
 pub(super) const PARTS: u32 = 12;
 /// Into so many each of these is cut again, between which all is taken to change evenly.
@@ -19,6 +17,17 @@ const FINER: u32 = 8;
 const HALVED: i32 = 6;
 /// A column of which less than this share is its own follows from those before it.
 const OWN: f64 = 1e-4;
+
+/// Half of the interval of 95 % of a normal distribution, over its standard deviation.
+pub(super) const NORMAL: f64 = 1.96;
+
+/// The equations of one drive of a log, in order.
+pub(super) struct Share {
+    pub run: usize,
+    /// Its place among the simulated drives.
+    pub drive: usize,
+    pub rows: usize,
+}
 
 /// What is left at one value.
 pub(super) struct Point {

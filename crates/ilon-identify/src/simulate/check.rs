@@ -3,7 +3,8 @@
 use ilon_robot::Robot;
 use ilon_sim::Error;
 
-use super::section::Simulate;
+use super::section::{Logged, Phases, Simulate};
+use crate::log::Column;
 use crate::study_file::StudyFile;
 
 /// The longest drive that is simulated, in seconds.

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3xX;
 
-use super::drive::Together;
 use super::legs::{Course, Leg, asked};
+use super::made::Together;
 use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
 use crate::scatter::Interval;
 use crate::study::{Simulate, Study};

@@ -13,11 +13,12 @@ use ilon_sim::Error;
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 use rayon::prelude::*;
 
-use super::along::{Along, PARTS, Point, Scattered};
+use super::along::{Along, NORMAL, PARTS, Point, Scattered, Share};
 use super::compared::Scales;
-use super::drive::{self, Made, Ready, Task, Together, made};
+use super::drive::{self, Ready, Task, made};
 use super::free::Free;
 use super::legs::{Course, Leg};
+use super::made::{Made, Together};
 use super::starts::Starts;
 use crate::least_squares::{Found, Search, least_squares};
 use crate::scatter::{Cluster, Interval, Scatter};
@@ -106,14 +107,6 @@ struct Runs {
     scatter: Scatter,
     /// What is left of each equation, by [`Scatter::adjusted`].
     adjusted: DVector<f64>,
-}
-
-/// The equations of one drive of a log, in order.
-pub(super) struct Share {
-    pub run: usize,
-    /// Its place among the simulated drives.
-    pub drive: usize,
-    pub rows: usize,
 }
 
 impl<'a> Problem<'a> {
@@ -551,9 +544,6 @@ fn better(found: &Found, all: &[Along], search: &Search) -> Option<Vec<f64>> {
         values
     })
 }
-
-/// Half of the interval of 95 % of a normal distribution, over its standard deviation.
-pub(super) const NORMAL: f64 = 1.96;
 
 /// Values of keys as a scenario has them.
 pub(super) fn shown(free: &[Free], seen: &[f64]) -> Vec<f64> {

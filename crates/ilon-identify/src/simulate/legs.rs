@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3xX;
 
-use super::Seen;
-use super::drive::Made;
+use super::made::Made;
+use super::seen::Seen;
 use crate::directions::of_body;
 use crate::log::Log;
 use crate::motion::Window;

@@ -2,12 +2,15 @@
 //! at the same wheel rates, and the ways made are compared.
 
 mod along;
+mod check;
 mod compared;
 mod drive;
 mod fitting;
 mod free;
 mod legs;
+mod made;
 mod section;
+mod seen;
 mod starts;
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -15,19 +18,18 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use ilon_sim::Error;
 use nalgebra::{Matrix3xX, RowDVector};
 
+pub(crate) use self::check::check;
 use self::compared::{Compared, Scales};
 use self::drive::Ready;
 use self::fitting::{Problem, Rig, shown};
 use self::free::{Free, free_of, start_of};
 use self::legs::{Leg, legs};
-pub(crate) use self::section::check;
 pub use self::section::{
     BesideFile, CurrentsFile, HeadingFile, Logged, Phases, RippleFile, Simulate,
 };
+pub(crate) use self::seen::Seen;
 use self::starts::Starts;
 use crate::least_squares::Search;
-use crate::log::Log;
-use crate::motion::{Tracker, Window};
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};
 
@@ -39,15 +41,6 @@ pub(crate) struct Found {
 
 /// From so many sets of wheel angles drives are simulated where the log does not say at which they began.
 const SETS: u32 = 8;
-
-/// What was seen of all runs.
-pub(crate) struct Seen<'a> {
-    pub windows: &'a [&'a Window],
-    /// Of each run, whether it is kept back.
-    pub held_out: &'a [bool],
-    pub trackers: &'a [Tracker],
-    pub logs: &'a [Log],
-}
 
 /// Fits the keys that a study leaves free to the ways that its runs made, and to their ripple where the study says so.
 pub(crate) fn simulate(

@@ -520,6 +520,6 @@ fn log_said(
         let _ = writeln!(format, "{key} = {{ column = {column}, unit = {unit:?} }}");
     }
     let format: ilon_identify::log::Format = toml::from_str(&format).unwrap();
-    let read = Log::read(&path, &format, robot, &ilon_robot::FileAccess::anywhere());
+    let read = Log::read(&path, &format, robot, &ilon_files::FileAccess::anywhere());
     format!("{:?}", read.expect_err("it is no log"))
 }

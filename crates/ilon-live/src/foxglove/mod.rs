@@ -33,10 +33,10 @@ use serde::Deserialize;
 use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
 use crate::parameters::Parameters;
-use crate::session::Session;
+use crate::session::{Row, Session};
 use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
-use crate::watcher::{Row, Status, Watcher};
+use crate::watcher::{Status, Watcher};
 use parameters::Panel;
 use playback::Playback;
 

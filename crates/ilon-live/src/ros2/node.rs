@@ -28,10 +28,10 @@ use super::{Network, Options, Ros2Error};
 use crate::commands::{self, Commanded, Heard};
 use crate::desk::Desk;
 use crate::parameters::Parameters;
-use crate::session::Session;
+use crate::session::{Row, Session};
 use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
-use crate::watcher::{Row, Status, Watcher};
+use crate::watcher::{Status, Watcher};
 
 /// Rows that wait to be published; what comes beyond is lost, and that is said.
 const MOST_ROWS: usize = 256;

@@ -14,7 +14,7 @@ pub mod tf2_msgs;
 pub mod visualization_msgs;
 
 /// The messages of all packages.
-pub(crate) const ALL: &[&[&Description]] = &[
+const ALL: &[&[&Description]] = &[
     builtin_interfaces::ALL,
     diagnostic_msgs::ALL,
     geometry_msgs::ALL,
@@ -26,3 +26,8 @@ pub(crate) const ALL: &[&[&Description]] = &[
     tf2_msgs::ALL,
     visualization_msgs::ALL,
 ];
+
+/// All messages of this crate.
+pub fn messages() -> impl Iterator<Item = &'static Description> {
+    ALL.iter().copied().flatten().copied()
+}

@@ -16,7 +16,7 @@ const SPHERES: usize = 7;
 /// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that it was read from, and what that
 /// lacks of them. Rollers that the text does not show are shown as the spheres whose envelope is their barrel.
 ///
-/// `urdf` is [`ilon_robot::Loaded::urdf`]; of an empty text, or one that is no tree of links, the robot is described anew.
+/// `urdf` is the URDF that was read (`Loaded::urdf` of ilon-formats); of an empty text, or one that is no tree of links, the robot is described anew.
 pub fn robot_description(robot: &Robot, urdf: &str) -> String {
     completed(robot, urdf).unwrap_or_else(|| {
         let name = quoted(&robot.name);

@@ -58,6 +58,7 @@ fn attribute(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     fn mecanum4() -> (Robot, String) {
         let path = concat!(

@@ -1,5 +1,6 @@
 //! A row of a run as topics: components, signs and frames of what is said of it.
 
+use ilon_formats::LoadRobot;
 use ilon_messages::bag::Qos;
 use ilon_messages::geometry_msgs::{Vector3Stamped, WrenchStamped};
 use ilon_messages::nav_msgs::Odometry;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use ilon_trace::quantities::GROUPS;
 use ilon_trace::{Quantity, Settings, Summary, Trace, TraceError};
 use serde::Serialize;

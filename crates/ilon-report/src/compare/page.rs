@@ -13,7 +13,7 @@ use super::Comparison;
 use super::ranking;
 use crate::page::{self, Head, Section, card, escape, grid, panels};
 use crate::stage;
-use crate::words::{angle, length};
+use crate::text::{angle, length};
 
 /// The comparison as one HTML file that needs nothing else.
 pub fn html(comparison: &Comparison) -> String {

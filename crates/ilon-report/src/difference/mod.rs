@@ -15,7 +15,7 @@ use crate::figure::{
 };
 use crate::page::{self, Head, Section, escape, grid};
 use crate::stage;
-use crate::words::{angle, length, percent, time};
+use crate::text::{angle, length, percent, time};
 use ranked::{Ranked, allowed, of_its_span, ranked, value};
 
 /// Rows before and after the first difference that are drawn one by one.

@@ -3,7 +3,7 @@
 use ilon_trace::{Difference, Rows, number};
 
 use crate::short;
-use crate::words::{angle, energy, length, percent, speed};
+use crate::text::{angle, energy, length, percent, speed};
 
 /// A signal that differs, and how much that matters.
 pub(super) struct Ranked<'a> {

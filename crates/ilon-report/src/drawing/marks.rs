@@ -4,9 +4,9 @@ use ilon_trace::Header;
 use nalgebra::Vector2;
 use svg::Node;
 use svg::node::element::path::Data;
-use svg::node::element::{Circle, Group, Path, Text};
+use svg::node::element::{Circle, Group, Path, Rectangle, Text};
 
-use super::*;
+use super::map::*;
 
 /// A straight line.
 pub(super) fn line(from: Vector2<f64>, to: Vector2<f64>, color: &str, width_px: f64) -> Path {

@@ -10,27 +10,13 @@ use nalgebra::Vector2;
 use svg::node::element::{Polygon, Rectangle, Text, Title};
 use svg::{Document, Node};
 
+mod map;
 mod marks;
 mod wheel;
 
+use map::*;
 use marks::{axes, diamond, legend, scale_bar};
-use wheel::{b_h, b_h_name, common_figures, corners_m, label, roller_axis, wheel_from_above};
-
-/// The picture's width and height, in pixels.
-const SIZE_PX: Vector2<f64> = Vector2::new(900.0, 720.0);
-/// The middle of the room for the robot, and half of that room, in pixels.
-const MIDDLE_PX: Vector2<f64> = Vector2::new(450.0, 318.0);
-const HALF_ROOM_PX: Vector2<f64> = Vector2::new(300.0, 190.0);
-
-const INK: &str = "#222222";
-const GREY: &str = "#666666";
-const CHASSIS: &str = "#e6e6e6";
-/// Blue: the vectors b_h.
-const B_H: &str = "#0072B2";
-/// Vermilion: the rollers' axes.
-const ROLLER: &str = "#D55E00";
-/// Bluish green: the decoupling point.
-const DECOUPLED: &str = "#009E73";
+use wheel::{b_h, b_h_name, common_figures, label, roller_axis, wheel_from_above};
 
 /// A robot as an SVG, with the point of the body frame about which position and heading are decoupled, in metres, where
 /// there is one; an infinitely far one is as good as none.
@@ -114,67 +100,6 @@ fn draw(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> String {
     picture.append(scale_bar(&map));
     picture.append(legend(header, decoupling_point_m));
     picture.to_string() + "\n"
-}
-
-/// From the body frame to the picture.
-struct Map {
-    px_per_m: f64,
-    middle_m: Vector2<f64>,
-}
-
-impl Map {
-    /// The largest scale at which the whole robot has room.
-    fn of(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> Self {
-        let outlines = header.chassis_outlines_m.iter().flatten();
-        let points_m = outlines
-            .map(|&p| Vector2::from(p))
-            .chain(header.wheels.iter().flat_map(corners_m))
-            .chain([Vector2::zeros()])
-            .chain(decoupling_point_m);
-        let (mut low_m, mut high_m) = (Vector2::zeros(), Vector2::zeros());
-        for p in points_m {
-            low_m = low_m.inf(&p);
-            high_m = high_m.sup(&p);
-        }
-        // A robot without any extent is drawn at some scale all the same.
-        let half_m = (0.5 * (high_m - low_m)).map(|x: f64| x.max(1e-6));
-        Self {
-            px_per_m: HALF_ROOM_PX.component_div(&half_m).min(),
-            middle_m: 0.5 * (low_m + high_m),
-        }
-    }
-
-    fn px(&self, point_m: Vector2<f64>) -> Vector2<f64> {
-        MIDDLE_PX + self.px_per_m * on_page(point_m - self.middle_m)
-    }
-
-    /// Points as a polygon lists them.
-    fn points(&self, points_m: impl IntoIterator<Item = Vector2<f64>>) -> String {
-        let pairs = points_m.into_iter().map(|point_m| {
-            let [x, y] = self.px(point_m).into();
-            format!("{x:.1},{y:.1}")
-        });
-        pairs.collect::<Vec<_>>().join(" ")
-    }
-}
-
-/// A direction of the body frame on the page, whose y points down.
-fn on_page(vector: Vector2<f64>) -> Vector2<f64> {
-    Vector2::new(vector.x, -vector.y)
-}
-
-/// Rounded to a tenth: a picture needs no more.
-fn tenth(x: f64) -> f64 {
-    (10.0 * x).round() / 10.0
-}
-
-fn at(point: Vector2<f64>) -> (f64, f64) {
-    (tenth(point.x), tenth(point.y))
-}
-
-/// A name without the control characters that XML cannot hold.
-fn printable(name: &str) -> String {
-    name.chars().filter(|c| !c.is_control()).collect()
 }
 
 #[cfg(test)]

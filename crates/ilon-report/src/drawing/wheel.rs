@@ -5,25 +5,8 @@ use nalgebra::Vector2;
 use svg::node::element::path::Data;
 use svg::node::element::{Group, Path, Polygon, TSpan, Text};
 
+use super::map::*;
 use super::marks::{dot, line, on_halo, signless_zero, subscript};
-use super::*;
-
-/// u = n x k: where a positive rate drives the hub.
-pub(super) fn driving_direction(wheel: &WheelHeader) -> Vector2<f64> {
-    Vector2::new(wheel.axis[1], -wheel.axis[0])
-}
-
-pub(super) fn corners_m(wheel: &WheelHeader) -> [Vector2<f64>; 4] {
-    let b = Vector2::from(wheel.position_m);
-    let across = 0.5 * wheel.width_m * Vector2::from(wheel.axis);
-    let along = wheel.radius_m * driving_direction(wheel);
-    [
-        b + along + across,
-        b - along + across,
-        b - along - across,
-        b + along - across,
-    ]
-}
 
 /// A wheel, with a triangle before it where a positive rate drives it.
 pub(super) fn wheel_from_above(map: &Map, wheel: &WheelHeader) -> Group {

@@ -9,8 +9,8 @@ use crate::figure::{
 use crate::gathered::{OfRobot, Way};
 use crate::shown::Shown;
 use crate::story::{Budget, PARTS};
+use crate::text::{label, length};
 use crate::thin::evenly;
-use crate::words::{label, length};
 
 /// A quantity of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;

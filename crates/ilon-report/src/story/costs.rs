@@ -4,7 +4,7 @@ use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind};
 use crate::page::escape;
-use crate::words::{energy, length, percent, speed, time};
+use crate::text::{energy, length, percent, speed, time};
 
 /// Less than this is no cost, in J.
 const LEAST_J: f64 = 5e-4;

@@ -6,7 +6,7 @@ use super::faults;
 use super::posture::{Posture, Stance};
 use super::shortfall::Means;
 use super::spells::{Spell, Spells};
-use crate::words::{length, speed, time};
+use crate::text::{length, speed, time};
 
 /// A wheel slides where it uses this share of its friction limit ...
 const SLIDING_SHARE: f64 = 0.95;

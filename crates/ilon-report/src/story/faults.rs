@@ -7,7 +7,7 @@ use ilon_trace::{Fault, FaultKind, Header, Record};
 use super::phrases::list;
 use super::posture::{Episode, Posture};
 use crate::short;
-use crate::words::{angle, length, percent};
+use crate::text::{angle, length, percent};
 
 /// How long after a fault what comes of it still counts, in seconds; and how long before it the motion is looked at.
 const AROUND_S: f64 = 0.5;

@@ -3,7 +3,7 @@
 use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::Record;
 
-use crate::words::{angle, length, time};
+use crate::text::{angle, length, time};
 
 /// Sums over the rows in which a log says where the real robot was.
 #[derive(Clone, Copy, Debug, Default)]

@@ -22,7 +22,7 @@ pub(crate) use measured::{Measured, apart};
 use crate::gathered::OfRobot;
 use crate::page::escape;
 use crate::shown::Shown;
-use crate::words::{angle, length, time};
+use crate::text::{angle, length, time};
 use faults::Trouble;
 use phrases::capital;
 use posture::{Posture, Stance};

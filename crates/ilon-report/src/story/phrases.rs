@@ -1,6 +1,6 @@
 //! Parts of sentences.
 
-use crate::words::time;
+use crate::text::time;
 
 /// A time in a run that ends at some time, with rows of some length, as the beginning of a sentence's rest.
 pub(super) fn span(from_s: f64, until_s: f64, end_s: f64, row_s: f64) -> String {

@@ -5,7 +5,7 @@ use ilon_trace::ledger::Terms;
 use ilon_trace::{FaultKind, Header, Record, Summary, WheelHeader, WheelSample};
 
 use super::phrases::capital;
-use crate::words::{percent, time};
+use crate::text::{percent, time};
 
 /// Wheels that turn the robot by less, in m/s or rad/s, stand: a robot that moves all the same was carried.
 const STANDING: f64 = 1e-3;

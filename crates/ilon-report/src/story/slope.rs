@@ -3,7 +3,7 @@
 use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind};
-use crate::words::{length, speed};
+use crate::text::{length, speed};
 
 /// Slopes below this are level to every wheel, in radians.
 const LEAST_SLOPE_RAD: f64 = 1e-3;

@@ -4,7 +4,7 @@ use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind, when};
 use super::faults::Trouble;
-use crate::words::{energy, length, percent};
+use crate::text::{energy, length, percent};
 
 /// What could be tried, each with what the run itself says that it would gain.
 pub(super) fn tries(

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use super::input::{Sensitivity, figure};
 use super::shape::{Content, Figure, Scale};
-use super::{Sensitivity, figure};
 use crate::page::escape;
 use crate::short;
 

@@ -1,7 +1,7 @@
 //! All runs of a study as parallel coordinates.
 
-use super::Shown;
 use super::chart::Place;
+use super::input::{Run, Shown};
 use super::shape::distinct;
 use crate::page::json_in_script;
 use crate::short;
@@ -28,13 +28,10 @@ pub(super) fn parallel(shown: &Shown) -> String {
         })
         .collect();
     let columns = keys.len() + quantities.len();
-    let done: Vec<&super::Run> = shown.runs.iter().filter(|run| !run.has_failed).collect();
+    let done: Vec<&Run> = shown.runs.iter().filter(|run| !run.has_failed).collect();
     let every = (done.len() * columns).div_ceil(MOST_NUMBERS).max(1);
-    let runs: Vec<&super::Run> = done.into_iter().step_by(every).collect();
-    let column = |name: &str,
-                  is_log: bool,
-                  words: &[String],
-                  of: &dyn Fn(&super::Run) -> Option<f64>| {
+    let runs: Vec<&Run> = done.into_iter().step_by(every).collect();
+    let column = |name: &str, is_log: bool, words: &[String], of: &dyn Fn(&Run) -> Option<f64>| {
         let values: Vec<Option<f64>> = runs.iter().map(|run| of(run)).collect();
         let place = Place::of(values.iter().flatten().copied(), is_log, 0.0, STEPS, 0.0);
         // -1 where there is none.

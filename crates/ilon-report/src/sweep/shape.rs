@@ -1,6 +1,6 @@
 //! Which figures a study is shown by, and the points in them.
 
-use super::{Run, Shown};
+use super::input::{Run, Shown, figure};
 
 /// Most curves in one figure.
 const MOST_CURVES: usize = 8;
@@ -284,8 +284,8 @@ fn heat(shown: &Shown, quantity: usize, a: usize, b: usize) -> Figure {
     let caption = format!(
         "{} upward. Pale is {}, strong {}; empty fields failed.",
         shown.varied[b].key,
-        super::figure(means().fold(f64::INFINITY, f64::min)),
-        super::figure(means().fold(f64::NEG_INFINITY, f64::max))
+        figure(means().fold(f64::INFINITY, f64::min)),
+        figure(means().fold(f64::NEG_INFINITY, f64::max))
     );
     let named = &shown.quantities[quantity];
     Figure {
@@ -300,7 +300,7 @@ fn heat(shown: &Shown, quantity: usize, a: usize, b: usize) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Quantity, Varied};
+    use super::super::input::{Quantity, Varied};
     use super::*;
 
     /// A study over keys with these numbers of values, with the quantity a + 10 b and so on of their places.

@@ -20,7 +20,6 @@ pub struct MotorLimits {
 
 /// What lies between a motor and its wheel: a gear, and the rotor that turns before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct DriveTrain {
     /// Turns of the rotor per turn of the wheel, > 0; 1 for a motor without a gear.
     pub gear_ratio: f64,

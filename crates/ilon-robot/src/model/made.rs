@@ -28,7 +28,6 @@ use super::{Barrel, Roller, RollerForm, Wheel};
 
 /// How the rollers of a wheel are made. The default is the ideal barrel for each of them.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct RollersAsMade {
     /// Curvature of the outline along the roller, at its middle, over that of the ideal barrel: 1 is ideal, below flatter,
     /// above rounder; > 0.
@@ -131,7 +130,7 @@ impl RollersAsMade {
     }
 
     /// Refuses what cannot be made of rollers with this ideal barrel and these names.
-    pub(crate) fn check_on(
+    pub fn check_on(
         &self,
         ideal: &Barrel,
         names: impl Iterator<Item = String>,
@@ -188,7 +187,7 @@ impl RollersAsMade {
 
 /// Gaps up to one degree are none: over a gap of angle g the wheel rests on the ends of its rollers and dips by about
 /// rho g^2 / 8, which at one degree is 4e-5 of its radius.
-pub(crate) const WIDEST_GAP_RAD: f64 = PI / 180.0;
+pub const WIDEST_GAP_RAD: f64 = PI / 180.0;
 
 /// A flatter crown than this is a cylinder to whoever measures it.
 const LEAST_CROWN: f64 = 0.01;

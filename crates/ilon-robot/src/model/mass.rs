@@ -75,7 +75,7 @@ impl MassProperties {
 }
 
 /// The eigenvalues of an inertia, least first.
-pub(crate) fn principal_moments(inertia: Matrix3<f64>) -> [f64; 3] {
+pub fn principal_moments(inertia: Matrix3<f64>) -> [f64; 3] {
     let mut moments = SymmetricEigen::new(inertia).eigenvalues;
     moments.as_mut_slice().sort_by(f64::total_cmp);
     moments.into()

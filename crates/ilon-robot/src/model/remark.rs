@@ -4,7 +4,6 @@ use std::fmt;
 
 /// Something a person should know about how their file was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Remark {
     /// The element it is about, such as ``joint `arm` ``.
     pub subject: String,
@@ -18,7 +17,7 @@ pub struct Remark {
 
 impl Remark {
     /// A remark about an element, without its place.
-    pub(crate) fn new(subject: impl Into<String>, text: impl Into<String>) -> Self {
+    pub fn new(subject: impl Into<String>, text: impl Into<String>) -> Self {
         Self {
             subject: subject.into(),
             file: None,

@@ -13,7 +13,6 @@ use super::{Robot, RollerForm, Wheel};
 
 /// How a robot stands on a level plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct StandingPose {
     /// Height of the body frame's origin above the plane, in metres.
     pub height_m: f64,

@@ -5,7 +5,6 @@ use super::Scale;
 /// A tread: rubber on a core. Its core keeps the shape of the roller; between core and ground it is a spring with a damper
 /// beside it, along the ground's normal and across it, for every roller that reaches the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Tread {
     /// Stiffness along the normal, in N/m, > 0.
     pub stiffness_n_m: f64,
@@ -62,7 +61,6 @@ impl Tread {
 /// What the rollers of a wheel are covered with, what it costs them to roll, and how far they can slide along their axles. The
 /// default is the rigid roller that rolls without loss and without play.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct RollerSurface {
     /// The tread; `None` for rigid rollers.
     pub tread: Option<Tread>,

@@ -8,7 +8,8 @@ mod world;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{LoadOptions, Robot};
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_robot::Robot;
 use ilon_scene::{Description, Scene, Thinning, embed, frames_of_run};
 use ilon_trace::Trace;
 

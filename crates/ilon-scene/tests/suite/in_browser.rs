@@ -8,6 +8,7 @@ mod page;
 use std::path::Path;
 use std::process::Command;
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Looks, Robot};
 use ilon_scene::{Contact, Description, Frame, Frames, Push, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
@@ -260,7 +261,7 @@ fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
     let mesh = "<mesh filename=\"box.obj\"/></geometry><material";
     assert!(urdf.contains(shown));
     let file = folder.path().join("robot.urdf").display().to_string();
-    let options = ilon_robot::LoadOptions::default();
+    let options = ilon_formats::LoadOptions::default();
     let loaded = Robot::from_urdf_str_with(&urdf.replace(shown, mesh), &file, &options);
     let loaded = loaded.expect("it is read");
     let description = Description::of_robot(&loaded.robot, Some(&loaded.urdf), &loaded.looks());

@@ -1,6 +1,7 @@
 //! Meshes that a robot's file shows: where they are drawn, in which size and colour, and which are not.
 
-use ilon_robot::{LoadOptions, Robot};
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_robot::Robot;
 use ilon_scene::description::{Form, Shape, WheelShape};
 use ilon_scene::{Description, RobotShape};
 

@@ -1,6 +1,7 @@
 //! What is drawn of robots, from their model and their file.
 
-use ilon_robot::{LoadOptions, Looks, Robot, RollerForms};
+use ilon_formats::{LoadOptions, LoadRobot, RollerForms};
+use ilon_robot::{Looks, Robot};
 use ilon_scene::description::{Form, Shape};
 use ilon_scene::{Description, Frames, Scene, embed};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};

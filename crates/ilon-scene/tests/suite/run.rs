@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot};
 use ilon_scene::{Frame, Frames, Kind, Thinning, frames_of_run};
 use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};

@@ -1,65 +1,16 @@
 //! Holds a run against the scenario's `[expect]`, and against a baseline.
 
 mod signals;
+mod verdict;
 
 pub use signals::check_names;
+pub use verdict::Verdict;
 
 pub use ilon_trace::{Difference, differences};
 use ilon_trace::{Rows, Summary, number, quantities};
 
 use crate::Run;
 use crate::scenario::{Bound, Expect};
-
-/// What came of one expectation.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
-    /// The quantity's dotted name.
-    pub quantity: String,
-    /// The bound in words, such as `<= 0.01`.
-    pub bound: String,
-    /// What was measured, of a signal where it was worst; `None` where it does not apply to this run.
-    pub measured: Option<f64>,
-    /// When a signal was worst, in seconds; `None` of a quantity of the whole run.
-    pub at_s: Option<f64>,
-    /// Whether it held.
-    pub held: bool,
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            quantity,
-            bound,
-            measured,
-            at_s,
-            held,
-        } = self;
-        let verb = if *held { "held" } else { "failed" };
-        write!(f, "{quantity} {bound} {verb}: ")?;
-        let Some(measured) = measured else {
-            return write!(f, "it does not apply to this run");
-        };
-        write!(f, "measured {}", readable(*measured, bound))?;
-        match quantities::si_unit(quantity) {
-            "" => {}
-            unit => write!(f, " {unit}")?,
-        }
-        match at_s {
-            Some(at_s) => write!(f, " at {at_s} s"),
-            None => Ok(()),
-        }
-    }
-}
-
-/// A value with six digits; with all of them, where so few would be those of its bound.
-fn readable(value: f64, bound: &str) -> String {
-    let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
-    let rounded = number(rounded);
-    match bound.contains(&rounded) {
-        true => number(value),
-        false => rounded,
-    }
-}
 
 /// Holds a run against its own `[expect]`: first the quantities of the summary by name, then the signals in the order of
 /// the file.

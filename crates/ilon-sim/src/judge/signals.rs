@@ -2,7 +2,7 @@
 
 use ilon_trace::{Header, Projection, Rows, Trace, metrics};
 
-use super::Verdict;
+use super::verdict::Verdict;
 use crate::Error;
 use crate::scenario::{Bound, Must, SignalBound, TIME_SLACK_S, nearest};
 

@@ -3,8 +3,8 @@
 use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
 
-use ilon_robot::FileAccess;
-use miette::{NamedSource, SourceSpan};
+use ilon_files::FileAccess;
+use miette::NamedSource;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -306,14 +306,6 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         }))
     })?;
     Ok(scenario)
-}
-
-/// Where a TOML error stands, or the whole text where it does not say.
-pub(crate) fn toml_span(error: &toml::de::Error) -> SourceSpan {
-    match error.span() {
-        Some(span) => span.into(),
-        None => SourceSpan::from(0..0),
-    }
 }
 
 #[cfg(test)]

@@ -5,9 +5,6 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::objection::Objection;
-use super::{Scenario, Sliding};
-
 /// Pairs of materials: of the rollers, and below it of the floor.
 pub type Materials = BTreeMap<String, BTreeMap<String, MaterialPair>>;
 
@@ -69,101 +66,18 @@ pub struct Against {
     pub rolling_resistance: Option<f64>,
 }
 
+/// Friction that falls with the speed of sliding (Stribeck): `friction` of the floor at rest, this one at speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// Coefficient of friction at speed.
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+    /// The speed over which it falls, in m/s: with exp(-(v / speed)^2).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub speed_m_s: f64,
+}
+
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
-}
-
-/// A key beside `material`, and whether it stands.
-type Beside = (&'static str, bool);
-
-impl Scenario {
-    /// Refuses floors of which a material and a key of their own say the same thing, patches of which neither says how they grip, and
-    /// directions of what does not grip at all.
-    pub(super) fn object_to_materials(&self) -> Result<(), Objection> {
-        let floor = &self.world.floor;
-        let keys = [
-            ("friction", floor.friction.is_some()),
-            ("rolling_resistance", floor.rolling_resistance.is_some()),
-            ("radius_exponent", floor.radius_exponent.is_some()),
-            ("creep", floor.creep.is_some()),
-            ("sliding", floor.sliding.is_some()),
-            ("across", floor.across.is_some()),
-            ("against", floor.against.is_some()),
-        ];
-        object_to_both("world.floor", floor.material.as_deref(), &keys)?;
-        let own = floor.friction();
-        object_to_no_grip("world.floor", own, floor.across)?;
-        for (index, patch) in floor.patches.iter().enumerate() {
-            let key = format!("world.floor.patches.{index}");
-            let keys = [
-                ("friction", patch.friction.is_some()),
-                ("rolling_resistance", patch.rolling_resistance.is_some()),
-                ("radius_exponent", patch.radius_exponent.is_some()),
-                ("creep", patch.creep.is_some()),
-                ("sliding", patch.sliding.is_some()),
-                ("across", patch.across.is_some()),
-                ("against", patch.against.is_some()),
-            ];
-            object_to_both(&key, patch.material.as_deref(), &keys)?;
-            match (patch.friction, &patch.material) {
-                (None, None) => {
-                    return Err(Objection::to(
-                        key.clone(),
-                        format!("the key `{key}.friction` is missing"),
-                        format!(
-                            "add `{key}.friction`, Coulomb's coefficient of friction there, or `{key}.material`"
-                        ),
-                    ));
-                }
-                (friction, _) => object_to_no_grip(&key, friction.unwrap_or(1.0), patch.across)?,
-            }
-        }
-        for (rollers, floors) in &self.materials {
-            for (on, pair) in floors {
-                let key = format!("materials.{rollers}.{on}");
-                object_to_no_grip(&key, pair.friction, pair.across)?;
-            }
-        }
-        let named = self.rollers.material.is_some() || !self.rollers.wheel_materials.is_empty();
-        if named && !floor.is_of_material() {
-            return Err(Objection::to(
-                "rollers.material",
-                "the rollers are of a material, but neither the floor nor a patch is",
-                "write `world.floor.material`, or leave the rollers' material out",
-            ));
-        }
-        Ok(())
-    }
-}
-
-/// Refuses a material together with a key that says what its pairs say.
-fn object_to_both(place: &str, material: Option<&str>, keys: &[Beside]) -> Result<(), Objection> {
-    let Some(material) = material else {
-        return Ok(());
-    };
-    match keys.iter().find(|(_, stands)| *stands) {
-        None => Ok(()),
-        Some((key, _)) => Err(Objection::to(
-            format!("{place}.{key}"),
-            format!(
-                "`{place}.{key}` and `{place}.material` = \"{material}\" do not go together: the pair of materials says it"
-            ),
-            format!(
-                "leave one of them out, or change the pair: `materials.ROLLERS.{material}.{key}`, with the rollers' material for ROLLERS"
-            ),
-        )),
-    }
-}
-
-/// Refuses a friction across a nap along which there is none: no ellipse is as thin.
-fn object_to_no_grip(place: &str, friction: f64, across: Option<Across>) -> Result<(), Objection> {
-    let says = across.is_some_and(|across| across.friction.is_some());
-    if friction > 0.0 || !says {
-        return Ok(());
-    }
-    Err(Objection::to(
-        format!("{place}.across.friction"),
-        format!("`{place}.across.friction` stands beside a friction of 0 along the nap"),
-        "give both a friction above 0, or leave the one across out",
-    ))
 }

@@ -8,8 +8,8 @@ mod faults;
 mod guidance;
 mod keys;
 mod load;
+mod material_check;
 mod materials;
-pub(crate) use load::toml_span;
 pub use load::{MAX_BYTES, read_toml};
 mod motion;
 mod objection;
@@ -29,7 +29,7 @@ pub use faults::{Fault, Frame};
 pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation};
 pub use keys::nearest;
 pub(crate) use keys::{SIZES, is_computable, is_computable_with_sign};
-pub use materials::{Across, Against, MaterialPair, Materials};
+pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
@@ -39,11 +39,11 @@ pub use run::{Auto, Run, Step};
 pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
 pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
-pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Sliding, Solver, World};
+pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

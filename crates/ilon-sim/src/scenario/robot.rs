@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{FileAccess, Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_files::FileAccess;
+use ilon_formats::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_robot::Pose;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -70,6 +72,15 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Where the robot starts.
+    pub fn start(&self) -> Pose {
+        Pose {
+            x_m: self.x_m,
+            y_m: self.y_m,
+            heading_rad: self.heading_deg.to_radians(),
+        }
+    }
+
     /// How the robot's file is to be read, with paths that start from `folder`, out of the files that may be read.
     pub fn load_options(&self, folder: &Path, files: &FileAccess) -> LoadOptions {
         let package = |(name, dir): (&String, &PathBuf)| Package {

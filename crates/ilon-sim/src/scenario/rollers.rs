@@ -219,6 +219,7 @@ fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     const ROBOT: &str = "../../assets/robots/mecanum4.toml";
 
@@ -258,7 +259,7 @@ mod tests {
     #[test]
     fn a_longer_roller_is_as_a_description_makes_it() {
         // The same factor in the description of the robot: lengths and moments agree to what the file's digits hold.
-        let mut options = ilon_robot::LoadOptions::default();
+        let mut options = ilon_formats::LoadOptions::default();
         options.spec = toml::from_str("rollers.length_factor = 1.3").unwrap();
         let described = Robot::load_with(ROBOT, &options).unwrap().robot;
         let applied = applied("length_factor = 1.3").unwrap();
@@ -277,7 +278,7 @@ mod tests {
         // Key by key: the description's crown stays where the scenario says a length.
         let lines =
             "rollers.crown = 0.8\nrollers.length_factor = 0.9\nrollers.radius_spread_m = 1e-4";
-        let mut options = ilon_robot::LoadOptions::default();
+        let mut options = ilon_formats::LoadOptions::default();
         options.spec = toml::from_str(lines).unwrap();
         let described = Robot::load_with(ROBOT, &options).unwrap().robot;
         options.spec = toml::from_str("rollers.crown = 0.8").unwrap();

@@ -160,6 +160,7 @@ fn yes() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     const ROBOT: &str = "../../assets/robots/volksbot.toml";
 

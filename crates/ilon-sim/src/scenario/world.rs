@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::materials::{Across, Against};
+use super::materials::{Across, Against, Sliding};
 
 /// The world that the robot stands in.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -96,18 +96,6 @@ impl Floor {
             self.friction.get_or_insert(Self::FRICTION);
         }
     }
-}
-
-/// Friction that falls with the speed of sliding (Stribeck): `friction` of the floor at rest, this one at speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Sliding {
-    /// Coefficient of friction at speed.
-    #[schemars(range(min = 0.0))]
-    pub friction: f64,
-    /// The speed over which it falls, in m/s: with exp(-(v / speed)^2).
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub speed_m_s: f64,
 }
 
 fn is_zero(number: &Option<f64>) -> bool {

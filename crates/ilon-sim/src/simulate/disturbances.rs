@@ -4,7 +4,8 @@ use ilon_robot::Robot;
 use ilon_world::{Patch, Payload, Push, World};
 use nalgebra::{Rotation3, Vector3};
 
-use super::floor::{TimedPatch, patches};
+use super::floor::patches;
+use super::timed_patch::TimedPatch;
 use crate::Error;
 use crate::scenario::{Fault, Frame, Scenario, within};
 

@@ -2,14 +2,15 @@
 
 use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRelief};
-use ilon_world::{Floor, Footing, GroundBox, Patch, Relief};
+use ilon_world::{Floor, Footing, GroundBox, Relief};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::footings::Footings;
+use super::timed_patch::TimedPatch;
 use crate::Error;
-use crate::scenario::{self, Rough, Scenario};
+use crate::scenario::{Rough, Scenario};
 
 /// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
 const MOST_CELLS: f64 = 500.0;
@@ -43,23 +44,6 @@ pub(super) fn floor(scenario: &Scenario, robot: &Robot) -> Result<Floor, Error> 
         materials: footings.materials(),
         footings: footings.each_of(footings.floor()),
     })
-}
-
-/// A patch, and when it is there.
-#[derive(Clone, Debug)]
-pub(super) struct TimedPatch {
-    pub patch: Patch,
-    pub from_s: f64,
-    pub until_s: Option<f64>,
-}
-
-impl TimedPatch {
-    /// The patches that are there at a time in seconds.
-    pub fn those_at(all: &[Self], t_s: f64) -> Vec<Patch> {
-        let there = |timed: &&Self| scenario::within(t_s, timed.from_s, timed.until_s);
-        let patches = all.iter().filter(there);
-        patches.map(|timed| timed.patch.clone()).collect()
-    }
 }
 
 /// The patches of a scenario under a robot.

@@ -4,7 +4,7 @@ use ilon_robot::Robot;
 use ilon_world::{FloorSurface, Footing, Nap, Patch, Stribeck};
 use nalgebra::Vector2;
 
-use super::floor::TimedPatch;
+use super::timed_patch::TimedPatch;
 use crate::Error;
 use crate::scenario::{self, Across, Against, FloorPatch, MaterialPair, Scenario, Sliding};
 

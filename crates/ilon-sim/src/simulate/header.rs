@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{Loaded, Looks, Robot};
+use ilon_formats::Loaded;
+use ilon_robot::{Looks, Robot};
 use ilon_trace::{Header, MotorLine};
 
 use super::pilot::Pilot;

@@ -1,6 +1,8 @@
 //! The robot of a scenario, read.
 
-use ilon_robot::{Loaded, Robot};
+use ilon_formats::LoadRobot;
+use ilon_formats::Loaded;
+use ilon_robot::Robot;
 
 use crate::Error;
 use crate::remedy;

@@ -9,10 +9,8 @@ use ilon_control::{
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
-use super::plant::WheelCommand;
+use super::command::{Commanded, Decided, WheelCommand};
 use super::playback::{Asked, Log, Placing};
-use super::recorder::Decided;
-use super::resolve::start_pose;
 use super::sensors::Seen;
 use super::twist_profile::TwistProfile;
 use crate::Error;
@@ -71,15 +69,6 @@ pub struct Moment<'a> {
     pub robot: &'a Robot,
     /// Its kinematics about its origin: wheel rates for a twist, and back.
     pub kinematics: &'a Kinematics,
-}
-
-/// What the numbers are that a [`Controller`] has written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Commanded {
-    /// Wheel rates in rad/s, for the wheel loops to reach.
-    Rates,
-    /// Torques in N m, held for the control period; the motors' limits still stand.
-    Torques,
 }
 
 /// Stands for a controller of which nothing is known yet.
@@ -316,7 +305,7 @@ impl Pilot {
         match &self.motion {
             Planned::Reference(reference) => {
                 let (speed_m_s, turn_rad_s) = reference.peaks(scenario.run.duration_s, SAMPLES);
-                let start = start_pose(scenario);
+                let start = scenario.robot.start();
                 let first = reference.at(0.0).pose;
                 // What follows is at most this far from the origin.
                 let arm_m = self.reference_point_m().norm();

@@ -9,6 +9,7 @@ use ilon_world::{Floor, MotorTorque, Payload, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
 use super::clock::Clock;
+use super::command::WheelCommand;
 use super::disturbances::Disturbances;
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
@@ -16,24 +17,6 @@ use super::floor;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use crate::{Error, scenario};
-
-/// What the wheels shall do until the next command, one number a wheel in the robot's order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WheelCommand<'a> {
-    /// Wheel rates in rad/s, for the wheel loops to reach.
-    Rates(&'a [f64]),
-    /// Torques in N m; the motors' limits still stand.
-    Torques(&'a [f64]),
-}
-
-impl WheelCommand<'_> {
-    /// The numbers, whatever they are of.
-    fn numbers(&self) -> &[f64] {
-        match self {
-            Self::Rates(numbers) | Self::Torques(numbers) => numbers,
-        }
-    }
-}
 
 /// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
 const MOST_STEPS: f64 = 1e9;

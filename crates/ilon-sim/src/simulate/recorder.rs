@@ -1,11 +1,13 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry};
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot};
 use ilon_trace::{Desired, Header, MAX_TASKS, Record, Support, TaskShare, Trace, WheelSample};
 use ilon_world::World;
 use nalgebra::Vector2;
 
+use super::command::Decided;
+use super::header::{Appearance, header};
 use super::pilot::{Idle, Pilot};
 use super::plant::Plant;
 use crate::Error;
@@ -33,23 +35,6 @@ pub struct Recorder {
     /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
-}
-
-/// What was decided at the start of a control period, as it is recorded. Twists are the body origin's.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Decided<'a> {
-    /// What the reference wants; `None` of what follows none.
-    pub desired: Option<ilon_control::Desired>,
-    /// Where a log says that the real robot was; `None` without one.
-    pub measured: Option<Pose>,
-    /// The twist asked for in the body frame, before any saturation.
-    pub command_twist_in_body: Twist,
-    /// What is left of it after saturation.
-    pub granted_twist_in_body: Twist,
-    /// The guidance's tasks, highest priority first; none of what has no guidance.
-    pub tasks: &'a [ilon_control::TaskShare],
-    /// The rate commanded of each wheel, in rad/s.
-    pub wheel_rates_rad_s: &'a [f64],
 }
 
 /// What is summed of a wheel between rows.
@@ -119,7 +104,7 @@ impl Recorder {
     }
 
     /// For a loop of one's own around this plant, which stands at its start: its rows are once a control period, and time counts
-    /// from zero. `urdf` is [`ilon_robot::Loaded::urdf`], or empty.
+    /// from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or empty.
     ///
     /// # Errors
     /// [`Error`] where the scenario cannot be written as text.
@@ -138,7 +123,7 @@ impl Recorder {
             // A row each control period, for as long as the loop goes on.
             record_every: 1,
             control_periods: 0,
-            ..super::header(resolved, robot, super::Appearance::by(urdf), &pilot)?
+            ..header(resolved, robot, Appearance::by(urdf), &pilot)?
         };
         let start = plant.truth().pose;
         let every_hz = scenario.run.roller_angles_hz;

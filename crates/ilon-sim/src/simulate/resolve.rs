@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{drive, reference, remarks, stability, tuning};
+use super::{reference, remarks, stability, tuning, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -67,7 +67,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     {
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
-    let log = Log::read(&scenario, robot, start_pose(&scenario))?;
+    let log = Log::read(&scenario, robot, scenario.robot.start())?;
     if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {
         scenario.run.duration_s = log.end_s();
         scenario.validate()?;
@@ -86,7 +86,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         },
     )?;
 
-    let model = drive::dynamic_model(robot)?;
+    let model = wheel_loop::dynamic_model(robot)?;
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {
@@ -110,7 +110,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
             .contact_relaxation_s
             .get_or_insert_with(|| ilon_world::contact_relaxation_s(&scale));
     }
-    drive::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+    wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
 
     let mut warnings: Vec<String> = robot.remarks.iter().map(ToString::to_string).collect();
     let world = &scenario.world;
@@ -180,7 +180,7 @@ impl Resolved {
 
     /// Where the robot starts.
     pub fn start(&self) -> Pose {
-        start_pose(&self.scenario)
+        self.scenario.robot.start()
     }
 
     /// What a person should know about the input, although it can be run.
@@ -212,14 +212,5 @@ impl Resolved {
             contact_relaxation_s: solver.contact_relaxation_s,
             gravity_m_s2: world.gravity_m_s2,
         }
-    }
-}
-
-/// Where a scenario puts its robot.
-pub(super) fn start_pose(scenario: &Scenario) -> Pose {
-    Pose {
-        x_m: scenario.robot.x_m,
-        y_m: scenario.robot.y_m,
-        heading_rad: scenario.robot.heading_deg.to_radians(),
     }
 }

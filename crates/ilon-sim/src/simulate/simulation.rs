@@ -3,13 +3,14 @@
 use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Loaded, Robot};
+use ilon_formats::Loaded;
+use ilon_robot::Robot;
 use ilon_trace::{Recorded, Recording, Sink, Summary, Trace, TraceError};
 use ilon_world::World;
 
 use super::clock::CpuTime;
 use super::header::{Appearance, header};
-use super::load::load;
+use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
 use super::recorder::Recorder;
@@ -25,6 +26,18 @@ use crate::{Error, judge};
 /// Where the robot cannot be read, or the scenario asks for something that cannot be.
 pub fn run(scenario: &Scenario) -> Result<Run, Error> {
     Ok(Simulation::new(scenario)?.run())
+}
+
+impl Plant {
+    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`](super::load_robot), [`resolve_for`] anybody's
+    /// commands, and [`Plant::new`] in one.
+    ///
+    /// # Errors
+    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
+    pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
+        let robot = load_robot(scenario)?;
+        Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)
+    }
 }
 
 /// A run under way: what is simulated, step by step.

@@ -268,6 +268,7 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     const URDF: &str = include_str!("../../../../assets/robots/mecanum4.urdf");
 
@@ -279,7 +280,7 @@ mod tests {
         let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
         let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
         let scenario = Scenario::from_toml(&text, "test", "").unwrap();
-        let model = super::super::drive::dynamic_model(&robot).unwrap();
+        let model = super::super::wheel_loop::dynamic_model(&robot).unwrap();
         physics_dt_s(&scenario, &robot, &model, asked_rad_s)
     }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ilon_control::{Heading, Reference};
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use nalgebra::Vector2;
 
 use crate::Error;

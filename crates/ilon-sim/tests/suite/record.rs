@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use ilon_sim::robot::{LoadOptions, Robot};
+use ilon_formats::{LoadOptions, LoadRobot};
+use ilon_sim::robot::Robot;
 use ilon_sim::simulate::{
     Commanded, Controller, Decided, Driver, Moment, Plant, Recorder, WheelCommand, load,
     relief_heights_m, resolve_for,

@@ -2,6 +2,7 @@
 //! forces by s^3, torques and energies by s^4 and stiffnesses by s^2. That holds for every law of contact, friction and drive, and no choice
 //! of the program may break it: steps, stiffnesses and thresholds are the robot's own.
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Robot, Wheel};
 use ilon_sim::Simulation;
 use ilon_sim::scenario::Scenario;

@@ -4,6 +4,7 @@
 //! a sin(phi)), with a = rho - r. From the end of one roller to the beginning of the next that jumps by 9 % on robot A. Wheel and new roller follow within the hand-over,
 //! which takes friction at its limit for a time that grows with the speed and falls with the grip; so long they are not where rolling has them.
 
+use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use ilon_sim::Simulation;
 use ilon_sim::scenario::Scenario;

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use ilon_trace::file::write_text;
 
-use super::io;
 use crate::hash::Hash;
 use crate::row::Row;
 use ilon_sim::Error;
@@ -38,11 +37,12 @@ impl Log {
         let open = || {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
-            options.open(path).map_err(io("create", path))
+            options.open(path).map_err(Error::io("create", path))
         };
         let mut file = open()?;
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(io("read", path))?;
+        file.read_to_end(&mut bytes)
+            .map_err(Error::io("read", path))?;
         let Lines {
             rows,
             damaged,
@@ -54,8 +54,9 @@ impl Log {
             whole = kept.len() as u64;
             file = open()?;
         }
-        file.set_len(whole).map_err(io("write", path))?;
-        file.seek(SeekFrom::End(0)).map_err(io("write", path))?;
+        file.set_len(whole).map_err(Error::io("write", path))?;
+        file.seek(SeekFrom::End(0))
+            .map_err(Error::io("write", path))?;
         let log = Self {
             path: path.to_owned(),
             file,
@@ -76,7 +77,7 @@ impl Log {
     pub fn append(&mut self, row: &Row) -> Result<(), Error> {
         let line = line(row)?;
         if self.is_broken {
-            return Err(io("write", &self.path)(std::io::Error::other(
+            return Err(Error::io("write", &self.path)(std::io::Error::other(
                 "an earlier row could not be written",
             )));
         }
@@ -84,7 +85,7 @@ impl Log {
             self.is_broken = true;
             // What of it was written goes again, where that can be; else it is cut off when the log is read.
             let _ = self.file.set_len(self.length);
-            return Err(io("write", &self.path)(error));
+            return Err(Error::io("write", &self.path)(error));
         }
         self.length += line.len() as u64;
         if self.synced.elapsed() > BETWEEN_SYNCS {
@@ -96,7 +97,9 @@ impl Log {
     /// Brings all rows to the disk.
     pub fn sync(&mut self) -> Result<(), Error> {
         self.synced = Instant::now();
-        self.file.sync_data().map_err(io("write", &self.path))
+        self.file
+            .sync_data()
+            .map_err(Error::io("write", &self.path))
     }
 }
 
@@ -104,7 +107,7 @@ impl Log {
 pub(super) fn read(path: &Path) -> Result<(Vec<Row>, usize), Error> {
     let bytes = match std::fs::read(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
-        bytes => bytes.map_err(io("read", path))?,
+        bytes => bytes.map_err(Error::io("read", path))?,
     };
     let Lines { rows, damaged, .. } = lines(&bytes);
     Ok((rows, damaged))

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use ilon_trace::file::write_text;
 use serde::{Deserialize, Serialize};
 
-use crate::study::{Base, Study};
+use crate::base::Base;
+use crate::study::Study;
 use ilon_sim::Error;
 
 const NAME: &str = "study.json";

@@ -12,62 +12,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use ilon_trace::TraceError;
 use ilon_trace::file::OutputLock;
 
 use self::log::Log;
 use self::manifest::Manifest;
 use crate::row::{Row, Task};
-use crate::study::Study;
+use crate::shard::{self, Shard};
+use crate::study::{Question, Study};
 use ilon_sim::Error;
 
 /// What a study writes into its folder besides `study.json`: without that, somebody else has put it there.
 const RESULTS: [&str; 4] = [LOG, "runs.parquet", "findings.json", "report.html"];
-
-/// One of several parts of a study, each run by itself, such as the jobs of an array on a cluster.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which, from 1.
-    index: u64,
-    /// Of how many.
-    count: u64,
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').and_then(|(index, count)| {
-            let number = |text: &str| text.trim().parse::<u64>().ok();
-            Some((number(index)?, number(count)?))
-        });
-        match numbers {
-            Some((index, count)) if index >= 1 && index <= count => Ok(Self { index, count }),
-            _ => Err("write I/N with I from 1 to N, such as 3/8".to_owned()),
-        }
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.count)
-    }
-}
-
-impl Shard {
-    /// Whether a run is of this part. Neighbouring runs go to different parts, which evens out how long they take.
-    pub fn holds(&self, run: u64) -> bool {
-        run % self.count == self.index - 1
-    }
-
-    /// The folder of its rows, in that of the study.
-    fn folder(&self) -> String {
-        format!("{PART}{}-of-{}", self.index, self.count)
-    }
-}
-
-/// How the folders of shards begin.
-const PART: &str = "shard-";
 
 /// The rows of a study, in memory and, unless nothing shall be kept, in a folder.
 #[derive(Debug)]
@@ -116,7 +71,7 @@ impl Store {
                 ));
             }
         }
-        fs::create_dir_all(&own).map_err(io("create", &own))?;
+        fs::create_dir_all(&own).map_err(Error::io("create", &own))?;
         let lock = OutputLock::of_folder(&own)?;
         match Manifest::read(&own)? {
             Some(known) => known.must_be(study, &own)?,
@@ -125,7 +80,7 @@ impl Store {
         let (log, mut read) = Log::open(&own.join(LOG))?;
         let mut damaged = log.damaged();
         if shard.is_none() {
-            for part in parts_of(folder)? {
+            for part in shard::folders_in(folder)? {
                 let Some(known) = Manifest::read(&part)? else {
                     continue;
                 };
@@ -157,7 +112,10 @@ impl Store {
         let mut sources = Vec::new();
         for folder in folders {
             let before = sources.len();
-            for part in parts_of(folder)?.into_iter().chain([folder.clone()]) {
+            for part in shard::folders_in(folder)?
+                .into_iter()
+                .chain([folder.clone()])
+            {
                 if let Some(manifest) = Manifest::read(&part)? {
                     sources.push((part, manifest));
                 }
@@ -176,7 +134,7 @@ impl Store {
             ));
         };
         let study = first.study()?;
-        let crate::study::Question::Table { runs } = study.question() else {
+        let Question::Table { runs } = study.question() else {
             return Err(Error::invalid(
                 format!(
                     "`{}` is a study that searches: it has no parts to merge",
@@ -226,7 +184,7 @@ impl Store {
     }
 
     /// Whether a folder is one of this study's results.
-    pub(super) fn holds_rows_of(folder: &Path, study: &Study) -> bool {
+    pub(crate) fn holds_rows_of(folder: &Path, study: &Study) -> bool {
         let known = Manifest::read(folder).ok().flatten();
         known.is_some_and(|known| known.must_be(study, folder).is_ok())
     }
@@ -247,7 +205,7 @@ impl Store {
     }
 
     /// The row of a task, if just this was run.
-    pub(super) fn row_of(&self, task: &Task) -> Option<Row> {
+    pub(crate) fn row_of(&self, task: &Task) -> Option<Row> {
         self.row(task.run).filter(|row| row.values == task.values)
     }
 
@@ -286,7 +244,7 @@ impl Store {
     }
 
     /// Brings all rows to the disk.
-    pub(super) fn sync(&self) -> Result<(), Error> {
+    pub(crate) fn sync(&self) -> Result<(), Error> {
         match &self.log {
             Some(log) => log.lock().unwrap_or_else(PoisonError::into_inner).sync(),
             None => Ok(()),
@@ -300,47 +258,3 @@ impl Store {
 
 /// The name of the file of rows.
 const LOG: &str = "rows.log";
-
-/// The folders of shards in a folder, in the order of their names.
-pub(super) fn parts_of(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries.map_err(io("read", folder))?,
-    };
-    let mut parts = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(io("read", folder))?;
-        if entry.file_name().to_string_lossy().starts_with(PART) && entry.path().is_dir() {
-            parts.push(entry.path());
-        }
-    }
-    parts.sort();
-    Ok(parts)
-}
-
-pub(super) fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| {
-        Error::Trace(TraceError::Io {
-            doing,
-            path,
-            source,
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards_divide_the_runs_among_them() {
-        let shards: Vec<Shard> = (1..=3).map(|i| format!("{i}/3").parse().unwrap()).collect();
-        for run in 0..20 {
-            assert_eq!(shards.iter().filter(|shard| shard.holds(run)).count(), 1);
-        }
-        for wrong in ["0/3", "4/3", "1", "a/b", "1/0", ""] {
-            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
-        }
-    }
-}

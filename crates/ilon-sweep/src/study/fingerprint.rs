@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 
-use super::Study;
+use crate::check::Draft;
 use crate::file::StudyFile;
 use crate::hash::Hash;
 use ilon_sim::Error;
-use ilon_sim::scenario::{Expect, Reference, Scenario};
+use ilon_sim::scenario::{Expect, Reference, Scenario, Setting};
 use ilon_sim::simulate::load_file;
 
 /// The fingerprint of a study.
-pub(super) fn of(study: &Study) -> Result<String, Error> {
+pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result<String, Error> {
     let mut hash = Hash::new();
     hash.feed(env!("CARGO_PKG_VERSION"));
-    for index in 0..study.bases.len() {
-        let mut scenario = study.scenario_with(index, &study.fixed)?;
+    for base in study.bases {
+        let mut scenario = base.with(fixed, files)?;
         scenario.expect = Expect::default();
         hash.feed(&scenario.name);
         hash.feed(&scenario.to_toml()?);
@@ -40,10 +40,10 @@ pub(super) fn of(study: &Study) -> Result<String, Error> {
         }
         for file in robots {
             scenario.robot.file = file;
-            feed_robot(&study.files, &mut hash, &mut scenario);
+            feed_robot(files, &mut hash, &mut scenario);
         }
         for path in read {
-            feed(&study.files, &mut hash, &scenario.resolve(&path));
+            feed(files, &mut hash, &scenario.resolve(&path));
         }
     }
     let StudyFile {
@@ -54,7 +54,7 @@ pub(super) fn of(study: &Study) -> Result<String, Error> {
         find,
         minimise,
         ..
-    } = &study.file;
+    } = study.file;
     let asked = serde_json::json!([
         study.axes,
         method,

@@ -5,19 +5,20 @@ use std::io::{Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{FileAccess, ReadError};
+use ilon_files::{FileAccess, ReadError};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
+use super::atomic::io_error;
 use super::checksum::{self, Found};
-use super::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
+use super::format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
-use crate::file::io_error;
 use crate::header::Header;
+use crate::projection::Projection;
 use crate::record::MAX_TASKS;
-use crate::rows::{Projection, Rows};
+use crate::rows::Rows;
 use crate::trace::Trace;
 
 /// A trace in its file: its rows are read as they are gone through, a group at a time, so that memory does not grow with

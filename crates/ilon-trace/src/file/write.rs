@@ -13,17 +13,14 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::HEADER_KEY;
 use super::atomic::{Unfinished, io_error};
 use super::checksum::{self, Summed};
+use super::format::HEADER_KEY;
 use crate::columns::{Kind, Signal, signals};
 use crate::error::TraceError;
 use crate::header::Header;
 use crate::record::MAX_TASKS;
 use crate::trace::Trace;
-
-/// Rows of the file that stand together: what is held of a long trace at a time when it is written or gone through.
-pub const ROWS_A_GROUP: usize = 8192;
 
 /// A trace file that grows by groups of rows and appears under its name once it is whole.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! The table itself: a line a quantity.
 
-use super::{Group, Quantity, Unit};
+use super::quantity::{Group, Quantity, Unit};
 use crate::metrics::Summary;
 
 const fn unit(symbol: &'static str, per_si: f64) -> Unit {

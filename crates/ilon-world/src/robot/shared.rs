@@ -18,6 +18,8 @@ use crate::robot::wheel::carried_mass;
 /// ```no_run
 /// # use ilon_robot::{Pose, Robot};
 /// # use ilon_world::{Floor, Settings, SharedRobot, World};
+/// use ilon_formats::LoadRobot;
+///
 /// let robot = SharedRobot::from(&Robot::load("robot.urdf")?);
 /// let place = |index: i32| Pose { y_m: f64::from(index), ..Pose::default() };
 /// let fleet: Result<Vec<World>, _> = (0..1000)

@@ -1,5 +1,6 @@
 //! Several robots in one world, by their identities.
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose, Robot};
 use ilon_world::{
     BodyId, ContactSolver, Floor, MotorTorque, RollerBodies, Settings, SharedRobot, World,

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use ilon_report::bench::{Configuration, DRIVES, Drive, Heading};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Summary;
 use rayon::prelude::*;
-use serde::Serialize;
 
-use super::{DRIVES, Kind, scenario};
+use super::options::Kind;
+use super::scenario::scenario;
 use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::{CpuTime, Simulation};
@@ -21,65 +22,6 @@ const STRETCH_CPU_S: f64 = 0.02;
 const ROUND_CPU_S: f64 = 0.3;
 /// The longest stretch, in simulated seconds.
 const LONGEST_STRETCH_S: f64 = 100.0;
-
-/// One way to simulate a robot.
-#[derive(Clone, Debug, Serialize)]
-pub struct Configuration {
-    /// Which rollers are looked at, `all` or `near`; or `rapier`: all of them, with contacts that rapier solves itself.
-    pub roller_bodies: String,
-    /// Length of a physics step, in seconds.
-    pub physics_dt_s: f64,
-    /// The worst error over all drives and headings, in per cent.
-    pub worst_error_pct: f64,
-    /// The largest ripple of a hub's height over all drives, in metres.
-    pub hub_ripple_m: Option<f64>,
-    /// The largest sliding speed, rms over a drive, in m/s.
-    pub slip_speed_rms_m_s: Option<f64>,
-    /// How far the wheels missed the rates asked of them, the worst component of the worst drive, in per cent: a loop that
-    /// is too soft for its step makes an easier drive.
-    pub rate_shortfall_pct: f64,
-    /// Simulated seconds a CPU second, over all drives.
-    pub sim_s_per_cpu_s: Option<f64>,
-    /// Physics steps a CPU second, over all drives.
-    pub steps_per_cpu_s: Option<f64>,
-    /// How much longer than the best the middle one of the timed stretches took, the worst drive, in per cent.
-    pub speed_spread_pct: Option<f64>,
-    /// The drives, by name.
-    pub drives: BTreeMap<String, Drive>,
-}
-
-/// What one drive came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Drive {
-    /// Worst deviation of a driven component from the contact kinematics, the worst heading, in per cent.
-    pub error_pct: f64,
-    /// Real over ideal twist, the worst driven component.
-    pub ratio_ideal: f64,
-    /// Ripple of the hubs' height, in metres.
-    pub hub_ripple_m: Option<f64>,
-    /// Simulated seconds a CPU second.
-    pub sim_s_per_cpu_s: Option<f64>,
-    /// Heading by heading.
-    pub headings: Vec<Heading>,
-}
-
-/// A drive at one heading.
-#[derive(Clone, Debug, Serialize)]
-pub struct Heading {
-    /// The heading at the start, in degrees.
-    pub heading_deg: f64,
-    /// Worst deviation of a driven component from the contact kinematics, in per cent. A component that did not move as a
-    /// number counts as one that did not move at all: 100.
-    pub error_pct: f64,
-    /// Real over ideal twist, the worst driven component.
-    pub ratio_ideal: f64,
-    /// Ripple of the hubs' height, in metres.
-    pub hub_ripple_m: Option<f64>,
-    /// Sliding speed of the touching rollers, rms, in m/s.
-    pub slip_speed_rms_m_s: Option<f64>,
-    /// How far the wheels missed the rates asked of them, the worst driven component, in per cent.
-    pub rate_shortfall_pct: f64,
-}
 
 /// What of a configuration is measured first: how accurate it is.
 pub(super) struct Accuracy {
@@ -107,7 +49,7 @@ impl Accuracy {
             .map(|(name, twist, heading_deg)| {
                 let scenario = scenario(twist, heading_deg, kind, rate_hz, bandwidth_rad_s)?;
                 let run = Simulation::with_robot(&scenario, robot)?.run();
-                Ok((name, Heading::of(&run.summary, twist, heading_deg)))
+                Ok((name, heading(&run.summary, twist, heading_deg)))
             })
             .collect::<Result<_, Error>>()?;
         Ok(Self {
@@ -118,94 +60,73 @@ impl Accuracy {
     }
 }
 
-impl Configuration {
-    pub(super) fn of(accuracy: Accuracy, timing: Timing) -> Self {
-        let Accuracy {
-            kind,
-            rate_hz,
-            outcomes,
-        } = accuracy;
-        let speeds: Vec<Option<Speed>> = timing.drives.into_iter().map(Held::speed).collect();
-        let drives = DRIVES.iter().zip(&speeds).map(|((name, _), speed)| {
-            let headings = outcomes.iter().filter(|(of, _)| of == name);
-            let headings = headings.map(|(_, heading)| heading.clone()).collect();
-            let cpu_s = speed.as_ref().map(|speed| speed.cpu_s_per_sim_s);
-            ((*name).to_owned(), Drive::of(headings, cpu_s))
-        });
-        let drives: BTreeMap<_, _> = drives.collect();
-        let headings = || drives.values().flat_map(|drive| &drive.headings);
-        let largest = |of: fn(&Heading) -> Option<f64>| headings().filter_map(of).reduce(f64::max);
-        let cpu_s = speeds
-            .iter()
-            .map(|speed| Some(speed.as_ref()?.cpu_s_per_sim_s))
-            .sum::<Option<f64>>();
-        let speed = cpu_s.map(|cpu_s| DRIVES.len() as f64 / cpu_s);
-        let spreads = speeds.iter().flatten().map(|speed| speed.spread_pct);
-        Self {
-            roller_bodies: kind.word().to_owned(),
-            physics_dt_s: 1.0 / rate_hz,
-            worst_error_pct: largest(|h| Some(h.error_pct)).unwrap_or(f64::NAN),
-            hub_ripple_m: largest(|h| h.hub_ripple_m),
-            slip_speed_rms_m_s: largest(|h| h.slip_speed_rms_m_s),
-            rate_shortfall_pct: largest(|h| Some(h.rate_shortfall_pct)).unwrap_or(f64::NAN),
-            sim_s_per_cpu_s: speed,
-            steps_per_cpu_s: speed.map(|speed| speed * rate_hz),
-            speed_spread_pct: spreads.reduce(f64::max),
-            drives,
-        }
-    }
-
-    /// Physics steps a second.
-    pub fn rate_hz(&self) -> f64 {
-        // A rate that was given as 60 comes back as 60.
-        (1e6 / self.physics_dt_s).round() / 1e6
-    }
-
-    /// CPU seconds that a simulated second costs.
-    pub fn cpu_s_per_sim_s(&self) -> Option<f64> {
-        self.sim_s_per_cpu_s.map(|speed| 1.0 / speed)
-    }
-
-    /// The configuration in a few words.
-    pub fn describe(&self) -> String {
-        super::describe(&self.roller_bodies, self.rate_hz())
+/// What was measured of a configuration.
+pub(super) fn configuration(accuracy: Accuracy, timing: Timing) -> Configuration {
+    let Accuracy {
+        kind,
+        rate_hz,
+        outcomes,
+    } = accuracy;
+    let speeds: Vec<Option<Speed>> = timing.drives.into_iter().map(Held::speed).collect();
+    let drives = DRIVES.iter().zip(&speeds).map(|((name, _), speed)| {
+        let headings = outcomes.iter().filter(|(of, _)| of == name);
+        let headings = headings.map(|(_, heading)| heading.clone()).collect();
+        let cpu_s = speed.as_ref().map(|speed| speed.cpu_s_per_sim_s);
+        ((*name).to_owned(), drive(headings, cpu_s))
+    });
+    let drives: BTreeMap<_, _> = drives.collect();
+    let headings = || drives.values().flat_map(|drive| &drive.headings);
+    let largest = |of: fn(&Heading) -> Option<f64>| headings().filter_map(of).reduce(f64::max);
+    let cpu_s = speeds
+        .iter()
+        .map(|speed| Some(speed.as_ref()?.cpu_s_per_sim_s))
+        .sum::<Option<f64>>();
+    let speed = cpu_s.map(|cpu_s| DRIVES.len() as f64 / cpu_s);
+    let spreads = speeds.iter().flatten().map(|speed| speed.spread_pct);
+    Configuration {
+        roller_bodies: kind.word().to_owned(),
+        physics_dt_s: 1.0 / rate_hz,
+        worst_error_pct: largest(|h| Some(h.error_pct)).unwrap_or(f64::NAN),
+        hub_ripple_m: largest(|h| h.hub_ripple_m),
+        slip_speed_rms_m_s: largest(|h| h.slip_speed_rms_m_s),
+        rate_shortfall_pct: largest(|h| Some(h.rate_shortfall_pct)).unwrap_or(f64::NAN),
+        sim_s_per_cpu_s: speed,
+        steps_per_cpu_s: speed.map(|speed| speed * rate_hz),
+        speed_spread_pct: spreads.reduce(f64::max),
+        drives,
     }
 }
 
-impl Drive {
-    fn of(headings: Vec<Heading>, cpu_s_per_sim_s: Option<f64>) -> Self {
-        let worst = headings
+fn drive(headings: Vec<Heading>, cpu_s_per_sim_s: Option<f64>) -> Drive {
+    let worst = headings
+        .iter()
+        .max_by(|a, b| a.error_pct.total_cmp(&b.error_pct));
+    Drive {
+        error_pct: worst.map_or(f64::NAN, |h| h.error_pct),
+        ratio_ideal: worst.map_or(f64::NAN, |h| h.ratio_ideal),
+        hub_ripple_m: headings
             .iter()
-            .max_by(|a, b| a.error_pct.total_cmp(&b.error_pct));
-        Self {
-            error_pct: worst.map_or(f64::NAN, |h| h.error_pct),
-            ratio_ideal: worst.map_or(f64::NAN, |h| h.ratio_ideal),
-            hub_ripple_m: headings
-                .iter()
-                .filter_map(|h| h.hub_ripple_m)
-                .reduce(f64::max),
-            sim_s_per_cpu_s: cpu_s_per_sim_s.map(|cpu_s| 1.0 / cpu_s),
-            headings,
-        }
+            .filter_map(|h| h.hub_ripple_m)
+            .reduce(f64::max),
+        sim_s_per_cpu_s: cpu_s_per_sim_s.map(|cpu_s| 1.0 / cpu_s),
+        headings,
     }
 }
 
-impl Heading {
-    fn of(summary: &Summary, asked: [f64; 3], heading_deg: f64) -> Self {
-        let (contact, ideal) = (&summary.twist_ratio_contact, &summary.twist_ratio_ideal);
-        let reached = summary.twist_ideal_mean.as_ref().map(|mean: &Twist| {
-            let mean = [mean.vx_m_s, mean.vy_m_s, mean.omega_rad_s];
-            std::array::from_fn(|i| Some(mean[i] / asked[i]))
-        });
-        let off_pct = |ratio: f64| 100.0 * (ratio - 1.0).abs();
-        Self {
-            heading_deg,
-            error_pct: off_pct(worst([contact.vx, contact.vy, contact.omega], asked)),
-            ratio_ideal: worst([ideal.vx, ideal.vy, ideal.omega], asked),
-            hub_ripple_m: summary.hub_ripple_m,
-            slip_speed_rms_m_s: summary.slip_speed_rms_m_s,
-            rate_shortfall_pct: off_pct(worst(reached.unwrap_or_default(), asked)),
-        }
+fn heading(summary: &Summary, asked: [f64; 3], heading_deg: f64) -> Heading {
+    let (contact, ideal) = (&summary.twist_ratio_contact, &summary.twist_ratio_ideal);
+    let reached = summary.twist_ideal_mean.as_ref().map(|mean: &Twist| {
+        let mean = [mean.vx_m_s, mean.vy_m_s, mean.omega_rad_s];
+        std::array::from_fn(|i| Some(mean[i] / asked[i]))
+    });
+    let off_pct = |ratio: f64| 100.0 * (ratio - 1.0).abs();
+    Heading {
+        heading_deg,
+        error_pct: off_pct(worst([contact.vx, contact.vy, contact.omega], asked)),
+        ratio_ideal: worst([ideal.vx, ideal.vy, ideal.omega], asked),
+        hub_ripple_m: summary.hub_ripple_m,
+        slip_speed_rms_m_s: summary.slip_speed_rms_m_s,
+        rate_shortfall_pct: off_pct(worst(reached.unwrap_or_default(), asked)),
     }
 }
 

@@ -3,42 +3,20 @@
 use std::sync::Barrier;
 use std::time::Instant;
 
+use ilon_report::bench::{DRIVES, FLEET_RATE_HZ as RATE_HZ, Throughput};
 use ilon_robot::{Pose, Robot, Twist};
-use serde::Serialize;
 
-use super::{DRIVES, Kind, Options, scenario};
+use super::options::{Kind, Options};
+use super::scenario::scenario;
 use crate::Error;
 use crate::simulate::{CpuTime, Plant, WheelCommand, resolve};
 
-/// Physics steps a second of every robot of a fleet, in the contact window.
-pub const RATE_HZ: f64 = 240.0;
 /// A control period, in seconds: by so much a robot is advanced at a time, as by a program that must know of them all.
 const PERIOD_S: f64 = 0.05;
 /// Simulated time before the clock is started, in seconds.
 const WARM_UP_S: f64 = 1.0;
 /// Simulated seconds of a timed stretch, of all robots together.
 const ROBOT_SECONDS: f64 = 60.0;
-
-/// Many independent robots in one process.
-#[derive(Clone, Debug, Serialize)]
-pub struct Throughput {
-    /// Which robot they all are.
-    pub robot: String,
-    /// How many.
-    pub robots: usize,
-    /// On how many threads.
-    pub threads: usize,
-    /// Simulated seconds of all robots together a second of wall clock, the best of the stretches.
-    pub sim_s_per_wall_s: f64,
-    /// The same a CPU second of all threads together.
-    pub sim_s_per_cpu_s: Option<f64>,
-    /// CPU time over wall clock: how many cores the threads really had. Where it is less than their number, others had
-    /// the rest, and the efficiency says more about them.
-    pub cores: Option<f64>,
-    /// Speed over that of the same robots on one thread, by the number of threads: 1 is a thread that costs nothing.
-    /// `None` where one thread was not measured, or there are more threads than robots.
-    pub efficiency: Option<f64>,
-}
 
 /// Measures each number of robots on each number of threads.
 pub(super) fn measure(

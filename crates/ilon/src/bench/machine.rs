@@ -3,42 +3,23 @@
 use std::time::SystemTime;
 
 use chrono::{DateTime, SecondsFormat, Utc};
-use serde::Serialize;
+use ilon_report::bench::Machine;
 
-/// Where, when and with what something was measured.
-#[derive(Clone, Debug, Serialize)]
-pub struct Machine {
-    /// The processor, in the system's words; `None` where it does not tell.
-    pub processor: Option<String>,
-    /// How many threads can run at once.
-    pub cores: Option<usize>,
-    /// System and architecture.
-    pub system: String,
-    /// By name: the versions of ilon and of what it stands on.
-    pub versions: Vec<(String, String)>,
-    /// Whether the program was built for speed; figures of one that was not tell nothing about it.
-    pub optimised: bool,
-    /// When the measurement ended, RFC 3339, UTC.
-    pub date: String,
-}
-
-impl Machine {
-    /// This machine, now.
-    pub(super) fn this() -> Self {
-        let now: DateTime<Utc> = SystemTime::now().into();
-        let versions = [("ilon", env!("CARGO_PKG_VERSION")), ENGINE];
-        Self {
-            processor: processor(),
-            cores: std::thread::available_parallelism()
-                .ok()
-                .map(std::num::NonZero::get),
-            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            versions: versions
-                .map(|(name, version)| (name.to_owned(), version.to_owned()))
-                .to_vec(),
-            optimised: !cfg!(debug_assertions),
-            date: now.to_rfc3339_opts(SecondsFormat::Secs, true),
-        }
+/// This machine, now.
+pub(super) fn this_machine() -> Machine {
+    let now: DateTime<Utc> = SystemTime::now().into();
+    let versions = [("ilon", env!("CARGO_PKG_VERSION")), ENGINE];
+    Machine {
+        processor: processor(),
+        cores: std::thread::available_parallelism()
+            .ok()
+            .map(std::num::NonZero::get),
+        system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        versions: versions
+            .map(|(name, version)| (name.to_owned(), version.to_owned()))
+            .to_vec(),
+        optimised: !cfg!(debug_assertions),
+        date: now.to_rfc3339_opts(SecondsFormat::Secs, true),
     }
 }
 

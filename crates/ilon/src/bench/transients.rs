@@ -1,8 +1,8 @@
 //! Drives in which wheels slide, under contacts that ilon solves and under such that rapier does, side by side.
 
+use ilon_report::bench::{Slide, Transient};
 use ilon_robot::Robot;
 use ilon_trace::metrics::Energy;
-use serde::Serialize;
 
 use crate::Error;
 use crate::scenario::Scenario;
@@ -19,84 +19,45 @@ const PUSH_S: f64 = 0.4;
 const PUSH_OVER_GRIP: f64 = 1.5;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// A drive in which wheels slide.
-#[derive(Clone, Debug, Serialize)]
-pub struct Transient {
-    /// What happens.
-    pub name: String,
-    /// Contacts that ilon solves, at steps of 1 ms.
-    pub ilon: Slide,
-    /// Contacts that rapier solves, at steps of 1 ms.
-    pub rapier: Slide,
-    /// Contacts that ilon solves, at steps of 0.25 ms: what both are held against.
-    pub fine: Slide,
-}
-
-/// What one drive came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Slide {
-    /// Where the robot ended, from where it began, in metres: ahead and to the left.
-    pub end_m: [f64; 2],
-    /// The largest distance between the course and that of small steps, at the same time, in metres.
-    pub apart_m: f64,
-    /// Heat of sliding, and of spinning rollers up, in J.
-    pub heat_j: f64,
-    /// The fastest that a contact slid, in m/s.
-    pub slip_speed_max_m_s: f64,
-    /// What no part of the energy balance explains, over all energy that was turned over.
-    pub unexplained_share: f64,
-}
-
 /// A run, with its course.
 struct Course {
     places_m: Vec<[f64; 2]>,
     slide: Slide,
 }
 
-impl Transient {
-    /// Lets a robot slide on friction 0.3: as it starts ahead and sideways with 10 m/s^2, and as it is pushed.
-    ///
-    /// # Errors
-    /// Where the robot cannot drive, or one of the solvers does not know something that it has.
-    pub fn measure(robot: &Robot) -> Result<Vec<Self>, Error> {
-        let grip_n_s = FRICTION * GRAVITY_M_S2 * robot.mass_kg() * PUSH_S;
-        let push_n_s = PUSH_OVER_GRIP * grip_n_s;
-        let (sin, cos) = libm::sincos(30f64.to_radians());
-        let push = format!(
-            "[[faults]]\npush = {{ impulse_x_n_s = {}, impulse_y_n_s = {}, from_s = 0.2, lasts_s = {PUSH_S} }}\n",
-            push_n_s * cos,
-            push_n_s * sin
-        );
-        let cases = [
-            ("start ahead", "vx_m_s = 0.5", ""),
-            ("start sideways", "vy_m_s = 0.5", ""),
-            (
-                "push from behind, 30 degrees to the left",
-                "",
-                push.as_str(),
-            ),
-        ];
-        let cases = cases.map(|(name, twist, more)| {
-            let course = |contacts, step_s| Course::of(robot, twist, more, contacts, step_s);
-            let fine = course("ilon", FINE_STEP_S)?;
-            Ok(Self {
-                name: name.to_owned(),
-                ilon: course("ilon", STEP_S)?.beside(&fine),
-                rapier: course("rapier", STEP_S)?.beside(&fine),
-                fine: fine.slide,
-            })
-        });
-        cases.into_iter().collect()
-    }
-
-    /// The solvers in the order in which they are shown, and what each came to.
-    pub fn rows(&self) -> [(&'static str, &Slide); 3] {
-        [
-            ("ilon, 1 ms", &self.ilon),
-            ("rapier, 1 ms", &self.rapier),
-            ("ilon, 0.25 ms", &self.fine),
-        ]
-    }
+/// Lets a robot slide on friction 0.3: as it starts ahead and sideways with 10 m/s^2, and as it is pushed.
+///
+/// # Errors
+/// Where the robot cannot drive, or one of the solvers does not know something that it has.
+pub(super) fn transients(robot: &Robot) -> Result<Vec<Transient>, Error> {
+    let grip_n_s = FRICTION * GRAVITY_M_S2 * robot.mass_kg() * PUSH_S;
+    let push_n_s = PUSH_OVER_GRIP * grip_n_s;
+    let (sin, cos) = libm::sincos(30f64.to_radians());
+    let push = format!(
+        "[[faults]]\npush = {{ impulse_x_n_s = {}, impulse_y_n_s = {}, from_s = 0.2, lasts_s = {PUSH_S} }}\n",
+        push_n_s * cos,
+        push_n_s * sin
+    );
+    let cases = [
+        ("start ahead", "vx_m_s = 0.5", ""),
+        ("start sideways", "vy_m_s = 0.5", ""),
+        (
+            "push from behind, 30 degrees to the left",
+            "",
+            push.as_str(),
+        ),
+    ];
+    let cases = cases.map(|(name, twist, more)| {
+        let course = |contacts, step_s| Course::of(robot, twist, more, contacts, step_s);
+        let fine = course("ilon", FINE_STEP_S)?;
+        Ok(Transient {
+            name: name.to_owned(),
+            ilon: course("ilon", STEP_S)?.beside(&fine),
+            rapier: course("rapier", STEP_S)?.beside(&fine),
+            fine: fine.slide,
+        })
+    });
+    cases.into_iter().collect()
 }
 
 impl Course {
@@ -161,7 +122,7 @@ mod tests {
     #[test]
     fn both_solvers_slide_and_account_for_their_energy() {
         let robot = Options::built_in("volksbot").unwrap();
-        let transients = Transient::measure(&robot).unwrap();
+        let transients = transients(&robot).unwrap();
         assert_eq!(transients.len(), 3);
         for transient in &transients {
             assert_eq!(transient.fine.apart_m, 0.0);

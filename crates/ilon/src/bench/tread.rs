@@ -1,12 +1,10 @@
 //! What treads cost: the time of a step on rollers that give over that on rigid ones, both timed in turn in one run.
 
-use std::collections::BTreeMap;
-
+use ilon_report::bench::{DRIVES, TreadCost};
 use ilon_robot::{Robot, Tread};
-use serde::Serialize;
 
 use super::configuration::Timing;
-use super::{DRIVES, Kind};
+use super::options::Kind;
 use crate::Error;
 
 /// A tread of rubber, in N/m, for a robot that has none.
@@ -14,21 +12,6 @@ const STIFFNESS_N_M: f64 = 1e5;
 /// Steps a second: those of treads see the spring, and both robots take them.
 const RATE_HZ: f64 = 1000.0;
 const KIND: Kind = Kind::Near;
-
-/// What treads cost a robot.
-#[derive(Clone, Debug, Serialize)]
-pub struct TreadCost {
-    /// Physics steps a second.
-    pub rate_hz: f64,
-    /// Which rollers are looked at.
-    pub roller_bodies: String,
-    /// Stiffness of the treads of the first wheel, in N/m.
-    pub stiffness_n_m: f64,
-    /// CPU time of a step with treads over that without, all drives together.
-    pub ratio: f64,
-    /// The same of each drive, by name.
-    pub drives: BTreeMap<String, f64>,
-}
 
 /// A robot with treads and without, warmed up.
 pub(super) struct TreadTiming {
@@ -82,26 +65,5 @@ impl TreadTiming {
                 .map(|((name, _), (gives, rigid))| ((*name).to_owned(), gives / rigid))
                 .collect(),
         })
-    }
-}
-
-impl TreadCost {
-    /// The drive that treads cost most.
-    pub fn worst(&self) -> Option<(&str, f64)> {
-        let drives = self.drives.iter();
-        let worst = drives.max_by(|a, b| a.1.total_cmp(b.1));
-        worst.map(|(name, ratio)| (name.as_str(), *ratio))
-    }
-
-    /// What they cost, in a sentence.
-    pub fn said(&self) -> String {
-        let worst = self.worst();
-        let worst = worst.map_or_else(String::new, |(name, ratio)| {
-            format!("; {ratio:.2} times in {name}, the most")
-        });
-        format!(
-            "treads of {:.0e} N/m: {:.2} times the time of a step on rigid rollers, {} rollers, {} steps a second{worst}",
-            self.stiffness_n_m, self.ratio, self.roller_bodies, self.rate_hz
-        )
     }
 }

@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use ilon_trace::file::write_text;
 
 use super::escape::one_line;
+use super::outcome::Outcome;
 use super::robot::Sources;
 use super::table::Table;
-use super::{Outcome, claim, open, say};
+use super::{claim, open, say};
 use crate::bench::{Bench, Configuration, DRIVES, Kind, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -101,7 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if cfg!(debug_assertions) {
         say::note("note: this is a build for debugging; its speeds tell nothing");
     }
-    let bench = Bench::measure(&options, |what| say::note(&one_line(what)))?;
+    let bench = crate::bench::measure(&options, |what| say::note(&one_line(what)))?;
     let json = serde_json::to_string_pretty(&bench)
         .map_err(|error| Failure::encode("the measurements", &error))?
         + "\n";

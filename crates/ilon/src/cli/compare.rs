@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 
 use super::escape::one_line;
+use super::options::Sandbox;
+use super::outcome::Outcome;
 use super::progress::Bar;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, open, say};
+use super::{claim, open, say};
 use crate::cli::failure::Failure;
 use crate::compare::{CompareError, Compared, Comparison};
 use crate::simulate::Simulation;

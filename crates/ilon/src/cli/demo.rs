@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::escape::one_line;
-use super::{Outcome, flags, say};
+use super::outcome::Outcome;
+use super::{flags, say};
 use crate::bench::ROBOTS;
 use crate::cli::failure::Failure;
 

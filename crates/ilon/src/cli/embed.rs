@@ -1,48 +1,18 @@
-//! What programs of other languages need of the command: to be it, to write what it writes, and to say what it says.
+//! What programs of other languages need of the command: to write what it writes, and to say what it says.
 
-use std::ffi::OsString;
 use std::path::Path;
 
-use clap::Parser;
 use ilon_report as report;
-use ilon_sweep::{Findings, Store, Study};
+use ilon_sweep::{Findings, Row, Store, Study};
 use ilon_trace::Recorded;
 use miette::Diagnostic;
 
 use super::failure::Failure;
 use super::output::OutputFolder;
-use super::{Cli, Outcome, context, dispatch, fault, identify, say, sweep};
+use super::{again, answer, context, fault, results};
 use crate::Run;
 use crate::judge::judge;
 use crate::simulate::load_robot;
-
-/// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
-pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
-        Err(error) => {
-            let printed = error.print();
-            // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
-            if !error.use_stderr()
-                && let Err(failure) = say::written(printed)
-            {
-                fault::show(failure);
-                return 2;
-            }
-            return u8::try_from(error.exit_code()).unwrap_or(2);
-        }
-    };
-    say::be_quiet(cli.quiet);
-    match dispatch(cli.command) {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::Unexpected) => 1,
-        Ok(Outcome::BadInput) => 2,
-        Err(error) => {
-            fault::show(error);
-            2
-        }
-    }
-}
 
 /// A fault as the command explains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,7 +56,7 @@ pub fn report_html(run: &Run, command: &str) -> String {
 /// # Errors
 /// Where they would.
 pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
-    sweep::refuse_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
+    results::refuse_study_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
 }
 
 /// Writes what a study found into the folder of its results, as `ilon sweep` does, if its store has one.
@@ -94,7 +64,7 @@ pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
 /// # Errors
 /// Where it cannot be written.
 pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Explained> {
-    sweep::write(study, store, findings).map_err(|failure| explain(&failure))
+    results::write_study(study, store, findings).map_err(|failure| explain(&failure))
 }
 
 /// Makes sure that what is identified, written into a folder, replaces nothing that it is made from, as `ilon identify` does.
@@ -102,7 +72,8 @@ pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<
 /// # Errors
 /// Where it would.
 pub fn may_hold_identified(folder: &Path, study: &ilon_identify::Study) -> Result<(), Explained> {
-    identify::refuse_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
+    results::refuse_identify_inputs(folder, study, "another path")
+        .map_err(|failure| explain(&failure))
 }
 
 /// Writes what was identified into a folder, as `ilon identify` does.
@@ -114,12 +85,18 @@ pub fn write_identified(
     study: &ilon_identify::Study,
     found: &ilon_identify::Identified,
 ) -> Result<(), Explained> {
-    identify::write_claimed(study, found, folder).map_err(|failure| explain(&failure))
+    results::claim_and_write_identified(study, found, folder).map_err(|failure| explain(&failure))
+}
+
+/// The page of a study, as `ilon sweep` writes it.
+pub fn study_page(study: &Study, rows: &[Row], findings: &Findings) -> String {
+    let again = |run| again::command(study, rows, run);
+    ilon_report::pages::sweep::html(study, rows, findings, &again)
 }
 
 /// What a study found, as `ilon sweep` prints it.
 pub fn study_words(study: &Study, findings: &Findings) -> String {
-    sweep::words(study, findings)
+    answer::of_study(study, findings)
 }
 
 fn write(folder: &Path, run: &Run, command: &str) -> Result<(), Failure> {

@@ -74,7 +74,7 @@ impl Failure {
 
     /// A file or folder that cannot be read.
     pub(super) fn read(path: &Path, source: std::io::Error) -> Self {
-        ilon_sim::Error::read(path, &ilon_robot::ReadError::Io(source)).into()
+        ilon_sim::Error::read(path, &ilon_files::ReadError::Io(source)).into()
     }
 }
 
@@ -87,7 +87,7 @@ impl<E: Into<ilon_sim::Error> + KnownToSimulation> From<E> for Failure {
 /// Errors that [`ilon_sim::Error`] has words for.
 pub(super) trait KnownToSimulation {}
 impl KnownToSimulation for ilon_sim::Error {}
-impl KnownToSimulation for ilon_robot::RobotError {}
+impl KnownToSimulation for ilon_formats::RobotError {}
 impl KnownToSimulation for ilon_control::ControlError {}
 impl KnownToSimulation for ilon_world::WorldError {}
 impl KnownToSimulation for ilon_trace::TraceError {}

@@ -1,6 +1,6 @@
 //! How options of reading a robot are asked for on the command line.
 
-use ilon_robot::{Handedness, LoadOptions, Remedy, RollerForms, WheelOptions};
+use ilon_formats::{Handedness, LoadOptions, Remedy, RollerForms, WheelOptions};
 use ilon_sim::remedy::{Wording, rounded};
 
 /// For whoever called a command that reads a robot's file.

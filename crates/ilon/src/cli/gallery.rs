@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use ilon_robot::{LoadOptions, Robot, RobotError};
+use ilon_formats::{LoadOptions, LoadRobot, RobotError};
+use ilon_robot::Robot;
 
 use super::escape::one_line;
 use super::flags::{Flags, shell};

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use ilon_robot::{Robot, Spec};
+use ilon_formats::{LoadRobot, Spec};
+use ilon_robot::Robot;
 
-use super::{Outcome, claim, say};
+use super::outcome::Outcome;
+use super::{claim, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
@@ -25,7 +27,7 @@ pub(super) struct Arguments {
 /// Writes the URDF, if it is one that can be read.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let spec = Spec::load(&arguments.spec)?;
-    let urdf = ilon_robot::generate(&spec)?;
+    let urdf = ilon_formats::generate(&spec)?;
     // What is written can be run.
     let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;

@@ -1,18 +1,17 @@
 //! `ilon identify`: what a robot really is, fitted to logs of its drives.
 
-mod answer;
+use ilon_formats::LoadRobot;
+use std::path::PathBuf;
 
-use std::path::{Path, PathBuf};
-
-use ilon_identify::{Identified, Progress, Study, identify};
+use ilon_identify::{Progress, Study, identify};
 use ilon_trace::file::write_text;
 
 use super::escape::one_line;
-use super::options::{Detail, Open, Out, Printing};
+use super::options::{Detail, Open, Out, Printing, Sandbox};
+use super::outcome::Outcome;
 use super::progress::Bar;
-use super::{Outcome, Sandbox, claim, say};
+use super::{answer, claim, results, say};
 use crate::cli::failure::Failure;
-use crate::pages;
 
 /// Arguments of `ilon identify`.
 #[derive(Debug, clap::Args)]
@@ -54,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
     let out = arguments.out.or_of(&study.name());
-    refuse_inputs(&out, &study, "--out")?;
+    results::refuse_identify_inputs(&out, &study, "--out")?;
     let _claim = claim::folder(&out, "--out")?;
     // How many drives a search simulates is not known before it ends.
     let bar = Bar::without_end(&study.name());
@@ -71,13 +70,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             say::note(&one_line(&text));
         }
     }
-    let json = write(&study, &found, &out)?;
+    let json = results::write_identified(&study, &found, &out)?;
     arguments.printing.answer(&json, || {
         let written = ilon_identify::FILES.iter().copied();
         let written: Vec<&str> = written.filter(|name| out.join(name).is_file()).collect();
         format!(
             "{}\nwritten to {}: {}\n",
-            answer::words(&found, arguments.detail.table),
+            answer::of_identification(&found, arguments.detail.table),
             one_line(&out.display().to_string()),
             written.join(", ")
         )
@@ -94,7 +93,7 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
             "name a study",
         ));
     };
-    let mut options = ilon_robot::LoadOptions::default();
+    let mut options = ilon_formats::LoadOptions::default();
     options.files = arguments.sandbox.files()?;
     let robot = ilon_robot::Robot::load_with(path, &options)?.robot;
     let course = ilon_identify::plan::plan(&robot, &arguments.free, arguments.speed)?;
@@ -124,32 +123,4 @@ fn words(progress: &Progress) -> String {
         Progress::Fitting(model) => format!("fitting {model}"),
         Progress::Simulating(count) => format!("{count} drives simulated"),
     }
-}
-
-/// Refuses a folder, which an option names, in which results would replace what the study is made from.
-pub(super) fn refuse_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
-    let mut inputs = study.inputs();
-    inputs.push(study.path.clone());
-    for name in ilon_identify::FILES {
-        claim::not_an_input(&out.join(name), option, &inputs)?;
-    }
-    Ok(())
-}
-
-/// Writes all results into a folder that is claimed for it.
-pub(super) fn write_claimed(study: &Study, found: &Identified, out: &Path) -> Result<(), Failure> {
-    let _claim = claim::folder(out, "another path")?;
-    write(study, found, out).map(drop)
-}
-
-/// Writes all files of the results, `identified.json` last; gives its text.
-fn write(study: &Study, found: &Identified, out: &Path) -> Result<String, Failure> {
-    let json = serde_json::to_string_pretty(found);
-    let json = json.map_err(|error| Failure::encode("what was found", &error))? + "\n";
-    for (name, text) in ilon_identify::files(study, found, out)? {
-        write_text(&out.join(name), &text)?;
-    }
-    pages::identify::write(&out.join("report.html"), found)?;
-    write_text(&out.join("identified.json"), &json)?;
-    Ok(json)
 }

@@ -3,13 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use ilon_control::Kinematics;
-use ilon_robot::{FileAccess, Robot};
+use ilon_files::FileAccess;
+use ilon_formats::LoadRobot;
+use ilon_robot::Robot;
 
 use super::escape::one_line;
 use super::flags::{Flags, shell};
+use super::options::Sandbox;
+use super::outcome::Outcome;
 use super::robot::Reading;
 use super::table::Table;
-use super::{Outcome, Sandbox, claim, gallery, open, ros2, say};
+use super::{claim, gallery, open, ros2, say};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::{Inspection, TreadInspection};

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use ilon_live::{Desk, LiveError, Pace, Server, Session, Watcher};
 
-use super::{Outcome, Sandbox, Settings, say};
+use super::options::{Sandbox, Settings};
+use super::outcome::Outcome;
+use super::say;
 use crate::Scenario;
 use crate::cli::failure::Failure;
 

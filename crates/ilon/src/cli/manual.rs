@@ -1,9 +1,10 @@
 //! `ilon completions` and `ilon man`: what a shell and a manual reader want of the command line.
 
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_complete::Shell;
 
-use super::{Cli, Outcome, say};
+use super::outcome::Outcome;
+use super::say;
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon completions`.
@@ -22,16 +23,18 @@ pub(super) struct ManArguments {
 }
 
 /// Prints the script that completes a shell's lines.
-pub(super) fn completions(arguments: &CompletionsArguments) -> Result<Outcome, Failure> {
+pub(super) fn completions(
+    arguments: &CompletionsArguments,
+    mut ilon: Command,
+) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "ilon", &mut script);
+    clap_complete::generate(arguments.shell, &mut ilon, "ilon", &mut script);
     say::data(&String::from_utf8_lossy(&script))?;
     Ok(Outcome::Done)
 }
 
 /// Prints a page of the manual, in the language of `man`.
-pub(super) fn man(arguments: &ManArguments) -> Result<Outcome, Failure> {
-    let mut ilon = Cli::command();
+pub(super) fn man(arguments: &ManArguments, mut ilon: Command) -> Result<Outcome, Failure> {
     // Gives each command its whole name.
     ilon.build();
     let page = match &arguments.command {

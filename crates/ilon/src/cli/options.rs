@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{open, say};
+use ilon_files::FileAccess;
+
+use super::{flags, open, say};
 use crate::cli::failure::Failure;
+use crate::scenario::Setting;
 
 /// What a command prints.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -65,5 +68,44 @@ impl Open {
         if self.open {
             open::page(path);
         }
+    }
+}
+
+/// Keys of a scenario changed on the command line.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct Settings {
+    /// Change a key of the scenario, such as `world.floor.friction=0.2`; may be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<Setting>,
+}
+
+/// What files of strangers may read.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct Sandbox {
+    /// Read no scenario, robot, mesh or file of waypoints outside of this folder, whatever the files name; may be given
+    /// several times. Links are followed first. xacro files see nothing of the environment.
+    #[arg(long = "sandbox", value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+}
+
+impl Sandbox {
+    /// The flags of it, each after a space.
+    pub fn words(&self) -> String {
+        let word = |folder: &PathBuf| flags::shell(&folder.display().to_string());
+        let flag = |folder| format!(" --sandbox {}", word(folder));
+        self.folders.iter().map(flag).collect()
+    }
+
+    /// Which files may be read.
+    pub fn files(&self) -> Result<FileAccess, Failure> {
+        if self.folders.is_empty() {
+            return Ok(FileAccess::anywhere());
+        }
+        FileAccess::below(&self.folders).map_err(|error| {
+            Failure::usage(
+                format!("--sandbox cannot be the folder {error}"),
+                "name a folder that is there",
+            )
+        })
     }
 }

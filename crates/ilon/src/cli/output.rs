@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
 use super::claim::{self, Claim};

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use ilon_trace::{Recorded, Settings, Summary};
 
 use super::escape::one_line;
-use super::{Outcome, claim, context, open, say};
+use super::outcome::Outcome;
+use super::{claim, context, open, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ilon_robot::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
+use ilon_formats::{Handedness, LoadOptions, Package, RollerForms, WheelOptions};
 
 /// Options of reading a robot's file.
 #[derive(Clone, Debug, Default, clap::Args)]

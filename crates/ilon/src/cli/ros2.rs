@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use ilon_formats::Loaded;
 use ilon_messages::topics::{robot_description, with_ros2_control};
-use ilon_robot::Loaded;
 use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;

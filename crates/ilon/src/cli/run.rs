@@ -9,11 +9,12 @@ use ilon_trace::{Quantity, Sink, Summary};
 
 use super::bag::Bag;
 use super::escape::one_line;
-use super::options::Detail;
+use super::options::{Detail, Sandbox, Settings};
+use super::outcome::Outcome;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
 use super::table::Table;
-use super::{Outcome, Sandbox, Settings, flags, open, say};
+use super::{flags, open, say};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;

@@ -1,9 +1,10 @@
 //! `ilon schema`: the JSON Schema of a file that a person writes.
 
 use clap::ValueEnum;
-use ilon_robot::Spec;
+use ilon_formats::Spec;
 
-use super::{Outcome, say};
+use super::outcome::Outcome;
+use super::say;
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::sweep::StudyFile;

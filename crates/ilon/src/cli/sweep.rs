@@ -1,17 +1,15 @@
 //! `ilon sweep`: many runs of a scenario under keys that vary, and what they say.
 
-mod answer;
-
 use std::path::{Path, PathBuf};
 
 use ilon_sweep::{Findings, Options, Progress, Shard, Store, Study};
 
 use super::escape::one_line;
-use super::options::{Open, Out, Printing};
+use super::options::{Open, Out, Printing, Sandbox};
+use super::outcome::Outcome;
 use super::progress::Bar;
-use super::{Outcome, Sandbox, claim, flags, say};
+use super::{answer, flags, results, say};
 use crate::cli::failure::Failure;
-use crate::pages;
 
 /// Arguments of `ilon sweep`.
 #[derive(Debug, clap::Args)]
@@ -45,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
     let out = arguments.out.or_of(study.name());
-    refuse_inputs(&out, &study, "--out")?;
+    results::refuse_study_inputs(&out, &study, "--out")?;
     let store = Store::open(&out, &study, arguments.shard)?;
     if store.damaged() > 0 {
         say::note(&format!(
@@ -86,28 +84,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     show(arguments, &study, &store, &findings, &out)
 }
 
-/// Refuses a folder, which an option names, in which results would replace what the study is made from.
-pub(super) fn refuse_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
-    let scenarios = (0..study.scenario_names().count()).map(|index| study.scenario_path(index));
-    let inputs: Vec<PathBuf> = std::iter::once(study.path())
-        .chain(scenarios)
-        .map(Path::to_owned)
-        .collect();
-    for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
-        claim::not_an_input(&out.join(name), option, &inputs)?;
-    }
-    Ok(())
-}
-
-/// Writes the results and their page, if the store has a folder.
-pub(super) fn write(study: &Study, store: &Store, findings: &Findings) -> Result<(), Failure> {
-    ilon_sweep::write_results(study, store, findings)?;
-    if let Some(folder) = store.folder() {
-        pages::sweep::write(&folder.join("report.html"), study, &store.rows(), findings)?;
-    }
-    Ok(())
-}
-
 /// Gathers rows that were made elsewhere.
 fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = match (&arguments.out.out, arguments.merge.as_slice()) {
@@ -137,7 +113,7 @@ fn show(
     findings: &Findings,
     out: &Path,
 ) -> Result<Outcome, Failure> {
-    write(study, store, findings)?;
+    results::write_study(study, store, findings)?;
     let json = serde_json::to_string_pretty(findings);
     let json = json.map_err(|error| Failure::encode("the findings", &error))? + "\n";
     arguments.printing.answer(&json, || {
@@ -148,7 +124,7 @@ fn show(
         };
         format!(
             "{}\nwritten to {}: report.html, runs.parquet, findings.json{kept}\n",
-            answer::words(study, findings),
+            answer::of_study(study, findings),
             one_line(&out.display().to_string())
         )
     })?;
@@ -157,7 +133,7 @@ fn show(
         .iter()
         .filter(|expectation| !expectation.held)
     {
-        let words = crate::answers::sweep::expectation(expectation);
+        let words = ilon_report::answers::sweep::expectation(expectation);
         say::note(&one_line(&format!("note: expected {words}")));
     }
     arguments.open.page(&out.join("report.html"));
@@ -188,5 +164,3 @@ fn words_of(progress: Progress) -> String {
     };
     format!("{done} {of} {likely} runs{failed}")
 }
-
-pub(super) use answer::{verdicts, words};

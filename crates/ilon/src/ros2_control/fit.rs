@@ -340,6 +340,7 @@ const PRIMES: [f64; 8] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0];
 
 #[cfg(test)]
 mod tests {
+    use ilon_formats::LoadRobot;
     use std::f64::consts::PI;
 
     use super::*;

@@ -11,6 +11,7 @@ use ilon::robot::{Pose, Robot, Twist, wrap_angle};
 use ilon::simulate::Simulation;
 use ilon::trace::{Desired, Record, Support, TaskShare, Trace, Truth, WheelSample};
 use ilon::world::{BodyState, Energy, WheelContact};
+use ilon_formats::LoadRobot;
 
 /// Onto a circle, over a slippery patch and a kerb, with a push meanwhile; a row every physics step, exact sensors.
 const SCENARIO: &str = "

@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use ilon::bench::{Bench, Kind, Options};
+use ilon::bench::{Kind, Options};
 use ilon::compare::{Compared, Comparison};
 use ilon::{Run, Scenario};
 
@@ -210,7 +210,7 @@ fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
         fleets: vec![1],
         ..Options::quick().expect("the built-in robots")
     };
-    let bench = Bench::measure(&options, |_| ()).expect("they drive");
+    let bench = ilon::bench::measure(&options, |_| ()).expect("they drive");
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("bench.html");
     ilon::pages::bench::write(&page, &bench).expect("the page is written");

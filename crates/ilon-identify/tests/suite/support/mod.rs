@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use ilon_control::Kinematics;
+use ilon_formats::{LoadOptions, LoadRobot};
 use ilon_identify::Log;
 use ilon_identify::model::Model;
-use ilon_robot::{LoadOptions, Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot, Twist};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};

@@ -1,5 +1,6 @@
 //! What is done to a robot, for both engines alike.
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::Vector3;
 

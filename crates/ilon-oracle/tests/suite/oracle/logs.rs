@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use ilon_control::Kinematics;
+use ilon_formats::{LoadOptions, LoadRobot};
 use ilon_identify::Log;
 use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Settings};
-use ilon_robot::{LoadOptions, Robot, Twist};
+use ilon_robot::{Robot, Twist};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 

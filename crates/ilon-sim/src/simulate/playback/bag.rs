@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use ilon_files::FileAccess;
 use ilon_messages::bag::{self, ReadMessage};
 use ilon_messages::geometry_msgs::{self as geometry, PoseStamped, Twist, TwistStamped};
 use ilon_messages::nav_msgs::{Odometry, Path};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::{CdrError, Message};
-use ilon_robot::FileAccess;
 
 use super::series::Series;
-use super::{MOST_ROWS, Wanted};
+use super::wanted::{MOST_ROWS, Wanted};
 use crate::Error;
 use crate::scenario::Drives;
 

@@ -1,9 +1,9 @@
 //! Logs as CSV files: a header with the names of columns, and numbers.
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 
 use super::series::Series;
-use super::{MAX_BYTES, MOST_ROWS, Wanted};
+use super::wanted::{MAX_BYTES, MOST_ROWS, Wanted};
 use crate::Error;
 use crate::foreign::{cell, is_head_of_log, quoted};
 use crate::scenario::{Drives, is_computable, nearest};

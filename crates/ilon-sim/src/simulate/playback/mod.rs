@@ -3,10 +3,9 @@
 mod bag;
 mod csv;
 mod series;
+mod wanted;
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
-use std::path::Path;
 use std::sync::Arc;
 
 use ilon_control::{Heading, Reference};
@@ -15,13 +14,10 @@ use nalgebra::Vector2;
 
 pub(super) use self::series::Placing;
 use self::series::{Series, is_wrapped, place, unwrap};
+use self::wanted::Wanted;
 use crate::Error;
-use crate::scenario::{Drives, Playback, Scenario, TIME_SLACK_S};
+use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
 
-/// The longest log that is read, in bytes.
-const MAX_BYTES: u64 = 4 << 30;
-/// The most rows of a log.
-const MOST_ROWS: usize = 20_000_000;
 /// Points of a path are at least this far apart, in seconds: a spline through poses that lie closer follows their noise.
 const PATH_STEP_S: f64 = 0.25;
 
@@ -296,57 +292,6 @@ impl Log {
                 });
                 Some(fastest.fold(0.0, f64::max))
             }
-        }
-    }
-}
-
-/// What is looked for in a log.
-struct Wanted<'a> {
-    section: &'a Playback,
-    wheels: &'a [&'a str],
-    path: &'a Path,
-    /// What was looked for.
-    asked: RefCell<BTreeSet<String>>,
-}
-
-impl Wanted<'_> {
-    /// What the log calls something.
-    fn name<'s>(&'s self, ours: &'s str) -> &'s str {
-        if !self.asked.borrow().contains(ours) {
-            self.asked.borrow_mut().insert(ours.to_owned());
-        }
-        self.section.names.get(ours).map_or(ours, String::as_str)
-    }
-
-    /// Refuses a name of something that was not looked for: it would be ignored.
-    fn refuse_unused_names(&self) -> Result<(), Error> {
-        let asked = self.asked.borrow();
-        let mut names = self.section.names.keys();
-        let Some(unused) = names.find(|name| !asked.contains(*name)) else {
-            return Ok(());
-        };
-        let near = crate::scenario::nearest(unused, asked.iter().map(String::as_str));
-        let help = match near {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let asked: Vec<String> = asked.iter().map(|name| format!("`{name}`")).collect();
-                match asked.len() {
-                    0 => "leave it out: nothing of this log has a name to look for".to_owned(),
-                    _ => format!("looked for are {}", asked.join(", ")),
-                }
-            }
-        };
-        Err(self.fault(
-            format!("`playback.names.{unused}` names nothing that is looked for in it"),
-            help,
-        ))
-    }
-
-    fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
-        Error::Log {
-            path: self.path.to_owned(),
-            message: message.into(),
-            help: help.into(),
         }
     }
 }

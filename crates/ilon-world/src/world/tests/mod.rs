@@ -3,6 +3,7 @@
 mod off_the_flat;
 mod two_bodies;
 
+use ilon_formats::LoadRobot;
 use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_robot::FileAccess;
+use ilon_files::FileAccess;
 use toml_edit::{DocumentMut, Item, TableLike, value};
 
 use crate::cli::failure::Failure;

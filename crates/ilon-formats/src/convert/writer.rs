@@ -1,0 +1,217 @@
+//! Writes a URDF, and keeps where its elements came from.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use roxmltree::Node;
+
+use crate::urdf::Origin;
+use crate::xml;
+use ilon_robot::roll_pitch_yaw;
+
+/// A URDF that is being written.
+pub(super) struct Writer {
+    file: Arc<str>,
+    text: Arc<str>,
+    line_breaks: Vec<usize>,
+    out: String,
+    origins: Vec<(usize, Origin)>,
+}
+
+/// A joint of a URDF.
+pub(super) struct JointOf<'a> {
+    pub(super) name: &'a str,
+    pub(super) kind: &'a str,
+    pub(super) parent: &'a str,
+    pub(super) child: &'a str,
+    pub(super) parent_from_joint: Isometry3<f64>,
+    pub(super) axis: Vector3<f64>,
+    /// Lower and upper.
+    pub(super) range: Option<[f64; 2]>,
+    pub(super) effort: Option<f64>,
+    pub(super) velocity: Option<f64>,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+}
+
+/// A shape of a URDF.
+pub(super) enum ShapeOf {
+    Box(Vector3<f64>),
+    Cylinder { radius: f64, length: f64 },
+    Capsule { radius: f64, length: f64 },
+    Sphere(f64),
+    Mesh { file: String, scale: Vector3<f64> },
+}
+
+impl Writer {
+    /// For a file with that text.
+    pub(super) fn new(file: &str, text: &str, robot: &str, root: Node) -> Self {
+        let mut writer = Self {
+            file: file.into(),
+            text: text.into(),
+            line_breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+            out: String::new(),
+            origins: Vec::new(),
+        };
+        writer.begin("robot", root);
+        writer.attribute("name", robot);
+        writer.out.push_str(">\n");
+        writer
+    }
+
+    /// The text, and where its elements came from.
+    pub(super) fn finish(mut self) -> (String, Vec<(usize, Origin)>) {
+        self.out.push_str("</robot>\n");
+        (self.out, self.origins)
+    }
+
+    fn begin(&mut self, tag: &str, node: Node) {
+        let bytes = xml::opening_tag(&self.text, node);
+        let before = self.line_breaks.partition_point(|at| *at < bytes.start);
+        let origin = Origin {
+            file: Arc::clone(&self.file),
+            text: Arc::clone(&self.text),
+            line: before + 1,
+            bytes,
+        };
+        self.origins.push((self.out.len(), origin));
+        self.out.push('<');
+        self.out.push_str(tag);
+    }
+
+    fn attribute(&mut self, name: &str, value: &str) {
+        let value = value
+            .replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('"', "&quot;");
+        let _ = write!(self.out, " {name}=\"{value}\"");
+    }
+
+    /// Begins a link, which lasts until the next [`Self::end_link`].
+    pub(super) fn begin_link(&mut self, name: &str, node: Node) {
+        self.begin("link", node);
+        self.attribute("name", name);
+        self.out.push_str(">\n");
+    }
+
+    pub(super) fn end_link(&mut self) {
+        self.out.push_str("</link>\n");
+    }
+
+    /// The mass properties of the link, in a frame at its centre of mass.
+    pub(super) fn inertial(
+        &mut self,
+        node: Node,
+        link_from_inertial: &Isometry3<f64>,
+        mass_kg: f64,
+        inertia: Option<&Matrix3<f64>>,
+    ) {
+        self.begin("inertial", node);
+        self.out.push('>');
+        self.origin(link_from_inertial);
+        let _ = write!(self.out, "<mass value=\"{mass_kg}\"/>");
+        if let Some(i) = inertia {
+            let _ = write!(
+                self.out,
+                "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
+                i.m11, i.m12, i.m13, i.m22, i.m23, i.m33
+            );
+        }
+        self.out.push_str("</inertial>\n");
+    }
+
+    /// A shape of the link, `collision` or `visual`.
+    pub(super) fn shape(
+        &mut self,
+        tag: &str,
+        node: Node,
+        link_from_shape: &Isometry3<f64>,
+        shape: &ShapeOf,
+    ) {
+        self.begin(tag, node);
+        self.out.push('>');
+        self.origin(link_from_shape);
+        self.out.push_str("<geometry>");
+        let _ = match shape {
+            ShapeOf::Box(s) => write!(self.out, "<box size=\"{} {} {}\"/>", s.x, s.y, s.z),
+            ShapeOf::Cylinder { radius, length } => {
+                write!(
+                    self.out,
+                    "<cylinder radius=\"{radius}\" length=\"{length}\"/>"
+                )
+            }
+            ShapeOf::Capsule { radius, length } => {
+                write!(
+                    self.out,
+                    "<capsule radius=\"{radius}\" length=\"{length}\"/>"
+                )
+            }
+            ShapeOf::Sphere(radius) => write!(self.out, "<sphere radius=\"{radius}\"/>"),
+            ShapeOf::Mesh { file, scale } => {
+                self.out.push_str("<mesh");
+                self.attribute("filename", file);
+                write!(self.out, " scale=\"{} {} {}\"/>", scale.x, scale.y, scale.z)
+            }
+        };
+        let _ = writeln!(self.out, "</geometry></{tag}>");
+    }
+
+    pub(super) fn joint(&mut self, node: Node, joint: &JointOf) {
+        self.begin("joint", node);
+        self.attribute("name", joint.name);
+        self.attribute("type", joint.kind);
+        self.out.push('>');
+        for (tag, link) in [("parent", joint.parent), ("child", joint.child)] {
+            self.out.push('<');
+            self.out.push_str(tag);
+            self.attribute("link", link);
+            self.out.push_str("/>");
+        }
+        self.origin(&joint.parent_from_joint);
+        let a = joint.axis;
+        let _ = write!(self.out, "<axis xyz=\"{} {} {}\"/>", a.x, a.y, a.z);
+        self.out.push_str("<limit");
+        if let Some([lower, upper]) = joint.range {
+            let _ = write!(self.out, " lower=\"{lower}\" upper=\"{upper}\"");
+        }
+        for (name, value) in [("effort", joint.effort), ("velocity", joint.velocity)] {
+            if let Some(value) = value {
+                let _ = write!(self.out, " {name}=\"{value}\"");
+            }
+        }
+        let _ = writeln!(
+            self.out,
+            "/><dynamics damping=\"{}\" friction=\"{}\"/></joint>",
+            joint.damping, joint.friction
+        );
+    }
+
+    /// What another program reads, as it would stand in a URDF.
+    pub(super) fn raw(&mut self, node: Node, tag: &str, rest: &str) {
+        self.begin(tag, node);
+        self.out.push_str(rest);
+        self.out.push('\n');
+    }
+
+    fn origin(&mut self, pose: &Isometry3<f64>) {
+        if *pose == Isometry3::identity() {
+            return;
+        }
+        let p = pose.translation.vector;
+        let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
+        let _ = write!(
+            self.out,
+            "<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>",
+            p.x, p.y, p.z
+        );
+    }
+}
+
+/// A text for an attribute or a content of XML.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}

@@ -1,0 +1,421 @@
+//! URDF with explicit rollers, written from a short description.
+//!
+//! Frames: the body's origin is on the ground. A wheel's link has its origin at the wheel's centre, y along the hub axis
+//! and z up at wheel angle zero; its joint turns about y. A roller's link has its origin at the roller's centre, x
+//! outward from the hub axis and z along its own axis, **n**_gamma = **k** x **u**_gamma for the roller that points down;
+//! its joint turns about z.
+//!
+//! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
+//! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fmt::Write;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::error::{Fault, RobotError};
+use crate::model::{Barrel, DriveTrain, RollerSurface};
+use crate::spec::{ChassisShape, Described, Spec, check};
+use ilon_robot::roll_pitch_yaw;
+
+/// Spheres that stand for one roller in collision and visual.
+const SPHERES_PER_ROLLER: usize = 7;
+
+/// Writes the URDF of a described robot.
+///
+/// # Errors
+/// A value out of its range, and rollers too slender to reach their neighbours. The errors name the key, but no place
+/// in a file.
+pub fn generate(spec: &Spec) -> Result<String, RobotError> {
+    let wheels = spec.described();
+    check(spec, &wheels)?;
+    let mut out = String::new();
+    write_robot(&mut out, spec, &wheels).map_err(|e| {
+        let reason = e.to_string();
+        RobotError::new(&spec.name, Fault::Unreadable { reason })
+    })?;
+    Ok(out)
+}
+
+fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt::Result {
+    let (w, r) = (&spec.wheel, &spec.rollers);
+    writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>")?;
+    writeln!(
+        out,
+        "<!-- Generated: change the description it was written from, not this file.\n     \
+         {} wheels of radius {} m; hubs of {} kg; motors of {} N m and {} rad/s at the wheel.\n     \
+         {} row(s) of {} rollers a wheel; rollers of radius {} m and {} kg; bearing damping {} N m s/rad.\n     \
+         Frame: origin of the chassis on the ground, x forward, y left, z up. A roller is the stack of spheres whose\n     \
+         envelope makes the outline of the wheel a circle; its length {}.{}",
+        wheels.len(),
+        num(w.radius_m),
+        num(w.hub_mass_kg),
+        num(w.motor_effort_n_m),
+        num(w.motor_velocity_rad_s),
+        r.rows,
+        r.per_row,
+        num(r.radius_m),
+        num(r.mass_kg),
+        num(r.damping_n_m_s),
+        match r.length_factor {
+            1.0 => "lets neighbours hand over without gap or overlap".to_owned(),
+            factor if factor > 1.0 => {
+                format!("is {} times that without gap or overlap", num(factor))
+            }
+            _ => "lets neighbours hand over without gap or overlap".to_owned(),
+        },
+        if r.made().is_ideal() && r.length_factor >= 1.0 {
+            ""
+        } else {
+            "\n     How the rollers are made otherwise stands in the elements <ilon_rollers>, which other tools do not read."
+        },
+    )?;
+    for wheel in wheels {
+        let placed = &wheel.placed;
+        write!(
+            out,
+            "     {}: b = ({}, {}) m, hub axis at {} deg, gamma = {} deg.",
+            comment_text(&placed.name),
+            num(placed.position_m[0]),
+            num(placed.position_m[1]),
+            num(placed.axis_deg),
+            num(placed.gamma_deg)
+        )?;
+        if wheel.is_overridden {
+            write!(
+                out,
+                " Radius {} m; {} rollers of radius {} m, {} deg on.",
+                num(wheel.wheel.radius_m),
+                wheel.roller_count(),
+                num(wheel.rollers.radius_m),
+                num(wheel.phase_rad.to_degrees())
+            )?;
+        }
+        writeln!(out)?;
+    }
+    writeln!(out, "-->\n<robot name=\"{}\">", attribute(&spec.name))?;
+    write_chassis(out, spec)?;
+    for wheel in wheels {
+        write_wheel(out, wheel)?;
+    }
+    writeln!(out, "</robot>")
+}
+
+fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
+    let c = &spec.chassis;
+    let (geometry, moments) = match c.shape {
+        ChassisShape::Box { size_m: [x, y, z] } => (
+            format!("<box size=\"{}\"/>", nums(&[x, y, z])),
+            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (c.mass_kg / 12.0),
+        ),
+        ChassisShape::Cylinder { radius_m, height_m } => (
+            cylinder(radius_m, height_m),
+            cylinder_moments(c.mass_kg, radius_m, height_m),
+        ),
+    };
+    let origin = format!("<origin xyz=\"{}\" rpy=\"0 0 0\"/>", nums(&c.center_m));
+    writeln!(out, "  <link name=\"base_link\">")?;
+    write_inertial(out, &origin, c.mass_kg, &moments)?;
+    write_geometry(out, &origin, &geometry, "chassis", "0.35 0.40 0.45 1")?;
+    writeln!(out, "  </link>")
+}
+
+fn write_wheel(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let (placed, w) = (&wheel.placed, &wheel.wheel);
+    let name = attribute(&placed.name);
+    // The link's y axis is the hub axis, a quarter turn ahead of its x axis.
+    let yaw_rad = (placed.axis_deg - 90.0).to_radians();
+    writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
+    writeln!(
+        out,
+        "    <parent link=\"base_link\"/>\n    <child link=\"{name}_link\"/>"
+    )?;
+    let [x_m, y_m] = placed.position_m;
+    writeln!(
+        out,
+        "    <origin xyz=\"{}\" rpy=\"0 0 {}\"/>",
+        nums(&[x_m, y_m, wheel.axle_height_m]),
+        num(yaw_rad)
+    )?;
+    writeln!(out, "    <axis xyz=\"0 1 0\"/>")?;
+    writeln!(
+        out,
+        "    <limit effort=\"{}\" velocity=\"{}\"/>",
+        num(w.motor_effort_n_m),
+        num(w.motor_velocity_rad_s)
+    )?;
+    write_dynamics(out, w.damping_n_m_s, w.friction_n_m)?;
+    writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
+    // A cylinder of URDF lies along z; a quarter turn about x lays it along the hub axis y.
+    let origin = format!("<origin xyz=\"0 0 0\" rpy=\"{} 0 0\"/>", num(FRAC_PI_2));
+    let moments = cylinder_moments(w.hub_mass_kg, w.hub_radius_m, w.hub_width_m);
+    write_inertial(out, &origin, w.hub_mass_kg, &moments)?;
+    write_geometry(
+        out,
+        &origin,
+        &cylinder(w.hub_radius_m, w.hub_width_m),
+        "hub",
+        "0.75 0.75 0.78 1",
+    )?;
+    writeln!(out, "  </link>")?;
+    write_drive(out, wheel)?;
+    write_surface(out, wheel)?;
+    // Shorter rollers leave gaps, and others than barrels have an outline of their own: what stands in the links are barrels that
+    // hand over, and their reader makes the others of them.
+    let barrel = wheel.barrel_at_least_handing_over();
+    let (axial, across) = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
+    let moments = Vector3::new(across, across, axial);
+    for roller in 0..wheel.roller_count() {
+        write_roller(out, wheel, &barrel, &moments, roller)?;
+    }
+    Ok(())
+}
+
+/// URDF has no word for what lies between a motor and its wheel but a gear's ratio.
+fn write_drive(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let drive = wheel.wheel.drive();
+    if drive == DriveTrain::default() {
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "  <ilon_drive joint=\"{}\" gear_ratio=\"{}\" rotor_inertia=\"{}\" gear_efficiency=\"{}\" gear_friction=\"{}\"/>",
+        attribute(&wheel.placed.name),
+        num(drive.gear_ratio),
+        num(drive.rotor_inertia_kg_m2),
+        num(drive.gear_efficiency),
+        num(drive.gear_friction_n_m)
+    )
+}
+
+/// URDF has no word for what rollers are covered with either.
+fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
+    let surface = wheel.rollers.surface();
+    let (made, factor) = (wheel.rollers.made(), wheel.rollers.length_factor);
+    let material = wheel.rollers.material.as_deref();
+    let is_plain = surface == RollerSurface::default() && material.is_none();
+    if is_plain && made.is_ideal() && factor >= 1.0 {
+        return Ok(());
+    }
+    write!(
+        out,
+        "  <ilon_rollers joint=\"{}\" rolling_resistance=\"{}\"",
+        attribute(&wheel.placed.name),
+        num(surface.rolling_resistance)
+    )?;
+    if let Some(material) = material {
+        write!(out, " material=\"{}\"", attribute(material))?;
+    }
+    if let Some(tread) = &surface.tread {
+        let said = [
+            ("tread_stiffness", Some(tread.stiffness_n_m)),
+            ("tread_damping", tread.damping_n_s_m),
+            ("tread_shear_stiffness", tread.shear_stiffness_n_m),
+            ("tread_shear_damping", tread.shear_damping_n_s_m),
+            ("tread_relaxation_length", tread.relaxation_length_m),
+        ];
+        for (name, value) in said {
+            if let Some(value) = value {
+                write!(out, " {name}=\"{}\"", num(value))?;
+            }
+        }
+    }
+    if surface.axial_play_m != 0.0 {
+        write!(out, " axial_play=\"{}\"", num(surface.axial_play_m))?;
+    }
+    if factor < 1.0 {
+        write!(out, " length_factor=\"{}\"", num(factor))?;
+    }
+    if made.crown != 1.0 {
+        write!(out, " crown=\"{}\"", num(made.crown))?;
+    }
+    if let Some(points_m) = &made.profile_m {
+        write!(out, " profile=\"{}\"", nums(points_m.as_flattened()))?;
+    }
+    for (name, value_m) in [
+        ("edge_radius", made.edge_radius_m),
+        ("radius_spread", made.radius_spread_m),
+    ] {
+        if value_m != 0.0 {
+            write!(out, " {name}=\"{}\"", num(value_m))?;
+        }
+    }
+    if made.radius_seed != 0 {
+        write!(out, " radius_seed=\"{}\"", made.radius_seed)?;
+    }
+    let of_wheel = |name: &&String| wheel.has_roller(name);
+    if !made.radius_offsets_m.keys().any(|name| of_wheel(&name)) {
+        return writeln!(out, "/>");
+    }
+    writeln!(out, ">")?;
+    for (name, offset_m) in made
+        .radius_offsets_m
+        .iter()
+        .filter(|(name, _)| of_wheel(name))
+    {
+        let (name, offset) = (attribute(name), num(*offset_m));
+        writeln!(
+            out,
+            "    <roller joint=\"{name}\" radius_offset=\"{offset}\"/>"
+        )?;
+    }
+    writeln!(out, "  </ilon_rollers>")
+}
+
+fn write_roller(
+    out: &mut String,
+    wheel: &Described,
+    barrel: &Barrel,
+    moments: &Vector3<f64>,
+    index: usize,
+) -> std::fmt::Result {
+    let r = &wheel.rollers;
+    let gamma_rad = wheel.placed.gamma_deg.to_radians();
+    let name = format!("{}_roller_{}", attribute(&wheel.placed.name), index + 1);
+
+    // Rollers of two rows take turns around the rim, half a pitch of one row apart.
+    let place_rad = TAU * index as f64 / wheel.roller_count() as f64 + wheel.phase_rad;
+    let row_offset_m = if r.rows == 2 {
+        r.row_spacing_m * (if index.is_multiple_of(2) { -0.5 } else { 0.5 })
+    } else {
+        0.0
+    };
+    // The roller that points down, in the link's frame: hub axis y, u_gamma = y turned by gamma about z, and the
+    // roller's axis n_gamma = k x u_gamma.
+    let n_gamma = Vector3::new(-libm::cos(gamma_rad), -libm::sin(gamma_rad), 0.0);
+    let down = -Vector3::z();
+    let link_from_down = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[
+        down,
+        n_gamma.cross(&down),
+        n_gamma,
+    ]));
+    let around = Rotation3::from_axis_angle(&Vector3::y_axis(), place_rad);
+    let link_from_roller = around * link_from_down;
+    let center_m = around * (down * barrel.ring_radius_m) + Vector3::y() * row_offset_m;
+    let [roll, pitch, yaw] = roll_pitch_yaw(&link_from_roller);
+
+    writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
+    writeln!(
+        out,
+        "    <parent link=\"{}_link\"/>\n    <child link=\"{name}_link\"/>",
+        attribute(&wheel.placed.name)
+    )?;
+    writeln!(
+        out,
+        "    <origin xyz=\"{}\" rpy=\"{}\"/>",
+        nums(center_m.as_slice()),
+        nums(&[roll, pitch, yaw])
+    )?;
+    writeln!(out, "    <axis xyz=\"0 0 1\"/>")?;
+    // A passive joint: nothing drives it, and no roller ever spins as fast as this.
+    writeln!(out, "    <limit effort=\"0\" velocity=\"1000\"/>")?;
+    write_dynamics(out, r.damping_n_m_s, r.friction_n_m)?;
+    writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
+    write_inertial(
+        out,
+        "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+        r.mass_kg,
+        moments,
+    )?;
+    for i in 0..SPHERES_PER_ROLLER {
+        // From -1 to 1 along the half length.
+        let along = 2.0 * i as f64 / (SPHERES_PER_ROLLER - 1) as f64 - 1.0;
+        let t_m = along * barrel.half_length_m;
+        write_geometry(
+            out,
+            &format!("<origin xyz=\"0 0 {}\" rpy=\"0 0 0\"/>", num(t_m)),
+            &format!("<sphere radius=\"{}\"/>", num(barrel.sphere_radius_m(t_m))),
+            "roller",
+            "0.12 0.12 0.12 1",
+        )?;
+    }
+    writeln!(out, "  </link>")
+}
+
+/// Principal moments of a solid cylinder along z about its centre, in kg m^2.
+fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
+    let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
+    Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
+}
+
+fn cylinder(radius_m: f64, length_m: f64) -> String {
+    format!(
+        "<cylinder radius=\"{}\" length=\"{}\"/>",
+        num(radius_m),
+        num(length_m)
+    )
+}
+
+fn write_inertial(
+    out: &mut String,
+    origin: &str,
+    mass_kg: f64,
+    moments: &Vector3<f64>,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <inertial>{origin}<mass value=\"{}\"/>\
+         <inertia ixx=\"{}\" ixy=\"0\" ixz=\"0\" iyy=\"{}\" iyz=\"0\" izz=\"{}\"/></inertial>",
+        num(mass_kg),
+        num(moments.x),
+        num(moments.y),
+        num(moments.z)
+    )
+}
+
+fn write_geometry(
+    out: &mut String,
+    origin: &str,
+    geometry: &str,
+    material: &str,
+    rgba: &str,
+) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <visual>{origin}<geometry>{geometry}</geometry>\
+         <material name=\"{material}\"><color rgba=\"{rgba}\"/></material></visual>"
+    )?;
+    writeln!(
+        out,
+        "    <collision>{origin}<geometry>{geometry}</geometry></collision>"
+    )
+}
+
+fn write_dynamics(out: &mut String, damping_n_m_s: f64, friction_n_m: f64) -> std::fmt::Result {
+    writeln!(
+        out,
+        "    <dynamics damping=\"{}\" friction=\"{}\"/>",
+        num(damping_n_m_s),
+        num(friction_n_m)
+    )
+}
+
+/// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
+fn num(value: f64) -> String {
+    if value.abs() < 1e-15 {
+        return "0".to_owned();
+    }
+    let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);
+    if rounded.abs() < 1e-4 {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
+}
+
+fn nums(values: &[f64]) -> String {
+    values.iter().map(|&v| num(v)).collect::<Vec<_>>().join(" ")
+}
+
+/// A text as the value of an XML attribute.
+fn attribute(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// A text inside an XML comment, which must not hold two hyphens in a row.
+fn comment_text(text: &str) -> String {
+    text.replace("--", "- -")
+}

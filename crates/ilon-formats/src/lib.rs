@@ -1,0 +1,70 @@
+//! Reads omnidirectional robots from files, writes them as URDF, and says what is wrong with their files and how to repair it.
+//!
+//! A robot is read by [`Robot::load`](LoadRobot::load) from URDF, xacro, SDF or MJCF, by structure and geometry and not by names (which count only
+//! where a file models no rollers, and says of its wheels by their names that they have some), or with [`LoadOptions`] by
+//! [`Robot::load_with`](LoadRobot::load_with). A robot whose rollers nobody wants to write by hand is described by a [`Spec`]
+//! and written by [`generate`]:
+//!
+//! ```
+//! use ilon_formats::{LoadRobot, Spec, generate};
+//! use ilon_robot::Robot;
+//!
+//! let spec = Spec::from_toml_str(
+//!     r#"
+//!     name = "trike"
+//!     [chassis]
+//!     shape.cylinder = { radius_m = 0.2, height_m = 0.1 }
+//!     mass_kg = 6.0
+//!     center_m = [0.0, 0.0, 0.06]
+//!     [wheel]
+//!     radius_m = 0.05
+//!     hub_mass_kg = 0.25
+//!     hub_radius_m = 0.03
+//!     hub_width_m = 0.04
+//!     motor_effort_n_m = 1.0
+//!     motor_velocity_rad_s = 20.0
+//!     [rollers]
+//!     per_row = 8
+//!     radius_m = 0.012
+//!     mass_kg = 0.01
+//!     [wheels.ring]
+//!     count = 3
+//!     distance_m = 0.2
+//!     gamma_deg = 0.0
+//!     "#,
+//!     "trike.toml",
+//! )?;
+//! let robot = Robot::from_urdf_str(&generate(&spec)?, "trike.urdf")?;
+//! assert_eq!(robot.wheels.len(), 3);
+//! assert!((robot.wheels[0].radius_m - 0.05).abs() < 1e-12);
+//! # Ok::<(), ilon_formats::RobotError>(())
+//! ```
+
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
+mod convert;
+mod error;
+mod generate;
+mod load;
+mod options;
+mod packages;
+mod prepare;
+mod spec;
+mod urdf;
+
+use ilon_files as files;
+use ilon_robot as model;
+use xacro_expand::xml;
+
+pub use error::{Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Remedy, RobotError};
+pub use generate::generate;
+pub use load::{Diagnosis, LoadRobot, Loaded};
+pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
+pub use packages::Package;
+pub use prepare::urdf_text;
+pub use spec::{
+    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerSpec, Spec, TreadSpec,
+    WheelOverride, WheelSpec,
+};
+pub use urdf::WheelOutline;

@@ -1,0 +1,316 @@
+//! Reads robots from files, whatever they are written in.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::error::{Remedy, RobotError};
+use crate::model::{Looks, Robot};
+use crate::options::{LoadOptions, WheelOptions};
+use crate::prepare::{prepare, read_text};
+use crate::urdf::{self, Meshes, Prepared, Read, WheelOutline};
+
+/// Most rounds of repair: what one round leaves, the next may show.
+const MOST_ROUNDS: usize = 8;
+/// Most options that are tried, one upon the other, to find some that work.
+const MOST_TRIES: usize = 8;
+
+/// A robot as it was read, and how well its file models it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The robot.
+    pub robot: Robot,
+    /// The outline of each wheel as the file models it; of wheels that were given rollers there is none.
+    pub outlines: Vec<WheelOutline>,
+    /// The rollers that wheels without any were given because of what the file says of them.
+    pub inferred: Option<WheelOptions>,
+    /// The URDF that was read: the file's own text, or what it was expanded or converted to, with everything repaired.
+    pub urdf: Arc<str>,
+    /// Where it was read from, and with which options: meshes are found from there.
+    read_from: (String, LoadOptions),
+}
+
+impl Loaded {
+    /// The meshes by which the robot is seen. Reads their files, which may take a second; what cannot be read is remarked.
+    pub fn looks(&self) -> Looks {
+        let (file, options) = &self.read_from;
+        let rollers = self.robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
+        let rollers = rollers.map(|roller| roller.name.as_str()).collect();
+        urdf::read_looks(&self.urdf, &Meshes::beside(file, options), &rollers)
+    }
+}
+
+/// Why a file cannot be read as it is, and what would do.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Diagnosis {
+    /// All faults that were found, those too that show only once others are out of the way.
+    pub faults: Vec<RobotError>,
+    /// Options with which the file was read, where any were found.
+    pub proposal: Option<LoadOptions>,
+    /// What was read with them.
+    pub loaded: Option<Box<Loaded>>,
+}
+
+/// Reads robots: [`Robot::load`](LoadRobot::load) and what goes with it, for [`Robot`] alone.
+pub trait LoadRobot: Sized {
+    /// Reads a robot from a file: URDF, xacro, SDF, MJCF, or a description in TOML.
+    ///
+    /// # Errors
+    /// A file that cannot be read, that is none of these, or whose robot is not an omnidirectional one that can be simulated:
+    /// every [`Fault`](crate::Fault), with its place in the file.
+    fn load(path: impl AsRef<Path>) -> Result<Self, RobotError>;
+
+    /// Reads a robot from the text of a file; `file` is what errors call it, and meshes and includes are sought beside it.
+    ///
+    /// # Errors
+    /// As [`Self::load`], but for reading the file.
+    fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError>;
+
+    /// Reads a robot from a file as the options say.
+    ///
+    /// # Errors
+    /// As [`Self::load`], and options that do not fit the file.
+    fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError>;
+
+    /// Reads a robot from the text of a file as the options say.
+    ///
+    /// # Errors
+    /// As [`Self::load_with`], but for reading the file.
+    fn from_urdf_str_with(
+        text: &str,
+        file: &str,
+        options: &LoadOptions,
+    ) -> Result<Loaded, RobotError>;
+
+    /// Looks for everything that is wrong with a file that cannot be read with some options, and for options with which it can.
+    /// `works` says whether a robot that could be read is of use. Of a file that can be read, there are no faults. Of the options
+    /// that are proposed, none can be left out.
+    fn diagnose(
+        path: impl AsRef<Path>,
+        options: &LoadOptions,
+        works: impl Fn(&Self) -> bool,
+    ) -> Diagnosis;
+}
+
+impl LoadRobot for Robot {
+    fn load(path: impl AsRef<Path>) -> Result<Self, RobotError> {
+        Self::load_with(path, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    fn from_urdf_str(text: &str, file: &str) -> Result<Self, RobotError> {
+        Self::from_urdf_str_with(text, file, &LoadOptions::default()).map(|loaded| loaded.robot)
+    }
+
+    fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, RobotError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = read_text(path, &file, options)?;
+        Self::from_urdf_str_with(&text, &file, options)
+    }
+
+    fn from_urdf_str_with(
+        text: &str,
+        file: &str,
+        options: &LoadOptions,
+    ) -> Result<Loaded, RobotError> {
+        let mut prepared = prepare(text, file, options)?;
+        let mut rounds = 0;
+        loop {
+            rounds += 1;
+            let may_repair = options.repair && rounds <= MOST_ROUNDS;
+            let repair = if options.repair {
+                urdf::repaired
+            } else {
+                urdf::with_light_parts_repaired
+            };
+            let repaired = match urdf::read(&prepared, options) {
+                Ok(read) => {
+                    let level = may_repair.then(|| urdf::levelled(&prepared, &read.robot));
+                    match level.flatten() {
+                        Some(level) => level,
+                        None => return Ok(loaded(read, &prepared, options)),
+                    }
+                }
+                Err(error) => {
+                    let repaired =
+                        (rounds <= MOST_ROUNDS).then(|| repair(&prepared, &error, options));
+                    repaired.flatten().ok_or(error)?
+                }
+            };
+            prepared = repaired;
+        }
+    }
+
+    fn diagnose(
+        path: impl AsRef<Path>,
+        options: &LoadOptions,
+        works: impl Fn(&Robot) -> bool,
+    ) -> Diagnosis {
+        let path = path.as_ref();
+        let mut first = course(path, options, RobotError::remedies);
+        if let Some(other) = by_argument(path, options, &first, &works) {
+            first = other;
+        }
+        let mut needed = first.applied.clone();
+        let works_with = |remedies: &[Remedy]| {
+            let loaded = Self::load_with(path, &with(options, remedies));
+            loaded.is_ok_and(|loaded| works(&loaded.robot))
+        };
+        let mut course_of_needed = first;
+        if course_of_needed.reaches(&works) && needed.len() > 1 {
+            for remedy in course_of_needed.applied.clone() {
+                let rest: Vec<Remedy> = needed.iter().filter(|r| **r != remedy).cloned().collect();
+                if rest.len() < needed.len() && works_with(&rest) {
+                    needed = rest;
+                }
+            }
+            // What goes wrong only on the way of a remedy that is not needed is no fault of the file.
+            let argument = |remedy: &&Remedy| matches!(remedy, Remedy::Argument { .. });
+            if !needed.iter().any(|remedy| argument(&remedy)) {
+                let shorter = course(path, options, |_| needed.clone());
+                if shorter.reaches(&works) {
+                    course_of_needed = shorter;
+                }
+            }
+            course_of_needed.applied = needed;
+        }
+        let works = course_of_needed.reaches(&works);
+        let Course {
+            faults,
+            applied,
+            loaded,
+        } = course_of_needed;
+        Diagnosis {
+            faults,
+            proposal: (works && !applied.is_empty()).then(|| with(options, &applied)),
+            loaded: loaded.filter(|_| works).map(Box::new),
+        }
+    }
+}
+
+/// What was met on the way from some options to others with which a file can be read.
+struct Course {
+    faults: Vec<RobotError>,
+    applied: Vec<Remedy>,
+    loaded: Option<Loaded>,
+}
+
+impl Course {
+    fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
+        self.loaded
+            .as_ref()
+            .is_some_and(|loaded| works(&loaded.robot))
+    }
+}
+
+/// The way by another value of one of the file's own arguments, where that models what otherwise must be guessed at; with the faults
+/// that were met without it.
+fn by_argument(
+    path: &Path,
+    options: &LoadOptions,
+    first: &Course,
+    works: impl Fn(&Robot) -> bool,
+) -> Option<Course> {
+    /// Most values that are tried.
+    const MOST: usize = 16;
+    let is_guessed = first.applied.iter().any(Remedy::is_guess);
+    if first.reaches(&works) && !is_guessed {
+        return None;
+    }
+    let safe: Vec<Remedy> = first
+        .applied
+        .iter()
+        .filter(|r| !r.is_guess())
+        .cloned()
+        .collect();
+    let file = path.display().to_string();
+    let reading = with(options, &safe);
+    let text = read_text(path, &file, &reading).ok()?;
+    let choices = prepare(&text, &file, &reading).ok()?.choices;
+    let each = choices.into_iter().flat_map(|(name, values)| {
+        let of_name = move |value| Remedy::Argument {
+            name: name.clone(),
+            value: Some(value),
+        };
+        values.into_iter().map(of_name)
+    });
+    each.take(MOST).find_map(|argument| {
+        let tried = argument.apply(options)?;
+        let without_guess = |error: &RobotError| {
+            let mut remedies = error.remedies();
+            remedies.retain(|remedy| !remedy.is_guess());
+            remedies
+        };
+        let mut found = course(path, &tried, without_guess);
+        let models = found.loaded.as_ref().is_some_and(|l| l.inferred.is_none());
+        (models && found.reaches(&works)).then(|| {
+            found.applied.insert(0, argument);
+            found.faults = first.faults.clone();
+            found
+        })
+    })
+}
+
+/// Reads a file again and again, each time with the first of the remedies for its faults that changes anything.
+fn course(
+    path: &Path,
+    options: &LoadOptions,
+    remedies: impl Fn(&RobotError) -> Vec<Remedy>,
+) -> Course {
+    let mut course = Course {
+        faults: Vec::new(),
+        applied: Vec::new(),
+        loaded: None,
+    };
+    let mut tried = options.clone();
+    for _ in 0..MOST_TRIES {
+        let error = match Robot::load_with(path, &tried) {
+            Ok(loaded) => {
+                course.loaded = Some(loaded);
+                break;
+            }
+            Err(error) => error,
+        };
+        let all = || std::iter::once(&error).chain(error.others());
+        for new in all() {
+            let is_known = |known: &RobotError| known.to_string() == new.to_string();
+            if !course.faults.iter().any(is_known) {
+                course.faults.push(new.clone());
+            }
+        }
+        let next = all()
+            .flat_map(&remedies)
+            .find_map(|remedy| Some((remedy.apply(&tried)?, remedy)));
+        match next {
+            Some((next, remedy)) => {
+                tried = next;
+                course.applied.push(remedy);
+            }
+            None => break,
+        }
+    }
+    course
+}
+
+/// Options with remedies, one upon the other.
+fn with(options: &LoadOptions, remedies: &[Remedy]) -> LoadOptions {
+    remedies.iter().fold(options.clone(), |options, remedy| {
+        remedy.apply(&options).unwrap_or(options)
+    })
+}
+
+fn loaded(read: Read, prepared: &Prepared, options: &LoadOptions) -> Loaded {
+    let Read {
+        robot,
+        outlines,
+        inferred,
+    } = read;
+    Loaded {
+        robot,
+        outlines,
+        inferred,
+        urdf: Arc::clone(&prepared.text),
+        read_from: (prepared.file.clone(), options.clone()),
+    }
+}

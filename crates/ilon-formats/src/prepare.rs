@@ -1,0 +1,334 @@
+//! Makes the text of a URDF of whatever a robot is written in: xacro is expanded, other formats are converted.
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::ErrorKind;
+use std::path::Path;
+
+use crate::error::{Fault, MissingFile, RobotError};
+use crate::files::ReadError;
+use crate::model::Remark;
+use crate::options::LoadOptions;
+use crate::packages::Machine;
+use crate::spec::Spec;
+use crate::urdf::{LFS_POINTER, Origin, Prepared, is_lfs_pointer, is_wheel_size};
+use crate::{convert, generate, xml};
+
+/// The text of the URDF that a robot's file comes to, with nothing of it checked or repaired: its own text, or what its xacro
+/// expands to, or what a robot of another format is written as.
+///
+/// # Errors
+/// A file that cannot be read, and one that cannot be expanded or converted: with all that is missing at once.
+pub fn urdf_text(path: impl AsRef<Path>, options: &LoadOptions) -> Result<String, RobotError> {
+    let path = path.as_ref();
+    let file = path.display().to_string();
+    let text = read_text(path, &file, options)?;
+    Ok(prepare(&text, &file, options)?.text.to_string())
+}
+
+/// The text of a robot's file.
+pub(crate) fn read_text(
+    path: &Path,
+    file: &str,
+    options: &LoadOptions,
+) -> Result<String, RobotError> {
+    if let Some(format) = unread_format(path) {
+        let reason =
+            format!("{format} is not read; URDF, xacro, SDF, MJCF and descriptions in TOML are");
+        return Err(RobotError::new(file, Fault::Format { reason }));
+    }
+    let text = options.files.read_text(path, xml::MAX_BYTES);
+    if text
+        .as_ref()
+        .is_ok_and(|text| is_lfs_pointer(text.as_bytes()))
+    {
+        let reason = LFS_POINTER.to_owned();
+        return Err(RobotError::new(file, Fault::Unreadable { reason }));
+    }
+    text.map_err(|fault| {
+        let fault = match fault {
+            ReadError::TooLarge(most) => Fault::TooLarge {
+                what: format!("more than {} MB of text", most >> 20),
+                most: format!("{} MB", most >> 20),
+            },
+            ReadError::Io(error) if error.kind() == ErrorKind::NotFound => {
+                let near = near(path, options);
+                Fault::Unreadable {
+                    reason: format!("{}{near}", ReadError::Io(error)),
+                }
+            }
+            other => Fault::Unreadable {
+                reason: other.to_string(),
+            },
+        };
+        RobotError::new(file, fault)
+    })
+}
+
+/// What a file is by its name, where that is a robot's in a format of other programs.
+fn unread_format(path: &Path) -> Option<&'static str> {
+    let ending = path.extension()?.to_string_lossy().to_lowercase();
+    match ending.as_str() {
+        "proto" => Some("a PROTO of Webots"),
+        "usd" | "usda" | "usdc" | "usdz" => Some("USD"),
+        _ => None,
+    }
+}
+
+/// Which file beside one that is not there may be meant, in words; nothing where none is alike.
+fn near(path: &Path, options: &LoadOptions) -> String {
+    /// Most names of the folder that are looked at.
+    const MOST_NAMES: usize = 1000;
+    /// How alike two names are, by the measure of Jaro and Winkler, of which one was meant for the other.
+    const ALIKE: f64 = 0.8;
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return String::new();
+    };
+    let name = name.to_string_lossy();
+    let folder = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    let names = options.files.names_in(folder, MOST_NAMES).into_iter();
+    let alike = names.map(|other| (strsim::jaro_winkler(&name, &other), other));
+    let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness > ALIKE)
+        .map_or_else(String::new, |(_, other)| {
+            format!("; beside it lies `{other}`")
+        })
+}
+
+/// Makes the text of a URDF of a file's text.
+pub(crate) fn prepare(
+    text: &str,
+    file: &str,
+    options: &LoadOptions,
+) -> Result<Prepared, RobotError> {
+    // A byte order mark is no part of the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if Path::new(file).extension().is_some_and(|e| e == "toml") {
+        let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
+        return Ok(Prepared::as_it_is(file, &generate::generate(&spec)?));
+    }
+    if !options.spec.is_empty() {
+        let keys = options.spec.keys().cloned().collect();
+        return Err(RobotError::new(file, Fault::NotADescription { keys }));
+    }
+    let prepared = declared(Prepared::as_it_is(file, text));
+    if let Some(converted) = root_tag(&prepared.text)
+        .and_then(|tag| convert::converted(&tag, file, &prepared.text, options))
+    {
+        return converted;
+    }
+    let is_called_xacro = Path::new(file).extension().is_some_and(|e| e == "xacro");
+    if is_called_xacro || is_xacro(&prepared.text) {
+        return expanded(&prepared, options);
+    }
+    Ok(prepared)
+}
+
+/// The tag of a text's root element: its first that is no declaration and no comment.
+fn root_tag(text: &str) -> Option<String> {
+    let mut rest = text;
+    loop {
+        rest = &rest[rest.find('<')? + 1..];
+        let skipped = [("!--", "-->"), ("?", "?>"), ("!", ">")];
+        match skipped.iter().find(|(begin, _)| rest.starts_with(begin)) {
+            Some((_, end)) => rest = &rest[rest.find(end)? + end.len()..],
+            None => break,
+        }
+    }
+    let end = rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
+    Some(rest[..end].to_owned())
+}
+
+/// The text with the XML namespaces declared that it uses and does not declare: programs that know no namespaces read such
+/// files.
+fn declared(mut prepared: Prepared) -> Prepared {
+    /// Most prefixes that are declared.
+    const MOST: usize = 16;
+    for _ in 0..MOST {
+        let Err(xml::Fault::Malformed(reason, _)) = xml::parse(&prepared.text) else {
+            break;
+        };
+        let prefix = reason
+            .strip_prefix("an unknown namespace prefix '")
+            .and_then(|rest| rest.strip_suffix('\''));
+        let root = prepared.text.find("<robot").map(|at| at + "<robot".len());
+        let (Some(prefix), Some(root)) = (prefix, root) else {
+            break;
+        };
+        let declaration = format!(" xmlns:{prefix}=\"http://example.org/{prefix}\"");
+        prepared = prepared.edited(vec![(root..root, declaration)]);
+    }
+    prepared
+}
+
+/// Whether a text is the xacro source of a URDF: with elements of xacro, or with expressions where numbers and names stand.
+fn is_xacro(text: &str) -> bool {
+    let Ok(document) = xml::parse(text) else {
+        return text.contains("<xacro:");
+    };
+    let root = document.root_element();
+    let of_xacro = |n: roxmltree::Node| {
+        let namespace = n.tag_name().namespace().unwrap_or_default();
+        namespace.contains("xacro") || text[n.range()].starts_with("<xacro:")
+    };
+    if root.tag_name().name() != "robot" {
+        return false;
+    }
+    let declares = || root.namespaces().any(|n| n.uri().contains("xacro"));
+    let substitutes = || text.contains("${") || text.contains("$(");
+    if root.descendants().any(of_xacro) || (declares() && substitutes()) {
+        return true;
+    }
+    let of_robot = root
+        .children()
+        .filter(|n| n.has_tag_name("link") || n.has_tag_name("joint"));
+    of_robot.flat_map(|n| n.descendants()).any(|n| {
+        n.attributes()
+            .any(|a| a.value().contains("${") || a.value().contains("$(arg"))
+    })
+}
+
+/// Expands a xacro file.
+fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, RobotError> {
+    let file = prepared.file.as_str();
+    let path = Path::new(file);
+    let settings = xacro_expand::Settings {
+        arguments: options.arguments.clone(),
+        leave_out_missing: options.leave_out_missing,
+        watch: Some(&|name| is_wheel_size(name).is_some()),
+    };
+    let machine = Machine::of(options);
+    let expanded = xacro_expand::expand(path, &prepared.text, &settings, &machine)
+        .map_err(|failure| of_failure(file, *failure))?;
+    let mut lines = Lines::default();
+    let mut remarks = vec![Remark::new("xacro", of_arguments(&expanded.arguments))];
+    for note in &expanded.notes {
+        let mut remark = Remark::new(note.subject.clone(), note.words.clone());
+        remark.line = Some(lines.of(&note.place));
+        remark.file = Some(note.place.file.to_string()).filter(|of| of != file);
+        remarks.push(remark);
+    }
+    for name in options.arguments.keys() {
+        if !expanded.arguments.contains_key(name) {
+            let subject = format!("argument `{name}`");
+            remarks.push(Remark::new(subject, "the file declares no such argument"));
+        }
+    }
+    let origins = expanded.origins.into_iter().map(|(at, place)| {
+        let origin = Origin {
+            line: lines.of(&place),
+            file: place.file,
+            text: place.text,
+            bytes: place.bytes,
+        };
+        (at, origin)
+    });
+    let origins = origins.collect();
+    let callers = if expanded.text.contains("<link") {
+        Vec::new()
+    } else {
+        callers(path, options)
+    };
+    Ok(Prepared {
+        text: expanded.text.into(),
+        origins,
+        remarks,
+        uncalled_macros: expanded.uncalled,
+        callers,
+        sizes: expanded.watched,
+        choices: expanded.choices,
+        ..Prepared::as_it_is(file, "")
+    })
+}
+
+/// The lines of places in files.
+#[derive(Default)]
+struct Lines {
+    breaks: HashMap<*const u8, Vec<usize>>,
+}
+
+impl Lines {
+    /// The line of a place, from 1.
+    fn of(&mut self, place: &xacro_expand::Place) -> usize {
+        let text = &place.text;
+        let breaks = self
+            .breaks
+            .entry(text.as_ptr())
+            .or_insert_with(|| text.match_indices('\n').map(|(at, _)| at).collect());
+        1 + breaks.partition_point(|line_break| *line_break < place.bytes.start)
+    }
+}
+
+/// What is said of the values that a xacro file's arguments had.
+fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
+    if arguments.is_empty() {
+        return "expanded".to_owned();
+    }
+    let shown: Vec<String> = arguments
+        .iter()
+        .take(20)
+        .map(|(name, value)| format!("{name} = {value}"))
+        .collect();
+    format!("expanded with {}", shown.join(", "))
+}
+
+/// Files beside a xacro file that include it by its name.
+fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
+    /// Most files that are looked into.
+    const MOST: usize = 200;
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return Vec::new();
+    };
+    let name = name.to_string_lossy();
+    let names = options.files.names_in(folder, MOST);
+    let mut callers: Vec<String> = names
+        .into_iter()
+        .filter(|other| *other != *name && (other.ends_with(".xacro") || other.ends_with(".urdf")))
+        .filter(|other| {
+            let text = options.files.read_text(&folder.join(other), 1 << 20);
+            text.is_ok_and(|text| {
+                text.contains(&format!("/{name}\"")) || text.contains(&format!("\"{name}\""))
+            })
+        })
+        .map(|other| folder.join(other).display().to_string())
+        .collect();
+    callers.truncate(3);
+    callers
+}
+
+/// The error that says why a xacro file could not be expanded.
+fn of_failure(file: &str, failure: xacro_expand::ExpandError) -> RobotError {
+    let xacro_expand::ExpandError {
+        reason,
+        place,
+        trail,
+        missing,
+        ..
+    } = failure;
+    let fault = match reason {
+        xacro_expand::Reason::Missing => Fault::MissingFiles {
+            files: missing
+                .into_iter()
+                .map(|m| MissingFile {
+                    what: m.what,
+                    package: m.package,
+                    reason: Some(m.reason).filter(|reason| !reason.is_empty()),
+                    at: m.at,
+                })
+                .collect(),
+        },
+        xacro_expand::Reason::Argument(name) => Fault::MissingArgument { name },
+        xacro_expand::Reason::Xml(reason) => Fault::Xml { reason },
+        xacro_expand::Reason::TooMuch(what, most) => Fault::TooLarge { what, most },
+        other => Fault::Xacro {
+            reason: other.to_string(),
+        },
+    };
+    let error = match place {
+        Some(place) => RobotError::new(&place.file, fault).at(&place.text, place.bytes),
+        None => RobotError::new(file, fault),
+    };
+    error.by(trail)
+}

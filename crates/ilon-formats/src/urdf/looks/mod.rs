@@ -1,0 +1,183 @@
+//! The meshes by which a robot is **seen**: those of its `<visual>` elements, made small enough for a page.
+//!
+//! Nothing touches the world there, so they are no part of the model, and what cannot be read is remarked and left out.
+
+mod coarse;
+mod soup;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use roxmltree::{Document, Node};
+
+use super::mesh::Meshes;
+use super::source::child;
+use crate::model::{Looks, Mesh};
+
+/// The most triangles of all meshes of a robot together: about 200 kB of a page.
+const MOST_TRIANGLES: usize = 16_000;
+/// The most files that are read.
+const MOST_FILES: usize = 200;
+/// The most triangles that are read of all files together, before they are made fewer.
+const MOST_READ: usize = 3_000_000;
+
+/// Reads the meshes of a URDF. Rollers are left out: they are drawn by their exact outlines.
+pub(crate) fn read(text: &str, meshes: &Meshes, rollers: &BTreeSet<&str>) -> Looks {
+    let mut looks = Looks::default();
+    // Most robots are seen without any.
+    if !text.contains("<mesh") {
+        return looks;
+    }
+    let Ok(document) = Document::parse(text) else {
+        return looks;
+    };
+    let mut paths: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for name in names(&document, rollers) {
+        match meshes.find(name) {
+            Ok(path) if paths.len() < MOST_FILES => {
+                paths.insert(name.to_owned(), path);
+            }
+            Ok(_) => not_shown(&mut looks, name, "the robot shows too many meshes"),
+            Err(fault) => not_shown(&mut looks, name, &fault.to_string()),
+        }
+    }
+    let mut soups = Vec::new();
+    let mut read = 0;
+    for (name, path) in paths {
+        match soup::read(&path, meshes.files()) {
+            Ok(soup) if read + soup.len() > MOST_READ => not_shown(
+                &mut looks,
+                &name,
+                &format!("the meshes of the robot have more than {MOST_READ} triangles"),
+            ),
+            Ok(soup) => {
+                read += soup.len();
+                soups.push((name, soup));
+            }
+            Err(reason) => not_shown(&mut looks, &name, &reason),
+        }
+    }
+    let counts: Vec<usize> = soups.iter().map(|(_, soup)| soup.len()).collect();
+    let share = share(&counts, MOST_TRIANGLES);
+    let (mut before, mut after) = (0, 0);
+    for (name, soup) in soups {
+        let indexed = coarse::of(&soup, share);
+        match mesh_of(&name, &indexed) {
+            Some(mesh) => looks.meshes.push(mesh),
+            None => not_shown(&mut looks, &name, "it holds no triangle that can be seen"),
+        }
+        if soup.len() > share {
+            before += soup.len();
+            after += indexed.triangles.len();
+        }
+    }
+    if before > 0 {
+        looks.remarks.push(format!(
+                "The robot's meshes are drawn simplified, {after} triangles for {before}, so that a page stays light"
+            ));
+    }
+    looks
+}
+
+fn not_shown(looks: &mut Looks, name: &str, reason: &str) {
+    looks
+        .remarks
+        .push(format!("The mesh `{name}` is not drawn: {reason}"));
+}
+
+fn mesh_of(name: &str, indexed: &coarse::Indexed) -> Option<Mesh> {
+    let first = *indexed.vertices.first()?;
+    let (mut low, mut high) = (first, first);
+    for vertex in &indexed.vertices {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(vertex[axis]);
+            high[axis] = high[axis].max(vertex[axis]);
+        }
+    }
+    let step = [0, 1, 2].map(|k| (high[k] - low[k]) / f32::from(u16::MAX));
+    let steps = |vertex: &[f32; 3]| -> [u16; 3] {
+        [0, 1, 2].map(|k| match step[k] > 0.0 {
+            // Of a number between 0 and 65535.
+            true => ((vertex[k] - low[k]) / step[k]).round() as u16,
+            false => 0,
+        })
+    };
+    let vertices = indexed.vertices.iter().flat_map(steps);
+    // No more vertices than three for each of the triangles, of which there are at most 16,000.
+    let triangles = indexed
+        .triangles
+        .iter()
+        .flatten()
+        .map(|index| *index as u16);
+    Some(Mesh {
+        name: name.to_owned(),
+        low,
+        step,
+        vertices: base64(vertices),
+        triangles: base64(triangles),
+    })
+}
+
+fn base64(numbers: impl Iterator<Item = u16>) -> String {
+    BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<u8>>())
+}
+
+/// How many triangles each may have so that all have at most `most`: the small ones keep theirs, the others share what is left.
+fn share(counts: &[usize], most: usize) -> usize {
+    let mut sorted = counts.to_vec();
+    sorted.sort_unstable();
+    let mut left = most;
+    for (k, count) in sorted.iter().enumerate() {
+        let each = left / (sorted.len() - k);
+        if *count > each {
+            return each;
+        }
+        left -= count;
+    }
+    usize::MAX
+}
+
+/// The meshes that the links of a robot show, but for its rollers: what joints of these names carry.
+fn names<'a>(document: &'a Document, rollers: &BTreeSet<&str>) -> BTreeSet<&'a str> {
+    let elements = |tag: &'static str| {
+        let all = document.root_element().children();
+        all.filter(move |n| n.has_tag_name(tag))
+    };
+    let carried: BTreeSet<&str> = elements("joint")
+        .filter(|joint| {
+            joint
+                .attribute("name")
+                .is_some_and(|name| rollers.contains(name))
+        })
+        .filter_map(|joint| child(joint, "child")?.attribute("link"))
+        .collect();
+    let is_shown = |link: &Node| {
+        link.attribute("name")
+            .is_some_and(|name| !carried.contains(name))
+    };
+    elements("link")
+        .filter(is_shown)
+        .flat_map(|link| link.children().filter(|n| n.has_tag_name("visual")))
+        .filter_map(|visual| child(child(visual, "geometry")?, "mesh")?.attribute("filename"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_small_keep_their_triangles_and_the_large_share_the_rest() {
+        assert_eq!(share(&[10, 20, 30], 100), usize::MAX);
+        assert_eq!(share(&[], 100), usize::MAX);
+        // 10 stays, 90 are left for two.
+        assert_eq!(share(&[500, 10, 60], 100), 45);
+        assert_eq!(share(&[500, 10, 40], 100), 50);
+        for counts in [vec![7, 90, 33, 2], vec![1; 200], vec![1000; 7]] {
+            let each = share(&counts, 100);
+            assert!(counts.iter().map(|c| c.min(&each)).sum::<usize>() <= 100.max(counts.len()));
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Mesh files: where they are, and their vertices.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use nalgebra::Point3;
+
+use super::dae;
+use crate::error::Fault;
+use crate::files::FileAccess;
+use crate::options::LoadOptions;
+use crate::packages::Machine;
+
+/// Largest mesh file that is read, in bytes.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// Reads mesh files, each once.
+pub(crate) struct Meshes {
+    folder: PathBuf,
+    machine: Machine,
+    read: RefCell<HashMap<PathBuf, Rc<[Point3<f64>]>>>,
+}
+
+impl Meshes {
+    /// For meshes named by a URDF file.
+    pub(crate) fn beside(file: &str, options: &LoadOptions) -> Self {
+        let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+        Self {
+            folder: folder.to_owned(),
+            machine: Machine::of(options),
+            read: RefCell::new(HashMap::new()),
+        }
+    }
+
+    /// The vertices of a mesh, unscaled.
+    pub(super) fn vertices(&self, mesh: &str) -> Result<Rc<[Point3<f64>]>, Fault> {
+        let path = self.find(mesh)?;
+        if let Some(known) = self.read.borrow().get(&path) {
+            return Ok(Rc::clone(known));
+        }
+        let vertices: Rc<[Point3<f64>]> = read(&path, self.files())
+            .map_err(|reason| Fault::MeshUnreadable {
+                mesh: path.display().to_string(),
+                reason,
+            })?
+            .into();
+        self.read.borrow_mut().insert(path, Rc::clone(&vertices));
+        Ok(vertices)
+    }
+
+    /// Which files may be read.
+    pub(super) fn files(&self) -> &FileAccess {
+        &self.machine.files
+    }
+
+    /// The file that a mesh's name stands for.
+    pub(super) fn find(&self, mesh: &str) -> Result<PathBuf, Fault> {
+        let bare = mesh.strip_prefix("file://").unwrap_or(mesh);
+        // `model://` is how SDF names packages; `$(find NAME)` is what is left of a package that xacro did not find.
+        let in_package = ["package://", "model://", "$(find "]
+            .iter()
+            .find_map(|prefix| bare.strip_prefix(prefix));
+        let Some(in_package) = in_package else {
+            return Ok(self.folder.join(bare));
+        };
+        let end = in_package.find(['/', ')']).unwrap_or(in_package.len());
+        let name = in_package[..end].trim();
+        let path = in_package[end..].trim_start_matches([')', '/']);
+        let find = |holds: &dyn Fn(&Path) -> bool| self.machine.find(&self.folder, name, holds);
+        let file = find(&|folder| self.files().is_file(&folder.join(path)));
+        // Where the package is there and the mesh is not, that is what is missing.
+        let folder = || find(&|folder| self.files().is_folder(folder));
+        match file.or_else(folder) {
+            Some(folder) => Ok(folder.join(path)),
+            None => Err(Fault::PackageUnknown {
+                package: name.to_owned(),
+                mesh: mesh.to_owned(),
+            }),
+        }
+    }
+}
+
+fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
+    if is_lfs_pointer(&bytes) {
+        return Err(LFS_POINTER.to_owned());
+    }
+    let vertices = match kind(path).as_str() {
+        "stl" => stl(bytes)?,
+        "obj" => obj(&bytes)?,
+        "dae" => dae::vertices(&String::from_utf8_lossy(&bytes))?,
+        other => return Err(other_kind(other)),
+    };
+    if vertices.is_empty() {
+        return Err("it holds no vertices".to_owned());
+    }
+    if vertices
+        .iter()
+        .any(|v| !v.coords.iter().all(|x| x.is_finite()))
+    {
+        return Err("it holds a vertex that is not finite".to_owned());
+    }
+    Ok(vertices)
+}
+
+/// What is said of a file that is not there yet.
+pub(crate) const LFS_POINTER: &str =
+    "it is a pointer of Git LFS to a file that was not fetched: `git lfs pull` fetches it";
+
+/// Whether a file only says where Git LFS keeps its content.
+pub(crate) fn is_lfs_pointer(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"version https://git-lfs.github.com/spec/")
+}
+
+/// The kind of a mesh file: how its name ends, in small letters.
+pub(super) fn kind(path: &Path) -> String {
+    path.extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase()
+}
+
+/// What is said of a mesh of another kind.
+pub(super) fn other_kind(kind: &str) -> String {
+    format!("meshes of the kind `.{kind}` are not read, but `.stl`, `.obj` and `.dae` are")
+}
+
+fn stl(mut bytes: Vec<u8>) -> Result<Vec<Point3<f64>>, String> {
+    open_stl(&mut bytes)?;
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let point = |v: &stl_io::Vertex| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    Ok(mesh.vertices.iter().map(point).collect())
+}
+
+/// Refuses an STL file that holds less than it says, and lets a binary one begin as such: some begin with `solid` as the text form
+/// does, and the reader goes by that.
+pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
+    // A binary STL says at byte 80 how many triangles of 50 bytes follow: the size tells the forms apart, and refuses a count that
+    // the file does not hold.
+    let count = bytes
+        .get(80..84)
+        .and_then(|b| b.try_into().ok())
+        .map_or(0, u32::from_le_bytes);
+    let binary = bytes.len() as u64 >= 84 + 50 * u64::from(count) && count > 0;
+    if binary {
+        bytes[..80].fill(0);
+    } else if !bytes.starts_with(b"solid") {
+        return Err("it is cut short: fewer triangles than it says".to_owned());
+    }
+    Ok(())
+}
+
+fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    // Materials only colour.
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(
+        &mut Cursor::new(bytes),
+        &tobj::LoadOptions::default(),
+        no_materials,
+    )
+    .map_err(|e| e.to_string())?;
+    Ok(models
+        .iter()
+        .flat_map(|model| model.mesh.positions.chunks_exact(3))
+        .map(|v| Point3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])))
+        .collect())
+}

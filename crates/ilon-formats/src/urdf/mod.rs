@@ -1,0 +1,366 @@
+//! Makes a robot of the text of a URDF.
+//!
+//! In this order: the text is held against the form of URDF ([`source`], [`form`]), urdf-rs reads what is read of it
+//! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
+//! recognised ([`recognise`]) and measured ([`measure`], [`seen`] with [`geometry`], [`fit`], [`mesh`] and [`dae`], [`handover`],
+//! [`outline`]), wheels without rollers are looked for ([`survey`], [`disc`]) and given some ([`given`]) where a person or the file
+//! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
+//! ignored, assumed or doubted is remarked. [`looks`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
+
+mod alike;
+mod body;
+mod check;
+mod dae;
+mod disc;
+mod doubt;
+mod faults;
+mod fit;
+mod form;
+mod geometry;
+mod given;
+mod handover;
+mod hub;
+mod inertial;
+mod infer;
+mod looks;
+mod measure;
+mod mesh;
+mod names;
+mod normalise;
+mod outline;
+mod prepared;
+mod recognise;
+mod repair;
+mod seen;
+mod size;
+mod solid;
+mod source;
+mod survey;
+mod transmission;
+mod tree;
+
+use std::collections::HashSet;
+
+use crate::error::{Fault, RobotError};
+use crate::model::{MassProperties, Remark, Robot, Wheel};
+use crate::options::{LoadOptions, RollerForms, WheelOptions};
+use body::RigidBody;
+use check::LEAST_WHEELS;
+use faults::Faults;
+use given::Given;
+pub(crate) use looks::read as read_looks;
+pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
+pub use outline::WheelOutline;
+pub(crate) use prepared::{Origin, Prepared};
+use recognise::Candidate;
+pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
+pub(crate) use size::is_wheel_size;
+use source::Source;
+use survey::Survey;
+use tree::{Motion, Tree};
+
+/// What a URDF says of a robot.
+#[derive(Clone, Debug)]
+pub(crate) struct Read {
+    pub(crate) robot: Robot,
+    pub(crate) outlines: Vec<WheelOutline>,
+    /// The rollers that the file's own words were taken for.
+    pub(crate) inferred: Option<WheelOptions>,
+}
+
+/// What is needed in every stage, and what the stages gather.
+struct Loading<'a> {
+    source: &'a Source<'a>,
+    tree: &'a Tree,
+    options: &'a LoadOptions,
+    meshes: Meshes,
+    remarks: Vec<Remark>,
+    outlines: Vec<WheelOutline>,
+}
+
+/// Reads a robot.
+pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, RobotError> {
+    let source = Source::parse(prepared)?;
+    let mut remarks = prepared.remarks.clone();
+    let tree = tree(&source, options, &mut remarks)?;
+    let mut loading = Loading {
+        source: &source,
+        tree: &tree,
+        options,
+        meshes: Meshes::beside(&prepared.file, options),
+        remarks,
+        outlines: Vec::new(),
+    };
+    let candidates = recognise::find(&tree);
+    let (given, rollers, inferred) = bare_wheels(&mut loading, &candidates)?;
+    let wheels = wheels(&mut loading, &candidates, &given, rollers.as_ref())?;
+    let robot = assemble(loading, wheels, &candidates, &given)?;
+    Ok(Read {
+        outlines: robot.1,
+        robot: check::check(&source, robot.0)?,
+        inferred,
+    })
+}
+
+/// How many wheels with rollers a text shows, and how many level joints that turn and have nothing that turns above or below them.
+pub(crate) fn wheels_seen(prepared: &Prepared) -> (usize, usize) {
+    let source = Source::parse(prepared).ok();
+    let Some(tree) = source.and_then(|source| repair::tree(&source)) else {
+        return (0, 0);
+    };
+    let is_bare = |j: &usize| {
+        tree.is_level(*j) && tree.turning_above(*j).is_none() && tree.turning_below(*j).is_none()
+    };
+    let bare = tree.moving(Motion::Turning).filter(is_bare).count();
+    (recognise::find(&tree).len(), bare)
+}
+
+/// The file's links and joints, placed.
+fn tree(
+    source: &Source,
+    options: &LoadOptions,
+    remarks: &mut Vec<Remark>,
+) -> Result<Tree, RobotError> {
+    let links_may_miss = options.leave_out_missing;
+    remarks.extend(form::check(source, links_may_miss)?);
+    let left_out = if links_may_miss {
+        let (left_out, said) = normalise::without_missing(source);
+        remarks.extend(said);
+        left_out
+    } else {
+        normalise::LeftOut::default()
+    };
+    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out));
+    let urdf = urdf.map_err(|e| {
+        let reason = e.to_string();
+        RobotError::new(&source.prepared.file, Fault::Urdf { reason })
+    })?;
+    Tree::build(source, urdf)
+}
+
+/// The wheels that are given rollers: by the options, or by what the file itself says of them. With what they are given, and
+/// whether the file said so.
+type Bare = (Vec<Given>, Option<WheelOptions>, Option<WheelOptions>);
+
+fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, RobotError> {
+    let asked = loading.options.wheels.clone();
+    let enough = candidates.len() >= LEAST_WHEELS;
+    if enough && asked.is_none() {
+        return Ok((Vec::new(), None, None));
+    }
+    let survey = match &asked {
+        // Named wheels need no looking around, unless a name is wrong.
+        Some(rollers) if enough && !rollers.joints.is_empty() => Survey::default(),
+        _ => survey::survey(loading.tree, candidates, &loading.meshes),
+    };
+    let inferred = if candidates.is_empty() && asked.is_none() && loading.options.infer_rollers {
+        infer::infer(loading.source, loading.tree, &survey)
+    } else {
+        None
+    };
+    if let Some(inferred) = &inferred {
+        loading.remarks.push(Remark::new(
+            "the wheels",
+            format!(
+                "modelled without rollers; by {} they are Swedish wheels, and each is given {} rollers, which is a guess: say \
+                 how many there are, and at which angle, if it matters{}",
+                inferred.why,
+                inferred.rollers.rollers,
+                other_values(&loading.source.prepared.choices)
+            ),
+        ));
+    }
+    let inferred = inferred.map(|inferred| inferred.rollers);
+    let rollers = asked.or_else(|| inferred.clone());
+    let given = match &rollers {
+        Some(rollers) => given::wheels(loading, rollers, candidates, &survey)?,
+        None => Vec::new(),
+    };
+    check::check_wheel_count(loading, candidates, given.len(), &survey)?;
+    remark_left_alone(loading, &rollers, &survey);
+    Ok((given, rollers, inferred))
+}
+
+/// Which other values a file knows of its arguments, which may bring rollers of its own, in words.
+fn other_values(choices: &[(String, Vec<String>)]) -> String {
+    let choice =
+        |(name, values): &(String, Vec<String>)| format!("`{name}` ({})", values.join(", "));
+    let choices: Vec<String> = choices.iter().take(6).map(choice).collect();
+    match &choices[..] {
+        [] => String::new(),
+        choices => format!(
+            "; other values that the file knows of its arguments may bring rollers: {}",
+            choices.join(", ")
+        ),
+    }
+}
+
+/// Says which turning joints are no wheels, where it was looked for wheels without names.
+fn remark_left_alone(loading: &mut Loading, rollers: &Option<WheelOptions>, survey: &Survey) {
+    if rollers.is_some() {
+        for looked in &survey.looked {
+            let subject = format!("joint `{}`", looked.joint);
+            loading
+                .remarks
+                .push(Remark::new(subject, format!("no wheel: {}", looked.reason)));
+        }
+    }
+}
+
+/// All wheels, in the order of their joints in the file. The faults of all of them are gathered.
+fn wheels(
+    loading: &mut Loading,
+    candidates: &[Candidate],
+    given: &[Given],
+    rollers: Option<&WheelOptions>,
+) -> Result<Vec<Wheel>, RobotError> {
+    let tree = loading.tree;
+    let moving = moving(candidates, given);
+    let mut faults = Faults::default();
+    let mut wheels: Vec<(usize, Wheel)> = Vec::with_capacity(moving.len());
+    for candidate in candidates {
+        let hub = hub_body(loading, candidate.hub, &moving);
+        let measured = measure::measure(loading, candidate, &hub).and_then(|wheel| {
+            check_wheel(loading, &wheel, &hub)?;
+            Ok((candidate.hub, wheel))
+        });
+        wheels.extend(faults.keep(measured));
+    }
+    for (given, rollers) in given.iter().filter_map(|given| Some((given, rollers?))) {
+        let j = given.like.joint;
+        let body = hub_body(loading, j, &moving);
+        let made = given::wheel(loading, rollers, given, &body).and_then(|wheel| {
+            check_wheel(loading, &wheel, &body)?;
+            Ok((j, wheel))
+        });
+        wheels.extend(faults.keep(made));
+    }
+    faults.into_result()?;
+    if loading.options.rollers == RollerForms::Barrel {
+        alike::even_out(tree, candidates, &mut wheels, &mut loading.remarks);
+    }
+    wheels.sort_by_key(|(joint, _)| *joint);
+    let mut drives = transmission::drives(loading.source, tree);
+    drives.extend(loading.source.prepared.drives.clone());
+    let surfaces = transmission::surfaces(loading.source);
+    let mut materials = transmission::materials(loading.source);
+    wheels
+        .into_iter()
+        .map(|(_, mut wheel)| {
+            if let Some(drive) = drives.get(&wheel.name) {
+                wheel.drive = *drive;
+            }
+            if let Some(surface) = surfaces.get(&wheel.name) {
+                wheel.surface = *surface;
+            }
+            wheel.material = materials.remove(&wheel.name);
+            transmission::make_rollers(loading.source, &mut wheel).map(|()| wheel)
+        })
+        .collect()
+}
+
+/// The joints that move: wheels and rollers.
+fn moving(candidates: &[Candidate], given: &[Given]) -> HashSet<usize> {
+    candidates
+        .iter()
+        .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
+        .chain(given.iter().map(|g| g.like.joint))
+        .collect()
+}
+
+fn hub_body(loading: &mut Loading, joint: usize, moving: &HashSet<usize>) -> RigidBody {
+    let tree = loading.tree;
+    let body = tree.rigid_body(tree.joints[joint].child, |j| moving.contains(&j));
+    let of = format!("wheel `{}`", tree.joints[joint].name);
+    body.remark_held(tree, &of, &[], &mut loading.remarks);
+    body
+}
+
+/// Holds the inertia of a wheel and of its rollers against their sizes.
+fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result<(), RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let remarks = &mut loading.remarks;
+    let mut faults = Faults::default();
+    if let Some(mass) = &body.mass {
+        let link = &tree.links[body.link].name;
+        let reach_m = body.reach_m(&mass.center_of_mass_m).max(wheel.radius_m);
+        faults.keep(check::check_gyration(source, link, mass, reach_m, remarks));
+    }
+    for roller in &wheel.rollers {
+        let joint = tree.joints.iter().find(|joint| joint.name == roller.name);
+        let Some(joint) = joint.filter(|joint| joint.motion == Motion::Turning) else {
+            continue;
+        };
+        let link = &tree.links[joint.child].name;
+        let reach_m = libm::hypot(roller.radius_m, 0.5 * roller.length_m);
+        let mass = roller.mass_in_hub();
+        faults.keep(check::check_gyration(source, link, &mass, reach_m, remarks));
+    }
+    faults.into_result()
+}
+
+/// The robot of its parts, with everything that is to be said of them.
+fn assemble(
+    mut loading: Loading,
+    wheels: Vec<Wheel>,
+    candidates: &[Candidate],
+    given: &[Given],
+) -> Result<(Robot, Vec<WheelOutline>), RobotError> {
+    let (source, tree) = (loading.source, loading.tree);
+    let moving = moving(candidates, given);
+    let body = tree.rigid_body(tree.root, |j| moving.contains(&j));
+    let hubs = candidates.iter().map(|candidate| candidate.hub);
+    let hubs = hubs.chain(given.iter().map(|given| given.like.joint));
+    let hubs: Vec<usize> = hubs.collect();
+    body.remark_held(tree, "the chassis", &hubs, &mut loading.remarks);
+    let reach_m = |mass: &MassProperties| {
+        let to_wheels = wheels
+            .iter()
+            .map(|w| (w.position_m() - mass.center_of_mass_m).norm());
+        to_wheels.fold(body.reach_m(&mass.center_of_mass_m), f64::max)
+    };
+    if let Some(mass) = &body.mass {
+        let link = &tree.links[body.link].name;
+        check::check_gyration(source, link, mass, reach_m(mass), &mut loading.remarks)?;
+    }
+    let chassis = check::chassis(&mut loading, body)?;
+    remark_hubs(&mut loading, candidates, &moving);
+    let Loading {
+        mut remarks,
+        outlines,
+        ..
+    } = loading;
+    remarks.extend(source.ignored_elements());
+    source.place(&mut remarks);
+    let robot = Robot {
+        name: source
+            .robot()
+            .attribute("name")
+            .unwrap_or_default()
+            .to_owned(),
+        chassis,
+        wheels,
+        remarks,
+    };
+    Ok((robot, outlines))
+}
+
+/// Says that hubs touch nothing.
+fn remark_hubs(loading: &mut Loading, candidates: &[Candidate], moving: &HashSet<usize>) {
+    let tree = loading.tree;
+    let shapes: usize = candidates
+        .iter()
+        .map(|c| {
+            let hub = tree.joints[c.hub].child;
+            tree.rigid_body(hub, |j| moving.contains(&j)).shapes.len()
+        })
+        .sum();
+    if shapes > 0 {
+        loading.remarks.push(Remark::new(
+            "hubs",
+            format!(
+                "{shapes} collision shapes are not read: of a wheel only the rollers touch the world"
+            ),
+        ));
+    }
+}

@@ -1,0 +1,503 @@
+//! A robot in SDF or MJCF is the robot that it is in URDF: the same one is written in all three, each in its own way of placing
+//! things, and read back. As long as three formats are.
+
+use crate::common;
+
+use std::fmt::Write;
+
+use common::{SPEC, small};
+use ilon_formats::{Fault, LoadRobot, RobotError, Spec, generate};
+use ilon_robot::{MassProperties, Robot, Wheel};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use roxmltree::{Document, Node};
+use test_case::test_case;
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.has_tag_name(tag))
+}
+
+fn text<'a>(node: Node<'a, '_>, tag: &str, attribute: &str) -> &'a str {
+    child(node, tag)
+        .and_then(|n| n.attribute(attribute))
+        .unwrap_or_default()
+}
+
+fn numbers(text: &str) -> Vec<f64> {
+    text.split_whitespace()
+        .map(|x| x.parse().unwrap())
+        .collect()
+}
+
+/// The pose that a URDF's `<origin>` says.
+fn origin(node: Node) -> Isometry3<f64> {
+    let read = |attribute| {
+        let values = numbers(text(node, "origin", attribute));
+        Vector3::from_iterator(values.into_iter().chain([0.0; 3]))
+    };
+    let (xyz, rpy) = (read("xyz"), read("rpy"));
+    Isometry3::from_parts(
+        Translation3::from(xyz),
+        UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
+    )
+}
+
+/// Joints and links of a URDF, with what each format needs of them.
+struct Parts<'a, 'i> {
+    links: Vec<Node<'a, 'i>>,
+    joints: Vec<Node<'a, 'i>>,
+}
+
+impl<'a, 'i> Parts<'a, 'i> {
+    fn of(document: &'a Document<'i>) -> Self {
+        let all = |tag: &'static str| {
+            let children = document.root_element().children();
+            children.filter(|n| n.has_tag_name(tag)).collect()
+        };
+        Self {
+            links: all("link"),
+            joints: all("joint"),
+        }
+    }
+
+    /// The joint above a link.
+    fn above(&self, link: &str) -> Option<Node<'a, 'i>> {
+        let mut joints = self.joints.iter().copied();
+        joints.find(|joint| text(*joint, "child", "link") == link)
+    }
+
+    fn body_from_link(&self, link: &str) -> Isometry3<f64> {
+        match self.above(link) {
+            Some(joint) => self.body_from_link(text(joint, "parent", "link")) * origin(joint),
+            None => Isometry3::identity(),
+        }
+    }
+}
+
+// --- SDF.
+
+/// Yaw is taken first and undone, so that nothing is lost where the frame stands upright.
+fn roll_pitch_yaw(pose: &Isometry3<f64>) -> [f64; 3] {
+    let m = pose.rotation.to_rotation_matrix().into_inner();
+    let yaw = m[(1, 0)].atan2(m[(0, 0)]);
+    let (s, c) = yaw.sin_cos();
+    let pitch = (-m[(2, 0)]).atan2(c * m[(0, 0)] + s * m[(1, 0)]);
+    let roll = (s * m[(0, 2)] - c * m[(1, 2)]).atan2(c * m[(1, 1)] - s * m[(0, 1)]);
+    [roll, pitch, yaw]
+}
+
+fn sdf_pose(pose: &Isometry3<f64>) -> String {
+    let p = pose.translation.vector;
+    let [roll, pitch, yaw] = roll_pitch_yaw(pose);
+    format!("<pose>{} {} {} {roll} {pitch} {yaw}</pose>", p.x, p.y, p.z)
+}
+
+/// The inertial and the collisions of a link. Their poses are of the link in both formats.
+fn sdf_link(link: Node) -> String {
+    let mut out = String::new();
+    if let Some(inertial) = child(link, "inertial") {
+        write!(out, "<inertial>{}", sdf_pose(&origin(inertial))).unwrap();
+        write!(
+            out,
+            "<mass>{}</mass><inertia>",
+            text(inertial, "mass", "value")
+        )
+        .unwrap();
+        for name in ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"] {
+            write!(out, "<{name}>{}</{name}>", text(inertial, "inertia", name)).unwrap();
+        }
+        out += "</inertia></inertial>";
+    }
+    let collisions = link.children().filter(|n| n.has_tag_name("collision"));
+    for (i, collision) in collisions.enumerate() {
+        let pose = sdf_pose(&origin(collision));
+        let shape = child(collision, "geometry")
+            .unwrap()
+            .first_element_child()
+            .unwrap();
+        let tag = shape.tag_name().name();
+        let sizes: String = shape
+            .attributes()
+            .map(|a| format!("<{0}>{1}</{0}>", a.name(), a.value()))
+            .collect();
+        write!(
+            out,
+            "<collision name=\"c{i}\">{pose}<geometry><{tag}>{sizes}</{tag}></geometry></collision>"
+        )
+        .unwrap();
+    }
+    out
+}
+
+/// How an SDF says where links are and which way axes point.
+#[derive(Clone, Copy, PartialEq)]
+enum Style {
+    /// Links in the model's frame, axes in the joint's.
+    Modern,
+    /// Links relative to the links above them, axes expressed in the model's frame by name.
+    Relative,
+    /// As before SDF 1.5: axes in the model's frame without a word.
+    Old,
+}
+
+fn sdf(urdf: &str, style: Style) -> String {
+    let document = Document::parse(urdf).unwrap();
+    let parts = Parts::of(&document);
+    let version = if style == Style::Old { "1.4" } else { "1.9" };
+    let mut out = format!(
+        "<?xml version=\"1.0\"?>\n<sdf version=\"{version}\"><world name=\"w\">\n<model name=\"ground\"><link name=\"l\"/></model>\n<model name=\"small\">\n"
+    );
+    for link in &parts.links {
+        let name = link.attribute("name").unwrap();
+        let above = parts.above(name);
+        let pose = match above.filter(|_| style == Style::Relative) {
+            Some(joint) => {
+                let parent = text(joint, "parent", "link");
+                sdf_pose(&origin(joint))
+                    .replace("<pose>", &format!("<pose relative_to=\"{parent}\">"))
+            }
+            None => sdf_pose(&parts.body_from_link(name)),
+        };
+        writeln!(
+            out,
+            "<link name=\"{name}\">{pose}{}</link>",
+            sdf_link(*link)
+        )
+        .unwrap();
+    }
+    for joint in &parts.joints {
+        let link = text(*joint, "child", "link");
+        let axis = Vector3::from_iterator(numbers(text(*joint, "axis", "xyz")));
+        let in_model = parts.body_from_link(link) * axis;
+        let (axis, frame) = match style {
+            Style::Modern => (axis, ""),
+            Style::Relative => (in_model, " expressed_in=\"__model__\""),
+            Style::Old => (in_model, ""),
+        };
+        writeln!(
+            out,
+            "<joint name=\"{}\" type=\"revolute\"><parent>{}</parent><child>{link}</child><axis><xyz{frame}>{} {} {}</xyz>{}\
+             <dynamics><damping>{}</damping><friction>{}</friction></dynamics></axis></joint>",
+            joint.attribute("name").unwrap(),
+            text(*joint, "parent", "link"),
+            axis.x,
+            axis.y,
+            axis.z,
+            match child(*joint, "limit") {
+                Some(limit) => format!(
+                    "<limit><lower>-1e16</lower><upper>1e16</upper><effort>{}</effort><velocity>{}</velocity></limit>",
+                    limit.attribute("effort").unwrap(),
+                    limit.attribute("velocity").unwrap()
+                ),
+                None => String::new(),
+            },
+            zero_or(text(*joint, "dynamics", "damping")),
+            zero_or(text(*joint, "dynamics", "friction")),
+        )
+        .unwrap();
+    }
+    out + "</model></world></sdf>\n"
+}
+
+fn zero_or(text: &str) -> &str {
+    if text.is_empty() { "0" } else { text }
+}
+
+// --- MJCF.
+
+fn mjcf_pose(pose: &Isometry3<f64>) -> String {
+    let (p, q) = (pose.translation.vector, pose.rotation);
+    format!(
+        "pos=\"{} {} {}\" quat=\"{} {} {} {}\"",
+        p.x, p.y, p.z, q.w, q.i, q.j, q.k
+    )
+}
+
+/// A body with everything below it.
+fn mjcf_body(parts: &Parts, link: Node, out: &mut String) {
+    let name = link.attribute("name").unwrap();
+    let above = parts.above(name);
+    let pose = above.map_or_else(Isometry3::identity, origin);
+    writeln!(out, "<body name=\"{name}\" {}>", mjcf_pose(&pose)).unwrap();
+    match above {
+        None => out.push_str("<freejoint/>\n"),
+        Some(joint) => writeln!(
+            out,
+            "<joint name=\"{}\" type=\"hinge\" axis=\"{}\" damping=\"{}\" frictionloss=\"{}\"/>",
+            joint.attribute("name").unwrap(),
+            text(joint, "axis", "xyz"),
+            zero_or(text(joint, "dynamics", "damping")),
+            zero_or(text(joint, "dynamics", "friction")),
+        )
+        .unwrap(),
+    }
+    if let Some(inertial) = child(link, "inertial") {
+        let i = |name| text(inertial, "inertia", name).parse::<f64>().unwrap();
+        let own = Matrix3::new(
+            i("ixx"),
+            i("ixy"),
+            i("ixz"),
+            i("ixy"),
+            i("iyy"),
+            i("iyz"),
+            i("ixz"),
+            i("iyz"),
+            i("izz"),
+        );
+        // `fullinertia` is along the body's axes.
+        let pose = origin(inertial);
+        let turn = pose.rotation.to_rotation_matrix();
+        let m = turn.matrix() * own * turn.matrix().transpose();
+        let p = pose.translation.vector;
+        let mass = text(inertial, "mass", "value");
+        writeln!(
+            out,
+            "<inertial pos=\"{} {} {}\" mass=\"{mass}\" fullinertia=\"{} {} {} {} {} {}\"/>",
+            p.x, p.y, p.z, m.m11, m.m22, m.m33, m.m12, m.m13, m.m23,
+        )
+        .unwrap();
+    }
+    for collision in link.children().filter(|n| n.has_tag_name("collision")) {
+        let shape = child(collision, "geometry")
+            .unwrap()
+            .first_element_child()
+            .unwrap();
+        let of = |name| numbers(shape.attribute(name).unwrap());
+        let (kind, size) = match shape.tag_name().name() {
+            "sphere" => ("sphere", of("radius")),
+            "cylinder" => ("cylinder", vec![of("radius")[0], 0.5 * of("length")[0]]),
+            "box" => ("box", of("size").into_iter().map(|x| 0.5 * x).collect()),
+            other => panic!("{other}"),
+        };
+        let size: Vec<String> = size.iter().map(f64::to_string).collect();
+        let pose = mjcf_pose(&origin(collision));
+        writeln!(
+            out,
+            "<geom type=\"{kind}\" size=\"{}\" {pose}/>",
+            size.join(" ")
+        )
+        .unwrap();
+    }
+    for below in &parts.joints {
+        if text(*below, "parent", "link") == name {
+            let link = text(*below, "child", "link");
+            let mut links = parts.links.iter();
+            let link = links.find(|n| n.attribute("name") == Some(link)).unwrap();
+            mjcf_body(parts, *link, out);
+        }
+    }
+    out.push_str("</body>\n");
+}
+
+fn mjcf(urdf: &str) -> String {
+    let document = Document::parse(urdf).unwrap();
+    let parts = Parts::of(&document);
+    let mut out = "<mujoco model=\"small\">\n<compiler angle=\"radian\"/>\n<worldbody>\n<geom type=\"plane\" size=\"1 1 1\"/>\n".to_owned();
+    mjcf_body(&parts, parts.links[0], &mut out);
+    out += "</worldbody>\n<actuator>\n";
+    for joint in &parts.joints {
+        if let Some(limit) = child(*joint, "limit") {
+            let name = joint.attribute("name").unwrap();
+            let effort: f64 = limit.attribute("effort").unwrap().parse().unwrap();
+            // A gear of two doubles what the motor gives.
+            let range = 0.5 * effort;
+            writeln!(
+                out,
+                "<motor joint=\"{name}\" gear=\"2\" ctrlrange=\"-{range} {range}\"/>"
+            )
+            .unwrap();
+        }
+    }
+    out + "</actuator>\n</mujoco>\n"
+}
+
+// --- Holding one against the other.
+
+/// Written with all digits and turned by angles and back: some roundings of numbers of at most a few units.
+const TOLERANCE: f64 = 1e-11;
+
+fn same_mass(p: &MassProperties, q: &MassProperties) {
+    assert!((p.mass_kg - q.mass_kg).abs() < TOLERANCE);
+    assert!((p.center_of_mass_m - q.center_of_mass_m).norm() < TOLERANCE);
+    // Moments of small parts are far below one, and are held in shares of themselves.
+    let off = (p.inertia_kg_m2 - q.inertia_kg_m2).norm();
+    assert!(off < 1e-10 * q.inertia_kg_m2.norm(), "{off}");
+}
+
+fn same_wheel(p: &Wheel, q: &Wheel) {
+    assert_eq!(p.name, q.name);
+    let off_m = (p.position_m() - q.position_m()).norm();
+    assert!(off_m < TOLERANCE, "{}: {off_m}", p.name);
+    let off_m = (p.radius_m - q.radius_m).abs();
+    assert!(off_m < TOLERANCE, "{}: {off_m}", p.name);
+    assert!((p.gamma_rad - q.gamma_rad).abs() < TOLERANCE);
+    assert!((p.joint.damping_n_m_s - q.joint.damping_n_m_s).abs() < TOLERANCE);
+    assert!((p.joint.friction_n_m - q.joint.friction_n_m).abs() < TOLERANCE);
+    assert!((p.motor.effort_n_m - q.motor.effort_n_m).abs() < TOLERANCE);
+    same_mass(&p.hub, &q.hub);
+    assert_eq!(p.rollers.len(), q.rollers.len());
+    for a in &p.rollers {
+        let b = q.rollers.iter().find(|b| b.name == a.name).unwrap();
+        assert!((a.center_in_hub_m - b.center_in_hub_m).norm() < TOLERANCE);
+        assert!((a.axis_in_hub.into_inner() - b.axis_in_hub.into_inner()).norm() < TOLERANCE);
+        assert!((a.radius_m - b.radius_m).abs() < TOLERANCE);
+        assert!((a.length_m - b.length_m).abs() < TOLERANCE);
+        same_mass(&a.mass_in_hub(), &b.mass_in_hub());
+    }
+}
+
+fn same(p: &Robot, q: &Robot) {
+    assert_eq!(p.name, q.name);
+    same_mass(&p.chassis.mass, &q.chassis.mass);
+    assert_eq!(p.wheels.len(), q.wheels.len());
+    for (p, q) in p.wheels.iter().zip(&q.wheels) {
+        same_wheel(p, q);
+    }
+}
+
+/// The small robot with losses everywhere, and a wheel that differs.
+fn described() -> String {
+    let text = SPEC
+        .replace("[rollers]", "damping_n_m_s = 0.01\nfriction_n_m = 0.02\n[rollers]\ndamping_n_m_s = 1e-5\nfriction_n_m = 1e-4")
+        .replace("gamma_deg = 0.0", "gamma_deg = 30.0\nfirst_deg = 17.0")
+        + "[overrides.wheel_2]\nphase_deg = 11\n";
+    generate(&Spec::from_toml_str(&text, "r.toml").unwrap()).unwrap()
+}
+
+fn load(text: &str, file: &str) -> Robot {
+    Robot::from_urdf_str(text, file).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test_case(Style::Modern; "modern")]
+#[test_case(Style::Relative; "relative")]
+#[test_case(Style::Old; "old")]
+fn an_sdf_is_the_robot_of_its_urdf(style: Style) {
+    for urdf in [small(), described()] {
+        let robot = load(&sdf(&urdf, style), "small.sdf");
+        let of_urdf = load(&urdf, "small.urdf");
+        same(&robot, &of_urdf);
+        let rate = |robot: &Robot| robot.wheels[0].motor.velocity_rad_s;
+        assert_eq!(rate(&robot), rate(&of_urdf));
+        // Of the two models of the world it is the one with joints.
+        assert!(
+            robot
+                .remarks
+                .iter()
+                .any(|r| r.text.contains("the robot of 2 models"))
+        );
+    }
+}
+
+#[test]
+fn an_mjcf_is_the_robot_of_its_urdf() {
+    for urdf in [small(), described()] {
+        same(&load(&mjcf(&urdf), "small.xml"), &load(&urdf, "small.urdf"));
+    }
+}
+
+#[test]
+fn what_an_mjcf_says_in_its_own_way_is_read() {
+    let plain = mjcf(&small());
+    let same_as_plain = |text: &str| same(&load(text, "small.xml"), &load(&plain, "small.xml"));
+    // Defaults by class, and what stands at the joint before them.
+    let damped = plain.replace(" damping=\"0\"", "");
+    let with_default = damped.replace(
+        "<worldbody>",
+        "<default><joint damping=\"0\"/></default><worldbody>",
+    );
+    same_as_plain(&with_default);
+    // Shapes that touch nothing are none; masses come from `<inertial>` all the same.
+    let ghost = plain
+        .replace("</worldbody>", "")
+        .replacen(
+            "<freejoint/>",
+            "<freejoint/><geom type=\"sphere\" size=\"9\" contype=\"0\" conaffinity=\"0\"/>",
+            1,
+        )
+        .replace("<actuator>", "</worldbody><actuator>");
+    same_as_plain(&ghost);
+    // Degrees and Euler angles: a turn of the whole robot's frame by nothing.
+    let turned = plain
+        .replacen("quat=\"1 0 0 0\"", "euler=\"0 0 0\"", 1)
+        .replace("angle=\"radian\"", "angle=\"degree\"");
+    same_as_plain(&turned);
+    // The armature is a rotor without a gear.
+    let armed = plain.replace(
+        "name=\"wheel_1\" type",
+        "armature=\"0.003\" name=\"wheel_1\" type",
+    );
+    let drive = load(&armed, "small.xml").wheels[0].drive;
+    assert_eq!((drive.gear_ratio, drive.rotor_inertia_kg_m2), (1.0, 0.003));
+}
+
+#[test]
+fn a_part_of_an_mjcf_may_stand_in_another_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = mjcf(&small());
+    let (start, end) = (
+        plain.find("<actuator>").unwrap(),
+        plain.find("</mujoco>").unwrap(),
+    );
+    let part = format!("<mujocoinclude>{}</mujocoinclude>", &plain[start..end]);
+    std::fs::write(folder.path().join("motors.xml"), part).unwrap();
+    let whole = format!("{}<include file=\"motors.xml\"/></mujoco>", &plain[..start]);
+    let path = folder.path().join("small.xml");
+    std::fs::write(&path, &whole).unwrap();
+    same(&Robot::load(&path).unwrap(), &load(&plain, "small.xml"));
+    std::fs::write(&path, whole.replace("motors.xml", "small.xml")).unwrap();
+    let endless = Robot::load(&path).unwrap_err();
+    assert!(
+        matches!(endless.fault(), Fault::Format { reason } if reason.contains("files are included")),
+        "{endless}"
+    );
+}
+
+fn refused(text: &str) -> RobotError {
+    Robot::from_urdf_str(text, "robot.xml").unwrap_err()
+}
+
+#[test_case(
+    "<sdf version=\"1.9\"><world name=\"w\"/></sdf>",
+    "no `<model>` with links";
+    "no model"
+)]
+#[test_case(
+    "<sdf version=\"1.9\"><model name=\"m\"><link name=\"l\"/><include><uri>x</uri></include></model></sdf>",
+    "a model within the model";
+    "nested"
+)]
+#[test_case(
+    "<sdf version=\"1.9\"><model name=\"m\"><link name=\"l\"/><joint name=\"j\" type=\"revolute\"><parent>l</parent><child>x</child></joint></model></sdf>",
+    "`x`, which is no link";
+    "no link"
+)]
+#[test_case(
+    "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose relative_to=\"b\"/></link><link name=\"b\"><pose relative_to=\"a\"/></link></model></sdf>",
+    "relative to one another";
+    "circle"
+)]
+#[test_case(
+    "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose>1 2</pose></link></model></sdf>",
+    "a pose is six numbers";
+    "short pose"
+)]
+#[test_case(
+    "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"gearbox\"><parent>a</parent><child>b</child></joint></model></sdf>",
+    "`gearbox` has no counterpart";
+    "gearbox"
+)]
+#[test_case("<mujoco><worldbody/></mujoco>", "it holds no body"; "no body")]
+#[test_case(
+    "<mujoco><include file=\"none.xml\"/></mujoco>",
+    "`none.xml` cannot be included: there is no such file";
+    "no file"
+)]
+#[test_case(
+    "<mujoco><worldbody><body name=\"a\"><body name=\"b\"><freejoint/></body></body></worldbody></mujoco>",
+    "is free within the robot";
+    "free within"
+)]
+fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
+    let error = refused(text);
+    assert!(error.to_string().contains(words), "{error}");
+    assert!(!error.help().is_empty());
+}

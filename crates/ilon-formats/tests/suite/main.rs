@@ -1,0 +1,17 @@
+//! The tests of `ilon-formats` from outside, one module for each subject, in one program.
+
+mod assets;
+mod assets_load;
+mod clues;
+mod collection;
+mod common;
+mod described;
+mod faults;
+mod formats;
+mod looks;
+mod made;
+mod round_trip;
+mod scale;
+mod standing;
+mod strangers;
+mod traits;

@@ -1,0 +1,490 @@
+//! What an identification found, first in sentences of a person's words.
+
+pub mod tables;
+
+use crate::page::Answer;
+use crate::sweep::figure as number;
+use ilon_identify::Identified;
+use ilon_identify::outcome::{
+    Controller, ControllerKind, Direction, Gains, JudgedBy, Simulation, Value, WheelSetting,
+};
+use ilon_identify::scatter::Scatter;
+
+/// A gain ahead above this is more than wheels of the size that they are known to have roll.
+const TOO_FAR: f64 = 1.02;
+/// A gain ahead below this is seldom that of smaller wheels alone.
+const TOO_SHORT: f64 = 0.95;
+
+/// What was found, the answer first: what the robot does, what to set, how sure that is, and what to drive to know more.
+pub fn answers(found: &Identified) -> Vec<Answer> {
+    let mut answers: Vec<Answer> = Vec::new();
+    let mut plain = |text: String| answers.push(Answer::plain(text));
+    robot(&found.gains).into_iter().for_each(&mut plain);
+    by_direction(&found.residual)
+        .into_iter()
+        .for_each(&mut plain);
+    set(&found.controller, &found.gains)
+        .into_iter()
+        .for_each(&mut plain);
+    answers.push(judged(found));
+    let over_noise = found.held_out.over_noise;
+    if over_noise > 2.0 {
+        answers.push(Answer::bad(format!(
+            "What is left is {} times what the tracker's noise explains: the model is not the whole truth. See by direction of motion.",
+            number(over_noise)
+        )));
+    }
+    for held in &found.held {
+        let value = number(held.value);
+        answers.push(Answer::bad(format!(
+            "{} was held at {value}: {}.",
+            held.name, held.why
+        )));
+    }
+    if let Some(simulation) = &found.simulation {
+        answers.extend(simulated(simulation));
+    }
+    for odd in found.doubts.iter().take(6) {
+        let (doubt, file) = (&odd.doubt, &odd.file);
+        answers.push(Answer::bad(format!(
+            "{file}: {} ({}).",
+            doubt.message, doubt.help
+        )));
+    }
+    answers.extend(to_know_more(found).map(Answer::plain));
+    answers
+}
+
+/// By how much something falls short of 1, with its interval, in percent: `4.3 % less far` and ` (3.9 to 4.7 %)`.
+fn short_of(value: &Value, less: &str, more: &str) -> (String, String) {
+    let short = |gain: f64| 100.0 * (1.0 - gain);
+    let percent = short(value.value);
+    let (sign, word) = if percent < 0.0 {
+        (-1.0, more)
+    } else {
+        (1.0, less)
+    };
+    let shown = |gain: f64| rounded(sign * short(gain));
+    let interval = match value.ci95 {
+        [Some(low), Some(high)] => {
+            let mut ends = [low, high];
+            if sign > 0.0 {
+                ends.reverse();
+            }
+            format!(" ({} to {} %)", shown(ends[0]), shown(ends[1]))
+        }
+        _ => " (how sure that is cannot be said)".to_owned(),
+    };
+    (format!("{} % {word}", shown(value.value)), interval)
+}
+
+/// Percents to a tenth, and what is less than one to a hundredth.
+fn rounded(percent: f64) -> String {
+    let decimals = if percent.abs() < 0.95 { 2 } else { 1 };
+    let text = format!("{percent:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
+/// Whether the interval of a value holds another one.
+fn may_be(value: &Value, other: f64) -> bool {
+    matches!(value.ci95, [Some(low), Some(high)] if low <= other && other <= high)
+}
+
+/// Whether a gain is known to less than a tenth.
+fn is_vague(value: &Value) -> bool {
+    match value.ci95 {
+        [Some(low), Some(high)] => high - low > 0.2 * value.value.abs(),
+        _ => true,
+    }
+}
+
+/// What of a gain rigid rollers explain, given what they alone would make.
+fn explained(gain: &Value, rigid: Option<f64>) -> String {
+    let Some(rigid) = rigid else {
+        return String::new();
+    };
+    let (all, by_rollers) = (1.0 - gain.value, 1.0 - rigid);
+    let percent = rounded(100.0 * by_rollers.abs());
+    if by_rollers.abs() < (0.02 * all.abs()).max(5e-4) {
+        "; rigid rollers explain nothing of it".to_owned()
+    } else if all * by_rollers > 0.0 {
+        format!("; rigid rollers explain {percent} of them")
+    } else {
+        let way = if by_rollers > 0.0 { "less" } else { "more" };
+        format!("; rigid rollers would make it {percent} % {way}")
+    }
+}
+
+/// What the robot does over what its wheels ask for.
+fn robot(gains: &Gains) -> Vec<String> {
+    let rigid = gains.rigid;
+    let [sideways, turn] = [
+        rigid.map(|[ahead, sideways, _]| sideways / ahead),
+        rigid.map(|[.., turn]| turn),
+    ];
+    let ahead = match &gains.ahead {
+        Some(_) if is_too_far(gains) => {
+            "; wheels of the size that they are known to have do not do that: they are larger, or rows of the logs were lost, or the tracker's \
+             scale is off. Unless it is the wheels, only ratios hold"
+        }
+        Some(ahead) if ahead.value < TOO_SHORT => {
+            "; wheels are seldom off by so much. Where a floor drags or creeps, what follows holds on that floor alone"
+        }
+        _ => "",
+    };
+    let sentence = |gain: &Option<Value>,
+                    [does, less, more, than]: [&str; 4],
+                    beside: &dyn Fn(&Value) -> String| {
+        let gain = gain.as_ref()?;
+        let (percent, interval) = short_of(gain, less, more);
+        let open = match (is_vague(gain), may_be(gain, 1.0)) {
+            (true, _) => ", but these logs leave it open".to_owned(),
+            (false, true) => ", which may be nothing".to_owned(),
+            (false, false) => beside(gain),
+        };
+        Some(format!("{does} {percent} than {than}{interval}{open}."))
+    };
+    let asked = "its wheels ask for";
+    [
+        sentence(
+            &gains.sideways_over_ahead,
+            ["Sideways it goes", "less far", "farther", "ahead"],
+            &|gain| explained(gain, sideways),
+        ),
+        sentence(
+            &gains.ahead,
+            ["Ahead it goes", "less far", "farther", asked],
+            &|_| ahead.to_owned(),
+        ),
+        sentence(&gains.turn, ["It turns", "less", "more", asked], &|gain| {
+            explained(gain, turn)
+        }),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// In which directions it goes least and most far, of more than the four along its axes.
+fn by_direction(directions: &[Direction]) -> Option<String> {
+    if directions.len() < 5 {
+        return None;
+    }
+    let by = |a: &&Direction, b: &&Direction| a.measured.total_cmp(&b.measured);
+    let (least, most) = (directions.iter().min_by(by)?, directions.iter().max_by(by)?);
+    let words = |one: &Direction| {
+        // Of so many stretches the standard error has one degree of freedom less.
+        let half =
+            Scatter::furthest(one.stretches.saturating_sub(1).max(1) as f64) * one.measured_error;
+        let [low, high] =
+            [one.measured - half, one.measured + half].map(|gain| rounded(100.0 * gain));
+        format!(
+            "{} % of it ({low} to {high} %) at {:.0} degrees",
+            rounded(100.0 * one.measured),
+            one.direction_deg
+        )
+    };
+    Some(format!(
+        "Of {} directions it makes least of the way that its wheels ask for, {}, and most, {}, counted from ahead to the left.",
+        directions.len(),
+        words(least),
+        words(most)
+    ))
+}
+
+/// A length in millimetres, with what it was.
+fn length(value: &Value) -> String {
+    let [own, nominal] = [value.value, value.nominal].map(|metres| number(1e3 * metres));
+    format!("{own} mm{} in place of {nominal} mm", between(value, 1e3))
+}
+
+/// To what a length of a controller is to be set.
+fn set_to(name: &str, value: &Value) -> String {
+    match may_be(value, value.nominal) {
+        true => format!(
+            "leave {name} at {} mm{}",
+            number(1e3 * value.nominal),
+            between(value, 1e3)
+        ),
+        false => format!("set {name} to {}", length(value)),
+    }
+}
+
+/// The interval of a value in a unit of which so many are one of its own, in brackets.
+fn between(value: &Value, per_own: f64) -> String {
+    match value.ci95 {
+        [Some(low), Some(high)] => {
+            format!(" ({} to {})", number(per_own * low), number(per_own * high))
+        }
+        _ => String::new(),
+    }
+}
+
+/// What a controller is to be set to.
+fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
+    let (name, radius_key, lever_key) = match controller.kind {
+        Some(ControllerKind::Mecanum) => (
+            "mecanum_drive_controller",
+            ", `kinematics.wheels_radius`,",
+            ", `kinematics.sum_of_robot_center_projection_on_X_Y_axis`,",
+        ),
+        Some(ControllerKind::Omni) => (
+            "omni_wheel_drive_controller",
+            ", `wheel_radius`,",
+            ", `robot_radius`,",
+        ),
+        None => ("your controller", "", ""),
+    };
+    let mut set: Vec<String> = Vec::new();
+    let is_known = |radius: &&Value| !controller.wheels.is_empty() || !is_vague(radius);
+    if let Some(radius) = controller.radius_m.as_ref().filter(is_known) {
+        let doubt = if is_too_far(gains) {
+            ", if it is the wheels that are larger"
+        } else {
+            ""
+        };
+        set.push(set_to(&format!("the wheel radius rho{radius_key}"), radius) + doubt);
+    }
+    if let Some(lever) = controller.lever_m.as_ref().filter(|lever| !is_vague(lever)) {
+        set.push(set_to(&format!("the lever of turns{lever_key}"), lever));
+    }
+    let mut lines: Vec<String> = Vec::new();
+    if !set.is_empty() {
+        lines.push(format!("In {name} {}.", set.join(", and ")));
+    }
+    let factor = controller.sideways_factor.as_ref();
+    if let Some(factor) = factor.filter(|factor| !may_be(factor, 1.0) && !is_vague(factor)) {
+        lines.push(format!(
+            "Multiply vy, the speed sideways, by {}{} before it reaches the controller, which has one gear factor for all directions.",
+            number(factor.value),
+            between(factor, 1.0)
+        ));
+    }
+    if !controller.wheels.is_empty() {
+        let wheel = |one: &WheelSetting| {
+            format!(
+                "{} by {} (rho {})",
+                one.wheel,
+                number(one.rate_factor),
+                length(&one.radius_m)
+            )
+        };
+        let wheels: Vec<String> = controller.wheels.iter().map(wheel).collect();
+        lines.push(format!(
+            "Multiply the rate of each wheel behind the controller, which has one radius for all: {}.",
+            wheels.join(", ")
+        ));
+    }
+    lines
+}
+
+/// Whether the robot goes further ahead than wheels of the size that they are known to have roll.
+fn is_too_far(gains: &Gains) -> bool {
+    let ahead = gains.ahead.as_ref();
+    ahead.is_some_and(|ahead| ahead.ci95[0].unwrap_or(ahead.value) > TOO_FAR)
+}
+
+/// Which model was chosen, and how far off it is.
+fn judged(found: &Identified) -> Answer {
+    let (before, after) = (&found.nominal, &found.held_out);
+    let judged = match found.judged_by {
+        JudgedBy::Runs => "on the runs that were kept back",
+        JudgedBy::EachRun => "on each run in turn, fitted to the others",
+        JudgedBy::EachStretch => "on each eighth of the runs in turn, fitted to the rest",
+    };
+    let milli = |metres: f64| number(1e3 * metres);
+    Answer {
+        is_good: (after.over_noise < before.over_noise).then_some(true),
+        text: format!(
+            "The model \"{}\" misses {} mm a stretch {judged}, where the robot as it was known misses {} mm; dead reckoning ends {} mm from \
+             the robot in place of {} mm.",
+            found.model,
+            milli(after.position_rms_m),
+            milli(before.position_rms_m),
+            milli(after.end_position_rms_m),
+            milli(before.end_position_rms_m)
+        ),
+    }
+}
+
+/// What is to be known before keys that were found by simulating are believed.
+fn simulated(simulation: &Simulation) -> Vec<Answer> {
+    let mut answers: Vec<Answer> = Vec::new();
+    let rms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    answers.push(Answer::plain(format!(
+        "Measured less simulated way over the way asked for is {} (root mean square) over the drives that were fitted, and {} over those that \
+         were kept back.",
+        rms(simulation.fit.ratio),
+        rms(simulation.held_out.ratio)
+    )));
+    let mut bad = |text: String| answers.push(Answer::bad(text));
+    for [a, b] in &simulation.alike {
+        bad(format!(
+            "{a} and {b} are hardly told apart by these logs: what one changes the other makes up for, and their intervals allow for it."
+        ));
+    }
+    let of_each: [(&[String], &str); 5] = [
+        (
+            &simulation.insensitive,
+            "changes less than the noise over all of its range",
+        ),
+        (
+            &simulation.open,
+            "is left open by these logs: its interval holds all of its range, as other keys may make up for it. What all of them come to together \
+             may hold all the same",
+        ),
+        (
+            &simulation.cut_off,
+            "has an interval that reaches an end of its range: what lies beyond was not tried",
+        ),
+        (
+            &simulation.of_one_run,
+            "is told by one run alone: how sure it is cannot be said",
+        ),
+        (
+            &simulation.at_bounds,
+            "lies at an end of its range: beyond it the fit may be better",
+        ),
+    ];
+    for (keys, says) in of_each {
+        keys.iter().for_each(|key| bad(format!("{key} {says}.")));
+    }
+    for other in &simulation.elsewhere {
+        bad(format!(
+            "{} near {} is not refused by these logs either, but much of what lies between is: its interval holds both.",
+            other.key,
+            number(other.value)
+        ));
+    }
+    if simulation.phases_matter == Some(true) {
+        bad(format!(
+            "What is found depends on the angles of their rollers at which wheels began, which the logs do not say: each drive was simulated \
+             from {} sets of angles, and the intervals hold what these scatter by.",
+            simulation.phases
+        ));
+    }
+    if !simulation.has_converged {
+        bad("The search was cut off after its steps: `simulate.steps` allows more.".to_owned());
+    }
+    answers
+}
+
+/// What to drive or to log to know more, by what is not known.
+fn to_know_more(found: &Identified) -> Option<String> {
+    let gains = &found.gains;
+    let mut wishes: Vec<String> = Vec::new();
+    let lacks = [
+        (&gains.ahead, "ahead and back"),
+        (&gains.sideways, "sideways, to the left and to the right"),
+        (&gains.turn, "turns on the spot"),
+    ];
+    let lacks: Vec<&str> = lacks
+        .iter()
+        .filter(|(gain, _)| gain.is_none())
+        .map(|(_, drive)| *drive)
+        .collect();
+    if !lacks.is_empty() {
+        wishes.push(format!("drive {}", lacks.join(" and ")));
+    }
+    if found.intervals_over == "stretches" {
+        wishes.push(
+            "drive six runs or more: the intervals are over stretches of the runs, and what differs from run to run is not in them".to_owned(),
+        );
+    }
+    if let Some(simulation) = &found.simulation {
+        if !simulation.of_one_run.is_empty() {
+            wishes.push(format!(
+                "drive once more what tells {}",
+                simulation.of_one_run.join(", ")
+            ));
+        }
+        if !(simulation.alike.is_empty()
+            && simulation.open.is_empty()
+            && simulation.elsewhere.is_empty())
+        {
+            wishes.push(
+                "drive in other directions, and compare the heading, the currents or what happens once a roller too (`[simulate.heading]`, \
+                 `[simulate.currents]`, `[simulate.ripple]`)"
+                    .to_owned(),
+            );
+        }
+        if simulation.phases_matter == Some(true) {
+            wishes.push("log the wheels' absolute angles (`simulate.phases = \"log\"`)".to_owned());
+        }
+    }
+    (!wishes.is_empty()).then(|| format!("To know more, {}.", wishes.join("; ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(value: f64, low: f64, high: f64) -> Option<Value> {
+        Some(Value {
+            value,
+            ci95: [Some(low), Some(high)],
+            unit: String::new(),
+            nominal: 1.0,
+        })
+    }
+
+    /// Eight rollers at 45 degrees make sin(pi/8) / (pi/8) = 0.9745 of the way sideways.
+    #[test]
+    fn a_gain_is_said_as_what_is_missing_to_1_with_its_interval_and_what_rollers_explain() {
+        let gains = Gains {
+            sideways_over_ahead: value(0.957, 0.953, 0.961),
+            ahead: value(0.998, 0.993, 1.003),
+            turn: value(1.25, 0.7, 1.8),
+            rigid: Some([1.0, 0.9745, 0.9745]),
+            ..Gains::default()
+        };
+        assert_eq!(
+            robot(&gains),
+            [
+                "Sideways it goes 4.3 % less far than ahead (3.9 to 4.7 %); rigid rollers explain 2.5 of them.",
+                "Ahead it goes 0.20 % less far than its wheels ask for (-0.30 to 0.70 %), which may be nothing.",
+                "It turns 25.0 % more than its wheels ask for (-30.0 to 80.0 %), but these logs leave it open.",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_no_wheel_of_its_size_does_is_doubted_and_so_is_what_would_be_set() {
+        let far = Gains {
+            ahead: value(1.09, 1.08, 1.1),
+            ..Gains::default()
+        };
+        assert!(
+            robot(&far)[0].contains("only ratios hold"),
+            "{:?}",
+            robot(&far)
+        );
+        let radius = |own: f64| Value {
+            value: own,
+            ci95: [Some(own - 1e-4), Some(own + 1e-4)],
+            unit: "m".to_owned(),
+            nominal: 0.03,
+        };
+        let controller = |own: f64| Controller {
+            kind: Some(ControllerKind::Mecanum),
+            radius_m: Some(radius(own)),
+            ..Controller::default()
+        };
+        assert_eq!(
+            set(&controller(0.0327), &far),
+            [
+                "In mecanum_drive_controller set the wheel radius rho, `kinematics.wheels_radius`, to 32.7 mm (32.6 to 32.8) in place of 30 mm, if it \
+              is the wheels that are larger."
+            ]
+        );
+        assert_eq!(
+            set(&controller(0.03005), &Gains::default()),
+            [
+                "In mecanum_drive_controller leave the wheel radius rho, `kinematics.wheels_radius`, at 30 mm (29.95 to 30.15)."
+            ]
+        );
+    }
+}

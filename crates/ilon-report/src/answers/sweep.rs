@@ -1,0 +1,300 @@
+//! What a study of many runs found, in sentences.
+
+mod phrases;
+mod tables;
+
+pub use phrases::words;
+pub use tables::tables;
+
+use crate::page::Answer;
+use crate::sweep::figure as number;
+use ilon_sweep::findings::gaps::Gap;
+use ilon_sweep::findings::grid::{Extreme, RangeOf};
+use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt};
+use ilon_sweep::{Find, Findings, Minimise, Question, Study};
+
+use self::phrases::{
+    MOST_POINTS, at, capital, key_words, level, percent, settings, title, value_of,
+};
+
+/// A minimum that lies in this share of an axis at either end is said to lie at its end.
+const AT_THE_END: f64 = 0.01;
+
+/// What came of the study, the bounds that were expected first, then what is not known.
+pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
+    let mut answers: Vec<Answer> = findings.expectations.iter().map(expected).collect();
+    for failures in findings.failures.iter().take(3) {
+        answers.push(Answer::bad(format!(
+            "{} of {} runs failed, the first of them run {}: {}",
+            failures.count, findings.runs, failures.first_run, failures.error
+        )));
+    }
+    answers.extend(findings.gaps.iter().map(|gap| missing(gap, study)));
+    let mut plain: Vec<String> = Vec::new();
+    match study.question() {
+        Question::Find(find) => plain.extend(found(find, &findings.found)),
+        Question::Minimise(minimise) => {
+            plain.extend(findings.minimum.iter().map(|at| least(minimise, at)));
+        }
+        Question::Table { .. } => {}
+    }
+    plain.extend(findings.ranges.iter().map(|one| range(one, study)));
+    for one in &findings.distributions {
+        if let Some(median) = one.quantiles.get(2) {
+            let most = one.quantiles.last().unwrap_or(median);
+            plain.push(format!(
+                "{}: {} in the middle, below {} in {} of the runs, {} at most.",
+                capital(&title(&one.quantity, &one.scenario, study)),
+                value_of(&one.quantity, median.value),
+                value_of(&one.quantity, most.value),
+                percent(most.share),
+                value_of(&one.quantity, one.largest)
+            ));
+        }
+    }
+    plain.extend(findings.indices.iter().filter_map(|one| shares(one, study)));
+    plain.extend(
+        findings
+            .effects
+            .iter()
+            .filter_map(|one| effects(one, study)),
+    );
+    answers.extend(plain.into_iter().map(Answer::plain));
+    answers
+}
+
+fn expected(one: &Expectation) -> Answer {
+    Answer {
+        is_good: Some(one.held),
+        text: format!("{}.", expectation(one)),
+    }
+}
+
+/// An expectation and what came of it.
+pub fn expectation(one: &Expectation) -> String {
+    let verb = if one.held { "held" } else { "failed" };
+    let interval = one.interval.map_or(String::new(), |(low, high)| {
+        format!(
+            " (of all such runs {:.2} to {:.2} %, with 95 % confidence)",
+            100.0 * low,
+            100.0 * high
+        )
+    });
+    let worst = one.worst_run;
+    let worst = worst.map_or(String::new(), |run| format!("; the worst is run {run}"));
+    format!(
+        "{} {} in {} % of the runs {verb}: {} %, {} of {}{interval}{worst}",
+        one.quantity,
+        one.bound,
+        number(100.0 * one.share_expected),
+        number(100.0 * one.share),
+        one.kept,
+        one.runs
+    )
+}
+
+fn missing(gap: &Gap, study: &Study) -> Answer {
+    let title = capital(&title(&gap.quantity, &gap.scenario, study));
+    Answer::bad(match gap.absent {
+        0 => format!("{title} is not answered: {}.", gap.why),
+        absent => format!(
+            "{title} is absent in {absent} of {} runs: {}.",
+            gap.runs, gap.why
+        ),
+    })
+}
+
+fn range(one: &RangeOf, study: &Study) -> String {
+    let value = |value: f64| value_of(&one.quantity, value);
+    let end = |end: &Extreme| {
+        format!(
+            "{} ({}, run {})",
+            value(end.value),
+            settings(&end.values, study),
+            end.run
+        )
+    };
+    let title = capital(&title(&one.quantity, &one.scenario, study));
+    if value(one.least.value) == value(one.largest.value) {
+        let all = value(one.mean);
+        return format!("{title} is {all} in all runs, to four digits.");
+    }
+    let mut text = format!(
+        "{title}: from {} to {}.",
+        end(&one.least),
+        end(&one.largest)
+    );
+    if one.axes.len() < 2 {
+        return text;
+    }
+    let mut axes: Vec<_> = one.axes.iter().collect();
+    axes.sort_by(|a, b| b.share.unwrap_or(0.0).total_cmp(&a.share.unwrap_or(0.0)));
+    let effects = axes.iter().filter_map(|axis| {
+        let [(least_at, least), (largest_at, largest)] = axis.ends()?;
+        let (name, unit) = key_words(&axis.key, study);
+        let share = axis.share.map_or(String::new(), |share| {
+            format!(" causes {} of what varies", percent(share))
+        });
+        Some(format!(
+            "{name}{share} (mean {} at {}, {} at {})",
+            value(least),
+            level(least_at, unit),
+            value(largest),
+            level(largest_at, unit)
+        ))
+    });
+    let effects: Vec<String> = effects.collect();
+    text += &format!(" {}", capital(&effects.join(", ")));
+    let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
+    if let Some(shares) = shares {
+        let together = (1.0 - shares.iter().sum::<f64>()).max(0.0);
+        text += &format!("; {} they cause only together", percent(together));
+    }
+    text + "."
+}
+
+fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
+    let total = |axis: &&ilon_sweep::findings::sensitivity::Indices| axis.total.value;
+    let first = one
+        .axes
+        .iter()
+        .max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    Some(format!(
+        "{} is {} with a standard deviation of {}: {} causes {} of that variance ({:.0} to {:.0}, 95 %), {} by itself.",
+        capital(&title(&one.quantity, &one.scenario, study)),
+        value_of(&one.quantity, one.mean),
+        value_of(&one.quantity, one.deviation),
+        first.key,
+        percent(first.total.value),
+        100.0 * first.total.low,
+        100.0 * first.total.high,
+        percent(first.first.value)
+    ))
+}
+
+fn effects(one: &EffectsOf, study: &Study) -> Option<String> {
+    let known = one.axes.iter();
+    let known = known.filter_map(|axis| Some((axis, axis.mean_magnitude?)));
+    let (most, magnitude) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(format!(
+        "{}: {} matters most, and changes it by {} over its range.",
+        capital(&title(&one.quantity, &one.scenario, study)),
+        most.key,
+        value_of(&one.quantity, magnitude)
+    ))
+}
+
+/// What a search along a key found, a sentence a point.
+fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
+    let quantity = words(&find.quantity);
+    let crosses = value_of(&find.quantity, find.crosses);
+    let sentence = |one: &FoundAt| {
+        let what = &one.found;
+        let place = match one.values.is_empty() {
+            true => one.scenario.clone(),
+            false => format!("{}, {}", one.scenario, at(&one.values)),
+        };
+        let failed = match what.failed {
+            0 => String::new(),
+            failed => format!("; {failed} of the {} values tried first failed", find.scan),
+        };
+        if what.crossings.is_empty() {
+            let range = match (what.least, what.largest) {
+                (Some(least), Some(largest)) => format!(
+                    "it goes from {} to {}",
+                    value_of(&find.quantity, least),
+                    value_of(&find.quantity, largest)
+                ),
+                _ => "no run could be finished".to_owned(),
+            };
+            let (from, to) = (number(find.from), number(find.to));
+            return format!(
+                "{place}: {quantity} nowhere crosses {crosses} along {} from {from} to {to}: {range}{failed}.",
+                find.key
+            );
+        }
+        let mut ways = String::new();
+        let mut was_rising = false;
+        for crossing in &what.crossings {
+            let (joined, way) = match (crossing.is_rising, was_rising) {
+                (true, _) => (" or ", "above"),
+                (false, true) => (" and ", "below"),
+                (false, false) => (" or ", "below"),
+            };
+            if !ways.is_empty() {
+                ways += joined;
+            }
+            let narrow = match crossing.is_narrow {
+                true => "",
+                false => ", not narrower because a run failed",
+            };
+            ways += &format!(
+                "{way} {} (between {} and {}{narrow})",
+                number(crossing.at),
+                number(crossing.key_below),
+                number(crossing.key_above)
+            );
+            was_rising = crossing.is_rising;
+        }
+        let bent = match what.is_monotonic {
+            true => String::new(),
+            false => format!(
+                "; it is not monotonic, and crossings closer together than the {} values tried first are not seen",
+                find.scan
+            ),
+        };
+        format!(
+            "{place}: {quantity} exceeds {crosses} where {} is {ways}{bent}{failed}.",
+            find.key
+        )
+    };
+    let mut lines: Vec<String> = found.iter().take(MOST_POINTS).map(sentence).collect();
+    if let Some(more @ 1..) = found.len().checked_sub(MOST_POINTS) {
+        lines.push(format!("{more} more are in the table below."));
+    }
+    lines
+}
+
+fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
+    let MinimumAt {
+        quantity,
+        values,
+        run,
+        minimum,
+        ..
+    } = at_minimum;
+    let (Some(value), Some(run)) = (minimum.value, run) else {
+        let bounds: Vec<&str> = minimise.subject_to.keys().map(String::as_str).collect();
+        let within = match bounds.is_empty() {
+            true => String::new(),
+            false => format!(" within the bounds on {}", bounds.join(", ")),
+        };
+        return format!(
+            "No minimum of {} was found: none of {} points could be run{within}.",
+            words(quantity),
+            minimum.trials
+        );
+    };
+    let bests = minimum.by_start.iter().flatten();
+    let near = bests.filter(|best| (*best - value).abs() <= 0.01 * value.abs());
+    let mut text = format!(
+        "{} is least, {}, at {} (run {run}); {} of {} searches came within 1 % of it, in {} points.",
+        capital(&words(quantity)),
+        value_of(quantity, value),
+        at(values),
+        near.count(),
+        minimum.by_start.len(),
+        minimum.trials
+    );
+    let edges: Vec<&str> = (values.keys().zip(&minimum.place))
+        .filter(|(_, share)| **share <= AT_THE_END || **share >= 1.0 - AT_THE_END)
+        .map(|(key, _)| key.as_str())
+        .collect();
+    if !edges.is_empty() {
+        text += &format!(
+            " It lies at the end of {}: beyond it there may be less.",
+            edges.join(", ")
+        );
+    }
+    text
+}

@@ -1,0 +1,104 @@
+//! Keys, values and quantities of a study, in words.
+
+use std::collections::BTreeMap;
+
+use ilon_sweep::{Study, number_of, text_of};
+use ilon_trace::quantities::{self, Quantity};
+use toml::Value;
+
+use crate::sweep::figure as number;
+
+/// Points of a search of which a sentence says what was found; a table has all.
+pub(super) const MOST_POINTS: usize = 12;
+
+/// A quantity of the summary in words; its own name where it has no others.
+pub fn words(quantity: &str) -> String {
+    quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), Quantity::words)
+}
+
+/// A value of a quantity as a person reads it, with its unit.
+pub(super) fn value_of(quantity: &str, value: f64) -> String {
+    match quantities::by_key(quantity) {
+        Some(known) if !known.unit.symbol.is_empty() => {
+            format!(
+                "{} {}",
+                number(value * known.unit.per_si),
+                known.unit.symbol
+            )
+        }
+        _ => number(value),
+    }
+}
+
+/// A value of a key as a person reads it.
+pub(super) fn shown(value: &Value) -> String {
+    number_of(value).map_or_else(|| text_of(value), number)
+}
+
+/// A key in words by its last part, or all of it where another of the study ends so, and the unit that it is in: `period` and `s` of
+/// `reference.figure_eight.period_s`, `center[0]` and `m` of `robot.spec.chassis.center_m.0`.
+pub(super) fn key_words(key: &str, study: &Study) -> (String, &'static str) {
+    let split = |key: &str| -> (String, String) {
+        let (path, index) = match key.rsplit_once('.') {
+            Some((path, index)) if index.parse::<usize>().is_ok() => (path, format!("[{index}]")),
+            _ => (key, String::new()),
+        };
+        let last = path.rsplit('.').next().unwrap_or(path);
+        (last.to_owned(), index)
+    };
+    let (name, index) = split(key);
+    let alike = study.columns().iter();
+    let alike = alike.filter(|column| split(&column.key) == (name.clone(), index.clone()));
+    if alike.count() > 1 {
+        return (key.to_owned(), "");
+    }
+    let unit = quantities::si_unit(&name);
+    let end = format!("_{}", unit.replace(['/', ' '], "_").to_lowercase());
+    let (bare, unit) = match name.strip_suffix(&end) {
+        Some(bare) if !unit.is_empty() => (bare, unit),
+        _ => (name.as_str(), ""),
+    };
+    (format!("{}{index}", bare.replace('_', " ")), unit)
+}
+
+/// A value of a key with its unit.
+pub(super) fn level(value: &Value, unit: &str) -> String {
+    format!("{} {unit}", shown(value)).trim_end().to_owned()
+}
+
+/// A key with its value, such as `period 12 s` for `reference.figure_eight.period_s = 12`.
+pub(super) fn setting(key: &str, value: &Value, study: &Study) -> String {
+    let (name, unit) = key_words(key, study);
+    format!("{name} {}", level(value, unit))
+}
+
+pub(super) fn settings(values: &BTreeMap<String, Value>, study: &Study) -> String {
+    let one = |(key, value): (&String, &Value)| setting(key, value, study);
+    values.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// Values of keys, `key = value` each, as a scenario has them.
+pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
+    let one = |(key, value): (&String, &Value)| format!("{key} = {}", shown(value));
+    values.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// A quantity in words, of a study of several scenarios with the scenario.
+pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
+    match study.scenario_names().count() {
+        0 | 1 => words(quantity),
+        _ => format!("{}, {scenario}", words(quantity)),
+    }
+}
+
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// A share in percent, to two digits.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", ilon_trace::number(crate::short(100.0 * share, 2)))
+}

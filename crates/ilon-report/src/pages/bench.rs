@@ -1,0 +1,497 @@
+//! The page of `ilon bench`, in the style of the report of a run: error against cost, and every figure beneath.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+
+use crate::bench::{Bench, Configuration, DRIVES, FLEET_RATE_HZ, Machine, RobotBench, TreadCost};
+use crate::figure::{Curve, DashKind, Figure, Layout, Pen, Span, axis, exact_curve, plot, solid};
+use crate::page::{self, Head, Section, card, escape};
+use crate::short;
+
+/// Errors below this, in per cent, are drawn at it: a logarithm has no zero.
+const LEAST_ERROR_PCT: f64 = 1e-5;
+
+/// The page as one HTML file that needs nothing else.
+pub fn html(bench: &Bench) -> String {
+    let names: Vec<&str> = bench.robots.keys().map(String::as_str).collect();
+    let head = Head {
+        kind: "bench",
+        title: format!("Accuracy and speed: {}", names.join(" · ")),
+        facts: facts(&bench.machine),
+        lead: story(bench) + &tiles(bench),
+    };
+    let mut sections = vec![
+        Section {
+            id: "work-precision",
+            title: "Error against cost",
+            lead: "Lower is more accurate, left is faster. The figures at the points are physics steps a second.".to_owned(),
+            body: format!("<div class=\"grid\">\n{}</div>\n", card(&work_precision(bench))),
+        },
+        Section {
+            id: "configurations",
+            title: "Every configuration",
+            lead: "Errors in per cent, the worst over the headings; the fastest that is off by 0.1 % at most, \
+                   or the most accurate where none is, is set in bold."
+                .to_owned(),
+            body: configurations(bench),
+        },
+    ];
+    if !bench.throughput.is_empty() {
+        sections.push(fleet_section(bench));
+    }
+    sections.push(method_section(bench));
+    page::page(&head, &sections, &footer(bench), &page::Parts::default())
+}
+
+/// Writes the page to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, bench: &Bench) -> Result<(), TraceError> {
+    write_text(path, &html(bench))
+}
+
+/// Where, when and with what, as HTML.
+fn facts(machine: &Machine) -> Vec<String> {
+    let mut facts = Vec::new();
+    if let Some(processor) = &machine.processor {
+        facts.push(format!("<b>{}</b>", escape(processor)));
+    }
+    if let Some(cores) = machine.cores {
+        facts.push(format!("<b>{cores}</b> threads at once"));
+    }
+    facts.push(escape(&machine.system));
+    facts.extend(
+        (machine.versions.iter())
+            .map(|(name, version)| format!("{} <b>{}</b>", escape(name), escape(version))),
+    );
+    facts.push(escape(&machine.date));
+    if !machine.optimised {
+        facts.push("<b>a build for debugging: its speeds mean nothing</b>".to_owned());
+    }
+    facts
+}
+
+/// The answer over all robots, and in a sentence a robot, the fastest first, as HTML.
+fn story(bench: &Bench) -> String {
+    let mut lines = verdict(bench);
+    let mut robots: Vec<(&String, &RobotBench)> = bench.robots.iter().collect();
+    let speed = |robot: &RobotBench| robot.sim_s_per_cpu_s.unwrap_or(0.0);
+    robots.sort_by(|a, b| speed(b.1).total_cmp(&speed(a.1)));
+    for (name, robot) in robots {
+        let speed = robot.sim_s_per_cpu_s.map_or_else(String::new, |speed| {
+            format!(" at <b>{} times real time</b> on one core", figure(speed))
+        });
+        let _ = write!(
+            lines,
+            "<p><b>{}</b> is accurate to <b>{} %</b>{speed}, with {}.</p>",
+            escape(name),
+            figure(robot.worst_error_pct),
+            escape(&robot.headline)
+        );
+    }
+    format!("<div class=\"story\">{lines}</div>\n")
+}
+
+/// What holds of all robots.
+fn verdict(bench: &Bench) -> String {
+    let worst_pct = bench.robots.values().map(|r| r.worst_error_pct);
+    let worst_pct = worst_pct.fold(0.0, f64::max);
+    let speeds: Vec<f64> = (bench.robots.values())
+        .filter_map(|robot| robot.sim_s_per_cpu_s)
+        .collect();
+    if speeds.is_empty() || bench.robots.len() < 2 {
+        return String::new();
+    }
+    let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let range = if figure(slowest) == figure(fastest) {
+        figure(fastest)
+    } else {
+        format!("{} to {}", figure(slowest), figure(fastest))
+    };
+    format!(
+        "<p>All {} robots are accurate to <b>{} %</b> or better at <b>{range} times real time</b> on one core.</p>",
+        bench.robots.len(),
+        figure(worst_pct)
+    )
+}
+
+fn tiles(bench: &Bench) -> String {
+    let mut tiles = Vec::new();
+    for (name, robot) in &bench.robots {
+        let best = |of: fn(&Configuration) -> bool| {
+            let errors = robot.configurations.iter().filter(|c| of(c));
+            errors.map(|c| c.worst_error_pct).reduce(f64::min)
+        };
+        for (kind, error) in [
+            ("all rollers", best(|c| c.roller_bodies == "all")),
+            ("contact window", best(|c| c.roller_bodies == "near")),
+        ] {
+            tiles.extend(error.map(|pct| (format!("least error, {name}, {kind}"), pct, "%")));
+        }
+        let steps = robot.steps_per_cpu_s.map(|steps| steps / 1e3);
+        tiles.extend(steps.map(|x| (format!("steps a CPU second, {name}"), x, "k")));
+    }
+    let most = |threads: usize| {
+        let of = bench.throughput.iter().filter(|t| t.threads == threads);
+        of.max_by_key(|t| t.robots)
+    };
+    if let (Some(one), Some(several)) = (most(1), bench.throughput.last())
+        && several.threads > 1
+        && one.robots == several.robots
+        // Of threads that had to share their cores with others there is nothing to say.
+        && several.cores.is_some_and(|cores| cores > 0.95 * several.threads as f64)
+    {
+        let gain = several.sim_s_per_wall_s / one.sim_s_per_wall_s;
+        let (robots, threads) = (several.robots, several.threads);
+        tiles.push((
+            format!("{threads} threads over one, {robots} robots"),
+            gain,
+            "×",
+        ));
+    }
+    let tiles: String = tiles
+        .into_iter()
+        .map(|(what, x, unit)| {
+            format!(
+                "<div class=\"tile\"><dt>{}</dt><dd>{}<small>{unit}</small></dd></div>",
+                escape(&what),
+                figure(x)
+            )
+        })
+        .collect();
+    format!("<dl class=\"tiles\">{tiles}</dl>\n")
+}
+
+/// Three significant digits, without an exponent.
+fn figure(x: f64) -> String {
+    short(x, 3).to_string()
+}
+
+/// The pen of a robot in one of its kinds: colours by robot, dashes by kind.
+fn pen(robot: usize, roller_bodies: &str) -> Pen {
+    const COLORS: [&str; 6] = ["@w0", "@w1", "@w2", "@w3", "@w5", "@w4"];
+    let dash = match roller_bodies {
+        "near" => DashKind::Solid,
+        "rapier" => DashKind::Dot,
+        _ => DashKind::Dash,
+    };
+    Pen {
+        dash,
+        ..solid(COLORS[robot % COLORS.len()]).width(2.2)
+    }
+}
+
+/// Error over cost, both as logarithms, a curve for each robot and kind.
+fn work_precision(bench: &Bench) -> Figure {
+    let mut curves: Vec<Curve> = Vec::new();
+    for (index, (name, robot)) in bench.robots.iter().enumerate() {
+        // The first two of a robot may lie on each other: the figures at their points do not.
+        for (kind, words, below) in [
+            ("all", "all rollers", false),
+            ("near", "contact window", true),
+            ("rapier", "contacts by rapier", false),
+        ] {
+            let of_kind = robot
+                .configurations
+                .iter()
+                .filter(|c| c.roller_bodies == kind);
+            let points: Vec<_> = of_kind
+                .filter_map(|c| Some((c, c.cpu_s_per_sim_s()?)))
+                .collect();
+            if !points.is_empty() {
+                let name = format!("{name}, {words}");
+                curves.push(labelled(&name, &points, pen(index, kind), below));
+            }
+        }
+    }
+    let layout = Layout::of(
+        axis("CPU time for a simulated second in ms").log(),
+        axis("worst error of D1 to D5 in %").log(),
+    );
+    Figure {
+        id: "work-precision-plot".to_owned(),
+        title: "Worst error against cost".to_owned(),
+        caption: "Each point is a step size: all five drives, all headings. Where a curve rises to the left, longer steps \
+                  cost accuracy; where it is flat, they are free."
+            .to_owned(),
+        height_px: 340,
+        span: Span::Whole,
+        over_time: false,
+        plot: plot(curves, layout),
+    }
+}
+
+/// A curve whose points say their steps a second.
+fn labelled(name: &str, points: &[(&Configuration, f64)], pen: Pen, below: bool) -> Curve {
+    let at = points
+        .iter()
+        .map(|(c, cpu_s)| (1e3 * cpu_s, c.worst_error_pct.max(LEAST_ERROR_PCT)));
+    let rates = points.iter().map(|(c, _)| c.rate_hz().to_string());
+    exact_curve(name, at, pen)
+        .with_dots(7)
+        .labels(rates.collect(), below)
+}
+
+fn configurations(bench: &Bench) -> String {
+    let tables = bench.robots.iter();
+    let tables: String = tables.map(|(name, robot)| table_of(name, robot)).collect();
+    format!("<div class=\"grid\">\n{tables}</div>\n")
+}
+
+fn table_of(name: &str, robot: &RobotBench) -> String {
+    let drives: String = DRIVES
+        .iter()
+        .map(|(name, _)| format!("<th scope=\"col\">{name}</th>"))
+        .collect();
+    let mut rows = String::new();
+    for c in &robot.configurations {
+        let drives: String = DRIVES
+            .iter()
+            .map(|(name, _)| cell(c.drives.get(*name).map(|d| d.error_pct), 4))
+            .collect();
+        let class = if c.describe() == robot.headline {
+            " class=\"total\""
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            rows,
+            "<tr{class}><th scope=\"row\">{}</th><td>{}</td>{}{drives}{}{}{}{}{}</tr>",
+            escape(&c.roller_bodies),
+            c.rate_hz(),
+            cell(Some(c.worst_error_pct), 4),
+            cell(c.hub_ripple_m.map(|m| 1e3 * m), 4),
+            cell(c.slip_speed_rms_m_s.map(|v| 1e3 * v), 2),
+            cell(c.sim_s_per_cpu_s, 1),
+            cell(c.steps_per_cpu_s, 0),
+            cell(c.speed_spread_pct, 1),
+        );
+    }
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}</h3><table><caption>Errors and spread in %, ripple in mm, slip in \
+         mm/s</caption><thead><tr><th scope=\"col\">rollers</th><th scope=\"col\">steps/s</th>\
+         <th scope=\"col\">worst</th>{drives}<th scope=\"col\">ripple</th><th scope=\"col\">slip</th>\
+         <th scope=\"col\">sim s/CPU s</th><th scope=\"col\">steps/CPU s</th><th scope=\"col\">spread</th></tr></thead>\
+         <tbody>{rows}</tbody></table>{}</div>\n{}",
+        escape(name),
+        sentences(robot),
+        headings_table(name, robot) + &transients_table(name, robot)
+    )
+}
+
+/// Drives in which wheels slide, where they were measured.
+fn transients_table(name: &str, robot: &RobotBench) -> String {
+    if robot.transients.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for transient in &robot.transients {
+        for (solver, slide) in transient.rows() {
+            let _ = writeln!(
+                rows,
+                "<tr><th scope=\"row\">{}: {solver}</th>{}{}{}{}{}{}</tr>",
+                escape(&transient.name),
+                cell(Some(1e3 * slide.end_m[0]), 2),
+                cell(Some(1e3 * slide.end_m[1]), 2),
+                cell(Some(1e3 * slide.apart_m), 2),
+                cell(Some(slide.heat_j), 4),
+                cell(Some(1e3 * slide.slip_speed_max_m_s), 1),
+                cell(Some(100.0 * slide.unexplained_share), 3),
+            );
+        }
+    }
+    let columns: String = ["x", "y", "apart", "heat", "slip", "unexplained"]
+        .iter()
+        .map(|column| format!("<th scope=\"col\">{column}</th>"))
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><h3>{}: sliding on friction 0.3</h3><table><caption>Ways in mm, \
+         \"apart\" from ilon's course at steps of 0.25 ms; heat of contacts in J, fastest slip in mm/s, unexplained energy in \
+         %</caption><thead><tr><th scope=\"col\">drive</th>{columns}</tr></thead><tbody>{rows}</tbody></table></div>\n",
+        escape(name)
+    )
+}
+
+/// What was left out, and what treads cost, where that was timed.
+fn sentences(robot: &RobotBench) -> String {
+    let said = robot.tread.as_ref().map(TreadCost::said);
+    let sentence = |said: String| {
+        let mut letters = said.chars();
+        let first: String = letters
+            .next()
+            .into_iter()
+            .flat_map(char::to_uppercase)
+            .collect();
+        format!("<p>{}{}.</p>", first, escape(letters.as_str()))
+    };
+    let remarks = robot.remarks.iter().cloned();
+    remarks.chain(said).map(sentence).collect()
+}
+
+/// Each drive's error heading by heading, where there are several.
+fn headings_table(name: &str, robot: &RobotBench) -> String {
+    let Some(first) = robot
+        .configurations
+        .first()
+        .and_then(|c| c.drives.values().next())
+    else {
+        return String::new();
+    };
+    if first.headings.len() < 2 {
+        return String::new();
+    }
+    let heads: String = first
+        .headings
+        .iter()
+        .flat_map(|h| DRIVES.iter().map(move |(name, _)| (name, h.heading_deg)))
+        .map(|(name, deg)| format!("<th scope=\"col\">{name}, {deg}°</th>"))
+        .collect();
+    let mut rows = String::new();
+    for c in &robot.configurations {
+        let cells: String = (0..first.headings.len())
+            .flat_map(|index| DRIVES.iter().map(move |(name, _)| (index, *name)))
+            .map(|(index, name)| {
+                let heading = c.drives.get(name).and_then(|d| d.headings.get(index));
+                cell(heading.map(|h| h.error_pct), 4)
+            })
+            .collect();
+        let _ = write!(
+            rows,
+            "<tr><th scope=\"row\">{}, {}</th>{cells}</tr>",
+            escape(&c.roller_bodies),
+            c.rate_hz()
+        );
+    }
+    format!(
+        "<details class=\"whole\"><summary>{}, heading by heading</summary><div class=\"scroll\" tabindex=\"0\"><table><caption>Errors in \
+         %</caption><thead><tr><th scope=\"col\">rollers, steps/s</th>{heads}</tr></thead><tbody>{rows}</tbody></table></div>\
+         </details>\n",
+        escape(name)
+    )
+}
+
+fn cell(value: Option<f64>, decimals: usize) -> String {
+    match value {
+        Some(x) => {
+            // What rounds to nothing has no sign.
+            let text = format!("{x:.decimals$}");
+            let is_zero = text.parse() == Ok(0.0);
+            let shown = if is_zero {
+                text.trim_start_matches('-')
+            } else {
+                &text
+            };
+            format!("<td>{shown}</td>")
+        }
+        None => "<td class=\"none\">—</td>".to_owned(),
+    }
+}
+
+fn fleet_section(bench: &Bench) -> Section {
+    let mut rows = String::new();
+    for t in &bench.throughput {
+        let _ = write!(
+            rows,
+            "<tr><th scope=\"row\">{}</th><td>{}</td>{}{}{}{}</tr>",
+            t.robots,
+            t.threads,
+            cell(Some(t.sim_s_per_wall_s), 1),
+            cell(t.sim_s_per_cpu_s, 1),
+            cell(t.cores, 2),
+            cell(t.efficiency, 2),
+        );
+    }
+    let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
+    let table = format!(
+        "<div class=\"card scroll\" tabindex=\"0\"><table><caption>{}, contact window, {FLEET_RATE_HZ} steps a second</caption><thead><tr>\
+         <th scope=\"col\">robots</th><th scope=\"col\">threads</th><th scope=\"col\">sim s a wall s</th>\
+         <th scope=\"col\">sim s a CPU s</th><th scope=\"col\">cores</th><th scope=\"col\">efficiency</th></tr></thead><tbody>{rows}</tbody></table></div>\n",
+        escape(robot)
+    );
+    Section {
+        id: "many",
+        title: "Many robots in one process",
+        lead: "Robots are independent of each other, and stepped from outside: each by 50 ms at a time, without a record. Efficiency is the speed over that of the same robots on one thread, by \
+               the number of threads. Cores is how many the threads really had: CPU time over wall clock."
+            .to_owned(),
+        body: format!("<div class=\"grid\">\n{}{table}</div>\n", card(&fleet(bench))),
+    }
+}
+
+/// Speed of all together over their number, a curve a number of threads.
+fn fleet(bench: &Bench) -> Figure {
+    let mut threads: Vec<usize> = bench.throughput.iter().map(|t| t.threads).collect();
+    threads.dedup();
+    let curves = threads.into_iter().enumerate().map(|(index, threads)| {
+        let of = bench.throughput.iter().filter(|t| t.threads == threads);
+        let points = of.map(|t| (t.robots as f64, t.sim_s_per_wall_s));
+        let name = if threads == 1 {
+            "one thread".to_owned()
+        } else {
+            format!("{threads} threads")
+        };
+        let pen = crate::figure::wheel_pen(index).width(2.2);
+        exact_curve(&name, points, pen).with_dots(7)
+    });
+    let layout = Layout::of(
+        axis("robots").log(),
+        axis("simulated s a second of wall clock").from_zero(),
+    );
+    Figure {
+        id: "fleet".to_owned(),
+        title: "All robots together".to_owned(),
+        caption: "A level curve is a cost that is linear in the number of robots. Other work on the machine counts here."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves.collect(), layout),
+    }
+}
+
+fn method_section(bench: &Bench) -> Section {
+    let headings: Vec<String> = bench
+        .headings_deg
+        .iter()
+        .map(|deg| format!("{deg}°"))
+        .collect();
+    // Numbers and names always serialise.
+    let json = serde_json::to_string(bench).unwrap_or_default();
+    Section {
+        id: "method",
+        title: "How it was measured",
+        lead: String::new(),
+        body: format!(
+            "<div class=\"card whole\"><p><b>Drives.</b> Open loop on a level floor of friction 0.6, wheels driven by torques \
+             from their loops: D1 forward 0.3 m/s, D2 lateral 0.3 m/s, D3 yaw 1 rad/s, D4 diagonal 0.2 + 0.2 m/s, D5 arc \
+             0.3 m/s with 0.5 rad/s; at headings of {}.</p>\
+             <p><b>Error.</b> After 1 s of rest and 0.5 s of ramp the twist is held for 4 s, of which the last 3 s count: the \
+             worst deviation of a driven component's mean from the contact kinematics, which is the twist without slip at \
+             the rollers that touch, by least squares over the wheels.</p>\
+             <p><b>Ripple and slip.</b> The largest ripple of a hub's height and the largest rms sliding speed of the touching \
+             rollers, over drives and headings.</p>\
+             <p><b>Speed.</b> The whole loop (sensors, wheel loops, motors, world, recording with a row of the trace a \
+             second): simulated time over the CPU time of its one thread, while the twist is held, after 1 s of warm-up. A \
+             stretch is a simulated second or more, and 20 ms of CPU time; of each drive the best counts, of several rounds through all configurations. <i>Spread</i> \
+             is how much longer the middle one of the stretches took, in the worst drive.</p>\
+             <p><b>Many robots.</b> All alive in one process and advanced in turn, warmed up; simulated time of all together \
+             over wall clock, the best stretch.</p></div>\n\
+             <script type=\"application/json\" id=\"bench\">{}</script>\n",
+            headings.join(", "),
+            page::json_in_script(&json)
+        ),
+    }
+}
+
+fn footer(bench: &Bench) -> String {
+    format!(
+        "<p>Measured on {} by <code>ilon bench</code>, which repeats it on your machine. All figures are in \
+         <code>bench.json</code>, and in this page. A click on a name in a legend hides that curve.</p>",
+        escape(&bench.machine.date)
+    )
+}

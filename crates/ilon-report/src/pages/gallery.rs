@@ -1,0 +1,203 @@
+//! A page with several robots side by side: each from above, with what it can do; and why a file is none.
+
+use std::path::Path;
+
+use ilon_robot::Robot;
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+
+use crate::drawing;
+use crate::page::{self, Head, Section, escape};
+use ilon_sim::inspect::Inspection;
+
+/// A robot's file, and what became of it.
+#[derive(Debug)]
+pub struct Exhibit {
+    /// The file, as it is shown.
+    pub file: String,
+    /// The robot, as it was read.
+    pub robot: Option<(Robot, Inspection)>,
+    /// What is wrong with the file as it is, fault by fault; none where it drives.
+    pub faults: Vec<String>,
+    /// What would do, in words; with it the robot was read, if one was.
+    pub help: Option<String>,
+}
+
+/// How a file is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    AsItIs,
+    WithOptions,
+    Uncontrolled,
+    Refused,
+}
+
+impl Kind {
+    fn of(exhibit: &Exhibit) -> Self {
+        match (&exhibit.robot, &exhibit.help) {
+            (None, _) => Self::Refused,
+            (Some((_, seen)), _) if seen.condition.is_none() => Self::Uncontrolled,
+            (Some(_), Some(_)) => Self::WithOptions,
+            (Some(_), None) => Self::AsItIs,
+        }
+    }
+}
+
+/// The robots as one HTML file that needs nothing else.
+pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
+    let of = |kind: Kind| exhibits.iter().filter(move |e| Kind::of(e) == kind);
+    let kinds = [
+        (Kind::AsItIs, "as-they-are", "As they are", ""),
+        (
+            Kind::WithOptions,
+            "with-options",
+            "With options",
+            "Read with the options that are named; without them, their files are refused.",
+        ),
+        (
+            Kind::Uncontrolled,
+            "uncontrolled",
+            "Cannot be controlled",
+            "Robots whose wheels do not hold all three freedoms of the plane.",
+        ),
+        (Kind::Refused, "refused", "Refused", ""),
+    ];
+    let fact = |(kind, _, title, _): &(Kind, &str, &str, &str)| {
+        format!("<b>{}</b> {}", of(*kind).count(), title.to_lowercase())
+    };
+    let head = Head {
+        kind: "robots",
+        title: title.to_owned(),
+        facts: kinds.iter().map(fact).collect(),
+        lead: String::new(),
+    };
+    let section = |(kind, id, title, lead): (Kind, &'static str, &'static str, &str)| Section {
+        id,
+        title,
+        lead: lead.to_owned(),
+        body: if kind == Kind::Refused {
+            of(kind).map(refusal).collect()
+        } else {
+            let cards: String = of(kind).map(card).collect();
+            format!("<div class=\"grid\">\n{cards}</div>\n")
+        },
+    };
+    let there = kinds.into_iter().filter(|(kind, ..)| of(*kind).count() > 0);
+    let sections: Vec<Section> = there.map(section).collect();
+    let footer = "<p>Each robot is drawn to its own scale, its x axis to the right. Top speeds are what the wheels' rates allow. \
+                  γ and M are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
+                  Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
+    page::page(&head, &sections, footer, &page::Parts::default())
+}
+
+/// Writes the robots to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, title: &str, exhibits: &[Exhibit]) -> Result<(), TraceError> {
+    write_text(path, &html(title, exhibits))
+}
+
+fn card(exhibit: &Exhibit) -> String {
+    let Some((robot, seen)) = &exhibit.robot else {
+        return String::new();
+    };
+    let rows: String = figures(seen)
+        .into_iter()
+        .map(|(name, value)| {
+            let value = escape(&value);
+            format!("<tr><th scope=\"row\">{name}</th><td>{value}</td></tr>")
+        })
+        .collect();
+    let trouble = if exhibit.faults.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<details><summary>{} as the file is</summary>{}</details>",
+            counted(exhibit.faults.len(), "fault"),
+            said(exhibit)
+        )
+    };
+    let remarks = if seen.remarks.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<details><summary>{}</summary>{}</details>",
+            counted(seen.remarks.len(), "remark"),
+            list(&seen.remarks)
+        )
+    };
+    format!(
+        "<figure><figcaption><h3>{name}</h3><p><code>{file}</code></p></figcaption>\n{drawing}\n\
+         <table><tbody>{rows}</tbody></table>\n{trouble}{remarks}</figure>\n",
+        name = escape(&seen.name),
+        file = escape(&exhibit.file),
+        drawing = drawing::svg(robot, seen.decoupling_point_m.map(Into::into)),
+    )
+}
+
+/// What a robot is, in figures.
+pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
+    let wheels = &seen.wheels;
+    let mut rows = vec![("mass", format!("{:.2} kg", seen.mass_kg))];
+    let span = |of: &dyn Fn(usize) -> f64, decimals: usize, unit: &str| {
+        let values = (0..wheels.len()).map(of);
+        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(x), b.max(x))
+        });
+        let (least, most) = (format!("{least:.decimals$}"), format!("{most:.decimals$}"));
+        if least == most {
+            format!("{least}{unit}")
+        } else {
+            format!("{least} to {most}{unit}")
+        }
+    };
+    let radius = span(&|i| 1e3 * wheels[i].radius_m, 1, " mm");
+    rows.push(("wheels", format!("{} of radius {radius}", wheels.len())));
+    let gamma = span(&|i| wheels[i].gamma_rad.to_degrees().abs(), 1, "°");
+    rows.push(("|γ|", gamma));
+    let count = span(&|i| wheels[i].rollers as f64, 0, "");
+    let size = span(&|i| 1e3 * wheels[i].roller_radius_m, 1, " mm");
+    rows.push(("rollers", format!("{count} a wheel, of radius {size}")));
+    let condition = match seen.condition {
+        Some(condition) => format!("{condition:.2}"),
+        None => "cannot be controlled".to_owned(),
+    };
+    rows.push(("condition of M", condition));
+    if let Some(limits) = &seen.speed_limits {
+        let (least, most) = (limits.slowest_direction_m_s, limits.fastest_direction_m_s);
+        rows.push(("top speed", format!("{least:.2} to {most:.2} m/s")));
+        let yaw = limits.yaw_rate_rad_s.to_degrees();
+        rows.push(("top yaw rate", format!("{yaw:.0}°/s")));
+    }
+    rows
+}
+
+fn refusal(exhibit: &Exhibit) -> String {
+    format!(
+        "<details><summary><code>{}</code></summary>{}</details>\n",
+        escape(&exhibit.file),
+        said(exhibit)
+    )
+}
+
+fn said(exhibit: &Exhibit) -> String {
+    let help = exhibit.help.as_deref().map(escape).unwrap_or_default();
+    format!("{}<p>{help}</p>", list(&exhibit.faults))
+}
+
+pub(super) fn list(items: &[String]) -> String {
+    let items: String = items
+        .iter()
+        .map(|item| format!("<li>{}</li>", escape(item)))
+        .collect();
+    format!("<ul>{items}</ul>")
+}
+
+fn counted(count: usize, thing: &str) -> String {
+    if count == 1 {
+        format!("1 {thing}")
+    } else {
+        format!("{count} {thing}s")
+    }
+}

@@ -1,0 +1,183 @@
+//! The page of an identification: what was found, and the robot as measured beside the robot as ideal, as its rollers' geometry has it,
+//! and as fitted.
+
+mod direction;
+mod simulation;
+
+use std::path::Path;
+
+use crate::figure::{Figure, Layout, Span, axis, bars, dots, dotted, exact_curve, plot, solid};
+use crate::page::{self, Head, Section, card, escape};
+use crate::sweep::figure as number;
+use ilon_identify::Identified;
+use ilon_identify::outcome::Direction;
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+
+use self::direction::{by_direction, turn};
+use crate::answers::identify::{answers, tables};
+
+/// Writes the page to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, found: &Identified) -> Result<(), TraceError> {
+    write_text(path, &html(found))
+}
+
+/// The page as one HTML file that needs nothing else.
+pub fn html(found: &Identified) -> String {
+    let head = Head {
+        kind: "identification",
+        title: found.study.clone(),
+        facts: facts(found),
+        lead: page::answers(&answers(found)),
+    };
+    let mut sections = vec![Section {
+        id: "parameters",
+        title: "What was found",
+        lead: "Each value with the interval in which it lies with 95 %.".to_owned(),
+        body: page::table(&tables::parameters(found)) + &page::table(&tables::series(found)),
+    }];
+    if !found.residual.is_empty() {
+        sections.push(Section {
+            id: "directions",
+            title: "By direction of motion",
+            lead: "The way made over the way that the wheels ask for, by the kinematics of the robot as it was known.".to_owned(),
+            body: format!(
+                "<div class=\"grid\">\n{}{}{}</div>\n{}",
+                card(&along(&found.residual)),
+                card(&across(&found.residual)),
+                card(&left(&found.residual)),
+                page::table(&tables::directions(&found.residual))
+            ),
+        });
+    }
+    sections.extend(found.simulation.as_ref().map(simulation::section));
+    sections.push(Section {
+        id: "models",
+        title: "Models",
+        lead: "The model with the least error on what was not fitted is chosen; a fit alone always prefers the one with the most \
+               parameters."
+            .to_owned(),
+        body: std::iter::once(tables::errors(found))
+            .chain(tables::of_models(found))
+            .map(|table| page::table(&table))
+            .collect(),
+    });
+    sections.push(Section {
+        id: "runs",
+        title: "Runs",
+        lead: "Where dead reckoning ends, from the pose at the beginning of the run on.".to_owned(),
+        body: page::table(&tables::runs(found)),
+    });
+    let footer = "<p>All figures are in <code>identified.json</code>.</p>";
+    page::page(&head, &sections, footer, &page::Parts::default())
+}
+
+fn facts(found: &Identified) -> Vec<String> {
+    vec![
+        format!("model <b>{}</b>", escape(&found.model)),
+        format!("<b>{}</b> runs", found.runs.len()),
+        format!("<b>{}</b> stretches fitted", found.fit.stretches),
+        format!(
+            "tracker's noise <b>{}</b> mm, <b>{}</b> mrad a stretch",
+            number(1e3 * found.noise.position_m),
+            number(1e3 * found.noise.heading_rad)
+        ),
+        format!("ilon <b>{}</b>", escape(&found.ilon)),
+    ]
+}
+
+fn points(directions: &[Direction], of: impl Fn(&Direction) -> Option<f64>) -> Vec<(f64, f64)> {
+    directions
+        .iter()
+        .filter_map(|direction| Some((direction.direction_deg, of(direction)?)))
+        .collect()
+}
+
+/// The way made along the direction that the wheels ask for.
+fn along(directions: &[Direction]) -> Figure {
+    let of = |f: fn(&Direction) -> Option<f64>| points(directions, f).into_iter();
+    let ideal = [(-10.0, 1.0), (360.0, 1.0)].into_iter();
+    // Upright lines with a gap behind each.
+    let spread = directions.iter().flat_map(|d| {
+        let half = 2.0 * d.measured_error;
+        [d.measured - half, d.measured + half, f64::NAN].map(|end| (d.direction_deg, end))
+    });
+    let mut curves = vec![
+        exact_curve("ideal", ideal, dotted("@ideal")),
+        exact_curve(
+            "two standard errors of the measured",
+            spread,
+            solid("@slip"),
+        ),
+        dots("contact of rigid rollers", of(|d| d.contact), "@contact", 8),
+        dots("fitted", of(|d| Some(d.fitted)), "@real", 8),
+        dots("simulated", of(|d| d.simulated), "@guidance", 8),
+        dots("measured", of(|d| Some(d.measured)), "@slip", 8),
+    ];
+    if directions
+        .iter()
+        .all(|direction| direction.simulated.is_none())
+    {
+        curves.remove(4);
+    }
+    Figure {
+        id: "along".to_owned(),
+        title: "Way made over way asked for".to_owned(),
+        caption: "By each direction that was driven; between them nothing is known. A fit close to what is measured is no proof: see the error on \
+                  what was not fitted."
+            .to_owned(),
+        height_px: 340,
+        span: Span::Whole,
+        over_time: false,
+        plot: plot(curves, Layout::of(turn(), axis("ratio").least_span(0.02))),
+    }
+}
+
+fn across(directions: &[Direction]) -> Figure {
+    let of = |f: fn(&Direction) -> Option<f64>| points(directions, f).into_iter();
+    let curves = vec![
+        dots("fitted", of(|d| Some(d.fitted_across)), "@real", 8),
+        dots("measured", of(|d| Some(d.measured_across)), "@slip", 8),
+    ];
+    by_direction(
+        "across",
+        "Way made to the left of it",
+        "Over the way asked for: 0.01 is 0.57 degrees off course.",
+        curves,
+        axis("ratio").least_span(0.01),
+    )
+}
+
+/// What the chosen model leaves, by direction.
+fn left(directions: &[Direction]) -> Figure {
+    let names: Vec<String> = directions
+        .iter()
+        .map(|direction| {
+            format!(
+                "{:.0}° at {} m/s",
+                direction.direction_deg,
+                number(direction.speed_m_s)
+            )
+        })
+        .collect();
+    let values: Vec<Option<f64>> = directions
+        .iter()
+        .map(|direction| Some(direction.measured - direction.simulated.unwrap_or(direction.fitted)))
+        .collect();
+    Figure {
+        id: "left".to_owned(),
+        title: "What is left".to_owned(),
+        caption: "Measured less fitted, or less simulated where a simulation was fitted."
+            .to_owned(),
+        height_px: 80 + 22 * directions.len() as u32,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            vec![bars("measured less model", &values, "@slip")],
+            Layout::of(axis("ratio").least_span(0.005), axis("").names(names)),
+        ),
+    }
+}

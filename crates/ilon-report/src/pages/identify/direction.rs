@@ -1,0 +1,28 @@
+//! Figures over the direction of motion.
+
+use crate::figure::{Axis, Curve, Figure, Layout, Span, axis, plot};
+
+/// The axis of directions of motion in the body frame: a whole turn, so that none lies between two of the others without having been driven.
+pub(super) fn turn() -> Axis {
+    axis("direction of motion in degrees: 0 ahead, 90 to the left, 180 back, 270 to the right")
+        .range(-10.0, 360.0)
+}
+
+/// A figure of half the page's width over the direction of motion.
+pub(super) fn by_direction(
+    id: &str,
+    title: &str,
+    caption: &str,
+    curves: Vec<Curve>,
+    values: Axis,
+) -> Figure {
+    Figure {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        caption: caption.to_owned(),
+        height_px: 300,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(curves, Layout::of(turn(), values)),
+    }
+}

@@ -1,0 +1,109 @@
+//! What simulating found, on the page of an identification.
+
+use crate::figure::{Figure, Layout, Span, axis, dots, plot};
+use crate::page::{self, Section, card};
+use ilon_identify::outcome::{Drive, DriveTorque, Simulation};
+
+use super::direction::{by_direction, turn};
+use crate::answers::identify::tables;
+
+/// The section of the page.
+pub(super) fn section(simulation: &Simulation) -> Section {
+    Section {
+        id: "simulation",
+        title: "By simulating",
+        lead:
+            "Each steady drive of the logs, driven by the simulated robot at the same wheel rates."
+                .to_owned(),
+        body: format!(
+            "<div class=\"grid\">\n{}{}{}</div>\n{}",
+            card(&left(&simulation.drives)),
+            card(&drift(simulation)),
+            pull(simulation).map_or(String::new(), |figure| card(&figure)),
+            (tables::of_simulation(simulation).iter().map(page::table)).collect::<String>()
+        ),
+    }
+}
+
+/// Measured less simulated, of each drive.
+fn left(drives: &[Drive]) -> Figure {
+    let of = |held_out: bool| {
+        let own = drives
+            .iter()
+            .filter(move |drive| drive.held_out == held_out);
+        own.map(|drive| (drive.direction_deg, drive.measured - drive.simulated))
+    };
+    let curves = vec![
+        dots("fitted", of(false), "@slip", 8),
+        dots("kept back", of(true), "@guidance", 8),
+    ];
+    Figure {
+        id: "simulated-left".to_owned(),
+        title: "Measured less simulated".to_owned(),
+        caption: "Of each drive, over the way asked for. Drives that were kept back should scatter as those that were fitted do."
+            .to_owned(),
+        height_px: 300,
+        span: Span::Whole,
+        over_time: false,
+        plot: plot(
+            curves,
+            Layout::of(
+                turn(),
+                axis("ratio").least_span(0.01),
+            ),
+        ),
+    }
+}
+
+/// The heading's drift in each drive, measured and simulated.
+fn drift(simulation: &Simulation) -> Figure {
+    let of = |value: fn(&Drive) -> f64| {
+        let drives = simulation.drives.iter();
+        drives.map(move |drive| (drive.direction_deg, value(drive)))
+    };
+    let curves = vec![
+        dots(
+            "simulated",
+            of(|d| d.simulated_drift_rad_per_m),
+            "@guidance",
+            8,
+        ),
+        dots("measured", of(|d| d.measured_drift_rad_per_m), "@slip", 8),
+    ];
+    by_direction(
+        "simulated-drift",
+        "Drift of the heading",
+        "By how much the robot turns beyond what its wheels ask for, over the way that they ask for.",
+        curves,
+        axis("rad/m").least_span(0.05),
+    )
+}
+
+/// The torques of the wheels in each drive, measured and simulated; `None` where the log has no currents.
+fn pull(simulation: &Simulation) -> Option<Figure> {
+    let of = |value: fn(&DriveTorque) -> f64| {
+        let drives = simulation.drives.iter();
+        drives.flat_map(move |drive| {
+            let torques = drive.torques.iter();
+            torques.map(move |torque| (drive.direction_deg, value(torque).abs()))
+        })
+    };
+    if simulation
+        .drives
+        .iter()
+        .all(|drive| drive.torques.is_empty())
+    {
+        return None;
+    }
+    let curves = vec![
+        dots("simulated", of(|t| t.simulated_n_m), "@guidance", 8),
+        dots("measured", of(|t| t.measured_n_m), "@slip", 8),
+    ];
+    Some(by_direction(
+        "simulated-torques",
+        "Torques of the wheels",
+        "Of the wheels that turn, by the currents of their motors; sizes.",
+        curves,
+        axis("N m").least_span(0.05),
+    ))
+}

@@ -1,0 +1,257 @@
+//! A page with one robot: in three dimensions with its wheels turning, from above, and what its wheels are good for.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
+
+use crate::figure::{Figure, Layout, Span, axis, exact_curve, plot, wheel_pen};
+use crate::page::{Head, Section, card, escape};
+use crate::{drawing, stage};
+use ilon_control::{ContactKinematics, Kinematics, SpeedLimits};
+use ilon_formats::Loaded;
+use ilon_robot::Robot;
+use ilon_scene::{Contact, Description, Frame, Frames, Scene, WheelFrame};
+use ilon_sim::inspect::Inspection;
+use ilon_trace::TraceError;
+use ilon_trace::file::write_text;
+
+use super::design::{self, Reach};
+use super::gallery;
+
+/// How long the wheels take to turn once, in seconds.
+const TURN_S: f64 = 8.0;
+
+/// Pictures of one turn of the wheels: thirty a second.
+const PICTURES: usize = 240;
+
+/// Writes the page of a robot to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(path: &Path, loaded: &Loaded, seen: &Inspection) -> Result<(), TraceError> {
+    write_text(path, &html(loaded, seen))
+}
+
+/// The page of a robot as one HTML file that needs nothing else. `seen` is [`Inspection::of_loaded`] of it.
+pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
+    let robot = &loaded.robot;
+    let kinematics = Kinematics::new(robot).ok();
+    let contact = ContactKinematics::new(robot).ok();
+    let scene = Scene::new(
+        Description::of_robot(robot, Some(&loaded.urdf), &loaded.looks()),
+        turning(robot, contact.clone()),
+    );
+    let picture = stage::of_robot(&scene, TURN_S).ok();
+    let has_scene = picture.is_some();
+    let by_direction = kinematics
+        .as_ref()
+        .zip(contact)
+        .map(|(ideal, contact)| by_direction(ideal, contact));
+    let head = Head {
+        kind: "robot",
+        title: seen.name.clone(),
+        facts: gallery::figures(seen)
+            .into_iter()
+            .map(|(name, value)| format!("{name} <b>{}</b>", escape(&value)))
+            .collect(),
+        lead: format!(
+            "<div class=\"first\"><div class=\"story\">{}</div>\n{}</div>\n",
+            story(seen, by_direction.as_deref()),
+            picture.unwrap_or_default()
+        ),
+    };
+    let mut sections = vec![Section {
+        id: "above",
+        title: "From above",
+        lead: "The axes of the rollers that touch the floor, as seen through the robot.".to_owned(),
+        body: format!(
+            "<div class=\"grid\"><figure>{}</figure>\n{}</div>\n",
+            drawing::svg(robot, seen.decoupling_point_m.map(Into::into)),
+            by_direction
+                .map(|shares| card(&direction_figure(&shares)))
+                .unwrap_or_default()
+        ),
+    }];
+    let rates_rad_s: Vec<f64> = robot
+        .wheels
+        .iter()
+        .map(|w| w.motor.velocity_rad_s)
+        .collect();
+    if let Some(kinematics) = &kinematics
+        && rates_rad_s.iter().all(|rate| rate.is_finite())
+    {
+        sections.push(design::reach_section(&[Reach {
+            name: seen.name.clone(),
+            limits: SpeedLimits::new(kinematics, &rates_rad_s),
+        }]));
+    }
+    sections.push(wheels_section(seen));
+    if !seen.remarks.is_empty() {
+        sections.push(Section {
+            id: "remarks",
+            title: "Remarks",
+            lead: "What of the file was ignored, repaired, assumed or doubted.".to_owned(),
+            body: gallery::list(&seen.remarks),
+        });
+    }
+    let footer = "<p>γ, M and equation (7) are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis \
+                  and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
+    stage::page(&head, &sections, footer, has_scene)
+}
+
+/// One turn of the wheels in their places, with the roller that touches at each instant.
+fn turning(robot: &Robot, contact: Option<ContactKinematics>) -> Frames {
+    let at_rest = Frame::at_rest(robot);
+    let Some(mut contact) = contact else {
+        return Frames::of(robot, [at_rest]);
+    };
+    // What stands on the wheels, in equal parts: forces are drawn so that this load has a size of its own.
+    let load_n = 9.81 * robot.mass_kg() / robot.wheels.len() as f64;
+    let frames = (0..=PICTURES).map(|k| {
+        let part = k as f64 / PICTURES as f64;
+        contact.update(&vec![TAU * part; robot.wheels.len()]);
+        let wheels = at_rest.wheels.iter().zip(contact.contacts());
+        Frame {
+            t_s: TURN_S * part,
+            wheels: wheels
+                .map(|(wheel, touch)| WheelFrame {
+                    angle_rad: TAU * part,
+                    roller: touch.roller,
+                    contact: Some(Contact {
+                        place_m: [touch.point_in_body_m.x, touch.point_in_body_m.y],
+                        normal_force_n: load_n,
+                        friction: 0.6,
+                        ..Contact::default()
+                    }),
+                    ..wheel.clone()
+                })
+                .collect(),
+            ..at_rest.clone()
+        }
+    });
+    Frames::of(robot, frames.collect::<Vec<_>>())
+}
+
+/// What the touching rollers allow of 1 m/s that equation (7) promises: direction in degrees, mean and swing over it.
+fn by_direction(kinematics: &Kinematics, mut contact: ContactKinematics) -> Vec<(f64, f64, f64)> {
+    let directions = (0..=36).map(|k| PI * f64::from(k) / 36.0);
+    directions
+        .map(|direction_rad| {
+            let (mean, swing) = design::along(direction_rad, kinematics, &mut contact);
+            (direction_rad.to_degrees(), mean, swing)
+        })
+        .collect()
+}
+
+fn direction_figure(shares: &[(f64, f64, f64)]) -> Figure {
+    let mean = shares
+        .iter()
+        .map(|(degrees, mean, _)| (*degrees, 100.0 * mean));
+    Figure {
+        id: "by-direction".to_owned(),
+        title: "How far the rollers let it go".to_owned(),
+        caption: "Mean speed that the touching rollers allow, as a share of what equation (7) promises, by direction: 0° is ahead, \
+                  90° to the left. What is missing is geometry, not slip."
+            .to_owned(),
+        height_px: 320,
+        span: Span::Half,
+        over_time: false,
+        plot: plot(
+            vec![exact_curve("share of (7)", mean, wheel_pen(0)).unlisted()],
+            Layout::of(
+                axis("direction in deg"),
+                axis("share of (7) in %").least_span(1.0),
+            ),
+        ),
+    }
+}
+
+/// What the robot is good for, in sentences, as HTML.
+fn story(seen: &Inspection, shares: Option<&[(f64, f64, f64)]>) -> String {
+    let mut sentences = Vec::new();
+    if let Some(singularity) = &seen.singularity {
+        sentences.push(escape(singularity));
+    }
+    if let Some(shares) = shares {
+        let of = |direction_rad: f64| {
+            let degrees = direction_rad.to_degrees();
+            shares.iter().find(|(at, ..)| (at - degrees).abs() < 1e-9)
+        };
+        if let (Some((_, ahead, _)), Some((_, left, swing))) = (of(0.0), of(FRAC_PI_2)) {
+            sentences.push(format!(
+                "Its touching rollers let it go <b>{:.1} %</b> of the ideal kinematics ahead and <b>{:.1} %</b> sideways, where its speed \
+                 swings by <b>{:.1} %</b> as rollers pass. That is geometry: slip comes on top.",
+                100.0 * ahead,
+                100.0 * left,
+                100.0 * swing
+            ));
+        }
+    }
+    if let Some(limits) = &seen.speed_limits {
+        sentences.push(format!(
+            "Its motors take it to <b>{:.2} to {:.2} m/s</b>, by direction, or to <b>{:.0}°/s</b> on the spot.",
+            limits.slowest_direction_m_s,
+            limits.fastest_direction_m_s,
+            limits.yaw_rate_rad_s.to_degrees()
+        ));
+    }
+    if seen.condition.is_some() && !seen.decoupled {
+        sentences
+            .push("Position and heading disturb each other about the body's origin.".to_owned());
+    }
+    sentences.iter().map(|s| format!("<p>{s}</p>")).collect()
+}
+
+fn wheels_section(seen: &Inspection) -> Section {
+    let optional = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.2}"));
+    let rows: String = seen
+        .wheels
+        .iter()
+        .map(|wheel| {
+            let [x, y, z] = wheel.position_m;
+            let values = [
+                format!("{x:.3}"),
+                format!("{y:.3}"),
+                format!("{z:.3}"),
+                format!("{:.1}", 1e3 * wheel.radius_m),
+                format!("{:.1}", wheel.gamma_rad.to_degrees()),
+                wheel.rollers.to_string(),
+                format!("{:.2}", 1e3 * wheel.roller_radius_m),
+                format!("{:.2}", 1e3 * wheel.roller_length_m),
+                format!("{:.3}", wheel.mass_kg),
+                optional(wheel.effort_n_m),
+                optional(wheel.velocity_rad_s),
+            ];
+            let cells: String = values.iter().map(|v| format!("<td>{v}</td>")).collect();
+            format!(
+                "<tr><th scope=\"row\">{}</th>{cells}</tr>",
+                escape(&wheel.name)
+            )
+        })
+        .collect();
+    let titles = [
+        "x / m",
+        "y / m",
+        "z / m",
+        "radius / mm",
+        "γ / °",
+        "rollers",
+        "their radius / mm",
+        "length / mm",
+        "mass / kg",
+        "torque / N m",
+        "rate / rad/s",
+    ];
+    let titles: String = titles
+        .iter()
+        .map(|title| format!("<th scope=\"col\">{title}</th>"))
+        .collect();
+    Section {
+        id: "wheels",
+        title: "The wheels",
+        lead: "Places in the body frame: x ahead, y to the left, z up. Torque and rate are the motors' limits.".to_owned(),
+        body: format!(
+            "<div class=\"card whole scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">wheel</th>{titles}</tr></thead>\
+             <tbody>{rows}</tbody></table></div>\n"
+        ),
+    }
+}

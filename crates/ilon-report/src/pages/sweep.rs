@@ -1,0 +1,200 @@
+//! The page of a study: its rows and findings as [`crate::sweep`] shows them.
+
+use std::path::Path;
+
+use crate::sweep::{self, Quantity, Run, Sensitivity, Shown, Varied};
+use ilon_sweep::{Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of};
+use ilon_trace::TraceError;
+
+use crate::answers::sweep::{answers, tables, words};
+
+/// The page; `command` says how a run is seen again.
+pub fn html(
+    study: &Study,
+    rows: &[Row],
+    findings: &Findings,
+    command: &dyn Fn(u64) -> String,
+) -> String {
+    sweep::html(&shown(study, rows, findings), command)
+}
+
+/// Writes the page to a file, whole or not at all.
+///
+/// # Errors
+/// [`TraceError::Io`] where the file cannot be written.
+pub fn write(
+    path: &Path,
+    study: &Study,
+    rows: &[Row],
+    findings: &Findings,
+    command: &dyn Fn(u64) -> String,
+) -> Result<(), TraceError> {
+    sweep::write(path, &shown(study, rows, findings), command)
+}
+
+fn shown(study: &Study, rows: &[Row], findings: &Findings) -> Shown {
+    let scenarios: Vec<&str> = study.scenario_names().collect();
+    let varied = study.columns().iter().enumerate().map(|(index, column)| {
+        let axis = study.axes().iter().find(|axis| axis.key == column.key);
+        let find = study
+            .file()
+            .find
+            .as_ref()
+            .filter(|find| find.key == column.key);
+        let is_log = find.map(|find| find.scale) == Some(Scale::Log)
+            || axis.is_some_and(|axis| {
+                matches!(
+                    axis.values,
+                    Values::Range {
+                        scale: Scale::Log,
+                        ..
+                    }
+                )
+            });
+        let mut words: Vec<String> = Vec::new();
+        if !column.is_numeric {
+            for row in rows {
+                let word = row.values.get(index).map(text_of).unwrap_or_default();
+                if !words.contains(&word) {
+                    words.push(word);
+                }
+            }
+        }
+        Varied {
+            key: column.key.clone(),
+            words,
+            is_log,
+        }
+    });
+    let varied: Vec<Varied> = varied.collect();
+    let quantities: Vec<Quantity> = study
+        .quantities()
+        .iter()
+        .map(|name| Quantity {
+            name: match ilon_trace::quantities::si_unit(name) {
+                "" => words(name),
+                unit => format!("{}, in {unit}", words(name)),
+            },
+            bound: bound(study, name),
+        })
+        .collect();
+    let indices: Vec<Option<usize>> = study
+        .quantities()
+        .iter()
+        .map(|name| ilon_sweep::figure_index(name))
+        .collect();
+    let runs = rows.iter().map(|row| Run {
+        run: row.run,
+        scenario: scenarios
+            .iter()
+            .position(|name| *name == row.scenario)
+            .unwrap_or(0),
+        values: row
+            .values
+            .iter()
+            .zip(&varied)
+            .map(|(value, varied)| {
+                let place = || {
+                    varied
+                        .words
+                        .iter()
+                        .position(|word| *word == text_of(value))
+                        .unwrap_or(0) as f64
+                };
+                number_of(value)
+                    .filter(|_| varied.words.is_empty())
+                    .unwrap_or_else(place)
+            })
+            .collect(),
+        figures: indices
+            .iter()
+            .map(|index| index.and_then(|index| row.figure(index)))
+            .collect(),
+        has_failed: row.status == Status::Failed,
+    });
+    let runs = runs.collect();
+    Shown {
+        name: study.name().to_owned(),
+        facts: facts(study, findings),
+        answers: answers(study, findings),
+        quantities,
+        runs,
+        varied,
+        sensitivity: sensitivity(findings),
+        tables: tables(study, findings),
+        is_sample: study.file().method != ilon_sweep::Method::Grid
+            || study.file().minimise.is_some(),
+    }
+}
+
+/// What a quantity is held against in a study.
+fn bound(study: &Study, quantity: &str) -> Option<f64> {
+    let file = study.file();
+    let sought = file
+        .find
+        .as_ref()
+        .filter(|find| find.quantity == quantity)
+        .map(|find| find.crosses);
+    let expected = file
+        .expect
+        .get(quantity)
+        .and_then(|bound| bound.max.or(bound.min));
+    let kept = file
+        .minimise
+        .as_ref()
+        .and_then(|minimise| minimise.subject_to.get(quantity));
+    sought
+        .or(expected)
+        .or(kept.and_then(|bound| bound.max.or(bound.min)))
+}
+
+fn facts(study: &Study, findings: &Findings) -> Vec<String> {
+    let names: Vec<&str> = study.scenario_names().collect();
+    let how = match study.question() {
+        Question::Table { .. } => {
+            format!("points by {}", study.file().method.word().replace('_', " "))
+        }
+        Question::Find(find) => format!("search along {}", find.key),
+        Question::Minimise(_) => "search for a minimum".to_owned(),
+    };
+    vec![
+        format!("scenario {}", names.join(", ")),
+        how,
+        format!("{} runs", findings.runs),
+        format!("seed {}", study.file().seed),
+        format!("ilon {}", findings.ilon),
+    ]
+}
+
+fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
+    let indices = findings.indices.iter().map(|one| Sensitivity {
+        title: format!("{}, {}", one.quantity, one.scenario),
+        caption: format!(
+            "Sobol indices of {} base points: the share of the variance that an axis causes. Lines are where they lie with 95 %.",
+            one.base_points
+        ),
+        names: ["by itself".to_owned(), "with all others".to_owned()],
+        bars: (one.axes.iter())
+            .map(|axis| {
+                let bar = |interval: &ilon_sweep::findings::sensitivity::Interval| {
+                    (interval.value, Some((interval.low, interval.high)))
+                };
+                (axis.key.clone(), [bar(&axis.first), bar(&axis.total)])
+            })
+            .collect(),
+    });
+    let effects = findings.effects.iter().map(|one| Sensitivity {
+        title: format!("{}, {}", one.quantity, one.scenario),
+        caption: "Elementary effects after Morris: by how much the quantity changes over the whole axis. Where the second bar is as \
+                  long as the first, the effect bends or depends on other axes."
+            .to_owned(),
+        names: ["mean magnitude".to_owned(), "deviation".to_owned()],
+        bars: (one.axes.iter())
+            .filter_map(|axis| {
+                let bars = [(axis.mean_magnitude?, None), (axis.deviation.unwrap_or(0.0), None)];
+                Some((axis.key.clone(), bars))
+            })
+            .collect(),
+    });
+    indices.chain(effects).collect()
+}

@@ -1,0 +1,407 @@
+//! The figures of a run as tiles and tables.
+
+use std::fmt::Write;
+
+use ilon_robot::Twist;
+use ilon_trace::quantities;
+use ilon_trace::{Quantity, Summary, Trace};
+use serde_json::Value;
+
+use super::figures::balance::TERM_COLORS;
+use super::page::escape;
+use super::provenance::Expectation;
+use super::text::{angle, energy, length, percent, speed, time};
+
+/// The figures that tiles show: each quantity of the summary by its key, from which magnitude on.
+const TILES: [(&str, f64); 6] = [
+    ("slip_speed_rms_m_s", 0.0),
+    ("slip_energy_j", 5e-4),
+    ("energy.spin_up_j", 5e-4),
+    ("wheel_torque_max_n_m", 0.0),
+    ("odometry_drift_m_per_m", 0.0),
+    ("hub_ripple_m", 1e-5),
+];
+
+/// Those of runs that follow something.
+const TRACKING_TILES: [(&str, f64); 5] = [
+    ("position_error_max_m", 0.0),
+    ("position_error_final_m", 0.0),
+    ("heading_error_final_rad", 0.0),
+    ("position_converged_s", 0.0),
+    ("heading_converged_s", 0.0),
+];
+
+/// Those of runs that follow nothing.
+const OPEN_LOOP_TILES: [(&str, f64); 6] = [
+    ("twist_ratio_ideal.vx", 0.0),
+    ("twist_ratio_ideal.vy", 0.0),
+    ("twist_ratio_ideal.omega", 0.0),
+    ("twist_ratio_contact.vx", 0.0),
+    ("twist_ratio_contact.vy", 0.0),
+    ("twist_ratio_contact.omega", 0.0),
+];
+
+/// A value of a quantity, in SI units, with the unit that suits its size.
+fn sized(quantity: &Quantity, value: f64) -> String {
+    match quantity.unit.symbol {
+        "m" | "mm" | "mm per m" => length(value),
+        "m/s" | "mm/s" => speed(value),
+        "deg" => angle(value),
+        "s" => time(value),
+        "J" => energy(value),
+        "%" => percent_fine(value),
+        symbol => format!(
+            "{:.*} {symbol}",
+            quantity.decimals,
+            value * quantity.unit.per_si
+        ),
+    }
+}
+
+/// The figures that matter most, as HTML; those that something was expected of say whether it held.
+pub(super) fn tiles(summary: &Summary, expectations: &[Expectation]) -> String {
+    let of_its_kind: &[(&str, f64)] = match summary.position_error_final_m {
+        Some(_) => &TRACKING_TILES,
+        None => &OPEN_LOOP_TILES,
+    };
+    let cells: String = of_its_kind
+        .iter()
+        .chain(&TILES)
+        .filter_map(|(key, least)| {
+            let quantity = quantities::by_key(key)?;
+            let value = quantity.value(summary)?;
+            (value.abs() >= *least).then_some((quantity, sized(quantity, value)))
+        })
+        .map(|(quantity, value)| {
+            let name = escape(&quantity.words());
+            // The unit stands smaller than the number.
+            let (number, unit) = value.split_once(' ').unwrap_or((&value, ""));
+            let expected = expectations.iter().find(|e| e.quantity == quantity.key);
+            let (class, bound) = expected.map_or(("", String::new()), |e| {
+                let (class, word) = if e.held { (" held", "held") } else { (" failed", "failed") };
+                (class, format!("<br>{} {word}", escape(&e.bound)))
+            });
+            format!(
+                "<div class=\"tile{class}\"><dt>{name}{bound}</dt><dd>{number}<small>{unit}</small></dd></div>"
+            )
+        })
+        .collect();
+    format!("<dl class=\"tiles\">{cells}</dl>\n")
+}
+
+/// A ratio near 1 to a hundredth of a percent.
+fn percent_fine(x: f64) -> String {
+    format!("{:.2} %", 100.0 * x)
+}
+
+/// The ledger in numbers, as HTML.
+pub(super) fn ledger_table(summary: &Summary) -> String {
+    let causes = [
+        "a task was saturated",
+        "the command allowed for the rollers' geometry in advance",
+        "the wheels had not reached their targets",
+        "the touching roller is tilted and off the wheel's middle",
+        "the contacts slid",
+    ];
+    let cells = |i: &ilon_trace::ledger::Integral| {
+        format!(
+            "<td>{:.2}</td><td>{:.2}</td><td>{:.3}</td><td>{:.2}</td><td>{:.3}</td>",
+            1e3 * i.x_m,
+            1e3 * i.y_m,
+            i.heading_rad.to_degrees(),
+            1e3 * i.path_m,
+            i.turned_rad.to_degrees()
+        )
+    };
+    let rows: String = summary
+        .ledger
+        .named()
+        .iter()
+        .zip(TERM_COLORS)
+        .zip(causes)
+        .map(|(((name, term), color), cause)| {
+            format!(
+                "<tr><th scope=\"row\"><span class=\"swatch\" style=\"background:var(--{})\"></span>{name}</th>{}\
+                 <td style=\"text-align:left\">{cause}</td></tr>",
+                color.trim_start_matches('@'),
+                cells(term)
+            )
+        })
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Asked minus real motion over the run: net along the world's axes, \
+         and as the length of the path of each term</caption><thead><tr><th>term</th><th>x, mm</th><th>y, mm</th>\
+         <th>heading, deg</th><th>path, mm</th><th>turn, deg</th><th style=\"text-align:left\">because</th></tr></thead>\
+         <tbody>{rows}<tr class=\"total\"><th scope=\"row\">total</th>{}<td></td></tr></tbody></table></div>\n",
+        cells(&summary.ledger.total)
+    )
+}
+
+/// The mean twist on its way from asked to real, as HTML.
+pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
+    let row = |name: &str, twist: Option<Twist>| {
+        let cells = twist.map_or_else(
+            || "<td class=\"none\">—</td>".repeat(3),
+            |t| {
+                format!(
+                    "<td>{:.5}</td><td>{:.5}</td><td>{:.4}</td>",
+                    t.vx_m_s,
+                    t.vy_m_s,
+                    t.omega_rad_s.to_degrees()
+                )
+            },
+        );
+        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+    };
+    let ratio = |name: &str, r: &ilon_trace::metrics::TwistRatio| {
+        let cells: String = [r.vx, r.vy, r.omega]
+            .map(|x| {
+                x.map_or("<td class=\"none\">—</td>".to_owned(), |x| {
+                    format!("<td>{x:.5}</td>")
+                })
+            })
+            .concat();
+        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+    };
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Means from {} to {}, in the body frame; a ratio stands only where \
+         the component is driven</caption><thead><tr><th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th>\
+         <th>ω, deg/s</th></tr></thead><tbody>{}{}{}{}{}{}{}</tbody></table></div>\n",
+        time(trace.header.measure_from_s),
+        time(trace.header.measure_to_s),
+        row("asked for", summary.twist_asked_mean),
+        row(
+            "ideal: (7) from the real wheel rates",
+            summary.twist_ideal_mean
+        ),
+        row(
+            "contact: by the rollers that touch",
+            summary.twist_contact_mean
+        ),
+        row("real", summary.twist_mean),
+        ratio("real over asked for", &summary.twist_ratio_asked),
+        ratio("real over ideal", &summary.twist_ratio_ideal),
+        ratio("real over contact", &summary.twist_ratio_contact),
+    )
+}
+
+/// The parts of the energy balance by their keys, what comes in first and then where it went, in the order in which they are shown.
+pub(super) const BALANCE: [&str; 8] = [
+    "energy.motor_j",
+    "energy.outside_j",
+    "energy.stored_j",
+    "energy.slip_j",
+    "energy.spin_up_j",
+    "energy.bearing_j",
+    "energy.impact_j",
+    "energy.unexplained_j",
+];
+
+/// The energy balance in numbers, as HTML.
+pub(super) fn energy_table(summary: &Summary) -> String {
+    let share = summary.energy.unexplained_share.map(percent);
+    let row = |quantity: &Quantity| {
+        let cell = quantity.shown(summary).map_or_else(
+            || "<td class=\"none\">—</td>".to_owned(),
+            |j| format!("<td>{j:.*}</td>", quantity.decimals),
+        );
+        let further = match (quantity.key, &share) {
+            ("energy.unexplained_j", Some(share)) => {
+                format!(": {share} of the energy turned over, the solver's own")
+            }
+            _ => String::new(),
+        };
+        format!(
+            "<tr><th scope=\"row\">{}{further}</th>{cell}</tr>",
+            quantity.label
+        )
+    };
+    let rows: String = BALANCE
+        .iter()
+        .filter_map(|key| quantities::by_key(key))
+        .map(row)
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>What the motors did and what came from outside, and where it \
+         went: the last six add up to the first two</caption><thead><tr><th></th><th>J</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+/// How far dead reckoning strayed, by either kinematics, and how many times less by the second; as HTML.
+pub(super) fn odometry_table(summary: &Summary) -> String {
+    let (ideal, contact) = (&summary.odometry_ideal, &summary.odometry_contact);
+    let mm = |x: Option<f64>| x.map(|x| 1e3 * x);
+    let deg = |x: Option<f64>| x.map(f64::to_degrees);
+    type Column = (
+        &'static str,
+        usize,
+        fn(&ilon_trace::odometry::Drift) -> Option<f64>,
+    );
+    let millimetres: [Column; 3] = [
+        ("at the end,<br>mm", 2, |d| d.final_m),
+        ("at its worst,<br>mm", 2, |d| d.worst_m),
+        ("per metre,<br>mm", 3, |d| d.m_per_m),
+    ];
+    let degrees: [Column; 3] = [
+        ("heading at the end,<br>deg", 4, |d| d.final_rad),
+        ("per metre,<br>deg", 4, |d| d.rad_per_m),
+        ("per full turn,<br>deg", 4, |d| d.rad_per_turn),
+    ];
+    let cell = |value: Option<String>| {
+        value.map_or("<td class=\"none\">—</td>".to_owned(), |v| {
+            format!("<td>{v}</td>")
+        })
+    };
+    let row = |name: &str, drift: &ilon_trace::odometry::Drift| {
+        let lengths = millimetres
+            .iter()
+            .map(|(_, digits, of)| (mm(of(drift)), *digits));
+        let angles = degrees
+            .iter()
+            .map(|(_, digits, of)| (deg(of(drift)), *digits));
+        let cells: String = lengths
+            .chain(angles)
+            .map(|(value, digits)| cell(value.map(|v| format!("{v:.digits$}"))))
+            .collect();
+        format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>")
+    };
+    let better: String = millimetres
+        .iter()
+        .chain(&degrees)
+        .map(|(_, _, of)| {
+            let times = of(ideal).zip(of(contact)).map(|(i, c)| (i / c).abs());
+            cell(times.filter(|t| t.is_finite()).map(|t| format!("{t:.1}")))
+        })
+        .collect();
+    let heads: String = millimetres
+        .iter()
+        .chain(&degrees)
+        .map(|(head, _, _)| format!("<th>{head}</th>"))
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>Reckoned minus real. A robot of one's own reckons by the contacts \
+         with <code>ilon_control::Odometry</code>: wheel angles in, pose out</caption><thead><tr><th></th>{heads}</tr></thead>\
+         <tbody>{}{}<tr class=\"total\"><th scope=\"row\">times less</th>{better}</tr></tbody></table></div>\n",
+        row("by equation (7)", ideal),
+        row("by the contact kinematics", contact),
+    )
+}
+
+/// The contacts of each wheel in numbers, as HTML.
+pub(super) fn wheel_table(summary: &Summary) -> String {
+    let cell = |value: Option<String>| {
+        value.map_or("<td class=\"none\">—</td>".to_owned(), |v| {
+            format!("<td>{v}</td>")
+        })
+    };
+    let mm_s = |x: Option<f64>| cell(x.map(|x| format!("{:.2}", 1e3 * x)));
+    let rows: String = summary
+        .wheels
+        .iter()
+        .map(|w| {
+            format!(
+                "<tr><th scope=\"row\">{}</th>{}{}{}{}<td>{:.3}</td>{}{}<td>{}</td>{}{}{}{}</tr>",
+                escape(&w.name),
+                mm_s(w.speed_rms_m_s),
+                mm_s(w.speed_max_m_s),
+                cell(w.ratio.map(percent)),
+                mm_s(w.constraint_residual_rms_m_s),
+                w.energy_j,
+                cell(w.normal_force_mean_n.map(|n| format!("{n:.2}"))),
+                cell(w.friction_used_max.map(percent)),
+                w.hand_overs,
+                cell(w.shared_contact.map(percent)),
+                cell(w.lost_contact.map(percent)),
+                cell(w.roller_spin_error_rms_rad_s.map(|w| format!("{w:.2}"))),
+                cell(w.hub_ripple_m.map(|m| format!("{:.3}", 1e3 * m))),
+            )
+        })
+        .collect();
+    format!(
+        "<div class=\"card whole scroll\" tabindex=\"0\"><table><caption>The contacts of each wheel over the run</caption><thead><tr>\
+         <th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
+         <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
+         <th>most grip used</th><th>hand-overs</th><th>two rollers<br>at once</th><th>off the floor</th>\
+         <th>spin off ideal,<br>rad/s rms</th><th>ripple,<br>mm</th>\
+         </tr></thead><tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+/// Every number of the summary under its own name, as HTML.
+pub(super) fn all_figures(summary: &Summary) -> String {
+    let mut rows = String::new();
+    // A summary of numbers and names always serialises.
+    let json = serde_json::to_value(summary).unwrap_or_default();
+    flatten("", &json, &mut rows);
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\"><table><caption>SI units; a dash is a quantity that does not apply</caption><thead><tr>\
+         <th>name</th><th>value</th></tr></thead><tbody>{rows}</tbody></table></div>\n"
+    )
+}
+
+/// One row for each leaf of a JSON value, named by its path.
+fn flatten(path: &str, value: &Value, rows: &mut String) {
+    let below = |key: &str| {
+        if path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{path}.{key}")
+        }
+    };
+    match value {
+        Value::Object(fields) => fields.iter().for_each(|(k, v)| flatten(&below(k), v, rows)),
+        Value::Array(items) => {
+            items
+                .iter()
+                .enumerate()
+                .for_each(|(k, v)| flatten(&below(&k.to_string()), v, rows));
+        }
+        leaf => {
+            let text = match leaf {
+                Value::Null => "—".to_owned(),
+                Value::String(text) => escape(text),
+                other => other.to_string(),
+            };
+            let key = escape(path);
+            let class = if leaf.is_null() {
+                " class=\"none\""
+            } else {
+                ""
+            };
+            // Writing to a string cannot fail.
+            let _ = write!(
+                rows,
+                "<tr><th scope=\"row\"><code>{key}</code></th><td{class} data-key=\"{key}\">{text}</td></tr>"
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_and_balance_show_quantities_that_there_are() {
+        let tiles = TILES.iter().chain(&TRACKING_TILES).chain(&OPEN_LOOP_TILES);
+        for (key, _) in tiles {
+            assert!(quantities::by_key(key).is_some(), "{key}");
+        }
+        for key in BALANCE {
+            assert!(quantities::by_key(key).is_some(), "{key}");
+        }
+    }
+
+    #[test]
+    fn lengths_have_one_unit_below_a_metre() {
+        for (x_m, text) in [
+            (2.0, "2.000 m"),
+            (0.4222, "422.2 mm"),
+            (0.0031, "3.10 mm"),
+            (0.000_199, "0.199 mm"),
+            (-1e-9, "0 mm"),
+        ] {
+            assert_eq!(length(x_m), text);
+        }
+    }
+}

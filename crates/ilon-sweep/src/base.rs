@@ -1,0 +1,38 @@
+//! A scenario that is varied.
+
+use std::path::PathBuf;
+
+use ilon_files::FileAccess;
+use ilon_sim::Error;
+use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
+use serde::{Deserialize, Serialize};
+
+/// A scenario that is varied, as its file was when the study was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Base {
+    /// Its name: that of its file, without the ending.
+    pub name: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The text of its file.
+    pub text: String,
+}
+
+impl Base {
+    /// Reads the scenario's file.
+    pub fn read(path: PathBuf, files: &FileAccess) -> Result<Self, Error> {
+        let text = files.read_text(&path, MAX_BYTES);
+        let text = text.map_err(|fault| Error::read(&path, &fault))?;
+        let name = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        Ok(Self { name, path, text })
+    }
+
+    /// The scenario with keys changed.
+    pub fn with(&self, settings: &[Setting], files: &FileAccess) -> Result<Scenario, Error> {
+        Scenario::from_text(&self.text, &self.path, settings, files)
+    }
+}

@@ -1,0 +1,56 @@
+//! Robots that runs have in common, read once.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ilon_formats::Loaded;
+use ilon_sim::Error;
+use ilon_sim::scenario::Scenario;
+use ilon_sim::simulate::load_file;
+
+use crate::hash::Hash;
+
+/// Robots that are kept for further runs.
+const ROBOTS_KEPT: usize = 32;
+
+/// Robots that were read, the last used last, each under what it was read from.
+#[derive(Debug, Default)]
+pub(crate) struct Robots(Mutex<Vec<(String, Arc<Known>)>>);
+
+/// A robot that was read, and the hash of what it was read from.
+#[derive(Debug)]
+pub(crate) struct Known {
+    pub loaded: Loaded,
+    pub urdf_hash: String,
+}
+
+impl Robots {
+    /// The robot of a scenario, which is read unless one of the last runs had the same.
+    pub fn of(&self, scenario: &Scenario) -> Result<Arc<Known>, Error> {
+        let options = scenario
+            .robot
+            .load_options(&scenario.folder, &scenario.files);
+        let source = format!("{:?} {options:?}", scenario.resolve(&scenario.robot.file));
+        let find = || {
+            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let at = kept.iter().position(|(known, _)| *known == source)?;
+            let found = kept.remove(at);
+            let robot = Arc::clone(&found.1);
+            kept.push(found);
+            Some(robot)
+        };
+        if let Some(robot) = find() {
+            return Ok(robot);
+        }
+        let loaded = load_file(scenario)?;
+        let mut hash = Hash::new();
+        hash.feed(&loaded.urdf);
+        let urdf_hash = hash.to_string();
+        let robot = Arc::new(Known { loaded, urdf_hash });
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.push((source, Arc::clone(&robot)));
+        if kept.len() > ROBOTS_KEPT {
+            kept.remove(0);
+        }
+        Ok(robot)
+    }
+}

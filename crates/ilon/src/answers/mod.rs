@@ -1,4 +1,0 @@
-//! What many runs, or logs, come to, in sentences and tables: the terminal prints what the page shows.
-
-pub(crate) mod identify;
-pub(crate) mod sweep;

@@ -1,0 +1,173 @@
+//! The measurement, part by part.
+
+use std::collections::BTreeMap;
+
+use ilon_report::bench::{Bench, Configuration, RobotBench, Transient, describe};
+
+use super::configuration::{Accuracy, Timing, configuration};
+use super::machine::this_machine;
+use super::options::{Kind, Options};
+use super::tread::TreadTiming;
+use super::{fleet, transients};
+use crate::Error;
+use crate::world::WorldError;
+
+/// The error up to which a configuration may be the headline, in per cent.
+const HEADLINE_ERROR_PCT: f64 = 0.1;
+
+/// Measures everything and tells of each part before it starts. Contacts that rapier solves are left out, with a remark, for a robot
+/// that they do not know all of, where there is something else to measure.
+///
+/// # Errors
+/// Where a robot cannot drive: no rollers, wheels that leave a direction without control, a step it cannot take.
+pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, Error> {
+    let heading_deg = options.headings_deg.first().copied().unwrap_or(0.0);
+    let bandwidth_rad_s = options.bandwidth_rad_s;
+    let mut measured = Vec::new();
+    let kinds = || options.configurations.iter().map(|(kind, _)| *kind);
+    let by_rapier_alone = kinds().all(|kind| kind == Kind::Rapier);
+    let mut left_out: BTreeMap<&str, String> = BTreeMap::new();
+    for (name, robot) in &options.robots {
+        for (kind, rate_hz) in &options.configurations {
+            if *kind == Kind::Rapier && left_out.contains_key(name.as_str()) {
+                continue;
+            }
+            tell(&format!("{name}: {}", describe(kind.word(), *rate_hz)));
+            let headings_deg = &options.headings_deg;
+            let accuracy =
+                Accuracy::measure(robot, (*kind, *rate_hz), bandwidth_rad_s, headings_deg);
+            let accuracy = match accuracy {
+                Err(Error::World(fault @ WorldError::NotInRapier { .. })) if !by_rapier_alone => {
+                    let remark = format!("contacts by rapier are left out: {fault}");
+                    tell(&format!("{name}: {remark}"));
+                    left_out.insert(name, remark);
+                    continue;
+                }
+                measured => measured?,
+            };
+            let timing = Timing::warmed_up(robot, (*kind, *rate_hz), bandwidth_rad_s, heading_deg)?;
+            measured.push((name, accuracy, timing));
+        }
+    }
+    let mut transients: BTreeMap<String, Vec<Transient>> = BTreeMap::new();
+    if kinds().any(|kind| kind == Kind::Rapier) {
+        for (name, robot) in &options.robots {
+            if left_out.contains_key(name.as_str()) {
+                continue;
+            }
+            tell(&format!("{name}: sliding"));
+            transients.insert(name.clone(), transients::transients(robot)?);
+        }
+    }
+    let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
+    // Contacts that rapier solves know no tread.
+    if !by_rapier_alone {
+        for (name, robot) in &options.robots {
+            // Rollers with the shapes of their file have none either.
+            if let Ok(timing) = TreadTiming::warmed_up(robot, bandwidth_rad_s, heading_deg) {
+                treads.insert(name.clone(), timing);
+            }
+        }
+    }
+    // All configurations in turn, so that what else the machine does for a while does not meet all stretches of one.
+    for round in 1..=options.rounds {
+        tell(&format!("timing, round {round} of {}", options.rounds));
+        for (_, _, timing) in &mut measured {
+            timing.round();
+        }
+        treads.values_mut().for_each(TreadTiming::round);
+    }
+    let mut configurations: BTreeMap<String, Vec<Configuration>> = BTreeMap::new();
+    for (name, accuracy, timing) in measured {
+        let of = configurations.entry(name.clone()).or_default();
+        of.push(configuration(accuracy, timing));
+    }
+    let robots = configurations.into_iter();
+    let robots = robots.map(|(name, all)| {
+        let tread = treads.remove(&name).and_then(TreadTiming::cost);
+        let transients = transients.remove(&name).unwrap_or_default();
+        let remarks = left_out.remove(name.as_str()).into_iter().collect();
+        (
+            name,
+            RobotBench {
+                remarks,
+                tread,
+                transients,
+                ..of_robot(all)
+            },
+        )
+    });
+    let robots = robots.collect();
+    let throughput = match options.robots.first() {
+        Some((name, robot)) => fleet::measure(name, robot, options, &mut tell)?,
+        None => Vec::new(),
+    };
+    Ok(Bench {
+        machine: this_machine(),
+        headings_deg: options.headings_deg.clone(),
+        robots,
+        throughput,
+    })
+}
+
+fn of_robot(configurations: Vec<Configuration>) -> RobotBench {
+    let speed = |c: &Configuration| c.sim_s_per_cpu_s.unwrap_or(0.0);
+    let within = configurations
+        .iter()
+        .filter(|c| c.worst_error_pct <= HEADLINE_ERROR_PCT)
+        .filter(|c| c.roller_bodies != Kind::Rapier.word())
+        .max_by(|a, b| speed(a).total_cmp(&speed(b)));
+    let most_accurate = || {
+        configurations
+            .iter()
+            .min_by(|a, b| a.worst_error_pct.total_cmp(&b.worst_error_pct))
+    };
+    let headline = within.or_else(most_accurate);
+    RobotBench {
+        worst_error_pct: headline.map_or(f64::NAN, |c| c.worst_error_pct),
+        steps_per_cpu_s: headline.and_then(|c| c.steps_per_cpu_s),
+        sim_s_per_cpu_s: headline.and_then(|c| c.sim_s_per_cpu_s),
+        headline: headline.map(Configuration::describe).unwrap_or_default(),
+        drives: headline.map(|c| c.drives.clone()).unwrap_or_default(),
+        configurations,
+        remarks: Vec::new(),
+        tread: None,
+        transients: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn configuration(rate_hz: f64, error_pct: f64, speed: f64) -> Configuration {
+        Configuration {
+            roller_bodies: "near".to_owned(),
+            physics_dt_s: 1.0 / rate_hz,
+            worst_error_pct: error_pct,
+            hub_ripple_m: None,
+            slip_speed_rms_m_s: None,
+            rate_shortfall_pct: 0.0,
+            sim_s_per_cpu_s: Some(speed),
+            steps_per_cpu_s: Some(speed * rate_hz),
+            speed_spread_pct: None,
+            drives: BTreeMap::new(),
+        }
+    }
+
+    #[test]
+    fn the_headline_is_the_fastest_within_its_bound_or_the_most_accurate() {
+        let fast_but_wrong = configuration(10.0, 3.0, 900.0);
+        let right = configuration(100.0, 0.09, 90.0);
+        let slow = configuration(1000.0, 0.01, 9.0);
+        let bench = of_robot(vec![slow.clone(), fast_but_wrong.clone(), right]);
+        assert_eq!(
+            (bench.worst_error_pct, bench.sim_s_per_cpu_s),
+            (0.09, Some(90.0))
+        );
+        assert_eq!(bench.headline, "near rollers, 100 steps a second");
+        let none_within = configuration(50.0, 0.2, 400.0);
+        let bench = of_robot(vec![fast_but_wrong, none_within]);
+        assert_eq!(bench.worst_error_pct, 0.2);
+    }
+}

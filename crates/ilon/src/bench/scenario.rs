@@ -1,0 +1,39 @@
+//! The scenario of a drive.
+
+use super::options::Kind;
+use crate::Error;
+use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
+
+/// The scenario of a drive, at a heading in degrees, with a step in seconds: a second of rest, half a second of ramp, then
+/// held to the end. Control is due some hundred times a second, as often as the steps allow.
+pub(super) fn scenario(
+    [vx_m_s, vy_m_s, omega_rad_s]: [f64; 3],
+    heading_deg: f64,
+    kind: Kind,
+    rate_hz: f64,
+    bandwidth_rad_s: Option<f64>,
+) -> Result<Scenario, Error> {
+    const BASE: &str = "[robot]\nfile = \"\"\n[twist]\n[run]\nduration_s = 5.5\n";
+    let physics_dt_s = 1.0 / rate_hz;
+    let mut scenario = Scenario::from_toml(BASE, "bench", "")?;
+    scenario.robot.roller_bodies = match kind {
+        Kind::All | Kind::Rapier => RollerBodies::All,
+        Kind::Near => RollerBodies::Near,
+    };
+    if kind == Kind::Rapier {
+        scenario.world.solver.contacts = Contacts::Rapier;
+    }
+    scenario.robot.heading_deg = heading_deg;
+    if let Some(bandwidth_rad_s) = bandwidth_rad_s {
+        scenario.wheel_loop.bandwidth_rad_s = bandwidth_rad_s;
+    }
+    scenario.twist = Some(Twist {
+        vx_m_s,
+        vy_m_s,
+        omega_rad_s,
+        ..scenario.twist.unwrap_or_default()
+    });
+    scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
+    scenario.run.control_dt_s = physics_dt_s * (0.01 * rate_hz).round().max(1.0);
+    Ok(scenario)
+}

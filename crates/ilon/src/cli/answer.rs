@@ -1,0 +1,77 @@
+//! What a study or an identification found, as a person reads it on a terminal.
+
+use ilon_identify::Identified;
+use ilon_identify::plan::Plan;
+use ilon_report::answers::{identify, sweep};
+use ilon_report::sweep::figure as number;
+use ilon_sim::judge::Verdict;
+use ilon_sweep::findings::Expectation;
+use ilon_sweep::{Findings, Study};
+
+use super::table::Table;
+
+/// What was found, in words and tables.
+pub(super) fn of_study(study: &Study, findings: &Findings) -> String {
+    let failed = match findings.failed {
+        0 => String::new(),
+        count => format!(", {count} of them failed"),
+    };
+    let mut text = format!("{}: {} runs{failed}\n", study.name(), findings.runs);
+    for answer in sweep::answers(study, findings) {
+        text += &format!("\n{}\n", answer.text);
+    }
+    let mut table = Table::new();
+    for one in &sweep::tables(study, findings) {
+        table.of(one);
+    }
+    format!("{text}\n{table}")
+}
+
+/// The expectations of a study as verdicts, as `ilon check` shows those of a scenario.
+pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
+    let verdict = |one: &Expectation| Verdict {
+        quantity: format!(
+            "share of {} runs with {} {}",
+            one.runs, one.quantity, one.bound
+        ),
+        bound: format!(">= {}", number(one.share_expected)),
+        measured: Some(one.share),
+        at_s: None,
+        held: one.held,
+    };
+    findings.expectations.iter().map(verdict).collect()
+}
+
+/// What was found: sentences, the values, and all other figures where they are asked for.
+pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
+    let mut text = format!("{}\n", found.study);
+    for answer in identify::answers(found) {
+        text += &format!("\n{}\n", answer.text);
+    }
+    let mut table = Table::new();
+    match in_full {
+        true => identify::tables::tables(found)
+            .iter()
+            .for_each(|one| table.of(one)),
+        false => table.of(&identify::tables::parameters(found)),
+    }
+    format!("{text}\n{table}")
+}
+
+/// A course, and what it determines.
+pub(super) fn course(plan: &Plan) -> String {
+    let mut table = Table::new();
+    table.heading("drive: m/s ahead, m/s to the left, rad/s, seconds");
+    for (index, way) in plan.ways.iter().enumerate() {
+        let [vx, vy, omega] = way.twist;
+        let words = [vx, vy, omega, way.for_s].map(number);
+        table.words(&format!("{}", index + 1), &words);
+    }
+    table.heading(
+        "standard error that it leaves, of displacements seen to 1 mm and 1 mrad a second",
+    );
+    for (name, error) in &plan.errors {
+        table.words(name, &[number(*error)]);
+    }
+    table.to_string()
+}

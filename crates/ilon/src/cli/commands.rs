@@ -1,0 +1,126 @@
+//! All commands, and how one is chosen.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+#[cfg(feature = "live")]
+use super::live;
+use super::outcome::Outcome;
+use super::{
+    bench, check, compare, demo, fault, generate, identify, inspect, manual, report, run, say,
+    schema, sweep,
+};
+use crate::cli::failure::Failure;
+
+/// Simulates omnidirectional robots down to the rollers of their wheels, and explains their slip.
+#[derive(Debug, Parser)]
+#[command(name = "ilon", version, after_help = EXIT_CODES)]
+struct Cli {
+    /// Print nothing but faults, scenarios that failed, and data that is asked for.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 bad input.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write example robots and scenarios beside you, and say what to run.
+    Demo(demo::Arguments),
+    /// Simulate scenarios and write their results.
+    Run(run::Arguments),
+    /// Make the page of a run again from its folder.
+    Report(report::Arguments),
+    /// Print a robot as it is understood: wheels, rollers, kinematics.
+    Inspect(inspect::Arguments),
+    /// Run scenarios and hold each against its own `[expect]`.
+    Check(check::Arguments),
+    /// Run a scenario many times under keys that vary, and say what comes of it.
+    Sweep(sweep::Arguments),
+    /// Fit what a robot really is to logs of its drives: radii, levers, gains, and keys of its simulation.
+    Identify(identify::Arguments),
+    /// Lay several runs beside each other, as a table and as one page.
+    Compare(compare::Arguments),
+    /// Write a URDF with explicit rollers from a short description.
+    Generate(generate::Arguments),
+    /// Measure how accurate and how fast the simulation is on this machine.
+    Bench(bench::Arguments),
+    /// Drive a robot while it is simulated, from a page in the browser.
+    #[cfg(feature = "live")]
+    Live(live::Arguments),
+    /// Drive a robot while it is simulated: left out of this build.
+    #[cfg(not(feature = "live"))]
+    #[command(hide = true)]
+    Live {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        _arguments: Vec<std::ffi::OsString>,
+    },
+    /// Print the JSON Schema of a file that you write: a scenario, a robot in short, a study.
+    Schema(schema::Arguments),
+    /// Print the script that completes ilon's commands in a shell.
+    Completions(manual::CompletionsArguments),
+    /// Print a page of the manual: `ilon man run | man -l -`.
+    Man(manual::ManArguments),
+}
+
+/// Runs the command of this process's arguments.
+pub fn main() -> ExitCode {
+    ExitCode::from(run_arguments(std::env::args_os()))
+}
+
+fn dispatch(command: Command) -> Result<Outcome, Failure> {
+    match command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        #[cfg(feature = "live")]
+        Command::Live(arguments) => live::run(&arguments),
+        #[cfg(not(feature = "live"))]
+        Command::Live { .. } => Err(Failure::usage(
+            "this ilon was built without live runs, which keeps it small",
+            "build it with its default features",
+        )),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments, Cli::command()),
+        Command::Man(arguments) => manual::man(&arguments, Cli::command()),
+    }
+}
+
+/// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
+pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let printed = error.print();
+            // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
+            if !error.use_stderr()
+                && let Err(failure) = say::written(printed)
+            {
+                fault::show(failure);
+                return 2;
+            }
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
+    say::be_quiet(cli.quiet);
+    match dispatch(cli.command) {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Unexpected) => 1,
+        Ok(Outcome::BadInput) => 2,
+        Err(error) => {
+            fault::show(error);
+            2
+        }
+    }
+}

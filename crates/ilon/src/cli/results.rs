@@ -1,0 +1,79 @@
+//! The files that a study and an identification write, and the inputs that they may not replace.
+
+use std::path::{Path, PathBuf};
+
+use ilon_identify::Identified;
+use ilon_report::pages;
+use ilon_sweep::{Findings, Store, Study};
+use ilon_trace::file::write_text;
+
+use super::failure::Failure;
+use super::{again, claim};
+
+/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
+    let scenarios = (0..study.scenario_names().count()).map(|index| study.scenario_path(index));
+    let inputs: Vec<PathBuf> = std::iter::once(study.path())
+        .chain(scenarios)
+        .map(Path::to_owned)
+        .collect();
+    for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
+        claim::not_an_input(&out.join(name), option, &inputs)?;
+    }
+    Ok(())
+}
+
+/// Writes the results and their page, if the store has a folder.
+pub(super) fn write_study(
+    study: &Study,
+    store: &Store,
+    findings: &Findings,
+) -> Result<(), Failure> {
+    ilon_sweep::write_results(study, store, findings)?;
+    if let Some(folder) = store.folder() {
+        let rows = store.rows();
+        let again = |run| again::command(study, &rows, run);
+        pages::sweep::write(&folder.join("report.html"), study, &rows, findings, &again)?;
+    }
+    Ok(())
+}
+
+/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+pub(super) fn refuse_identify_inputs(
+    out: &Path,
+    study: &ilon_identify::Study,
+    option: &str,
+) -> Result<(), Failure> {
+    let mut inputs = study.inputs();
+    inputs.push(study.path.clone());
+    for name in ilon_identify::FILES {
+        claim::not_an_input(&out.join(name), option, &inputs)?;
+    }
+    Ok(())
+}
+
+/// Writes all results into a folder that is claimed for it.
+pub(super) fn claim_and_write_identified(
+    study: &ilon_identify::Study,
+    found: &Identified,
+    out: &Path,
+) -> Result<(), Failure> {
+    let _claim = claim::folder(out, "another path")?;
+    write_identified(study, found, out).map(drop)
+}
+
+/// Writes all files of the results, `identified.json` last; gives its text.
+pub(super) fn write_identified(
+    study: &ilon_identify::Study,
+    found: &Identified,
+    out: &Path,
+) -> Result<String, Failure> {
+    let json = serde_json::to_string_pretty(found);
+    let json = json.map_err(|error| Failure::encode("what was found", &error))? + "\n";
+    for (name, text) in ilon_identify::files(study, found, out)? {
+        write_text(&out.join(name), &text)?;
+    }
+    pages::identify::write(&out.join("report.html"), found)?;
+    write_text(&out.join("identified.json"), &json)?;
+    Ok(json)
+}

@@ -1,0 +1,130 @@
+//! Why a file cannot be expanded, where, and how to repair it.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// What messages call the file.
+    pub file: Arc<str>,
+    /// The whole text of the file.
+    pub text: Arc<str>,
+    /// The bytes of the text that it takes.
+    pub bytes: Range<usize>,
+}
+
+impl Place {
+    /// The line, from 1.
+    pub fn line(&self) -> usize {
+        1 + self.before().matches('\n').count()
+    }
+
+    /// The column in characters, from 1.
+    pub fn column(&self) -> usize {
+        let before = self.before();
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        1 + before[line_start..].chars().count()
+    }
+
+    fn before(&self) -> &str {
+        self.text.get(..self.bytes.start).unwrap_or_default()
+    }
+}
+
+/// Why a file cannot be expanded.
+#[derive(Clone, Debug)]
+pub struct ExpandError {
+    /// What is wrong.
+    pub reason: Reason,
+    /// Where, if it has a place.
+    pub place: Option<Place>,
+    /// The macro calls and includes that led there, the innermost first.
+    pub trail: Vec<String>,
+    /// Everything that was looked for and not found, on the way.
+    pub missing: Vec<Missing>,
+    /// Whether it may come of what was not found: a name that nothing defines.
+    pub of_missing: bool,
+}
+
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// Files or packages are not there: those of [`ExpandError::missing`].
+    #[error("files that it names cannot be found")]
+    Missing,
+    /// An argument has neither value nor default.
+    #[error("the argument `{0}` has neither value nor default")]
+    Argument(String),
+    /// XML that is not well formed.
+    #[error("not well-formed XML: {0}")]
+    Xml(String),
+    /// More than is read: what, and how much.
+    #[error("too large to be read: {0}, where at most {1} are read")]
+    TooMuch(String, String),
+    /// Anything else.
+    #[error("{0}")]
+    Other(String),
+}
+
+/// Something that was looked for and not found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Missing {
+    /// The file, as it is written.
+    pub what: String,
+    /// The package, where its folder is not known.
+    pub package: Option<String>,
+    /// Why not, where the file is there but is not read.
+    pub reason: String,
+    /// Where it is named.
+    pub at: String,
+}
+
+impl ExpandError {
+    /// An error without a place.
+    pub(crate) fn new(reason: Reason) -> Self {
+        Self {
+            reason,
+            place: None,
+            trail: Vec::new(),
+            missing: Vec::new(),
+            of_missing: false,
+        }
+    }
+
+    /// How to repair it, where that can be said.
+    pub fn hint(&self) -> Option<String> {
+        Some(match &self.reason {
+            Reason::Missing if self.missing.iter().any(|m| m.package.is_some()) => {
+                "name the folders of the packages, or go without them".to_owned()
+            }
+            Reason::Missing => "put the files there, or go without them".to_owned(),
+            Reason::Argument(name) => {
+                format!("give `{name}` a value, or a default where it is declared")
+            }
+            Reason::Xml(_) => "close every element and quote every attribute".to_owned(),
+            Reason::TooMuch(..) => "give a smaller file".to_owned(),
+            Reason::Other(_) => return None,
+        })
+    }
+}
+
+impl fmt::Display for ExpandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{}:{}:{}: ", place.file, place.line(), place.column())?;
+        }
+        write!(f, "{}", self.reason)?;
+        for missing in &self.missing {
+            write!(f, ", `{}` at {}", missing.what, missing.at)?;
+        }
+        for step in &self.trail {
+            write!(f, ", {step}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for ExpandError {}

@@ -1,0 +1,256 @@
+//! Macros and blocks: defined, called, inserted.
+
+use std::rc::Rc;
+
+use super::names::namespace;
+use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, Result};
+use crate::dom::{Element, Node};
+use crate::macros::{Macro, Macros, Parameter, parameters};
+use crate::python::number;
+use crate::scope::{Entry, Scope};
+
+impl Expander<'_> {
+    pub(super) fn define_macro(&self, element: &Rc<Element>, around: &Around) -> Result<()> {
+        let name = element
+            .attribute("name")
+            .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        if name == "call" || name.contains('.') {
+            return Err(self.fault(
+                &element.origin_of("name"),
+                format!("`{name}` is no name of a macro: `call` and names with dots are taken"),
+            ));
+        }
+        let name = name.strip_prefix("xacro:").unwrap_or(name);
+        self.defined.borrow_mut().insert(name.to_owned());
+        around.macros.define(Macro {
+            name: name.to_owned(),
+            body: Rc::clone(element),
+            parameters: parameters(element.attribute("params").unwrap_or_default()),
+        });
+        Ok(())
+    }
+
+    pub(super) fn call_macro(
+        &self,
+        call: &Element,
+        name: &str,
+        around: &Around,
+        inside: &mut Inside,
+    ) -> Result<()> {
+        let depths = self.depths();
+        let called = self.expand_call(call, name, around, inside);
+        let subject = format!("`<{}>`", call.name);
+        self.or_without(&call.origin, &subject, called, depths)
+    }
+
+    pub(super) fn expand_call(
+        &self,
+        call: &Element,
+        name: &str,
+        around: &Around,
+        inside: &mut Inside,
+    ) -> Result<()> {
+        let resolved = around
+            .macros
+            .resolve(name)
+            .and_then(|(found, macros, path)| {
+                let scope = namespace(self, &around.scope, &path)?;
+                Some((found, macros, scope))
+            });
+        let Some((found, macros, outer_scope)) = resolved else {
+            return self.unknown_macro(call, name, around);
+        };
+        self.called.borrow_mut().insert(found.name.clone());
+        let scope = Scope::new(Some(outer_scope), false);
+        // Names are looked up through all scopes around, and parameters are taken over with their defaults.
+        let texts = found.parameters.iter().map(Parameter::bytes);
+        let bytes = texts.sum::<usize>() + call.name_bytes();
+        let lookups = 1 + scope.depth() / 4 + found.parameters.len() as u64;
+        let paid = self.budget.spend(lookups);
+        paid.and_then(|()| self.budget.spend_bytes(bytes))
+            .map_err(self.spent(&call.origin))?;
+        let within = Around {
+            macros: Macros::new(Some(macros)),
+            scope,
+        };
+        self.calls
+            .borrow_mut()
+            .push((found.name.clone(), call.origin.clone()));
+        let _level = self
+            .budget
+            .enter(LEVELS_OF_ELEMENT)
+            .map_err(self.spent(&call.origin))?;
+        self.pass_parameters(call, &found, around, &within.scope)?;
+        let body = self.macro_body(&found, &within)?;
+        self.calls.borrow_mut().pop();
+        inside.nodes.extend(body.nodes);
+        Ok(())
+    }
+
+    pub(super) fn macro_body(&self, found: &Macro, within: &Around) -> Result<Inside> {
+        // The attributes of the definition are evaluated once more at each call, though nothing keeps them; its parameters
+        // hold what is only known inside.
+        self.inside(&found.body, within)
+    }
+
+    /// Keeps the first macro or include that is written as until 2014, for whoever misses what it would define.
+    pub(super) fn look_for_old(&self, element: &Element) {
+        let is_old = match element.name.as_str() {
+            "macro" => element.attribute("name").is_some(),
+            "include" => element.attribute("filename").is_some(),
+            _ => false,
+        };
+        let mut old = self.old.borrow_mut();
+        if is_old && old.is_none() {
+            *old = Some((element.name.clone(), element.origin.clone()));
+        }
+    }
+
+    pub(super) fn unknown_macro(&self, call: &Element, name: &str, around: &Around) -> Result<()> {
+        if !self.missing.borrow().is_empty() {
+            // It may come from what is not there.
+            let words = "left out, for nothing that could be read defines this macro".to_owned();
+            self.note(&call.origin, &format!("`<{}>`", call.name), words);
+            return Ok(());
+        }
+        if let Some((tag, origin)) = &*self.old.borrow() {
+            let words = format!(
+                "there is no macro `{name}`: `<{tag}>` stands without the prefix `xacro:` here, as it did until 2014, and is not read"
+            );
+            return Err(self.fault(origin, words));
+        }
+        let names = around.macros.names();
+        let known = if names.is_empty() {
+            "no macro is defined here".to_owned()
+        } else {
+            let shown: Vec<String> = names.iter().take(12).map(|n| format!("`{n}`")).collect();
+            format!("defined are {}", shown.join(", "))
+        };
+        Err(self.fault(&call.origin, format!("there is no macro `{name}`: {known}")))
+    }
+
+    /// Gives a macro's parameters their values: attributes, blocks, forwarded names, defaults.
+    pub(super) fn pass_parameters(
+        &self,
+        call: &Element,
+        found: &Macro,
+        around: &Around,
+        scope: &Rc<Scope>,
+    ) -> Result<()> {
+        let mut open = found.parameters.clone();
+        for a in &call.attributes {
+            let Some(at) = open.iter().position(|p| p.name == a.name) else {
+                return Err(self.fault(
+                    &call.origin_of(&a.name),
+                    format!("the macro `{}` has no parameter `{}`", found.name, a.name),
+                ));
+            };
+            open.remove(at);
+            let value = self
+                .text(&a.value, &around.scope)
+                .map_err(|e| self.error(&call.origin_of(&a.name), &e))?;
+            self.clues.named(&a.name, &a.value);
+            self.clues
+                .parameter(self.settings, &found.name, &a.name, number(&value));
+            scope.set(a.name.clone(), value, false);
+        }
+        // Blocks are evaluated where they stand, and once more where they are inserted.
+        let inside = self.inside(call, around)?;
+        let mut blocks = inside.nodes.into_iter().filter_map(|node| match node {
+            Node::Element(element) => Some(element),
+            Node::Text(_) | Node::Verbatim(_) => None,
+        });
+        for parameter in open.iter().filter(|p| p.name.starts_with('*')) {
+            let Some(block) = blocks.next() else {
+                return Err(self.fault(
+                    &call.origin,
+                    format!(
+                        "the macro `{}` takes a block `{}`, which is not given",
+                        found.name, parameter.name
+                    ),
+                ));
+            };
+            scope.put(parameter.name.clone(), Entry::Block(block));
+        }
+        if let Some(block) = blocks.next() {
+            return Err(self.fault(
+                &block.origin,
+                format!(
+                    "the macro `{}` takes no block `<{}>`",
+                    found.name, block.name
+                ),
+            ));
+        }
+        open.retain(|p| !p.name.starts_with('*'));
+        let mut undefined = Vec::new();
+        for parameter in open {
+            let forwarded = if parameter.forwarded {
+                self.resolve(&around.scope, &parameter.name)
+                    .map_err(|e| self.error(&call.origin, &e))?
+            } else {
+                None
+            };
+            let value = match (forwarded, &parameter.default) {
+                (Some(value), _) => value,
+                (None, Some(default)) => self
+                    .text(default, &around.scope)
+                    .map_err(|e| self.error(&call.origin, &e))?,
+                (None, None) => {
+                    undefined.push(format!("`{}`", parameter.name));
+                    continue;
+                }
+            };
+            scope.set(parameter.name, value, false);
+        }
+        if !undefined.is_empty() {
+            return Err(self.fault(
+                &call.origin,
+                format!(
+                    "the macro `{}` takes {}, which {} not given",
+                    found.name,
+                    undefined.join(", "),
+                    if undefined.len() == 1 { "is" } else { "are" }
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    pub(super) fn insert_block(
+        &self,
+        element: &Element,
+        around: &Around,
+        inside: &mut Inside,
+    ) -> Result<()> {
+        let name = element
+            .attribute("name")
+            .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        self.budget
+            .spend(1 + around.scope.depth() / 8)
+            .map_err(self.spent(&element.origin))?;
+        let block = |stars: &str| match around.scope.find(&format!("{stars}{name}")) {
+            Some((_, Entry::Block(block))) => Some(block),
+            _ => None,
+        };
+        if let Some(block) = block("**") {
+            inside.nodes.extend(self.inside(&block, around)?.nodes);
+        } else if let Some(block) = block("*") {
+            let inserted = self.element(&block, around)?;
+            inside.nodes.push(Node::Element(Rc::new(inserted)));
+        } else {
+            return Err(self.fault(&element.origin, format!("there is no block `{name}`")));
+        }
+        Ok(())
+    }
+}
+
+/// The scope of whoever called a macro: around it, namespaces left aside.
+pub(super) fn outer(scope: &Rc<Scope>) -> Option<Rc<Scope>> {
+    let mut outer = scope.parent.clone()?;
+    if !scope.is_namespace {
+        while outer.is_namespace {
+            outer = outer.parent.clone()?;
+        }
+    }
+    Some(outer)
+}

@@ -1,0 +1,150 @@
+//! Expands xacro, the macro language in which URDF is written at source, without a ROS installation and without Python.
+//!
+//! What it makes of a file is what the xacro of ROS makes of it (the cases in `tests/cases` hold it against xacro 2.1.1), and the
+//! same on every machine. Nothing of a file is ever run as code: what this language does not know is refused in words, and no other
+//! interpreter is asked. Work, depth and memory are limited, so that a file that never ends is refused too.
+//!
+//! ```
+//! use std::path::Path;
+//! use xacro_expand::{LocalHost, Settings, expand};
+//!
+//! let text = r#"
+//!     <robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
+//!       <xacro:arg name="wheels" default="2"/>
+//!       <xacro:macro name="wheel" params="side"><link name="wheel_${side}"/></xacro:macro>
+//!       <xacro:wheel side="left"/>
+//!       <xacro:if value="${xacro.arg('wheels') == '2'}"><xacro:wheel side="right"/></xacro:if>
+//!     </robot>"#;
+//! let expanded = expand(Path::new("cart.xacro"), text, &Settings::default(), &LocalHost::default())?;
+//! assert!(expanded.text.contains(r#"<link name="wheel_left"/>"#));
+//! assert!(expanded.text.contains(r#"<link name="wheel_right"/>"#));
+//! assert_eq!(expanded.arguments["wheels"], "2");
+//! // Each element knows the place that it came from.
+//! assert!(expanded.origins.iter().all(|(_, place)| &*place.file == "cart.xacro"));
+//!
+//! // What cannot be expanded is refused with its place.
+//! let wrong = text.replace("'wheels'", "'wheel'");
+//! let error = expand(Path::new("cart.xacro"), &wrong, &Settings::default(), &LocalHost::default()).unwrap_err();
+//! assert_eq!(error.place.as_ref().map(|place| place.line()), Some(6));
+//! assert!(error.hint().is_some());
+//! # Ok::<(), Box<xacro_expand::ExpandError>>(())
+//! ```
+//!
+//! It works in this order: a file's elements are read with their places (`dom`); the tree is gone through once (`expand`), evaluating
+//! texts (`text`, `substitution`) whose expressions are a little Python (`python`), looking properties up in scopes (`scope`) and
+//! macros in theirs (`macros`); the result is written. What it may see of the machine it asks of a [`Host`].
+
+// A library prints nothing.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
+mod budget;
+mod dom;
+mod error;
+mod expand;
+mod host;
+mod macros;
+mod packages;
+mod python;
+mod scope;
+mod substitution;
+mod text;
+pub mod xml;
+mod yaml;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::thread;
+
+use budget::STACK_BYTES;
+use dom::SourceFile;
+
+pub use error::{ExpandError, Missing, Place, Reason};
+pub use host::{Files, Host, LocalHost, Unread};
+pub use packages::find_package;
+
+/// Longest file that is read, included ones too, in bytes.
+pub const MAX_FILE_BYTES: u64 = 16 << 20;
+
+/// What is set beside the file.
+#[derive(Clone, Default)]
+pub struct Settings<'a> {
+    /// Values of the file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
+    pub arguments: BTreeMap<String, String>,
+    /// Whether files that cannot be found are left out, with what they would define.
+    pub leave_out_missing: bool,
+    /// Of which names of parameters, properties and arguments the numbers are reported in [`Expanded::watched`]. A macro's
+    /// parameter is asked for with the macro's name before it: `wheel radius`.
+    pub watch: Option<&'a (dyn Fn(&str) -> bool + Sync)>,
+}
+
+/// An expanded file.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Expanded {
+    /// The text of the URDF.
+    pub text: String,
+    /// Where its elements came from, by their first bytes, in order.
+    pub origins: Vec<(usize, Place)>,
+    /// What was left out, and what the file itself says while it is expanded.
+    pub notes: Vec<Note>,
+    /// The arguments that the file declares, with the value that each has.
+    pub arguments: BTreeMap<String, String>,
+    /// Names that were asked for in [`Settings::watch`], with their numbers.
+    pub watched: Vec<(String, f64)>,
+    /// Of arguments that conditions look at, the values that they could have instead.
+    pub choices: Vec<(String, Vec<String>)>,
+    /// Macros that are defined and never called.
+    pub uncalled: Vec<String>,
+}
+
+/// Something to say about an element.
+#[derive(Clone, Debug)]
+pub struct Note {
+    /// The element, such as ``include `wheel.xacro` ``.
+    pub subject: String,
+    /// Where it stands.
+    pub place: Place,
+    /// What is to be said.
+    pub words: String,
+}
+
+/// Expands the text of a file. `path` is where the file lies, from which its includes start; messages call it so too.
+///
+/// # Errors
+/// A file that cannot be expanded: why, where, and by which calls of macros it came there.
+pub fn expand(
+    path: &Path,
+    text: &str,
+    settings: &Settings,
+    host: &dyn Host,
+) -> Result<Expanded, Box<ExpandError>> {
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let work = || {
+        let file = Rc::new(SourceFile {
+            name: path.display().to_string(),
+            folder: folder.clone(),
+            text: text.into(),
+        });
+        expand::expand(&file, settings, host)
+    };
+    // Macros call each other thousands of levels deep, for which the stack of the caller is not made. The thread is waited
+    // for, and the limits end it.
+    thread::scope(|scope| {
+        let thread = thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, work);
+        let failure = |reason: &str| Box::new(ExpandError::new(Reason::Other(reason.to_owned())));
+        match thread {
+            Ok(thread) => thread
+                .join()
+                .unwrap_or_else(|_| Err(failure("the expansion broke down"))),
+            Err(e) => Err(failure(&format!("no thread can be started: {e}"))),
+        }
+    })
+}
+
+/// A path as it is written, from a folder.
+fn from_folder(folder: &Path, written: &str) -> PathBuf {
+    folder.join(written)
+}

@@ -1,0 +1,171 @@
+//! Where ROS packages lie around a file.
+
+use std::path::{Path, PathBuf};
+
+use crate::host::Files;
+
+/// How many folders above a robot's file are looked through.
+const MOST_ABOVE: usize = 8;
+/// How many names of a folder are looked at.
+const MOST_NAMES: usize = 1000;
+/// Longest `package.xml` that is read, in bytes.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// The folder of a package: the one of its name around `from`, the folder of the file that names it, that holds what is sought.
+///
+/// A description usually lies inside its package, packages lie side by side, and repositories of packages do too. A
+/// folder of another name is the package where its `package.xml` says so. The package that the file itself lies in comes first:
+/// it may hold a Python module of its own name.
+pub fn find_package(
+    files: &dyn Files,
+    from: &Path,
+    package: &str,
+    holds: &dyn Fn(&Path) -> bool,
+) -> Option<PathBuf> {
+    // A name is one part of a path and nothing else.
+    if package.is_empty() || package == "." || package == ".." || package.contains(['/', '\\']) {
+        return None;
+    }
+    let absolute = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
+    let above: Vec<&Path> = absolute.ancestors().take(MOST_ABOVE).collect();
+    let own = above
+        .iter()
+        .find(|above| declares(files, above, package) && holds(above));
+    if let Some(own) = own {
+        return Some(own.to_path_buf());
+    }
+    let by_name = above
+        .iter()
+        .flat_map(|above| [above.join(package), above.join("meshes").join(package)])
+        .find(|folder| holds(folder));
+    by_name.or_else(|| {
+        let around = above
+            .iter()
+            .flat_map(|above| around_folder(files, above, package));
+        let mut around = around.filter(|folder| holds(folder));
+        around.next()
+    })
+}
+
+/// Folders in and below `above` that could be the package under another name, or a level further down.
+fn around_folder(files: &dyn Files, above: &Path, package: &str) -> Vec<PathBuf> {
+    // The root of the file system is no workspace.
+    if above.parent().is_none() {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    if declares(files, above, package) {
+        found.push(above.to_owned());
+    }
+    for name in files.names_in(above, MOST_NAMES) {
+        let beside = above.join(&name);
+        if !name.starts_with('.') && files.is_folder(&beside) {
+            if declares(files, &beside, package) {
+                found.push(beside.clone());
+            }
+            let inside = beside.join(package);
+            if files.is_folder(&inside) {
+                found.push(inside);
+            }
+        }
+    }
+    found
+}
+
+/// Whether the `package.xml` of a folder gives it that name.
+fn declares(files: &dyn Files, folder: &Path, package: &str) -> bool {
+    let manifest = folder.join("package.xml");
+    let text = files.read_text(&manifest, MAX_BYTES);
+    text.is_ok_and(|text| {
+        let name = text
+            .split_once("<name>")
+            .and_then(|(_, rest)| rest.split_once("</name>"));
+        name.is_some_and(|(name, _)| name.trim() == package)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::{Host as _, LocalHost};
+
+    /// A workspace with two repositories of two packages each; the robot's file is in the first.
+    fn workspace() -> (tempfile::TempDir, PathBuf) {
+        let root = tempfile::tempdir().unwrap();
+        for folder in [
+            "ws/src/robots/robot_description/urdf",
+            "ws/src/robots/robot_meshes",
+            "ws/src/sensors/camera_description",
+            "ws/src/sensors-main/named_otherwise",
+        ] {
+            std::fs::create_dir_all(root.path().join(folder)).unwrap();
+        }
+        std::fs::write(
+            root.path().join("ws/src/sensors-main/package.xml"),
+            "<package><name> lidar_description </name></package>",
+        )
+        .unwrap();
+        let folder = root.path().join("ws/src/robots/robot_description/urdf");
+        (root, folder)
+    }
+
+    fn found(from: &Path, name: &str) -> Option<String> {
+        let folder = find_package(&LocalHost::default(), from, name, &Path::is_dir)?;
+        let parts: Vec<_> = folder.iter().map(|p| p.to_string_lossy()).collect();
+        Some(parts[parts.len() - 2..].join("/"))
+    }
+
+    #[test]
+    fn packages_lie_around_the_file() {
+        let (_root, from) = workspace();
+        let found = |name| found(&from, name);
+        assert_eq!(
+            found("robot_description").as_deref(),
+            Some("robots/robot_description")
+        );
+        assert_eq!(
+            found("robot_meshes").as_deref(),
+            Some("robots/robot_meshes")
+        );
+        assert_eq!(
+            found("camera_description").as_deref(),
+            Some("sensors/camera_description")
+        );
+        assert_eq!(
+            found("lidar_description").as_deref(),
+            Some("src/sensors-main")
+        );
+        assert_eq!(found("not_there"), None);
+        for no_name in ["", ".", "..", "../sensors", "a/b"] {
+            assert_eq!(found(no_name), None, "{no_name}");
+        }
+    }
+
+    #[test]
+    fn the_package_of_the_file_comes_before_its_module_of_the_same_name() {
+        let (root, from) = workspace();
+        let package = root.path().join("ws/src/robots/robot_description");
+        std::fs::create_dir(package.join("robot_description")).unwrap();
+        let manifest = "<package><name>robot_description</name></package>";
+        std::fs::write(package.join("package.xml"), manifest).unwrap();
+        assert_eq!(
+            find_package(
+                &LocalHost::default(),
+                &from,
+                "robot_description",
+                &Path::is_dir
+            ),
+            Some(package)
+        );
+    }
+
+    #[test]
+    fn a_folder_that_is_given_is_taken() {
+        let (root, from) = workspace();
+        let elsewhere = root.path().join("elsewhere");
+        let host = LocalHost {
+            packages: [("robot_meshes".to_owned(), elsewhere.clone())].into(),
+        };
+        assert_eq!(host.package("robot_meshes", &from), Some(elsewhere));
+    }
+}

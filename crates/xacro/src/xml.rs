@@ -1,0 +1,169 @@
+//! XML with limits: what no parser should see is refused before it sees it.
+
+use std::ops::Range;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+/// Longest text that is read, in bytes: a robot with ten thousand rollers stays below.
+pub const MAX_BYTES: u64 = 64 << 20;
+/// Most XML nodes that are read.
+const MAX_NODES: u32 = 4_000_000;
+/// Deepest nesting of elements that is read; plug-in settings nest a dozen deep.
+pub const MAX_DEPTH: usize = 100;
+/// Most attributes of one element: the parser holds each against all others of its element.
+const MAX_ATTRIBUTES: usize = 1_000;
+
+/// Why a text is not read as XML, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// It is not well formed; the parser's words.
+    Malformed(String, Range<usize>),
+    /// There is too much of something: what, and how much of it is read.
+    TooMuch(String, String, Range<usize>),
+}
+
+/// Parses a text.
+pub fn parse(text: &str) -> Result<Document<'_>, Fault> {
+    if text.len() as u64 > MAX_BYTES {
+        return Err(Fault::TooMuch(
+            format!("more than {} MB of text", MAX_BYTES >> 20),
+            format!("{} MB", MAX_BYTES >> 20),
+            0..0,
+        ));
+    }
+    check_tags(text)?;
+    let options = ParsingOptions {
+        allow_dtd: false,
+        nodes_limit: MAX_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options).map_err(|e| {
+        let at = byte_of(text, e.pos());
+        let rest = text.get(at..).unwrap_or_default();
+        let end = at + rest.find('\n').unwrap_or(rest.len());
+        Fault::Malformed(without_position(&e.to_string()), at..end)
+    })
+}
+
+/// The bytes of an element's opening tag.
+pub fn opening_tag(text: &str, node: Node) -> Range<usize> {
+    let Range { start, end } = node.range();
+    let length = end_of_tag(&text[start..end]).map_or(end - start, |i| i + 1);
+    start..start + length
+}
+
+/// Refuses elements that nest so deep, or have so many attributes, that reading them could exhaust the stack or the time.
+fn check_tags(text: &str) -> Result<(), Fault> {
+    let mut depth = 0usize;
+    let mut rest = text;
+    while let Some(open) = rest.find('<') {
+        rest = &rest[open + 1..];
+        // Skip comments and CDATA, whose text may hold anything.
+        for (begin, end) in [("!--", "-->"), ("![CDATA[", "]]>")] {
+            if let Some(inside) = rest.strip_prefix(begin) {
+                rest = inside.find(end).map_or("", |i| &inside[i..]);
+            }
+        }
+        let Some(close) = end_of_tag(rest) else {
+            return Ok(());
+        };
+        let at = text.len() - rest.len() - 1;
+        let tag = &rest[..close];
+        if tag.starts_with('/') {
+            depth = depth.saturating_sub(1);
+        } else if !tag.starts_with(['?', '!', '-', ']']) {
+            if tag.len() > 4 * MAX_ATTRIBUTES && attributes_of(tag) > MAX_ATTRIBUTES {
+                return Err(Fault::TooMuch(
+                    format!("an element with more than {MAX_ATTRIBUTES} attributes"),
+                    MAX_ATTRIBUTES.to_string(),
+                    at..at + 1,
+                ));
+            }
+            depth += usize::from(!tag.ends_with('/'));
+        }
+        if depth > MAX_DEPTH {
+            return Err(Fault::TooMuch(
+                format!("elements nested more than {MAX_DEPTH} deep"),
+                format!("{MAX_DEPTH} levels"),
+                at..at + close + 2,
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// How many attributes a tag has: its equals signs outside quotes.
+fn attributes_of(tag: &str) -> usize {
+    let mut quote = None;
+    tag.bytes()
+        .filter(|&b| {
+            match quote {
+                Some(q) if b == q => quote = None,
+                None if b == b'"' || b == b'\'' => quote = Some(b),
+                _ => {}
+            }
+            quote.is_none() && b == b'='
+        })
+        .count()
+}
+
+/// Where a tag ends: its first `>` that stands in no quotes.
+fn end_of_tag(text: &str) -> Option<usize> {
+    let mut quote = None;
+    text.bytes().position(|b| match quote {
+        Some(q) => {
+            if b == q {
+                quote = None;
+            }
+            false
+        }
+        None => {
+            if b == b'"' || b == b'\'' {
+                quote = Some(b);
+            }
+            b == b'>'
+        }
+    })
+}
+
+fn byte_of(text: &str, pos: roxmltree::TextPos) -> usize {
+    let row = (pos.row as usize).saturating_sub(1);
+    let line_start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
+    let line = text.get(line_start..).unwrap_or_default();
+    let column = (pos.col as usize).saturating_sub(1);
+    let within = line.char_indices().nth(column).map_or(0, |(i, _)| i);
+    line_start + within
+}
+
+/// roxmltree's message without its trailing "at line:column", which the fault carries apart.
+fn without_position(message: &str) -> String {
+    match message.rfind(" at ") {
+        Some(i)
+            if message[i + 4..]
+                .chars()
+                .all(|c| c.is_ascii_digit() || c == ':') =>
+        {
+            message[..i].to_owned()
+        }
+        _ => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tag_with_a_million_attributes_is_refused_at_once() {
+        let attributes: String = (0..100_000).map(|i| format!(" a{i}='>'")).collect();
+        let text = format!("<robot>\n<link{attributes}/></robot>");
+        let Err(Fault::TooMuch(what, _, place)) = parse(&text) else {
+            panic!("it was read");
+        };
+        assert!(what.contains("attributes"));
+        assert_eq!(place.start, 8);
+        // Equals signs in values are none.
+        let value = "=".repeat(100_000);
+        assert!(parse(&format!("<robot a='{value}'/>")).is_ok());
+    }
+}
