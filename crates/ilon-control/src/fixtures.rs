@@ -92,6 +92,7 @@ impl WheelSpec {
         let across = 0.25 * (3.0 * 0.03 * 0.03 + 0.04 * 0.04) / 12.0;
         Wheel {
             name: format!("wheel_{index}"),
+            carrier: None,
             body_from_hub,
             hub: MassProperties {
                 mass_kg: 0.25,
@@ -130,6 +131,8 @@ pub fn robot(mass_kg: f64, wheels: &[WheelSpec]) -> Robot {
             },
             collisions: Vec::new(),
         },
+        joints: Vec::new(),
+        couplings: Vec::new(),
         wheels: wheels.iter().enumerate().map(|(i, w)| w.wheel(i)).collect(),
         remarks: Vec::new(),
     }

@@ -60,7 +60,7 @@ use xacro_expand::xml;
 pub use error::{Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Remedy, RobotError};
 pub use generate::generate;
 pub use load::{Diagnosis, LoadRobot, Loaded};
-pub use options::{Handedness, LoadOptions, RollerForms, WheelOptions};
+pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{

@@ -37,6 +37,10 @@ pub struct LoadOptions {
     /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
     /// without geometry reach it at their middles, and their neighbours at their ends.
     pub wheel_radius_m: Option<f64>,
+    /// What joints that are neither a wheel's nor a roller's do, by their names; those left out are free where they carry wheels on both sides
+    /// of their axis and nothing drives them, and else held at zero.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joints: BTreeMap<String, JointOptions>,
     /// What is otherwise than in the file, where the file is a description in TOML: keys of [`Spec`](crate::Spec), those of tables
     /// within tables, those of a list by their index from 0. A value replaces the one of that key.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
@@ -69,6 +73,7 @@ impl Default for LoadOptions {
             rollers: RollerForms::default(),
             wheels: None,
             wheel_radius_m: None,
+            joints: BTreeMap::new(),
             spec: toml::Table::new(),
             infer_rollers: true,
         }
@@ -147,4 +152,100 @@ pub enum Handedness {
     AllDeg(f64),
     /// `gamma.each_deg = [...]`: one for each joint, in the order of `joints`.
     EachDeg(Vec<f64>),
+}
+
+/// What a joint that is neither a wheel's nor a roller's does. Numbers are in the units of how it moves: those with `rad` of a joint that
+/// turns, those without of one that slides.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JointOptions {
+    /// Its role; left out, sprung where a stiffness is given.
+    pub role: Option<RoleOption>,
+    /// Stiffness of a spring in it, > 0, in N/m.
+    pub stiffness_n_m: Option<f64>,
+    /// Stiffness of a spring in it, > 0, in N m/rad.
+    pub stiffness_n_m_rad: Option<f64>,
+    /// Viscous damping, >= 0, in N s/m; left out, the file's.
+    pub damping_n_s_m: Option<f64>,
+    /// Viscous damping, >= 0, in N m s/rad; left out, the file's.
+    pub damping_n_m_s_rad: Option<f64>,
+    /// Where the spring acts with its preload alone, in m; left out, 0.
+    pub rest_m: Option<f64>,
+    /// Where the spring acts with its preload alone, in rad; left out, 0.
+    pub rest_rad: Option<f64>,
+    /// What the spring acts with on the body at its rest, along the axis, in N; left out, 0.
+    pub preload_n: Option<f64>,
+    /// What the spring acts with on the body at its rest, about the axis, in N m; left out, 0.
+    pub preload_n_m: Option<f64>,
+    /// Dry friction, >= 0, in N; left out, the file's.
+    pub friction_n: Option<f64>,
+    /// Dry friction, >= 0, in N m; left out, the file's.
+    pub friction_n_m: Option<f64>,
+}
+
+/// What acts in a joint beside its damping and friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RoleOption {
+    /// Nothing.
+    Free,
+    /// A spring.
+    Sprung,
+    /// It does not move: its body is a part of what carries it.
+    Held,
+}
+
+impl JointOptions {
+    /// Stiffness, damping, rest, preload and friction in the units of a joint that slides or turns.
+    ///
+    /// # Errors
+    /// In words, where one is given in the other's unit, or out of its range.
+    pub(crate) fn numbers(&self, slides: bool) -> Result<[Option<f64>; 5], String> {
+        let pairs = [
+            (
+                ("stiffness_n_m", self.stiffness_n_m),
+                ("stiffness_n_m_rad", self.stiffness_n_m_rad),
+            ),
+            (
+                ("damping_n_s_m", self.damping_n_s_m),
+                ("damping_n_m_s_rad", self.damping_n_m_s_rad),
+            ),
+            (("rest_m", self.rest_m), ("rest_rad", self.rest_rad)),
+            (
+                ("preload_n", self.preload_n),
+                ("preload_n_m", self.preload_n_m),
+            ),
+            (
+                ("friction_n", self.friction_n),
+                ("friction_n_m", self.friction_n_m),
+            ),
+        ];
+        let mut numbers = [None; 5];
+        for (index, (of_slide, of_turn)) in pairs.into_iter().enumerate() {
+            let (own, other) = if slides {
+                (of_slide, of_turn)
+            } else {
+                (of_turn, of_slide)
+            };
+            if other.1.is_some() {
+                let moves = if slides { "slides" } else { "turns" };
+                return Err(format!(
+                    "it {moves}, and has no `{}`: write `{}`",
+                    other.0, own.0
+                ));
+            }
+            let (least, range) = match index {
+                0 => (f64::MIN_POSITIVE, "finite and above 0"),
+                1 | 4 => (0.0, "finite and not below 0"),
+                _ => (f64::MIN, "finite"),
+            };
+            if let Some(value) = own.1
+                && !(value.is_finite() && value >= least)
+            {
+                return Err(format!("`{}` is {value}, but must be {range}", own.0));
+            }
+            numbers[index] = own.1;
+        }
+        Ok(numbers)
+    }
 }

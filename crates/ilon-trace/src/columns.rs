@@ -4,7 +4,9 @@ use ilon_robot::Pose;
 
 use crate::header::Header;
 use crate::projection::Projection;
-use crate::record::{Desired, MAX_TASKS, Record, Support, TaskShare, WheelSample};
+use crate::record::{
+    Desired, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, WheelSample,
+};
 use crate::trace::{RowMut, Trace};
 
 /// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
@@ -120,6 +122,20 @@ static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_omega_rad_s" => asked_twist_in_body.omega_rad_s,
 };
 
+/// Of a joint that turns, and of one that slides.
+static JOINT: [[Column<JointSample>; 3]; 2] = [
+    reals! { JointSample;
+        "position_rad" => position,
+        "rate_rad_s" => rate,
+        "force_n_m" => force,
+    },
+    reals! { JointSample;
+        "position_m" => position,
+        "rate_m_s" => rate,
+        "force_n" => force,
+    },
+];
+
 static WHEEL_REALS: [Column<WheelSample>; 18] = reals! { WheelSample;
     "target_rad_s" => target_rad_s,
     "rate_rad_s" => rate_rad_s,
@@ -164,6 +180,7 @@ enum Source {
     Desired(&'static Column<Desired>),
     Measured(&'static Column<Pose>),
     Task(usize, &'static Column<TaskShare>),
+    Joint(usize, &'static Column<JointSample>),
     Wheel(usize, &'static Column<WheelSample>),
     /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
     Roller(usize, usize),
@@ -191,6 +208,7 @@ impl Signal {
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Measured(column) => record.measured.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
+            Source::Joint(joint, column) => record.joints.get(*joint).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
             Source::Roller(_, roller) => *trace.roller_angles_at(step).get(*roller)?,
         }
@@ -238,6 +256,11 @@ impl Signal {
             Source::Task(task, column) => {
                 if let Some(share) = record.tasks.get_mut(*task) {
                     (column.set)(share, value);
+                }
+            }
+            Source::Joint(joint, column) => {
+                if let Some(sample) = record.joints.get_mut(*joint) {
+                    (column.set)(sample, value);
                 }
             }
             Source::Wheel(wheel, column) => {
@@ -289,6 +312,16 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             source: Source::Task(index, column),
         })
     });
+    let joint = header.joints.iter().enumerate().take(MAX_JOINTS);
+    let joint = joint.flat_map(|(index, of)| {
+        let columns = &JOINT[usize::from(of.slides)];
+        columns.iter().map(move |column| Signal {
+            name: format!("joint_{}_{}", of.name, column.name),
+            kind: column.kind,
+            nullable: false,
+            source: Source::Joint(index, column),
+        })
+    });
     let wheel = (0..header.wheels.len()).flat_map(|index| {
         let columns = WHEEL_REALS.iter().chain(&WHEEL_OTHERS);
         columns.map(move |column| Signal {
@@ -303,6 +336,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         .chain(desired)
         .chain(measured)
         .chain(task)
+        .chain(joint)
         .chain(wheel)
         .collect();
     if header.roller_angles {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{CollisionShape, Looks, Pose, Robot, Wheel};
+use ilon_robot::{BodyJoint, CollisionShape, JointKind, Looks, Pose, Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,9 @@ pub struct Header {
     pub mass_kg: f64,
     /// The driven wheels, in the robot's order.
     pub wheels: Vec<WheelHeader>,
+    /// The joints between bodies, in the robot's order; those beyond [`crate::MAX_JOINTS`] are not recorded.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<JointHeader>,
     /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
     #[serde(default)]
     pub chassis_outlines_m: Vec<Vec<[f64; 2]>>,
@@ -81,6 +84,15 @@ pub struct Header {
     /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
     #[serde(default)]
     pub commands_by_contact: bool,
+}
+
+/// A joint between bodies: a rocker, a sprung wheel, a swing arm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointHeader {
+    /// Its name.
+    pub name: String,
+    /// Whether it slides, in metres, or turns, in radians.
+    pub slides: bool,
 }
 
 /// The torque of a direct-current motor at its wheel, which falls linearly with the rate.
@@ -252,6 +264,7 @@ impl Header {
             robot_name: robot.name.clone(),
             mass_kg: robot.mass_kg(),
             wheels: robot.wheels.iter().map(WheelHeader::of_wheel).collect(),
+            joints: joints_of(&robot.joints),
             chassis_outlines_m: robot
                 .chassis
                 .collisions
@@ -263,6 +276,22 @@ impl Header {
             ..Self::default()
         }
     }
+}
+
+/// The joints between bodies, each with a name of its own.
+fn joints_of(joints: &[BodyJoint]) -> Vec<JointHeader> {
+    let header = |(index, joint): (usize, &BodyJoint)| {
+        let stands_twice = joints[..index].iter().any(|other| other.name == joint.name);
+        JointHeader {
+            name: if stands_twice {
+                format!("{}_{index}", joint.name)
+            } else {
+                joint.name.clone()
+            },
+            slides: joint.kind == JointKind::Slides,
+        }
+    };
+    joints.iter().enumerate().map(header).collect()
 }
 
 impl WheelHeader {

@@ -10,6 +10,21 @@ use ilon_robot::{Pose, Twist};
 /// eqs. (38)-(41).
 pub const MAX_TASKS: usize = 4;
 
+/// The most joints between bodies that a trace records: those that stand first in the robot.
+pub const MAX_JOINTS: usize = 12;
+
+/// One joint between bodies at one control step: a rocker, a sprung wheel, a swing arm. Numbers are in rad and N m of a joint that turns, in m
+/// and N of one that slides.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointSample {
+    /// How far it has moved from zero.
+    pub position: f64,
+    /// Its rate, in rad/s or m/s.
+    pub rate: f64,
+    /// What its spring, damper, friction and stops put on its body in the last physics step, the mean over it.
+    pub force: f64,
+}
+
 /// The signals of one control step, apart from those of each wheel (see [`WheelSample`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record {
@@ -44,6 +59,8 @@ pub struct Record {
     /// The guidance law's tasks, highest priority first; as many as [`crate::Header::task_names`] has are in use,
     /// the rest is zero.
     pub tasks: [TaskShare; MAX_TASKS],
+    /// The joints between bodies; as many as [`crate::Header::joints`] has are in use, the rest is zero.
+    pub joints: [JointSample; MAX_JOINTS],
     /// How much of the acceleration asked of the reference point the torques give, in [0, 1]; 1 where the wheel loops
     /// weigh no tasks.
     pub torque_weight_position: f64,

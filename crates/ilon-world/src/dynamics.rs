@@ -18,4 +18,4 @@ mod tree;
 
 pub(crate) use factors::Factors;
 pub(crate) use mechanics::{Loads, Mechanics};
-pub(crate) use tree::{Joint, LinkPose, Motion, Path, ROOT_DOFS, Tree};
+pub(crate) use tree::{DEEPEST, Joint, LinkPose, Motion, Path, ROOT_DOFS, Tree};

@@ -30,6 +30,14 @@ pub enum WorldError {
         /// What to do without it.
         remedy: &'static str,
     },
+    /// A joint between bodies that cannot be simulated.
+    #[error("joint `{joint}`: {reason}")]
+    Joint {
+        /// The joint's name.
+        joint: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
     /// A world shall have no robot.
     #[error("a world of no robots; give it one or more")]
     NoBodies,

@@ -3,6 +3,7 @@
 pub(crate) mod articulated;
 pub(crate) mod drive;
 pub(crate) mod energy;
+pub(crate) mod joints;
 pub(crate) mod roller;
 pub(crate) mod shapes;
 pub(crate) mod shared;

@@ -3,7 +3,9 @@
 mod advance;
 mod body;
 mod check;
+mod check_joints;
 pub(crate) mod disturbance;
+mod equilibrium;
 mod in_rapier;
 mod standing;
 #[cfg(test)]
@@ -70,7 +72,8 @@ impl World {
     /// robot share it where they are given a [`SharedRobot`].
     ///
     /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered upright until the first of
-    /// its wheels touches; the others fall the rest of the way in the first steps.
+    /// its wheels touches; the others fall the rest of the way in the first steps. A robot with joints begins where springs, stops and the
+    /// ground carry it; [`Body::joint_positions`] says how far it has sagged.
     ///
     /// # Errors
     /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the robot would lie on its chassis
@@ -104,7 +107,7 @@ impl World {
             bodies.push(Articulated::build(robot, &ground, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;
-        Ok(Self {
+        let mut world = Self {
             ground,
             settings: settings.clone(),
             bodies,
@@ -112,7 +115,9 @@ impl World {
             energies: Energies::default(),
             residual_m_s: 0.0,
             steps: 0,
-        })
+        };
+        world.find_equilibrium();
+        Ok(world)
     }
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
@@ -120,9 +125,10 @@ impl World {
         for body in &mut self.bodies {
             body.asked.copy_from_slice(&body.motors);
             body.rates_asked_rad_s
-                .copy_from_slice(&body.state.wheel_rates_rad_s);
+                .copy_from_slice(body.state.wheel_rates_rad_s());
             body.counts.fill(WheelCounts::default());
             body.support = Support::default();
+            body.joint_forces.fill(0.0);
         }
         self.residual_m_s = 0.0;
         let parts = self.parts();
@@ -145,6 +151,7 @@ impl World {
                 contact.impact_power_w = counts.taken.impact_j / dt_s;
             }
             body.support = body.support.over(dt_s);
+            body.joint_forces.iter_mut().for_each(|of| *of /= dt_s);
             body.pushes.clear();
             body.motors.fill(MotorTorque::constant(0.0));
         }

@@ -3,12 +3,17 @@
 use ilon_robot::Robot;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use super::tree_loads::TreeLoads;
+
 /// The wheels' normal forces on flat ground, from weight, payload and acceleration.
 ///
 /// Three wheels share the weight by statics. Of more, statics leaves the share open, and a rigid robot on wheels of
 /// equal stiffness decides: the loads then vary linearly over the plane, N_h = a + b x_h + c y_h, with a, b, c such that
 /// they carry the weight at the centre of mass. Accelerating, the weight shifts against the acceleration by the height
 /// of the centre of mass: sum N_h x_h = m (g c_x - h a_x), and alike for y.
+///
+/// Joints between bodies decide otherwise: a free one bears nothing, a sprung one gives way by what it bears, and the loads are those of
+/// statics with both.
 #[derive(Clone, Debug)]
 pub struct WheelLoads {
     mass_kg: f64,
@@ -18,6 +23,8 @@ pub struct WheelLoads {
     positions_m: Vec<Vector2<f64>>,
     /// Inverse of the sum over h of (1, x, y)(1, x, y)^T.
     inverse: Matrix3<f64>,
+    /// Of a robot with joints between its bodies.
+    of_tree: Option<TreeLoads>,
 }
 
 impl WheelLoads {
@@ -38,12 +45,18 @@ impl WheelLoads {
             height_m: center.z + robot.ride_height_m(),
             positions_m,
             inverse: inverse(&sum),
+            of_tree: (!robot.joints.is_empty())
+                .then(|| TreeLoads::new(robot))
+                .flatten(),
         }
     }
 
     /// The normal force on each wheel in N while the body accelerates with `acceleration_in_body` in m/s^2. A wheel that
     /// would be pulled down is lifted, with force zero, and the others share its part.
     pub fn fill_n(&self, acceleration_in_body: Vector2<f64>, out: &mut [f64]) {
+        if let Some(of_tree) = &self.of_tree {
+            return of_tree.fill_n(self.gravity_m_s2, acceleration_in_body, out);
+        }
         let c = self.gravity_m_s2 * self.center_of_mass_m - self.height_m * acceleration_in_body;
         let carried = self.mass_kg * Vector3::new(self.gravity_m_s2, c.x, c.y);
         let at = |b: &Vector2<f64>| Vector3::new(1.0, b.x, b.y);
@@ -116,6 +129,62 @@ mod tests {
             assert!((n / weight - expected).abs() < 1e-3, "{n} {expected}");
         }
         assert!((n.iter().sum::<f64>() / weight - 1.0).abs() < 1e-12);
+    }
+
+    /// A rocker bears its two wheels alike wherever the weight lies; the other axle bears what leans over.
+    #[test]
+    fn a_rocker_bears_its_wheels_alike() {
+        let mut robot = mecanum4();
+        let pivot = nalgebra::Isometry3::from_parts(
+            Vector3::new(-0.15, 0.0, 0.05).into(),
+            nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::x())
+                .expect("not opposite"),
+        );
+        robot.joints.push(ilon_robot::BodyJoint {
+            name: "rocker".to_owned(),
+            parent: None,
+            kind: ilon_robot::JointKind::Turns,
+            body_from_joint: pivot,
+            body: ilon_robot::Body {
+                name: "rocker".to_owned(),
+                mass: ilon_robot::MassProperties::point(0.2, Vector3::zeros()),
+                collisions: Vec::new(),
+            },
+            role: ilon_robot::JointRole::Free,
+            limits: [-0.1, 0.1],
+            damping: 0.0,
+            friction: 0.0,
+        });
+        for wheel in &mut robot.wheels[2..] {
+            wheel.carrier = Some(0);
+        }
+        robot.chassis.mass.center_of_mass_m = Vector3::new(0.0, 0.05, 0.06);
+        let loads = WheelLoads::new(&robot, 9.81);
+        let mut n = [0.0; 4];
+        loads.fill_n(Vector2::zeros(), &mut n);
+        let (weight, center) = (robot.mass_kg() * 9.81, robot.center_of_mass_m());
+        let rear = weight * (0.15 - center.x) / 0.3;
+        let leans = weight * center.y / 0.16;
+        let front = 0.5 * (weight - rear);
+        let expected = [
+            front + 0.5 * leans,
+            front - 0.5 * leans,
+            0.5 * rear,
+            0.5 * rear,
+        ];
+        for (n, expected) in n.iter().zip(expected) {
+            assert!((n / expected - 1.0).abs() < 1e-9, "{n} {expected}");
+        }
+        // To the left, all pull alike: the rocker hands its share on at its axis, 50 mm above the ground.
+        loads.fill_n(Vector2::new(0.0, 1.0), &mut n);
+        let rear_moment = 0.5 * robot.mass_kg() * 0.05;
+        let parted = (n[3] - n[2]) * 0.16;
+        assert!(
+            (parted - rear_moment).abs() < 1e-9,
+            "{parted} {rear_moment}"
+        );
+        let sum: f64 = n.iter().sum();
+        assert!((sum / weight - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -3,3 +3,4 @@
 pub(crate) mod loads;
 pub(crate) mod model;
 pub(crate) mod traction;
+mod tree_loads;

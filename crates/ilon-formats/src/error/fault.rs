@@ -223,6 +223,12 @@ pub enum Fault {
     /// A body that moves has no mass.
     #[error("neither it nor anything fixed to it has mass and inertia")]
     NoMass,
+    /// A joint between bodies cannot be as it shall be.
+    #[error("{reason}")]
+    JointRole {
+        /// What is wrong, and what to do.
+        reason: String,
+    },
     /// The inertia of a body is far too large for its mass and size.
     #[error(
         "with {mass_kg:.4} kg its inertia has a radius of gyration of {gyration_m:.3} m, but nothing of it reaches further \

@@ -96,6 +96,9 @@ impl Fault {
             Self::SeveralRoots { .. } => {
                 "join them by fixed joints, so that one root is left, or remove what does not belong"
             }
+            Self::JointRole { .. } => {
+                "a joint that carries wheels may be `free`, `sprung` with a stiffness, or `held`"
+            }
             Self::NoMass => "add an `<inertial>` with mass and inertia",
             Self::TooFewWheels { .. } => {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \

@@ -24,7 +24,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 41] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 43] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -47,6 +47,8 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 41] = [
     ("limit", "upper", 1, false, Range::Any),
     ("limit", "effort", 1, false, Range::NotNegative),
     ("limit", "velocity", 1, false, Range::NotNegative),
+    ("mimic", "multiplier", 1, false, Range::Any),
+    ("mimic", "offset", 1, false, Range::Any),
     ("dynamics", "damping", 1, false, Range::NotNegative),
     ("dynamics", "friction", 1, false, Range::NotNegative),
     ("ilon_drive", "gear_ratio", 1, false, Range::Positive),
@@ -370,7 +372,7 @@ fn check_geometry(source: &Source, shape: Node, faults: &mut Faults) {
 
 fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: &mut Faults) {
     remark_repeated(source, joint, remarks);
-    for tag in ["calibration", "mimic", "safety_controller"] {
+    for tag in ["calibration", "safety_controller"] {
         if child(joint, tag).is_some() {
             remarks.push(Remark::new(
                 describe(joint),

@@ -211,6 +211,7 @@ pub(super) fn wheel(
     remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
     Ok(Wheel {
         name: joint.name.clone(),
+        carrier: None,
         body_from_hub,
         hub: without(&whole, &rollers),
         radius_m,

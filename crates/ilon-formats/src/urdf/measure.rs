@@ -66,6 +66,7 @@ pub(super) fn measure(
     remark_crowd(&joint.name, &rollers, &mut loading.remarks);
     Ok(Wheel {
         name: joint.name.clone(),
+        carrier: None,
         body_from_hub: ring.body_from_hub,
         hub: hub_mass.moved(&ring.body_from_hub.inverse()),
         radius_m: ring.radius_m,

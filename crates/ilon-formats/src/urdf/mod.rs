@@ -22,6 +22,7 @@ mod handover;
 mod hub;
 mod inertial;
 mod infer;
+mod linkage;
 mod looks;
 mod measure;
 mod mesh;
@@ -48,6 +49,7 @@ use body::RigidBody;
 use check::LEAST_WHEELS;
 use faults::Faults;
 use given::Given;
+use linkage::Linkage;
 pub(crate) use looks::read as read_looks;
 pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
 pub use outline::WheelOutline;
@@ -93,8 +95,9 @@ pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, R
     };
     let candidates = recognise::find(&tree);
     let (given, rollers, inferred) = bare_wheels(&mut loading, &candidates)?;
+    let linkage = linkage::decide(&loading, &candidates, &given)?;
     let wheels = wheels(&mut loading, &candidates, &given, rollers.as_ref())?;
-    let robot = assemble(loading, wheels, &candidates, &given)?;
+    let robot = assemble(loading, wheels, (&candidates, &given), &linkage)?;
     Ok(Read {
         outlines: robot.1,
         robot: check::check(&source, robot.0)?,
@@ -302,12 +305,13 @@ fn check_wheel(loading: &mut Loading, wheel: &Wheel, body: &RigidBody) -> Result
 /// The robot of its parts, with everything that is to be said of them.
 fn assemble(
     mut loading: Loading,
-    wheels: Vec<Wheel>,
-    candidates: &[Candidate],
-    given: &[Given],
+    mut wheels: Vec<Wheel>,
+    (candidates, given): (&[Candidate], &[Given]),
+    linkage: &Linkage,
 ) -> Result<(Robot, Vec<WheelOutline>), RobotError> {
     let (source, tree) = (loading.source, loading.tree);
-    let moving = moving(candidates, given);
+    let mut moving = moving(candidates, given);
+    moving.extend(linkage.joints());
     let body = tree.rigid_body(tree.root, |j| moving.contains(&j));
     let hubs = candidates.iter().map(|candidate| candidate.hub);
     let hubs = hubs.chain(given.iter().map(|given| given.like.joint));
@@ -324,6 +328,7 @@ fn assemble(
         check::check_gyration(source, link, mass, reach_m(mass), &mut loading.remarks)?;
     }
     let chassis = check::chassis(&mut loading, body)?;
+    let (joints, couplings) = linkage::assemble(&mut loading, linkage, &moving, &mut wheels)?;
     remark_hubs(&mut loading, candidates, &moving);
     let Loading {
         mut remarks,
@@ -339,6 +344,8 @@ fn assemble(
             .unwrap_or_default()
             .to_owned(),
         chassis,
+        joints,
+        couplings,
         wheels,
         remarks,
     };

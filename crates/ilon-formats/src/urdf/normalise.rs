@@ -244,7 +244,11 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
     }
     if let Some(mimic) = child(joint, "mimic") {
         out.push_str("<mimic");
-        attribute(out, "joint", mimic.attribute("joint").unwrap_or_default());
+        for name in ["joint", "multiplier", "offset"] {
+            if let Some(value) = mimic.attribute(name).or((name == "joint").then_some("")) {
+                attribute(out, name, value);
+            }
+        }
         out.push_str("/>");
     }
     out.push_str("</joint>");

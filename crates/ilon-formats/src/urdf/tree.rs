@@ -57,6 +57,22 @@ pub(super) struct TreeJoint {
     pub(super) losses: Joint,
     /// Whether it follows another joint.
     pub(super) mimics: bool,
+    /// Which, and how.
+    pub(super) mimic: Option<Mimic>,
+    /// Whether it slides along its axis.
+    pub(super) slides: bool,
+    /// Its least and largest position, in rad or m; infinite where there is no stop.
+    pub(super) travel: [f64; 2],
+    /// What drives it can do at most, in N m or N; 0 where nothing does, and where the file says nothing.
+    pub(super) effort: f64,
+}
+
+/// How a joint follows another: at multiplier times its position, and an offset.
+#[derive(Clone, Debug)]
+pub(super) struct Mimic {
+    pub(super) joint: String,
+    pub(super) multiplier: f64,
+    pub(super) offset: f64,
 }
 
 /// How a joint moves, as far as it matters here.
@@ -321,6 +337,13 @@ fn tree_joint(
         deceleration: _,
         jerk: _,
     } = limit;
+    let slides = joint_type == JointType::Prismatic;
+    let is_bounded = slides || joint_type == JointType::Revolute;
+    let travel = if is_bounded {
+        [lower, upper]
+    } else {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    };
     let motion = match joint_type {
         JointType::Fixed => Motion::Fixed,
         JointType::Continuous => Motion::Turning,
@@ -355,6 +378,14 @@ fn tree_joint(
             friction_n_m: dynamics.friction,
         },
         mimics: mimic.is_some(),
+        mimic: mimic.map(|mimic| Mimic {
+            joint: mimic.joint,
+            multiplier: mimic.multiplier.unwrap_or(1.0),
+            offset: mimic.offset.unwrap_or(0.0),
+        }),
+        slides,
+        travel,
+        effort,
     }
 }
 

@@ -259,7 +259,7 @@ fn a_value_of_the_files_own_argument_comes_before_rollers_that_are_invented(
 fn a_joint_between_chassis_and_wheels_that_is_held_is_remarked_with_the_wheels_that_it_carries() {
     let rocker = format!(
         r#"{BODY}<link name="rocker">{MASS}</link><joint name="rock" type="revolute"><parent link="base_link"/><child link="rocker"/>
-        <axis xyz="1 0 0"/><limit lower="-0.1" upper="0.1" effort="0" velocity="0"/></joint>{}"#,
+        <axis xyz="1 0 0"/><limit lower="-0.1" upper="0.1" effort="5" velocity="1"/></joint>{}"#,
         wheels(0.0, DISC)
     );
     let text = robot(&rocker.replace("front_", "mecanum_front_"));

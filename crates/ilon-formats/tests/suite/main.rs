@@ -8,6 +8,7 @@ mod common;
 mod described;
 mod faults;
 mod formats;
+mod linkage;
 mod looks;
 mod made;
 mod round_trip;

@@ -2,22 +2,26 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Collision, MassProperties, Remark, Wheel};
+use super::{BodyJoint, Collision, Coupling, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// The robot's name in its file.
     pub name: String,
-    /// Everything that neither turns with a wheel nor rolls.
+    /// Everything that neither turns with a wheel nor rolls nor moves on a joint of its own.
     pub chassis: Chassis,
+    /// Bodies beside the chassis, each on its joint, parents before their children; none of a rigid robot.
+    pub joints: Vec<BodyJoint>,
+    /// What couples their joints.
+    pub couplings: Vec<Coupling>,
     /// The driven wheels, in the order in which their joints stand in the file.
     pub wheels: Vec<Wheel>,
     /// What the loader ignored or doubts.
     pub remarks: Vec<Remark>,
 }
 
-/// The rigid body that carries the wheels. Links on fixed joints are merged into it.
+/// The rigid body that carries the wheels, or the joints that do. Links on fixed joints are merged into it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chassis {
     /// The name of its link, which is the body frame.
@@ -32,10 +36,15 @@ impl Robot {
     /// Mass of the whole robot, in kg.
     pub fn mass_kg(&self) -> f64 {
         let wheel_kg = |w: &Wheel| w.hub.mass_kg + w.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
-        self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>()
+        let of_joints: f64 = self
+            .joints
+            .iter()
+            .map(|joint| joint.body.mass.mass_kg)
+            .sum();
+        self.chassis.mass.mass_kg + self.wheels.iter().map(wheel_kg).sum::<f64>() + of_joints
     }
 
-    /// Centre of mass of the whole robot in the body frame, in metres.
+    /// Centre of mass of the whole robot in the body frame while all joints stand at zero, in metres.
     pub fn center_of_mass_m(&self) -> Vector3<f64> {
         let chassis = &self.chassis.mass;
         let mut first_moment = chassis.mass_kg * chassis.center_of_mass_m;
@@ -46,10 +55,13 @@ impl Robot {
                 first_moment += roller.mass_kg * in_body(roller.center_in_hub_m);
             }
         }
+        for joint in &self.joints {
+            first_moment += joint.body.mass.mass_kg * joint.center_of_mass_m();
+        }
         first_moment / self.mass_kg()
     }
 
-    /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles zero, in metres.
+    /// Height of the body frame's origin above the ground when the robot stands level, its wheel angles and joints zero, in metres.
     pub fn ride_height_m(&self) -> f64 {
         let lowest = |w: &Wheel| w.position_m().z - w.reach_at_rest_m();
         -self.wheels.iter().map(lowest).fold(f64::INFINITY, f64::min)

@@ -12,7 +12,9 @@ use super::{
 pub struct Wheel {
     /// The name of the wheel's joint.
     pub name: String,
-    /// Pose of the hub frame in the body frame at wheel angle zero: origin at the wheel's centre, z along the hub
+    /// What carries it: the body of a joint, by its place among [`Robot::joints`](super::Robot::joints); `None` where that is the chassis.
+    pub carrier: Option<usize>,
+    /// Pose of the hub frame in the body frame at wheel angle zero while all joints stand at zero: origin at the wheel's centre, z along the hub
     /// axis, x straight down.
     pub body_from_hub: Isometry3<f64>,
     /// Mass properties of the hub without its rollers, in the hub frame.

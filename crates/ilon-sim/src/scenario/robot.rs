@@ -10,6 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
+use super::joints::Joint;
+
 /// Which robot, and how it starts.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -64,6 +66,10 @@ pub struct Robot {
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
+    /// What joints that are neither a wheel's nor a roller's do, by name. Those left out are free where they carry wheels on both sides of
+    /// their axis and nothing drives them, as rockers do, and else held at zero.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub joints: BTreeMap<String, Joint>,
     /// What is otherwise about a robot that is generated from a description in TOML: keys of the description, such as
     /// `spec.rollers.per_row = 12`.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
@@ -101,6 +107,8 @@ impl Robot {
         };
         options.wheel_radius_m = self.wheel_radius_m;
         options.infer_rollers = self.infer_rollers;
+        let joint = |(name, joint): (&String, &Joint)| (name.clone(), joint.options());
+        options.joints = self.joints.iter().map(joint).collect();
         options.spec = self.spec.clone();
         options.wheels = self.wheels.as_ref().map(Wheels::options);
         options

@@ -1,8 +1,11 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry};
-use ilon_robot::{Pose, Robot};
-use ilon_trace::{Desired, Header, MAX_TASKS, Record, Support, TaskShare, Trace, WheelSample};
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_trace::{
+    Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, Trace,
+    WheelSample,
+};
 use ilon_world::World;
 use nalgebra::Vector2;
 
@@ -187,6 +190,7 @@ impl Recorder {
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
             tasks,
+            joints: joints(world),
             torque_weight_position: shares.map_or(1.0, |shares| shares.position),
             torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
             slip_energy_j: world.slip_energy_j(),
@@ -302,4 +306,20 @@ impl Recorder {
             }
         }
     }
+}
+
+/// The joints between the robot's bodies, as they are recorded.
+fn joints(world: &World) -> [JointSample; MAX_JOINTS] {
+    let robot = world.robot();
+    let mut samples = [JointSample::default(); MAX_JOINTS];
+    let places = robot.joint_positions().iter().zip(robot.joint_rates());
+    let found = places.zip(robot.joint_forces());
+    for (sample, ((position, rate), force)) in samples.iter_mut().zip(found) {
+        *sample = JointSample {
+            position: *position,
+            rate: *rate,
+            force: *force,
+        };
+    }
+    samples
 }

@@ -1,6 +1,7 @@
 //! What a person should know of a run although it could be run: before it, of what was asked for, and after it, of what came.
 
 use ilon_control::Feasibility;
+use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::Summary;
 
 use crate::scenario::Scenario;
@@ -29,6 +30,21 @@ pub(super) fn of_friction(scenario: &Scenario) -> Option<String> {
     (most > MOST_FRICTION).then(|| {
         format!(
             "a friction of {most} is beyond that of any floor: rubber on dry concrete has about 1; nothing will ever slide"
+        )
+    })
+}
+
+/// Of how far the joints between bodies have moved from zero where the robot stands at the start: what its springs give way by.
+pub(super) fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
+    let place = |(joint, position): (&BodyJoint, &f64)| match joint.kind {
+        JointKind::Turns => format!("`{}` at {position:.4} rad", joint.name),
+        JointKind::Slides => format!("`{}` at {:.2} mm", joint.name, 1e3 * position),
+    };
+    let places: Vec<String> = robot.joints.iter().zip(positions).map(place).collect();
+    (!places.is_empty()).then(|| {
+        format!(
+            "before it drives, the robot stands in equilibrium of springs, stops and ground with its joints {}",
+            places.join(", ")
         )
     })
 }

@@ -141,8 +141,11 @@ impl Simulation {
             scenario.run.row_count() as usize,
             scenario.run.roller_angles_hz,
         );
+        let mut warnings = resolved.warnings().to_vec();
+        let stands = plant.world().robot().joint_positions();
+        warnings.extend(remarks::of_joints(plant.robot(), stands));
         Ok(Self {
-            warnings: resolved.warnings().to_vec(),
+            warnings,
             plant,
             pilot,
             recorder,

@@ -139,8 +139,7 @@ impl Scene<'_> {
 
     /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
     fn prediction_m(&self, wheel: usize) -> f64 {
-        let hub_m = self.before.hubs()[wheel].center_m;
-        let speed_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
+        let speed_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
             + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
@@ -149,8 +148,7 @@ impl Scene<'_> {
     fn comes_down_m(&self, wheel: usize) -> f64 {
         /// Beside the motion of the step itself, in wheel radii.
         const MARGIN: f64 = 2e-4;
-        let hub_m = self.before.hubs()[wheel].center_m;
-        let falls_m_s = self.before.chassis_velocity_m_s(&hub_m).norm()
+        let falls_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
             + self.settings.gravity_m_s2 * self.dt_s
             + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         MARGIN * self.scale.length_m + 0.5 * self.dt_s * falls_m_s

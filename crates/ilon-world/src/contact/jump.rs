@@ -47,7 +47,7 @@ pub(crate) struct Jump {
     /// What frees the wheels from their motors, a square as wide as there are wheels.
     freeing: Vec<f64>,
     /// What the unit impulse of each row does to each wheel, row by row; and what of that comes from freeing the wheels.
-    at_wheels: Vec<f64>,
+    at_joints: Vec<f64>,
     freed: Vec<f64>,
 }
 
@@ -99,8 +99,8 @@ impl Jump {
 
     /// Finds the jump of a step that has been solved.
     pub fn find(&mut self, reactions: &[Reaction], problem: &ImpulseProblem, held: &Held<'_>) {
-        self.free_wheels(held);
-        self.find_at_wheels(held);
+        self.free_joints(held);
+        self.find_at_joints(held);
         self.find_impulses(reactions, problem, held);
         self.find_effect(problem, held);
         self.share = share(reactions, &self.impulses);
@@ -140,40 +140,40 @@ impl Jump {
 
     /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what they lose, E the wheels'
     /// columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 + A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
-    fn free_wheels(&mut self, held: &Held<'_>) {
-        let wheels = held.responses.wheels();
+    fn free_joints(&mut self, held: &Held<'_>) {
+        let joints = held.responses.joints();
         self.freeing.clear();
-        self.freeing.resize(wheels * wheels, 0.0);
-        for column in 0..wheels {
+        self.freeing.resize(joints * joints, 0.0);
+        for column in 0..joints {
             self.matrix.clear();
             for (row, lost) in held.held_n_m_s2.iter().enumerate() {
-                self.matrix.extend((0..wheels).map(|k| {
+                self.matrix.extend((0..joints).map(|k| {
                     let one = if row == k { 1.0 } else { 0.0 };
-                    one - lost * held.responses.between_wheels(row, k)
+                    one - lost * held.responses.between_joints(row, k)
                 }));
             }
             self.solution.clear();
-            self.solution.resize(wheels, 0.0);
+            self.solution.resize(joints, 0.0);
             self.solution[column] = held.held_n_m_s2[column];
             if !solve_in_place(&mut self.matrix, &mut self.solution) {
                 continue;
             }
             for (row, x) in self.solution.iter().enumerate() {
-                self.freeing[row * wheels + column] = *x;
+                self.freeing[row * joints + column] = *x;
             }
         }
     }
 
     /// What each row does to the wheels, as they are held and what freeing them adds.
-    fn find_at_wheels(&mut self, held: &Held<'_>) {
-        let wheels = held.responses.wheels();
-        self.at_wheels.clear();
+    fn find_at_joints(&mut self, held: &Held<'_>) {
+        let joints = held.responses.joints();
+        self.at_joints.clear();
         self.freed.clear();
         for row in 0..self.impulses.len() {
-            let of_row = (0..wheels).map(|wheel| held.responses.at_wheel(row, wheel));
-            self.at_wheels.extend(of_row);
-            let at = &self.at_wheels[row * wheels..];
-            let freeing = self.freeing.chunks_exact(wheels);
+            let of_row = (0..joints).map(|joint| held.responses.at_joint(row, joint));
+            self.at_joints.extend(of_row);
+            let at = &self.at_joints[row * joints..];
+            let freeing = self.freeing.chunks_exact(joints);
             let freed = freeing.map(|of| of.iter().zip(at).map(|(f, at)| f * at).sum::<f64>());
             self.freed.extend(freed);
         }
@@ -186,10 +186,10 @@ impl Jump {
         held: &Held<'_>,
         (row, column): (usize, usize),
     ) -> f64 {
-        let wheels = held.responses.wheels();
+        let joints = held.responses.joints();
         let mut sum = problem.w(row, column) + held.of_freed_axle(row, column);
-        let at = &self.at_wheels[row * wheels..][..wheels];
-        for (at, freed) in at.iter().zip(&self.freed[column * wheels..]) {
+        let at = &self.at_joints[row * joints..][..joints];
+        for (at, freed) in at.iter().zip(&self.freed[column * joints..]) {
             sum += at * freed;
         }
         sum
@@ -237,16 +237,16 @@ impl Jump {
 
     /// What the impulses do to the rows, and half of what they do to the bodies.
     fn find_effect(&mut self, problem: &ImpulseProblem, held: &Held<'_>) {
-        let wheels = held.responses.wheels();
+        let joints = held.responses.joints();
         // What the impulses do to the wheels, as they are held, and then what freeing them adds.
         self.matrix.clear();
-        for wheel in 0..wheels {
+        for joint in 0..joints {
             let of_rows = self.held.iter();
-            let at = of_rows.map(|&row| self.impulses[row] * self.at_wheels[row * wheels + wheel]);
+            let at = of_rows.map(|&row| self.impulses[row] * self.at_joints[row * joints + joint]);
             self.matrix.push(at.sum());
         }
         self.solution.clear();
-        for of in self.freeing.chunks_exact(wheels) {
+        for of in self.freeing.chunks_exact(joints) {
             let freed = of.iter().zip(&self.matrix).map(|(f, at)| f * at);
             self.solution.push(freed.sum());
         }
@@ -255,18 +255,18 @@ impl Jump {
                 .held
                 .iter()
                 .map(|&by| (problem.w(row, by) + held.of_freed_axle(row, by)) * self.impulses[by]);
-            let of_wheels = self.solution.iter().enumerate();
+            let of_joints = self.solution.iter().enumerate();
             self.velocities[row] = of_rows.sum::<f64>()
-                + of_wheels
-                    .map(|(a, y)| y * self.at_wheels[row * wheels + a])
+                + of_joints
+                    .map(|(a, y)| y * self.at_joints[row * joints + a])
                     .sum::<f64>();
         }
         for &row in &self.held {
             let impulse = self.impulses[row];
             held.responses.add_row(row, impulse, &mut self.change);
         }
-        for (wheel, impulse) in self.solution.iter().enumerate() {
-            held.responses.add_wheel(wheel, *impulse, &mut self.change);
+        for (joint, impulse) in self.solution.iter().enumerate() {
+            held.responses.add_joint(joint, *impulse, &mut self.change);
         }
     }
 }

@@ -42,6 +42,12 @@ pub(crate) enum Part {
     RateLimit(usize),
     /// What a wheel's motor at its bounds, its gear and its bearing put on it beside what is straight of the motor.
     Drive(usize),
+    /// Dry friction in a joint between bodies.
+    Friction(usize),
+    /// A stop of a joint between bodies, and whether it is the one ahead.
+    Stop(usize, bool),
+    /// What couples one joint between bodies to another, by its place among the robot's couplings.
+    Coupling(usize),
 }
 
 impl Part {
@@ -202,7 +208,10 @@ impl Reaction {
             | Part::Axle(..)
             | Part::Slide(..)
             | Part::RateLimit(_)
-            | Part::Drive(_) => 1,
+            | Part::Drive(_)
+            | Part::Friction(_)
+            | Part::Stop(..)
+            | Part::Coupling(_) => 1,
         }
     }
 

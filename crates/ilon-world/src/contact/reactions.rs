@@ -28,6 +28,7 @@
 mod driven;
 mod gather;
 mod give;
+mod joints;
 mod rolling;
 
 use std::mem::swap;
@@ -61,7 +62,7 @@ pub(crate) struct Reactions {
     rows: Vec<Row>,
     problem: ImpulseProblem,
     responses: Responses,
-    /// What the motor and bearing of each wheel of all bodies lose of their impulse per rate gained, in N m s per rad/s.
+    /// What acts in each joint of all bodies loses so much of its impulse per rate gained, in N m s per rad/s or N s per m/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
     /// By degree of freedom of all bodies, one after the other.
@@ -172,7 +173,7 @@ impl Reactions {
     /// Separates the jump of rollers that came down from the rest of the step.
     fn find_jump(&mut self, scenes: Scenes<'_>) {
         self.held_n_m_s2.clear();
-        self.responses.find_of_wheels(scenes);
+        self.responses.find_of_joints(scenes);
         for scene in scenes.each() {
             self.held_n_m_s2.extend_from_slice(scene.held_n_m_s2);
         }
@@ -286,12 +287,16 @@ impl Reactions {
         sinks.fold(0.0, f64::max)
     }
 
-    /// What the dry bearings of an articulated body, the stops of its rollers and rolling took in the last step, in J.
+    /// What the dry bearings and joints of an articulated body, the stops of its rollers and rolling took in the last step, in J.
     pub fn bearings_took_j(&self, body: usize) -> f64 {
         let is_bearing = |r: &&Reaction| {
             matches!(
                 r.a.part,
-                Part::Hub(_) | Part::Axle(..) | Part::Slide(..) | Part::Rolling(..)
+                Part::Hub(_)
+                    | Part::Axle(..)
+                    | Part::Slide(..)
+                    | Part::Rolling(..)
+                    | Part::Friction(_)
             )
         };
         let bearings = self.of_body(body).filter(is_bearing);

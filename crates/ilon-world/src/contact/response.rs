@@ -4,7 +4,7 @@ use crate::contact::potential::Axle;
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::Scenes;
 
-/// How bodies answer to each row, and to each of their wheels: solved halfway.
+/// How bodies answer to each row, and to each of their joints: solved halfway.
 ///
 /// With M = L^T L of each body, held by its motors and bearings as in the step, and z = L^-T J^T for each row, what the
 /// unit impulse of one row does to the velocity of another is the product of their z; what impulses p do to the rates is L^-1 of
@@ -15,15 +15,15 @@ pub(crate) struct Responses {
     starts: Vec<usize>,
     /// The half of each row.
     rows: Vec<Row>,
-    /// That of each wheel, of all bodies one after the other.
-    wheels: Vec<Side>,
+    /// That of each joint, of all bodies one after the other.
+    joints: Vec<Side>,
 }
 
 impl Responses {
     /// Begins anew.
     pub fn clear(&mut self, scenes: Scenes<'_>) {
         self.rows.clear();
-        self.wheels.clear();
+        self.joints.clear();
         self.starts.clear();
         self.starts.push(0);
         let mut end = 0;
@@ -50,34 +50,34 @@ impl Responses {
         sides.for_each(|side| halve(side, scenes));
     }
 
-    /// Finds those of all wheels as well.
-    pub fn find_of_wheels(&mut self, scenes: Scenes<'_>) {
+    /// Finds those of all joints as well.
+    pub fn find_of_joints(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
-            for wheel in 0..scene.wheels.len() {
-                let mut side = scene.of_hub(wheel);
+            for joint in 0..scene.tree.joints().len() {
+                let mut side = scene.of_joint(joint, 1.0);
                 halve(&mut side, scenes);
-                self.wheels.push(side);
+                self.joints.push(side);
             }
         }
     }
 
-    /// How many wheels all bodies have.
-    pub fn wheels(&self) -> usize {
-        self.wheels.len()
+    /// How many joints all bodies have.
+    pub fn joints(&self) -> usize {
+        self.joints.len()
     }
 
-    /// What the unit impulse of a row does to a wheel's rate.
-    pub fn at_wheel(&self, row: usize, wheel: usize) -> f64 {
-        let wheel = &self.wheels[wheel];
+    /// What the unit impulse of a row does to a joint's rate.
+    pub fn at_joint(&self, row: usize, joint: usize) -> f64 {
+        let joint = &self.joints[joint];
         let sides = self.rows[row]
             .sides()
-            .filter(|side| side.body == wheel.body);
-        sides.map(|side| side.dot(wheel)).sum()
+            .filter(|side| side.body == joint.body);
+        sides.map(|side| side.dot(joint)).sum()
     }
 
-    /// What the unit impulse on a wheel does to another's rate.
-    pub fn between_wheels(&self, wheel: usize, other: usize) -> f64 {
-        let (a, b) = (&self.wheels[wheel], &self.wheels[other]);
+    /// What the unit impulse in a joint does to another's rate.
+    pub fn between_joints(&self, joint: usize, other: usize) -> f64 {
+        let (a, b) = (&self.joints[joint], &self.joints[other]);
         if a.body == b.body { a.dot(b) } else { 0.0 }
     }
 
@@ -88,9 +88,9 @@ impl Responses {
         }
     }
 
-    /// The same of an impulse on a wheel.
-    pub fn add_wheel(&self, wheel: usize, impulse: f64, halves: &mut [f64]) {
-        let side = &self.wheels[wheel];
+    /// The same of an impulse in a joint.
+    pub fn add_joint(&self, joint: usize, impulse: f64, halves: &mut [f64]) {
+        let side = &self.joints[joint];
         side.add_to(impulse, &mut halves[self.dofs_of(side.body)]);
     }
 

@@ -54,7 +54,8 @@ pub(crate) struct Scene<'a> {
     pub motors: &'a [MotorTorque],
     /// What the motors do.
     pub motor_laws: &'a [MotorTorque],
-    /// What each wheel's motor and bearing lose of their impulse in the step per rate that it gains, in N m s per rad/s.
+    /// What springs, motors and bearings lose of their impulse in the step per rate that their joint gains, in N m s per rad/s or N s per
+    /// m/s.
     pub held_n_m_s2: &'a [f64],
 }
 
@@ -99,8 +100,12 @@ impl<'a> Scene<'a> {
 
     /// The rate of a wheel.
     pub fn of_hub(&self, wheel: usize) -> Side {
-        let joint = self.wheels[wheel].joint;
-        let share = |at: usize| if at == joint { 1.0 } else { 0.0 };
+        self.of_joint(self.wheels[wheel].joint, 1.0)
+    }
+
+    /// So many times the rate of a joint of the tree.
+    pub fn of_joint(&self, joint: usize, times: f64) -> Side {
+        let share = |at: usize| if at == joint { times } else { 0.0 };
         Side::of_joints(self.index, self.tree.path(joint, share))
     }
 
@@ -115,7 +120,7 @@ impl<'a> Scene<'a> {
     ) -> Side {
         let about = |point_m: &Vector3<f64>| (place_m - point_m).cross(direction) + turn;
         let share = |joint: usize| {
-            let link = &state.hubs()[joint];
+            let link = &state.links()[joint];
             match self.tree.joints()[joint].motion {
                 Motion::Turns => link.axis().dot(&about(&link.center_m)),
                 Motion::Slides => link.axis().dot(direction),

@@ -42,7 +42,6 @@ pub(crate) enum Motion {
     /// Turn about its axis.
     Turns,
     /// Slide along it.
-    #[cfg_attr(not(test), expect(dead_code, reason = "no robot has one yet"))]
     Slides,
 }
 

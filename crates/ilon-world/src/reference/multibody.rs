@@ -215,7 +215,7 @@ impl Reference {
         for (dof, value) in root.enumerate() {
             rates[dof] = *value as Real;
         }
-        for (hub, rate_rad_s) in self.hubs.iter().zip(&state.wheel_rates_rad_s) {
+        for (hub, rate_rad_s) in self.hubs.iter().zip(state.wheel_rates_rad_s()) {
             rates[hub.dof] = *rate_rad_s as Real;
         }
     }

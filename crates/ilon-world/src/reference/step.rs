@@ -50,7 +50,7 @@ impl Reference {
         self.rapier.integration_parameters.dt = dt_s as Real;
         self.place(robot, ground);
         for (index, motor) in robot.motors.iter_mut().enumerate() {
-            hold_below_limit(motor, robot.middle.wheel_rates_rad_s[index]);
+            hold_below_limit(motor, robot.middle.wheel_rates_rad_s()[index]);
         }
         self.load(robot);
         let anchor = &self.anchor;
@@ -64,7 +64,7 @@ impl Reference {
         let (force_n, mut on_chassis_n_m) = robot.pushed();
         for (index, motor) in robot.motors.iter().enumerate() {
             // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
-            let undamped_n_m = motor.droop_n_m_s * robot.middle.wheel_rates_rad_s[index];
+            let undamped_n_m = motor.droop_n_m_s * robot.middle.wheel_rates_rad_s()[index];
             let axis = robot.middle.hubs()[index].axis();
             let torque = axis * (motor.torque_n_m + undamped_n_m);
             let hub = &mut self.rapier.bodies[self.hubs[index].body];
@@ -92,7 +92,7 @@ impl Reference {
         } = robot;
         state.velocity_m_s = Vector3::from_column_slice(&self.rates[..3]);
         state.angular_rad_s = Vector3::from_column_slice(&self.rates[3..6]);
-        for (hub, rate_rad_s) in self.hubs.iter().zip(&mut state.wheel_rates_rad_s) {
+        for (hub, rate_rad_s) in self.hubs.iter().zip(state.wheel_rates_mut()) {
             *rate_rad_s = self.rates[hub.dof];
         }
         // Where rapier solved, with the rates that it came to.
@@ -101,8 +101,8 @@ impl Reference {
         let mean = |before: &Vector3<f64>, after: &Vector3<f64>| 0.5 * (before + after);
         middle.velocity_m_s = mean(&before.velocity_m_s, &state.velocity_m_s);
         middle.angular_rad_s = mean(&before.angular_rad_s, &state.angular_rad_s);
-        let rates = middle.wheel_rates_rad_s.iter_mut();
-        for (mean, after) in rates.zip(&state.wheel_rates_rad_s) {
+        let rates = middle.wheel_rates_mut().iter_mut();
+        for (mean, after) in rates.zip(state.wheel_rates_rad_s()) {
             *mean = 0.5 * (*mean + after);
         }
         for (index, (hub, wheel)) in self.hubs.iter_mut().zip(wheels).enumerate() {
@@ -169,8 +169,8 @@ impl Reference {
         let mut lost_w = 0.0;
         for (index, (hub, wheel)) in self.hubs.iter().zip(&robot.robot.wheels).enumerate() {
             let rates = (
-                robot.before.wheel_rates_rad_s[index],
-                robot.state.wheel_rates_rad_s[index],
+                robot.before.wheel_rates_rad_s()[index],
+                robot.state.wheel_rates_rad_s()[index],
             );
             lost_w += power_w(wheel.joint.damping_n_m_s, wheel.dry_friction_n_m(), rates);
             for (part, roller) in hub.rollers.iter().zip(&wheel.rollers) {

@@ -67,7 +67,13 @@ pub(crate) struct Articulated {
     pub forces: Vec<f64>,
     /// Whether something pressed on it in the last step.
     pub is_touched: bool,
-    /// What each wheel's motor and bearing lose of their impulse in a step per rate that it gains, in N m s per rad/s.
+    /// What acted in each joint between bodies in the last step, in N m or N; within a step the impulses so far.
+    pub joint_forces: Vec<f64>,
+    /// By how much the rates grew in a second of the last step, by degree of freedom.
+    pub gained: Vec<f64>,
+    /// Whether it is looked for how it stands at the start, with what is springy taken at the end of each step.
+    pub sets_out: bool,
+    /// What springs, motors and bearings lose of their impulse in a step per rate that their joint gains, in N m s per rad/s or N s per m/s.
     pub held_n_m_s2: Vec<f64>,
     /// The chassis with what it carries.
     pub chassis_mass: MassProperties,
@@ -104,9 +110,10 @@ impl Articulated {
         let (dofs, count) = (tree.dofs(), robot.wheels.len());
         let scale = Scale::of(&robot, settings.gravity_m_s2);
         let wheels = robot.wheels.iter().zip(robot.rollers_at_rest());
+        let first_hub = robot.joints.len();
         let wheels = wheels.enumerate().map(|(index, (wheel, rollers))| {
-            // The hubs are the joints of the tree.
-            WheelBody::new(wheel, index, rollers, &scale)
+            // The hubs are the last joints of the tree.
+            WheelBody::new(wheel, first_hub + index, rollers, &scale)
         });
         let mut body = Self {
             before: state.clone(),
@@ -128,7 +135,10 @@ impl Articulated {
             rates_free: vec![0.0; dofs],
             forces: vec![0.0; dofs],
             is_touched: false,
-            held_n_m_s2: vec![0.0; count],
+            held_n_m_s2: vec![0.0; tree.joints().len()],
+            gained: vec![0.0; dofs],
+            sets_out: false,
+            joint_forces: vec![0.0; robot.joints.len()],
             chassis_mass: robot.chassis.mass.clone(),
             payloads: Vec::new(),
             pushes: Vec::new(),

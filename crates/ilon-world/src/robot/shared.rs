@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use ilon_robot::{MassProperties, Robot, Wheel};
+use ilon_robot::{BodyJoint, JointKind, MassProperties, Robot, Wheel};
 use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
@@ -67,8 +67,8 @@ fn at_rest(rollers: &[Arc<FixedRoller>]) -> Vec<RollerState> {
         .collect()
 }
 
-/// A robot as a tree, with what its chassis weighs and what of its rollers turns: the hubs are the links of the chassis, in the order of
-/// the wheels.
+/// A robot as a tree, with what its chassis weighs and what of its rollers turns: its joints first, and then the hubs in the order of the
+/// wheels.
 pub(crate) fn tree_of<'a>(
     robot: &Robot,
     chassis: &MassProperties,
@@ -79,14 +79,41 @@ pub(crate) fn tree_of<'a>(
         center_of_mass_m: Vector3::zeros(),
         ..chassis.clone()
     };
-    let joint = |(wheel, rollers): (&Wheel, &[RollerState])| Joint {
-        parent: None,
+    let carrier_from_body = |carrier: Option<usize>| match carrier {
+        Some(joint) => robot.joints[joint].body_from_joint.inverse(),
+        None => chassis_from_body,
+    };
+    // What hangs by what does not stand before it is refused before any world is built of it.
+    let above = |carrier: Option<usize>, index: usize| carrier.filter(|at| *at < index);
+    let of_body = |(index, joint): (usize, &BodyJoint)| Joint {
+        parent: above(joint.parent, index),
+        motion: match joint.kind {
+            JointKind::Turns => Motion::Turns,
+            JointKind::Slides => Motion::Slides,
+        },
+        parent_from_link: carrier_from_body(above(joint.parent, index)) * joint.body_from_joint,
+        mass: joint.body.mass.clone(),
+        armature: 0.0,
+    };
+    let of_wheel = |(wheel, rollers): (&Wheel, &[RollerState])| Joint {
+        parent: above(wheel.carrier, robot.joints.len()),
         motion: Motion::Turns,
-        parent_from_link: chassis_from_body * wheel.body_from_hub,
+        parent_from_link: carrier_from_body(above(wheel.carrier, robot.joints.len()))
+            * wheel.body_from_hub,
         mass: carried_mass(wheel, rollers),
         armature: wheel.drive.reflected_inertia_kg_m2(),
     };
-    Tree::new(root, robot.wheels.iter().zip(rollers).map(joint).collect())
+    let hubs = robot.wheels.iter().zip(rollers).map(of_wheel);
+    Tree::new(
+        root,
+        robot
+            .joints
+            .iter()
+            .enumerate()
+            .map(of_body)
+            .chain(hubs)
+            .collect(),
+    )
 }
 
 impl Deref for SharedRobot {

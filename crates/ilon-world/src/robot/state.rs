@@ -5,7 +5,8 @@ use std::sync::Arc;
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::dynamics::{LinkPose, ROOT_DOFS, Tree};
+use crate::dynamics::{LinkPose, Motion, ROOT_DOFS, Tree};
+use crate::robot::joints::positions_at_start;
 
 /// The state of a robot but for its rollers.
 #[derive(Clone, Debug)]
@@ -16,15 +17,17 @@ pub(crate) struct State {
     pub velocity_m_s: Vector3<f64>,
     /// Angular velocity of the chassis, in the floor's frame, rad/s.
     pub angular_rad_s: Vector3<f64>,
-    /// Angles of the wheels, in rad, not wrapped.
-    wheel_angles_rad: Vec<f64>,
-    /// Rates of the wheels, in rad/s.
-    pub wheel_rates_rad_s: Vec<f64>,
+    /// How far each joint of the tree has moved, in rad, not wrapped, or m: those of the bodies first, then the wheels.
+    moved: Vec<f64>,
+    /// Rates of the joints, in rad/s or m/s.
+    rates: Vec<f64>,
+    /// Where the wheels begin among the joints.
+    first_hub: usize,
     /// What is joined to what; copies of a state share it.
     tree: Arc<Tree>,
-    /// Where the chassis and the hubs are: follows from the poses above.
+    /// Where the chassis and the links are: follows from the poses above.
     chassis: LinkPose,
-    hubs: Vec<LinkPose>,
+    links: Vec<LinkPose>,
 }
 
 impl State {
@@ -39,13 +42,15 @@ impl State {
             floor_from_chassis: floor_from_body * body_from_chassis,
             velocity_m_s: Vector3::zeros(),
             angular_rad_s: Vector3::zeros(),
-            wheel_angles_rad: vec![0.0; robot.wheels.len()],
-            wheel_rates_rad_s: vec![0.0; robot.wheels.len()],
+            moved: positions_at_start(robot),
+            rates: vec![0.0; tree.joints().len()],
+            first_hub: robot.joints.len(),
             tree: Arc::clone(tree),
             chassis: nowhere,
-            hubs: vec![nowhere; robot.wheels.len()],
+            links: vec![nowhere; tree.joints().len()],
         };
-        state.place_hubs();
+        state.moved.resize(tree.joints().len(), 0.0);
+        state.place_links();
         state
     }
 
@@ -61,7 +66,27 @@ impl State {
 
     /// Angles of the wheels, in rad, not wrapped.
     pub fn wheel_angles_rad(&self) -> &[f64] {
-        &self.wheel_angles_rad
+        &self.moved[self.first_hub..]
+    }
+
+    /// Rates of the wheels, in rad/s.
+    pub fn wheel_rates_rad_s(&self) -> &[f64] {
+        &self.rates[self.first_hub..]
+    }
+
+    /// The same, to be changed.
+    pub fn wheel_rates_mut(&mut self) -> &mut [f64] {
+        &mut self.rates[self.first_hub..]
+    }
+
+    /// How far the joints between bodies have moved, in rad or m.
+    pub fn joint_positions(&self) -> &[f64] {
+        &self.moved[..self.first_hub]
+    }
+
+    /// Rates of the joints between bodies, in rad/s or m/s.
+    pub fn joint_rates(&self) -> &[f64] {
+        &self.rates[..self.first_hub]
     }
 
     /// The chassis's centre of mass and its axes.
@@ -71,43 +96,53 @@ impl State {
 
     /// Where the hubs are.
     pub fn hubs(&self) -> &[LinkPose] {
-        &self.hubs
+        &self.links[self.first_hub..]
+    }
+
+    /// Where all links of the tree are.
+    pub fn links(&self) -> &[LinkPose] {
+        &self.links
     }
 
     /// Puts the chassis somewhere else.
-    #[cfg(test)]
     pub fn place(&mut self, floor_from_chassis: Isometry3<f64>) {
         self.floor_from_chassis = floor_from_chassis;
-        self.place_hubs();
+        self.place_links();
+    }
+
+    /// Lets everything stand still, with the wheels at zero.
+    pub fn halt(&mut self) {
+        self.velocity_m_s = Vector3::zeros();
+        self.angular_rad_s = Vector3::zeros();
+        self.rates.fill(0.0);
+        self.moved[self.first_hub..].fill(0.0);
+        self.place_links();
     }
 
     /// Puts everything where it is in another state of the same robot; the rates stay.
     pub fn take_poses(&mut self, other: &Self) {
         self.floor_from_chassis = other.floor_from_chassis;
-        self.wheel_angles_rad
-            .copy_from_slice(&other.wheel_angles_rad);
+        self.moved.copy_from_slice(&other.moved);
         self.chassis = other.chassis;
-        self.hubs.copy_from_slice(&other.hubs);
+        self.links.copy_from_slice(&other.links);
     }
 
     /// Moves the poses on for `dt_s` with the rates as they are.
     pub fn advance(&mut self, dt_s: f64) {
         self.move_chassis(self.velocity_m_s, self.angular_rad_s, dt_s);
-        let wheels = self.wheel_angles_rad.iter_mut();
-        for (angle_rad, rate_rad_s) in wheels.zip(&self.wheel_rates_rad_s) {
-            *angle_rad += dt_s * rate_rad_s;
+        for (moved, rate) in self.moved.iter_mut().zip(&self.rates) {
+            *moved += dt_s * rate;
         }
-        self.place_hubs();
+        self.place_links();
     }
 
     /// Moves the poses on for `dt_s` with the rates of another state of the same robot.
     pub fn advance_with(&mut self, rates: &Self, dt_s: f64) {
         self.move_chassis(rates.velocity_m_s, rates.angular_rad_s, dt_s);
-        let wheels = self.wheel_angles_rad.iter_mut();
-        for (angle_rad, rate_rad_s) in wheels.zip(&rates.wheel_rates_rad_s) {
-            *angle_rad += dt_s * rate_rad_s;
+        for (moved, rate) in self.moved.iter_mut().zip(&rates.rates) {
+            *moved += dt_s * rate;
         }
-        self.place_hubs();
+        self.place_links();
     }
 
     fn move_chassis(&mut self, velocity_m_s: Vector3<f64>, angular_rad_s: Vector3<f64>, dt_s: f64) {
@@ -116,7 +151,7 @@ impl State {
             UnitQuaternion::new(dt_s * angular_rad_s) * self.floor_from_chassis.rotation;
     }
 
-    fn place_hubs(&mut self) {
+    fn place_links(&mut self) {
         let Isometry3 {
             rotation,
             translation,
@@ -125,33 +160,97 @@ impl State {
             center_m: translation.vector,
             rotation: rotation.to_rotation_matrix().into_inner(),
         };
-        let angles_rad = &self.wheel_angles_rad;
-        self.tree.place(&self.chassis, angles_rad, &mut self.hubs);
+        self.tree.place(&self.chassis, &self.moved, &mut self.links);
     }
 
     /// Writes its rates down by degree of freedom.
     pub fn write_rates(&self, rates: &mut [f64]) {
         rates[..3].copy_from_slice(self.velocity_m_s.as_slice());
         rates[3..ROOT_DOFS].copy_from_slice(self.angular_rad_s.as_slice());
-        rates[ROOT_DOFS..].copy_from_slice(&self.wheel_rates_rad_s);
+        rates[ROOT_DOFS..].copy_from_slice(&self.rates);
     }
 
     /// Takes over rates by degree of freedom.
     pub fn take_rates(&mut self, rates: &[f64]) {
         self.velocity_m_s = Vector3::from_column_slice(&rates[..3]);
         self.angular_rad_s = Vector3::from_column_slice(&rates[3..ROOT_DOFS]);
-        self.wheel_rates_rad_s.copy_from_slice(&rates[ROOT_DOFS..]);
+        self.rates.copy_from_slice(&rates[ROOT_DOFS..]);
+    }
+
+    /// Angular velocity of what carries a wheel, in the floor's frame, with that of the chassis and the rates of the joints given, in
+    /// rad/s.
+    pub fn carrier_rate_with(
+        &self,
+        wheel: usize,
+        chassis_rad_s: Vector3<f64>,
+        rates: &[f64],
+    ) -> Vector3<f64> {
+        let above = self.tree.ancestors(self.first_hub + wheel).iter();
+        above.fold(chassis_rad_s, |sum, at| {
+            sum + self.turning_of(usize::from(*at), rates)
+        })
+    }
+
+    fn carrier_rate(&self, wheel: usize) -> Vector3<f64> {
+        self.carrier_rate_with(wheel, self.angular_rad_s, &self.rates)
+    }
+
+    /// What a joint adds to the angular velocity of its link.
+    fn turning_of(&self, joint: usize, rates: &[f64]) -> Vector3<f64> {
+        match self.tree.joints()[joint].motion {
+            Motion::Turns => rates[joint] * self.links[joint].axis(),
+            Motion::Slides => Vector3::zeros(),
+        }
+    }
+
+    /// What a joint adds to the velocity of a place of its link, or of one further out.
+    fn moving_of(&self, joint: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
+        let link = &self.links[joint];
+        let along = self.rates[joint] * link.axis();
+        match self.tree.joints()[joint].motion {
+            Motion::Turns => along.cross(&(place_m - link.center_m)),
+            Motion::Slides => along,
+        }
+    }
+
+    /// Angular velocity of the link of a joint between bodies, in the floor's frame, in rad/s.
+    pub fn link_rate(&self, joint: usize) -> Vector3<f64> {
+        let above = self.tree.ancestors(joint).iter();
+        let way = above.map(|at| usize::from(*at)).chain([joint]);
+        way.fold(self.angular_rad_s, |sum, at| {
+            sum + self.turning_of(at, &self.rates)
+        })
+    }
+
+    /// Velocity of a place of that link, in m/s.
+    pub fn link_velocity_m_s(&self, joint: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
+        let above = self.tree.ancestors(joint).iter();
+        let way = above.map(|at| usize::from(*at)).chain([joint]);
+        way.fold(self.chassis_velocity_m_s(place_m), |sum, at| {
+            sum + self.moving_of(at, place_m)
+        })
     }
 
     /// Angular velocity of a hub, in the floor's frame, in rad/s.
     pub fn hub_rate(&self, wheel: usize) -> Vector3<f64> {
-        self.angular_rad_s + self.wheel_rates_rad_s[wheel] * self.hubs[wheel].axis()
+        self.carrier_rate(wheel) + self.wheel_rates_rad_s()[wheel] * self.hubs()[wheel].axis()
     }
 
     /// Angular velocity of a hub in its own frame, in rad/s.
     pub fn hub_rate_in_hub(&self, wheel: usize) -> Vector3<f64> {
-        self.hubs[wheel].rotation.tr_mul(&self.angular_rad_s)
-            + Vector3::z() * self.wheel_rates_rad_s[wheel]
+        self.hubs()[wheel]
+            .rotation
+            .tr_mul(&self.carrier_rate(wheel))
+            + Vector3::z() * self.wheel_rates_rad_s()[wheel]
+    }
+
+    /// Velocity of a hub's middle, in m/s.
+    pub fn hub_center_velocity_m_s(&self, wheel: usize) -> Vector3<f64> {
+        let hub_m = self.hubs()[wheel].center_m;
+        let above = self.tree.ancestors(self.first_hub + wheel).iter();
+        above.fold(self.chassis_velocity_m_s(&hub_m), |sum, at| {
+            sum + self.moving_of(usize::from(*at), &hub_m)
+        })
     }
 
     /// Velocity of a place of the chassis, in m/s.
@@ -161,8 +260,8 @@ impl State {
 
     /// Velocity of a place that turns with a hub, in m/s.
     pub fn hub_velocity_m_s(&self, wheel: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
-        let hub_m = self.hubs[wheel].center_m;
-        self.chassis_velocity_m_s(&hub_m) + self.hub_rate(wheel).cross(&(place_m - hub_m))
+        let hub_m = self.hubs()[wheel].center_m;
+        self.hub_center_velocity_m_s(wheel) + self.hub_rate(wheel).cross(&(place_m - hub_m))
     }
 
     /// Counts the state of the chassis at another point of it, further by `moved_m` in the body's axes, which is the centre of mass of the
@@ -172,7 +271,7 @@ impl State {
         self.floor_from_chassis.translation.vector += lever_m;
         self.velocity_m_s += self.angular_rad_s.cross(&lever_m);
         self.tree = Arc::clone(tree);
-        self.place_hubs();
+        self.place_links();
     }
 
     /// Copies another state of the same robot without allocating.
@@ -180,7 +279,6 @@ impl State {
         self.take_poses(other);
         self.velocity_m_s = other.velocity_m_s;
         self.angular_rad_s = other.angular_rad_s;
-        self.wheel_rates_rad_s
-            .copy_from_slice(&other.wheel_rates_rad_s);
+        self.rates.copy_from_slice(&other.rates);
     }
 }

@@ -45,11 +45,13 @@ impl World {
             bodies: &self.bodies,
         });
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            body.take_reactions(index, &self.reactions);
-            let sinks = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
-            body.move_on(sinks, &gravity, dt_s, &mut self.energies);
+            body.take_reactions(index, &self.reactions, dt_s);
+            let lands = self.reactions.sinks_m(index, dt_s) > SINKS * body.scale.length_m;
+            let lands = lands || body.sets_out || body.passes_stops(dt_s);
+            body.move_on(lands, &gravity, dt_s, &mut self.energies);
         }
         self.count_motors(dt_s);
+        self.count_joints(dt_s);
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
@@ -62,8 +64,8 @@ impl World {
     pub(super) fn count_motors(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             for (index, motor) in body.motors.iter().enumerate() {
-                let after_rad_s = body.state.wheel_rates_rad_s[index];
-                let gained_rad_s = after_rad_s - body.before.wheel_rates_rad_s[index];
+                let after_rad_s = body.state.wheel_rates_rad_s()[index];
+                let gained_rad_s = after_rad_s - body.before.wheel_rates_rad_s()[index];
                 body.acted_n_m[index] = motor.torque_n_m - motor.droop_n_m_s * gained_rad_s;
             }
         }
@@ -80,8 +82,20 @@ impl World {
         for body in &mut self.bodies {
             for (index, acted_n_m) in body.acted_n_m.iter().enumerate() {
                 let impulse_n_m_s = acted_n_m * dt_s;
-                self.energies.motor_j += impulse_n_m_s * body.middle.wheel_rates_rad_s[index];
+                self.energies.motor_j += impulse_n_m_s * body.middle.wheel_rates_rad_s()[index];
                 body.counts[index].torque_n_m_s += impulse_n_m_s;
+            }
+        }
+    }
+
+    /// Counts what acted in the joints between bodies.
+    fn count_joints(&mut self, dt_s: f64) {
+        for body in &mut self.bodies {
+            body.count_springs(dt_s);
+        }
+        for reaction in self.reactions.all() {
+            if let Part::Friction(joint) | Part::Stop(joint, _) = reaction.a.part {
+                self.bodies[reaction.a.body].joint_forces[joint] += reaction.impulse.x;
             }
         }
     }
@@ -106,7 +120,14 @@ impl World {
                 | Part::Slide(..)
                 | Part::Rolling(..)
                 | Part::RateLimit(_)
-                | Part::Drive(_) => continue,
+                | Part::Drive(_)
+                | Part::Friction(_)
+                | Part::Coupling(_) => continue,
+                Part::Stop(joint, _) => {
+                    let mean = self.bodies[reaction.a.body].middle.joint_rates()[joint];
+                    self.energies.impact_j -= reaction.impulse.x * mean;
+                    continue;
+                }
                 Part::Chassis => Taken::of(reaction, &mut 0.0),
                 Part::Roller(wheel, roller) => {
                     let body = &mut self.bodies[reaction.a.body];
@@ -151,7 +172,8 @@ impl Articulated {
     /// Sets what the motors do in a part of the step, from what they were asked for when it began.
     fn ask_motors(&mut self, dt_s: f64) {
         for (index, law) in self.motor_laws.iter_mut().enumerate() {
-            let gained_rad_s = self.state.wheel_rates_rad_s[index] - self.rates_asked_rad_s[index];
+            let gained_rad_s =
+                self.state.wheel_rates_rad_s()[index] - self.rates_asked_rad_s[index];
             *law = self.asked[index]
                 .after_gaining(gained_rad_s)
                 .over(dt_s, self.wheel_inertia);
@@ -162,14 +184,14 @@ impl Articulated {
     /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's straight line, in N m s, and gives what
     /// gear and bearing took of it, in J.
     fn count_drive(&mut self, wheel: usize, impulse_n_m_s: f64, dt_s: f64) -> f64 {
-        let before_rad_s = self.before.wheel_rates_rad_s[wheel];
-        let after_rad_s = self.state.wheel_rates_rad_s[wheel];
+        let before_rad_s = self.before.wheel_rates_rad_s()[wheel];
+        let after_rad_s = self.state.wheel_rates_rad_s()[wheel];
         let law = &self.motor_laws[wheel];
         let drive = WheelDrive::new(law, &self.robot.wheels[wheel], before_rad_s, dt_s);
         let on_wheel_n_m = self.acted_n_m[wheel] + impulse_n_m_s / dt_s;
         let motor_n_m = drive.motor_n_m(after_rad_s, on_wheel_n_m);
         self.acted_n_m[wheel] = motor_n_m;
-        (motor_n_m - on_wheel_n_m) * self.middle.wheel_rates_rad_s[wheel] * dt_s
+        (motor_n_m - on_wheel_n_m) * self.middle.wheel_rates_rad_s()[wheel] * dt_s
     }
 
     /// Takes the step as if nothing touched the body, with its accelerations in the middle of the step.
@@ -183,11 +205,18 @@ impl Articulated {
         self.ahead.advance(half_s);
         self.before.write_rates(&mut self.rates_before);
         self.hold_joints(dt_s);
-        let (root, links) = (self.middle.chassis(), self.middle.hubs());
+        let (root, links) = (self.middle.chassis(), self.middle.links());
         self.mechanics
             .stand(&self.tree, root, links, &self.held_n_m_s2);
         self.load(dt_s);
         self.rates_free.copy_from_slice(&self.rates_before);
+        if self.is_touched && !self.robot.joints.is_empty() {
+            // What turning frames ask of a swing arm is as large as its load: it is taken with the rates of the step's middle, as the last step
+            // foretells them.
+            for (rate, gained) in self.rates_free.iter_mut().zip(&self.gained) {
+                *rate += 0.5 * dt_s * gained;
+            }
+        }
         self.accelerate(gravity, dt_s);
         if !self.is_touched {
             // What turning frames ask for, once more with the rates of the middle, so that what tumbles is right to second order. On the
@@ -199,12 +228,14 @@ impl Articulated {
         }
     }
 
-    /// Says what motors and bearings lose as the wheels gain rate.
+    /// Says what motors, bearings and springs lose as their joints gain rate.
     fn hold_joints(&mut self, dt_s: f64) {
         let lost = self.motors.iter().zip(&self.robot.wheels);
-        for (held, (motor, wheel)) in self.held_n_m_s2.iter_mut().zip(lost) {
-            *held = (motor.droop_n_m_s + wheel.joint.damping_n_m_s) * dt_s;
+        for (body, (motor, wheel)) in self.wheels.iter().zip(lost) {
+            let lost_n_m_s = motor.droop_n_m_s + wheel.joint.damping_n_m_s;
+            self.held_n_m_s2[body.joint] = lost_n_m_s * dt_s;
         }
+        self.load_joints(dt_s);
     }
 
     /// Says what acts on the body in the step, but for what follows from how its hubs turn.
@@ -215,7 +246,7 @@ impl Articulated {
         for (index, wheel) in self.wheels.iter_mut().enumerate() {
             wheel.begin_step(&self.middle.hub_rate_in_hub(index), dt_s);
             let damping_n_m_s = self.robot.wheels[index].joint.damping_n_m_s;
-            let rate_rad_s = self.before.wheel_rates_rad_s[index];
+            let rate_rad_s = self.before.wheel_rates_rad_s()[index];
             self.loads.in_joints[wheel.joint] =
                 self.motors[index].torque_n_m - damping_n_m_s * rate_rad_s;
         }
@@ -225,9 +256,11 @@ impl Articulated {
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let rates = &self.rates_free;
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
-        for (wheel, hub) in self.wheels.iter().zip(self.middle.hubs()) {
+        for (index, (wheel, hub)) in self.wheels.iter().zip(self.middle.hubs()).enumerate() {
             let spins_rad_s = rates[ROOT_DOFS + wheel.joint];
-            let in_hub = hub.rotation.tr_mul(&angular_rad_s) + Vector3::z() * spins_rad_s;
+            let of_joints = &rates[ROOT_DOFS..];
+            let carrier_rad_s = (self.middle).carrier_rate_with(index, angular_rad_s, of_joints);
+            let in_hub = hub.rotation.tr_mul(&carrier_rad_s) + Vector3::z() * spins_rad_s;
             self.loads.torques_on_links_n_m[wheel.joint] =
                 hub.rotation * wheel.torque_on_hub_n_m(&in_hub);
         }
@@ -254,12 +287,18 @@ impl Articulated {
     }
 
     /// Corrects the rates by the reactions of the step.
-    fn take_reactions(&mut self, index: usize, reactions: &Reactions) {
+    fn take_reactions(&mut self, index: usize, reactions: &Reactions, dt_s: f64) {
         for (rate, change) in self.rates_free.iter_mut().zip(reactions.change(index)) {
             *rate += change;
         }
         self.is_touched = reactions.press_on(index);
         self.state.take_rates(&self.rates_free);
+        if !self.robot.joints.is_empty() {
+            let rates = self.rates_free.iter().zip(&self.rates_before);
+            for (gained, (after, before)) in self.gained.iter_mut().zip(rates) {
+                *gained = (after - before) / dt_s;
+            }
+        }
         // From here on the rates before are those that the mean over the step starts from.
         let starts = self
             .rates_before
@@ -292,7 +331,7 @@ impl Articulated {
     fn rollers_pass_in_steps(&self, dt_s: f64) -> bool {
         /// Steps that a roller's passage takes at least.
         const STEPS: f64 = 6.0;
-        let rates = self.state.wheel_rates_rad_s.iter();
+        let rates = self.state.wheel_rates_rad_s().iter();
         rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
             STEPS * dt_s * rate_rad_s.abs() * wheel.rollers.len() as f64 <= TAU
         })
@@ -302,9 +341,9 @@ impl Articulated {
     ///
     /// With the mean of the rates before and after, unless a contact would then end deep in the ground: it was stopped at
     /// the ground within the step, and the mean would carry it on. Then with the rates after it, with which it ends there.
-    fn move_on(&mut self, sinks: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
+    fn move_on(&mut self, lands: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
         self.state.advance_with(&self.middle, dt_s);
-        if !self.sees_rollers_pass || sinks {
+        if !self.sees_rollers_pass || lands {
             let with_mean_j = self.potential_j(gravity);
             self.state.take_poses(&self.before);
             self.state.advance(dt_s);
@@ -326,9 +365,9 @@ impl Articulated {
                 let in_hub = self.state.hubs()[index].rotation.tr_mul(gravity);
                 lost_j += body.slide_rollers(&in_hub, dt_s);
             }
-            let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s[index];
-            lost_j += damping_n_m * self.middle.wheel_rates_rad_s[index] * dt_s;
+            let damping_n_m = wheel.joint.damping_n_m_s * self.state.wheel_rates_rad_s()[index];
+            lost_j += damping_n_m * self.middle.wheel_rates_rad_s()[index] * dt_s;
         }
-        lost_j
+        lost_j + self.dampers_took_j(dt_s)
     }
 }

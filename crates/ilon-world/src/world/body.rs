@@ -136,7 +136,23 @@ impl<'a> Body<'a> {
 
     /// Rates of the wheels about their hub axes, in rad/s.
     pub fn wheel_rates_rad_s(&self) -> &'a [f64] {
-        &self.articulated().state.wheel_rates_rad_s
+        self.articulated().state.wheel_rates_rad_s()
+    }
+
+    /// How far each joint between bodies has moved from zero, in rad or m.
+    pub fn joint_positions(&self) -> &'a [f64] {
+        self.articulated().state.joint_positions()
+    }
+
+    /// Rates of the joints between bodies, in rad/s or m/s.
+    pub fn joint_rates(&self) -> &'a [f64] {
+        self.articulated().state.joint_rates()
+    }
+
+    /// What acted in each joint between bodies during the last step along its motion, on its body, in N m or N: spring, damper, friction and
+    /// stops; what a coupling carries is not counted.
+    pub fn joint_forces(&self) -> &'a [f64] {
+        &self.articulated().joint_forces
     }
 
     /// Torques that the motors put on the wheels during the last step, in N m.

@@ -2,6 +2,7 @@
 
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
+use super::check_joints::check_joints;
 use crate::contact::scene::Scenes;
 use crate::engine::shapes::shape_of_roller;
 use crate::ground::Ground;
@@ -45,6 +46,7 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
     if robot.wheels.is_empty() {
         return Err(WorldError::NoWheels);
     }
+    check_joints(robot, settings)?;
     if settings.contacts == ContactSolver::Rapier {
         check_reference(robot, floor, settings)?;
     }
@@ -152,6 +154,12 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
     if settings.split_dt_s.is_some() {
         return refused("steps taken in parts".to_owned(), "take shorter steps");
+    }
+    if let Some(joint) = robot.joints.first() {
+        return refused(
+            format!("bodies on joints of their own (joint `{}`)", joint.name),
+            "hold its joints",
+        );
     }
     if settings.roller_bodies != RollerBodies::All {
         return refused(

@@ -3,6 +3,7 @@
 mod bodies;
 mod disturbances;
 mod in_turn;
+mod joints;
 mod laws;
 mod made;
 mod motors;

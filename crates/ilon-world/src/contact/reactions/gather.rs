@@ -70,6 +70,9 @@ impl Reactions {
                 }
             }
         }
+        for scene in scenes.each() {
+            self.hold_joints(&scene);
+        }
         for i in 0..self.axles.len() {
             let axle = self.axles[i];
             let scene = scenes.of(axle.body);
@@ -214,7 +217,13 @@ impl Reactions {
     }
 
     /// Adds a dry bearing.
-    fn hold_bearing(&mut self, scene: &Scene<'_>, part: Part, side: Side, friction_n_m: f64) {
+    pub(super) fn hold_bearing(
+        &mut self,
+        scene: &Scene<'_>,
+        part: Part,
+        side: Side,
+        friction_n_m: f64,
+    ) {
         let most_n_m_s = friction_n_m * scene.dt_s;
         let law = Law::Joint {
             least_n_m_s: -most_n_m_s,

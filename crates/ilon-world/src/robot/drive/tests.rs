@@ -31,6 +31,7 @@ impl Turning {
         drive.rotor_inertia_kg_m2 = rotor_kg_m2;
         let wheel = Wheel {
             name: "w".into(),
+            carrier: None,
             body_from_hub: Isometry3::identity(),
             hub: MassProperties {
                 mass_kg: 1.0,

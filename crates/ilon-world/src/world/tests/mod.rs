@@ -63,7 +63,7 @@ fn tumbling(robot: &Robot, dt_s: f64, angular_rad_s: Vector3<f64>) -> World {
     pose.translation.z += 1.0;
     world.bodies[0].state.place(pose);
     world.bodies[0].state.angular_rad_s = angular_rad_s;
-    world.bodies[0].state.wheel_rates_rad_s[1] = 5.0;
+    world.bodies[0].state.wheel_rates_mut()[1] = 5.0;
     world
 }
 

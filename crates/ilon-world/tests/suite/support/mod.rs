@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod linked;
 pub mod rig;
 
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -45,6 +46,7 @@ pub fn wheel(position_m: Vector3<f64>, axis_yaw_rad: f64, gamma_rad: f64, count:
     let across = m * (3.0 * r * r + h * h) / 12.0;
     Wheel {
         name: "w".into(),
+        carrier: None,
         body_from_hub: Isometry3::from_parts(
             position_m.into(),
             UnitQuaternion::from_rotation_matrix(&rotation),
@@ -84,6 +86,8 @@ fn robot(
             },
             collisions: vec![],
         },
+        joints: vec![],
+        couplings: vec![],
         wheels,
         remarks: vec![],
     }

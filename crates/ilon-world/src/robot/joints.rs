@@ -1,0 +1,121 @@
+//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that they are stable at any length of it.
+//!
+//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With q_0 and u_0 where the joint is and how it
+//! moves when the step begins, and u_1 at its end, the middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint
+//! gains, as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The joint moves on by dt (u_0 + u_1) / 2, so that
+//! the work of the force is to the last digit what the spring gives back and the damper takes.
+
+use ilon_robot::{BodyJoint, JointKind, Robot};
+
+use crate::robot::articulated::Articulated;
+
+/// What acts in a joint over a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct JointForce {
+    /// Where the joint gains no rate, in N m or N.
+    pub force: f64,
+    /// By how much that falls per rate gained, in N m s/rad or N s/m.
+    pub droop: f64,
+}
+
+/// What a joint that is beyond its stop by this share of its unit within a step is taken to have hit.
+const BEYOND: f64 = 1e-6;
+
+impl JointForce {
+    /// Of a joint at a position with a rate, over a time in seconds.
+    pub fn over(joint: &BodyJoint, (position, rate): (f64, f64), dt_s: f64) -> Self {
+        let half = 0.5 * dt_s;
+        let stiffness = joint.spring().map_or(0.0, |spring| spring.stiffness);
+        let spring = (joint.spring()).map_or(0.0, |spring| spring.force_at(position + half * rate));
+        Self {
+            force: spring - joint.damping * rate,
+            droop: 0.5 * (half * stiffness + joint.damping),
+        }
+    }
+
+    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it stands in equilibrium.
+    pub fn to_rest(joint: &BodyJoint, position: f64, dt_s: f64) -> Self {
+        Self {
+            force: (joint.spring()).map_or(0.0, |spring| spring.force_at(position)),
+            droop: joint.spring().map_or(0.0, |spring| spring.stiffness) * dt_s,
+        }
+    }
+}
+
+/// The position of each joint of a robot from which its standing is looked for: zero, or the stop nearest to it, and where couplings put it.
+pub(crate) fn positions_at_start(robot: &Robot) -> Vec<f64> {
+    let nearest = |joint: &BodyJoint| 0.0_f64.max(joint.limits[0]).min(joint.limits[1]);
+    let mut positions: Vec<f64> = robot.joints.iter().map(nearest).collect();
+    // Each pass settles those that follow what is settled.
+    for _ in &robot.couplings {
+        for coupling in &robot.couplings {
+            positions[coupling.joint] =
+                coupling.factor * positions[coupling.follows] + coupling.offset;
+        }
+    }
+    positions
+}
+
+impl Articulated {
+    /// Says what springs and dampers do in the step, and what they lose as their joints gain rate.
+    pub fn load_joints(&mut self, dt_s: f64) {
+        for (index, joint) in self.robot.joints.iter().enumerate() {
+            let position = self.before.joint_positions()[index];
+            let acts = if self.sets_out {
+                JointForce::to_rest(joint, position, dt_s)
+            } else {
+                JointForce::over(joint, (position, self.before.joint_rates()[index]), dt_s)
+            };
+            self.loads.in_joints[index] = acts.force;
+            self.held_n_m_s2[index] = acts.droop * dt_s;
+        }
+    }
+
+    /// Counts the impulses of springs and dampers in a step.
+    pub fn count_springs(&mut self, dt_s: f64) {
+        let rates = self.before.joint_rates().iter();
+        let rates = rates.zip(self.state.joint_rates());
+        for (index, (before, after)) in rates.enumerate() {
+            // The loads are those with which the step was solved.
+            let lost = self.held_n_m_s2[index] * (after - before);
+            self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
+        }
+    }
+
+    /// Energy that the dampers of the joints took in a step, in J.
+    pub fn dampers_took_j(&self, dt_s: f64) -> f64 {
+        let rates = self.before.joint_rates().iter();
+        let rates = rates.zip(self.state.joint_rates());
+        let joints = self.robot.joints.iter().zip(rates);
+        let means = self.middle.joint_rates();
+        joints
+            .zip(means)
+            .map(|((joint, (before, after)), mean)| {
+                0.5 * joint.damping * (before + after) * mean * dt_s
+            })
+            .sum()
+    }
+
+    /// Whether the mean of the rates would carry a joint beyond its stop: it was stopped there within the step.
+    pub fn passes_stops(&self, dt_s: f64) -> bool {
+        let places = self.state.joint_positions().iter();
+        let places = places.zip(self.middle.joint_rates());
+        self.robot
+            .joints
+            .iter()
+            .zip(places)
+            .any(|(joint, (from, mean))| {
+                let to = from + dt_s * mean;
+                let beyond = (joint.limits[0] - to).max(to - joint.limits[1]);
+                beyond > BEYOND * self.unit_of(joint)
+            })
+    }
+
+    /// The unit of a joint's positions: a radian, or a wheel's radius in metres.
+    pub fn unit_of(&self, joint: &BodyJoint) -> f64 {
+        match joint.kind {
+            JointKind::Turns => 1.0,
+            JointKind::Slides => self.scale.length_m,
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Which joints between bodies cannot be simulated.
+
+use std::f64::consts::TAU;
+
+use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
+use nalgebra::Point3;
+
+use crate::dynamics::DEEPEST;
+use crate::{Settings, WorldError};
+
+/// Refuses joints that make no tree, that no step can follow, or whose numbers are none.
+pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), WorldError> {
+    for (index, joint) in robot.joints.iter().enumerate() {
+        check_numbers(joint)?;
+        if joint.parent.is_some_and(|parent| parent >= index) {
+            return refused(
+                joint,
+                "it hangs by itself, or by a joint that stands after it: let parents stand before their children",
+            );
+        }
+    }
+    for wheel in &robot.wheels {
+        let is_there = |carrier: usize| carrier < robot.joints.len();
+        if !wheel.carrier.is_none_or(is_there) {
+            return Err(WorldError::Joint {
+                joint: wheel.name.clone(),
+                reason: "its wheel hangs by a joint that the robot does not have: name one of its joints".to_owned(),
+            });
+        }
+    }
+    // From here on every way to the chassis ends there.
+    for (index, joint) in robot.joints.iter().enumerate() {
+        let way = std::iter::successors(Some(index), |at| robot.joints[*at].parent);
+        let carries_a_wheel = robot
+            .wheels
+            .iter()
+            .any(|wheel| wheel.carrier == Some(index));
+        // A wheel's own joint comes on top.
+        let deep = way.count() + usize::from(carries_a_wheel);
+        if deep > DEEPEST {
+            let words = format!(
+                "with it {deep} joints follow one another from the chassis on, a wheel's own among them, of which at most {DEEPEST} may: hold \
+                 one of them"
+            );
+            return refused(joint, &words);
+        }
+        check_spring(robot, index, settings)?;
+    }
+    let mut couplings = robot.couplings.iter();
+    couplings.try_for_each(|coupling| check_coupling(robot, coupling))
+}
+
+fn refused(joint: &BodyJoint, reason: &str) -> Result<(), WorldError> {
+    Err(WorldError::Joint {
+        joint: joint.name.clone(),
+        reason: reason.to_owned(),
+    })
+}
+
+fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
+    let mass = &joint.body.mass;
+    let is_body = mass.mass_kg.is_finite()
+        && mass.mass_kg > 0.0
+        && mass.principal_moments_kg_m2().iter().all(|i| *i >= 0.0);
+    if !is_body {
+        return refused(
+            joint,
+            "it moves a body without mass: give that a mass and an inertia, or hold the joint",
+        );
+    }
+    let [lower, upper] = joint.limits;
+    // Not a number is not below anything.
+    if !matches!(lower.partial_cmp(&upper), Some(std::cmp::Ordering::Less)) {
+        let words = format!(
+            "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
+        );
+        return refused(joint, &words);
+    }
+    let not_negative = |value: f64| value.is_finite() && value >= 0.0;
+    if !not_negative(joint.damping) || !not_negative(joint.friction) {
+        return refused(
+            joint,
+            "its damping and friction must be finite and not below 0",
+        );
+    }
+    match joint.spring() {
+        Some(spring)
+            if !(spring.stiffness.is_finite()
+                && spring.stiffness > 0.0
+                && spring.rest.is_finite()
+                && spring.preload.is_finite()) =>
+        {
+            refused(
+                joint,
+                "its spring must have a stiffness above 0, and a rest and a preload that are finite",
+            )
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a spring that swings what it moves more than once in a step.
+fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), WorldError> {
+    let joint = &robot.joints[index];
+    let Some(spring) = joint.spring() else {
+        return Ok(());
+    };
+    let inertia = moved_inertia(robot, index);
+    let swings_s = TAU * (inertia / spring.stiffness).sqrt();
+    if swings_s >= settings.dt_s {
+        return Ok(());
+    }
+    let softest = inertia * (TAU / settings.dt_s).powi(2);
+    let unit = match joint.kind {
+        JointKind::Turns => ("N m/rad", "kg m^2"),
+        JointKind::Slides => ("N/m", "kg"),
+    };
+    refused(
+        joint,
+        &format!(
+            "its spring of {} {} swings the {inertia:.3e} {} that it moves once in {:.3} ms, within a step of {:.3} ms: give it less than \
+             {softest:.3e}, or hold the joint, or take shorter steps",
+            spring.stiffness,
+            unit.0,
+            unit.1,
+            1e3 * swings_s,
+            1e3 * settings.dt_s
+        ),
+    )
+}
+
+/// What a joint moves by itself: mass along its axis, or inertia about it, of its body and all that hangs by that.
+fn moved_inertia(robot: &Robot, index: usize) -> f64 {
+    let joint = &robot.joints[index];
+    let joint_from_body = joint.body_from_joint.inverse();
+    let hangs = |carrier: Option<usize>| {
+        std::iter::successors(carrier, |at| robot.joints[*at].parent).any(|at| at == index)
+    };
+    let about = |mass_kg: f64, in_body_m: nalgebra::Vector3<f64>, own: f64| match joint.kind {
+        JointKind::Slides => mass_kg,
+        JointKind::Turns => {
+            let at_m = joint_from_body * Point3::from(in_body_m);
+            own + mass_kg * at_m.coords.xy().norm_squared()
+        }
+    };
+    let bodies = robot.joints.iter().enumerate();
+    let bodies = bodies.filter(|(at, _)| hangs(Some(*at))).map(|(_, of)| {
+        let axis = (joint_from_body * of.body_from_joint).inverse() * nalgebra::Vector3::z();
+        let own = axis.dot(&(of.body.mass.inertia_kg_m2 * axis));
+        about(of.body.mass.mass_kg, of.center_of_mass_m(), own)
+    });
+    let wheels = robot.wheels.iter().filter(|wheel| hangs(wheel.carrier));
+    let wheels = wheels.map(|wheel| {
+        let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
+        about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
+    });
+    bodies.sum::<f64>() + wheels.sum::<f64>()
+}
+
+fn check_coupling(robot: &Robot, coupling: &Coupling) -> Result<(), WorldError> {
+    let Some(joint) = robot.joints.get(coupling.joint) else {
+        return Err(WorldError::Joint {
+            joint: coupling.joint.to_string(),
+            reason: "a coupling names a joint that the robot does not have".to_owned(),
+        });
+    };
+    let numbers = coupling.factor.is_finite() && coupling.offset.is_finite();
+    if coupling.follows >= robot.joints.len() || coupling.follows == coupling.joint || !numbers {
+        return refused(
+            joint,
+            "its coupling must follow another joint of the robot, by a finite factor and offset",
+        );
+    }
+    let follows = |joint: usize| robot.couplings.iter().find(|of| of.joint == joint);
+    let masters = std::iter::successors(Some(coupling), |of| follows(of.follows));
+    if masters.take(robot.couplings.len() + 1).count() > robot.couplings.len() {
+        return refused(
+            joint,
+            "it follows itself, by way of other couplings: take one of them out",
+        );
+    }
+    let doubled = robot
+        .couplings
+        .iter()
+        .filter(|of| of.joint == coupling.joint);
+    if doubled.count() > 1 {
+        return refused(
+            joint,
+            "it follows two joints: take one of the couplings out",
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! How a robot with joints stands when a world begins: where springs, stops and the ground carry it.
+//!
+//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of which it stands still again. Springs are taken
+//! at the end of such a step, so that a long one is a step of Newton's method towards their equilibrium, and what touches is solved for as in any
+//! step; what it does not reach stays where it is: its place and heading, and its wheels' angles.
+
+use ilon_robot::roll_pitch_yaw;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::{Energies, NEAR, World};
+use crate::contact::reactions::Reactions;
+use crate::robot::articulated::Articulated;
+use crate::robot::state::State;
+
+/// Most steps; a soft spring takes some hundred.
+const MOST_STEPS: usize = 4000;
+/// The first step, and the longest, in a robot's unit of time.
+const FIRST: f64 = 0.05;
+const LONGEST: f64 = 0.5;
+/// Where no step may be longer than this any more, in that unit: what touches now and then not lets long ones go to and fro.
+const SHORTEST: f64 = 0.01;
+/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is left of a solved speed.
+const FOUND_M_S: f64 = 5e-8;
+/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand over on a lean have no smoother place.
+const NEARLY: f64 = 2e-3;
+
+impl World {
+    /// Lets robots with joints find where they stand. One that finds no such place, because it falls over, begins as it was put down.
+    pub(super) fn find_equilibrium(&mut self) {
+        let has_joints = |body: &Articulated| !body.robot.joints.is_empty();
+        if self.settings.gravity_m_s2 == 0.0 || !self.bodies.iter().any(has_joints) {
+            return;
+        }
+        let put_down = self.bodies.clone();
+        self.ground.set_friction(Some(0.0), &[]);
+        for body in &mut self.bodies {
+            body.sets_out = true;
+        }
+        let is_found = self.come_to_rest(&put_down);
+        self.ground.set_friction(None, &[]);
+        let came = std::mem::replace(&mut self.bodies, put_down);
+        if is_found {
+            for (body, came) in self.bodies.iter_mut().zip(&came) {
+                body.stand(&came.state);
+            }
+        }
+        self.reactions = Reactions::default();
+        self.energies = Energies::default();
+        self.residual_m_s = 0.0;
+    }
+
+    /// Says whether they come to rest.
+    fn come_to_rest(&mut self, put_down: &[Articulated]) -> bool {
+        let scales = || put_down.iter().map(|body| &body.scale);
+        let time_s = scales().map(|s| s.time_s()).fold(0.0, f64::max);
+        let length_m = scales().map(|s| s.length_m).fold(f64::INFINITY, f64::min);
+        let (mut dt_s, mut longest_s) = (FIRST * time_s, LONGEST * time_s);
+        let mut last_m = f64::INFINITY;
+        let mut from: Vec<State> = put_down.iter().map(|body| body.state.clone()).collect();
+        for _ in 0..MOST_STEPS {
+            self.advance(dt_s);
+            let bodies = self.bodies.iter_mut().zip(put_down);
+            bodies.for_each(|(body, put_down)| body.halt(put_down));
+            let moves = self.bodies.iter().zip(&from);
+            let moved_m = moves.map(|(body, from)| moved_m(&body.state, from));
+            let moved_m = moved_m.fold(0.0, f64::max);
+            if !moved_m.is_finite() {
+                return false;
+            }
+            if moved_m > 0.5 * NEAR * length_m {
+                // What comes near would not be seen in time.
+                dt_s *= 0.5;
+                for (body, from) in self.bodies.iter_mut().zip(&from) {
+                    body.state.copy_from(from);
+                }
+                continue;
+            }
+            if moved_m < FOUND_M_S * dt_s && dt_s >= longest_s {
+                return true;
+            }
+            if dt_s >= longest_s && moved_m >= last_m {
+                longest_s = (0.7 * longest_s).max(SHORTEST * time_s);
+                dt_s = longest_s;
+            } else if moved_m < 0.1 * NEAR * length_m {
+                dt_s = (1.5 * dt_s).min(longest_s);
+            }
+            last_m = moved_m;
+            for (body, from) in self.bodies.iter().zip(&mut from) {
+                from.copy_from(&body.state);
+            }
+        }
+        last_m < NEARLY * length_m
+    }
+}
+
+/// The furthest that the middle of a body or of a wheel is in one state from where it is in another.
+fn moved_m(state: &State, from: &State) -> f64 {
+    let links = state.links().iter().zip(from.links());
+    let moved = links.map(|(to, from)| (to.center_m - from.center_m).norm());
+    moved.fold((state.center_m() - from.center_m()).norm(), f64::max)
+}
+
+impl Articulated {
+    /// Stands still where it has come to, over the place and with the heading where it was put down.
+    fn halt(&mut self, put_down: &Self) {
+        let center_m = self.chassis_mass.center_of_mass_m;
+        let body_of = |state: &State| state.floor_from_chassis() * Translation3::from(-center_m);
+        let (now, then) = (body_of(&self.state), body_of(&put_down.state));
+        let heading = |at: &Isometry3<f64>| roll_pitch_yaw(&at.rotation.to_rotation_matrix())[2];
+        let back =
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading(&then) - heading(&now));
+        let mut place_m = then.translation.vector;
+        place_m.z = now.translation.vector.z;
+        let floor_from_body = Isometry3::from_parts(place_m.into(), back * now.rotation);
+        self.state
+            .place(floor_from_body * Translation3::from(center_m));
+        self.state.halt();
+        self.wheels.clone_from(&put_down.wheels);
+    }
+
+    /// Takes up a state.
+    fn stand(&mut self, state: &State) {
+        for own in [
+            &mut self.state,
+            &mut self.before,
+            &mut self.middle,
+            &mut self.ahead,
+        ] {
+            own.copy_from(state);
+        }
+    }
+}
