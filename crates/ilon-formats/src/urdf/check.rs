@@ -4,13 +4,13 @@ use nalgebra::{Unit, Vector2, Vector3};
 
 use super::Loading;
 use super::body::RigidBody;
+use super::candidates::{Survey, WheelLike};
 use super::faults::Faults;
 use super::geometry::primitive;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
-use super::survey::{Survey, WheelLike};
 use super::tree::{Motion, PlacedShape, Tree};
-use super::{doubt, form, infer};
+use super::{form, infer, plausibility};
 use crate::error::{Fault, Looked, RobotError};
 use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
@@ -223,7 +223,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     check_chassis_above_floor(source, &robot, pose.as_ref())?;
     remark_root(&robot, &mut remarks);
     remark_masses(&robot, &mut remarks);
-    doubt::remark(&robot, &mut remarks);
+    plausibility::remark(&robot, &mut remarks);
     robot.remarks.extend(remarks);
     Ok(robot)
 }

@@ -8,10 +8,10 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::given;
+use super::candidates::{Survey, WheelLike};
+use super::from_options;
 use super::names::{self, is_mecanum, is_omni};
 use super::source::{Source, child};
-use super::survey::{Survey, WheelLike};
 use super::tree::Tree;
 use crate::options::{Handedness, WheelOptions};
 
@@ -103,7 +103,7 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
         };
         let (mecanum, omni) = (called(is_mecanum), called(is_omni));
         if stand_in_x(&likes) && (mecanum || !omni) {
-            let in_x = given::in_x_deg(&likes, MECANUM_DEG).ok()?;
+            let in_x = from_options::in_x_deg(&likes, MECANUM_DEG).ok()?;
             for (i, gamma_deg) in group.into_iter().zip(in_x) {
                 gammas_deg[i] = gamma_deg;
             }
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn the_axis_of_the_roller_on_the_ground_gives_gamma() {
-        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45 deg (see `given`).
+        // At the front left of the usual X the roller on the ground lies along (1, -1): gamma = -45 deg (see `from_options`).
         let left = Vector3::y_axis();
         for (grip, gamma) in [
             ([1.0, -1.0], Some(-45.0)),

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::check;
-use super::given::Given;
+use super::from_options::Given;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
@@ -305,12 +305,11 @@ fn asked(
             ));
         }
     };
-    let says = match role {
-        JointRole::Free => "free".to_owned(),
-        JointRole::Sprung(spring) => {
-            let unit = if of.slides { "N/m" } else { "N m/rad" };
-            format!("sprung, {} {unit}", spring.stiffness)
-        }
+    let says = if let JointRole::Sprung(spring) = role {
+        let unit = if of.slides { "N/m" } else { "N m/rad" };
+        format!("sprung, {} {unit}", spring.stiffness)
+    } else {
+        "free".to_owned()
     };
     Ok(Some(Role {
         role,

@@ -2,43 +2,43 @@
 //!
 //! In this order: the text is held against the form of URDF ([`source`], [`form`]), urdf-rs reads what is read of it
 //! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
-//! recognised ([`recognise`]) and measured ([`measure`], [`seen`] with [`geometry`], [`fit`], [`mesh`] and [`dae`], [`handover`],
-//! [`outline`]), wheels without rollers are looked for ([`survey`], [`disc`]) and given some ([`given`]) where a person or the file
+//! recognised ([`recognise`]) and measured ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and [`dae`], [`roller_gaps`],
+//! [`outline`]), wheels without rollers are looked for ([`candidates`], [`disc`]) and given some ([`from_options`]) where a person or the file
 //! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
-//! ignored, assumed or doubted is remarked. [`looks`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
+//! ignored, assumed or doubted is remarked. [`visual_meshes`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
 
-mod alike;
 mod body;
+mod candidates;
 mod check;
 mod dae;
 mod disc;
-mod doubt;
+mod even_rollers;
 mod faults;
-mod fit;
 mod form;
+mod from_options;
+mod from_rollers;
 mod geometry;
-mod given;
-mod handover;
 mod hub;
+mod inertia_from_shapes;
 mod inertial;
 mod infer;
 mod linkage;
-mod looks;
-mod measure;
 mod mesh;
 mod names;
 mod normalise;
 mod outline;
+mod plausibility;
 mod prepared;
 mod recognise;
 mod repair;
-mod seen;
-mod size;
-mod solid;
+mod roller_dimensions;
+mod roller_gaps;
 mod source;
-mod survey;
 mod transmission;
 mod tree;
+mod visual_meshes;
+mod wheel_dimensions;
+mod wheel_size;
 
 use std::collections::HashSet;
 
@@ -46,20 +46,20 @@ use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
 use crate::options::{LoadOptions, RollerForms, WheelOptions};
 use body::RigidBody;
+use candidates::Survey;
 use check::LEAST_WHEELS;
 use faults::Faults;
-use given::Given;
+use from_options::Given;
 use linkage::Linkage;
-pub(crate) use looks::read as read_looks;
 pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
 pub use outline::WheelOutline;
 pub(crate) use prepared::{Origin, Prepared};
 use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
-pub(crate) use size::is_wheel_size;
 use source::Source;
-use survey::Survey;
 use tree::{Motion, Tree};
+pub(crate) use visual_meshes::read as read_looks;
+pub(crate) use wheel_size::is_wheel_size;
 
 /// What a URDF says of a robot.
 #[derive(Clone, Debug)]
@@ -154,7 +154,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     let survey = match &asked {
         // Named wheels need no looking around, unless a name is wrong.
         Some(rollers) if enough && !rollers.joints.is_empty() => Survey::default(),
-        _ => survey::survey(loading.tree, candidates, &loading.meshes),
+        _ => candidates::survey(loading.tree, candidates, &loading.meshes),
     };
     let inferred = if candidates.is_empty() && asked.is_none() && loading.options.infer_rollers {
         infer::infer(loading.source, loading.tree, &survey)
@@ -176,7 +176,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     let inferred = inferred.map(|inferred| inferred.rollers);
     let rollers = asked.or_else(|| inferred.clone());
     let given = match &rollers {
-        Some(rollers) => given::wheels(loading, rollers, candidates, &survey)?,
+        Some(rollers) => from_options::wheels(loading, rollers, candidates, &survey)?,
         None => Vec::new(),
     };
     check::check_wheel_count(loading, candidates, given.len(), &survey)?;
@@ -223,7 +223,7 @@ fn wheels(
     let mut wheels: Vec<(usize, Wheel)> = Vec::with_capacity(moving.len());
     for candidate in candidates {
         let hub = hub_body(loading, candidate.hub, &moving);
-        let measured = measure::measure(loading, candidate, &hub).and_then(|wheel| {
+        let measured = wheel_dimensions::measure(loading, candidate, &hub).and_then(|wheel| {
             check_wheel(loading, &wheel, &hub)?;
             Ok((candidate.hub, wheel))
         });
@@ -232,7 +232,7 @@ fn wheels(
     for (given, rollers) in given.iter().filter_map(|given| Some((given, rollers?))) {
         let j = given.like.joint;
         let body = hub_body(loading, j, &moving);
-        let made = given::wheel(loading, rollers, given, &body).and_then(|wheel| {
+        let made = from_options::wheel(loading, rollers, given, &body).and_then(|wheel| {
             check_wheel(loading, &wheel, &body)?;
             Ok((j, wheel))
         });
@@ -240,7 +240,7 @@ fn wheels(
     }
     faults.into_result()?;
     if loading.options.rollers == RollerForms::Barrel {
-        alike::even_out(tree, candidates, &mut wheels, &mut loading.remarks);
+        even_rollers::even_out(tree, candidates, &mut wheels, &mut loading.remarks);
     }
     wheels.sort_by_key(|(joint, _)| *joint);
     let mut drives = transmission::drives(loading.source, tree);

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Unit, Vector2, Vector3};
 use serde::Serialize;
 
-use super::handover::Handover;
+use super::roller_gaps::Handover;
 use crate::model::{Profile, Remark};
 use crate::options::RollerForms;
 

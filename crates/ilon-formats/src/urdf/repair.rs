@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
 
 use super::geometry::primitive;
+use super::inertia_from_shapes::{self, Solid};
 use super::prepared::{Edit, Prepared};
-use super::solid::{self, Solid};
 use super::source::{Source, child, describe};
 use super::tree::{Motion, Tree};
 use super::{normalise, recognise};
@@ -171,7 +171,7 @@ fn weigh(
         .and_then(|i| child(i, "mass"))
         .and_then(|m| m.attribute("value")?.trim().parse::<f64>().ok())
         .filter(|kg| kg.is_finite() && *kg > 0.0);
-    let solid = solid::of_link(link);
+    let solid = inertia_from_shapes::of_link(link);
     let mass_kg = said_kg.or_else(|| Some(solid.as_ref()?.volume_m3 * density))?;
     let (mass, shape) = match &solid {
         Some(solid) => (solid.weighing(mass_kg), "a solid of its shapes".to_owned()),
@@ -196,7 +196,8 @@ fn weigh(
         return Some((vec![(inertial.range(), text)], said));
     }
     // The file's centre of mass and axes stay.
-    let frame = child(inertial, "origin").map_or_else(Isometry3::identity, solid::origin);
+    let frame =
+        child(inertial, "origin").map_or_else(Isometry3::identity, inertia_from_shapes::origin);
     let inertia = inertia_text(&mass, &frame);
     let edit = match child(inertial, "inertia") {
         Some(old) => (

@@ -9,14 +9,14 @@ use super::Loading;
 use super::body::RigidBody;
 use super::disc::NoDisc;
 use super::faults::Faults;
-use super::fit::{self, Outline, Skew};
 use super::geometry::{self, mesh_points, primitive};
-use super::handover::barrel_half_length_m;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
-use super::size::Unsized;
+use super::roller_dimensions::{self, Outline, Skew};
+use super::roller_gaps::barrel_half_length_m;
 use super::source::Source;
 use super::tree::{PlacedShape, Tree};
+use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
 use crate::model::{
     Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart, Remark,
@@ -96,7 +96,7 @@ fn ring_m(
     let rings_m = candidate.rollers.iter().map(|&j| {
         let joint = &loading.tree.joints[j];
         let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
-        Some(fit::skew(&(hub_from_body * joint.origin), &axis)?.ring_radius_m)
+        Some(roller_dimensions::skew(&(hub_from_body * joint.origin), &axis)?.ring_radius_m)
     });
     let rings_m = rings_m.collect::<Option<Vec<f64>>>()?;
     Some(rings_m.iter().sum::<f64>() / rings_m.len() as f64)
@@ -113,7 +113,7 @@ fn see(
     let joint = &tree.joints[j];
     let hub_from_body = body_from_joint.inverse();
     let axis = Unit::new_unchecked(hub_from_body * joint.axis.into_inner());
-    let skew = fit::skew(&(hub_from_body * joint.origin), &axis)
+    let skew = roller_dimensions::skew(&(hub_from_body * joint.origin), &axis)
         .filter(|skew| skew.gamma_rad.abs() < FRAC_PI_2 - LEAST_CARRY_RAD)
         .ok_or_else(|| source.joint_error(&joint.name, Fault::GammaRightAngle))?;
     let body = tree.rigid_body(joint.child, |_| false);
@@ -157,7 +157,7 @@ fn see(
             Profile::of(ball)
         }
     };
-    let outline = fit::outline(&skew, &profile, half_pitch_rad);
+    let outline = roller_dimensions::outline(&skew, &profile, half_pitch_rad);
     Ok(Some(Seen {
         joint: j,
         body,

@@ -6,12 +6,12 @@ use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 
 use super::Loading;
 use super::body::RigidBody;
+use super::candidates::{self, Survey, WheelLike};
 use super::disc::{self, Disc};
 use super::hub::{check_level, hub_frame, remark_motor};
 use super::recognise::Candidate;
-use super::size::Unsized;
-use super::survey::{self, Survey, WheelLike};
 use super::tree::Motion;
+use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
 use crate::model::mass::principal_moments;
 use crate::model::{
@@ -99,7 +99,7 @@ fn named(
     if candidates.iter().any(|c| c.hub == j) {
         return Err(source.joint_error(name, Fault::HasRollers));
     }
-    survey::named(tree, j, &loading.meshes)
+    candidates::named(tree, j, &loading.meshes)
         .map_err(|reason| source.joint_error(name, Fault::NotAWheel { reason }))
 }
 

@@ -4,11 +4,11 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::Loading;
 use super::body::RigidBody;
-use super::handover::{Handover, WIDEST_GAP_RAD, close_gaps};
+use super::from_rollers::{self, Seen};
 use super::hub::{check_level, hub_frame, remark_motor};
 use super::outline;
 use super::recognise::Candidate;
-use super::seen::{self, Seen};
+use super::roller_gaps::{Handover, WIDEST_GAP_RAD, close_gaps};
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, Remark, Roller, RollerForm, RollerSurface, RollersAsMade, Wheel};
 use crate::options::RollerForms;
@@ -51,9 +51,9 @@ pub(super) fn measure(
     check_level(source, &joint.name, &joint.axis)?;
     // First about the joint's own origin; the wheel's middle is known once the rollers are.
     let body_from_joint = hub_frame(&joint.origin, &joint.axis);
-    let mut seen = seen::rollers(loading, candidate, &body_from_joint, hub_body)?;
+    let mut seen = from_rollers::rollers(loading, candidate, &body_from_joint, hub_body)?;
     let ring = Ring::of(&seen, &body_from_joint, &joint.axis);
-    seen::check_alike(source, tree, &seen, ring.gamma_rad, ring.radius_m)?;
+    from_rollers::check_alike(source, tree, &seen, ring.gamma_rad, ring.radius_m)?;
     let lone_spheres = remark_fit(loading, &joint.name, &mut seen, &ring);
     let hub_mass = hub_body.mass.as_ref().ok_or_else(|| {
         let link = &tree.links[hub_body.link].name;
@@ -96,8 +96,9 @@ fn remark_fit(loading: &mut Loading, wheel: &str, seen: &mut [Seen], ring: &Ring
         RollerForms::Barrel => &mut loading.remarks,
         RollerForms::AsModelled => &mut unsaid,
     };
-    let lone_spheres = seen::give_lone_spheres_a_length(wheel, seen, ring.radius_m, remarks);
-    seen::remark_outline(wheel, seen, ring.radius_m, remarks);
+    let lone_spheres =
+        from_rollers::give_lone_spheres_a_length(wheel, seen, ring.radius_m, remarks);
+    from_rollers::remark_outline(wheel, seen, ring.radius_m, remarks);
     lone_spheres
 }
 
@@ -106,7 +107,7 @@ fn rollers(loading: &mut Loading, seen: &[Seen], ring: &Ring) -> Result<Vec<Roll
     let (source, tree) = (loading.source, loading.tree);
     let mut rollers = Vec::with_capacity(seen.len());
     for s in seen {
-        let mut roller = seen::roller(
+        let mut roller = from_rollers::roller(
             source,
             tree,
             s,
@@ -116,7 +117,7 @@ fn rollers(loading: &mut Loading, seen: &[Seen], ring: &Ring) -> Result<Vec<Roll
             &mut loading.remarks,
         )?;
         if loading.options.rollers == RollerForms::AsModelled {
-            let modelled = seen::as_modelled(&roller, s, ring.middle_z_m, &loading.meshes)
+            let modelled = from_rollers::as_modelled(&roller, s, ring.middle_z_m, &loading.meshes)
                 .map_err(|fault| source.link_error(&tree.links[s.body.link].name, fault))?;
             roller.form = RollerForm::AsModelled(modelled);
         }
