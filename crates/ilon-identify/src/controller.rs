@@ -116,3 +116,26 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             .collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ros2_controllers has one for four wheels whose rollers stand at 45 degrees, one for rollers across the wheel, and none for others.
+    #[test]
+    fn the_controller_is_that_of_the_rollers_angle() {
+        let urdf = include_str!("../../../assets/robots/mecanum4.urdf");
+        let of = |change: &dyn Fn(f64) -> f64, wheels: usize| {
+            let mut robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+            robot.wheels.truncate(wheels);
+            for wheel in &mut robot.wheels {
+                wheel.gamma_rad = change(wheel.gamma_rad);
+            }
+            controller(&robot, &Gains::default(), &[]).kind
+        };
+        assert_eq!(of(&|gamma| gamma, 4), Some(ControllerKind::Mecanum));
+        assert_eq!(of(&|_| 0.0, 4), Some(ControllerKind::Omni));
+        assert_eq!(of(&|gamma| 0.7 * gamma, 4), None);
+        assert_eq!(of(&|gamma| gamma, 3), None);
+    }
+}

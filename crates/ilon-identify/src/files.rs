@@ -253,3 +253,43 @@ fn has(table: &Table, key: &str) -> bool {
             .is_some_and(|inner| has(inner, rest)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(text: &str, name: &str, value: f64, nominal: f64) -> Option<Table> {
+        let mut description: Table = text.parse().unwrap();
+        apply(&mut description, name, value, nominal).then_some(description)
+    }
+
+    /// A lever that is half as long again makes every length half as long again that it is made of, and nothing else.
+    #[test]
+    fn a_lever_scales_the_lengths_of_the_arrangement() {
+        let text =
+            "[wheels.rectangle]\nhalf_width_m = 0.2\naxles_m = [0.1, -0.1]\ngamma_deg = 45\n";
+        let found = after(text, "lever_m", 0.45, 0.3).unwrap();
+        let arrangement = &found["wheels"]["rectangle"];
+        let number = |value: &Value| value.as_float().unwrap();
+        assert!((number(&arrangement["half_width_m"]) - 0.3).abs() < 1e-15);
+        assert!((number(&arrangement["axles_m"][0]) - 0.15).abs() < 1e-15);
+        assert!((number(&arrangement["axles_m"][1]) + 0.15).abs() < 1e-15);
+        assert_eq!(arrangement["gamma_deg"].as_integer(), Some(45));
+        // An arrangement that names no length cannot be told.
+        assert_eq!(
+            after("[wheels.listed]\ngamma_deg = 45\n", "lever_m", 0.45, 0.3),
+            None
+        );
+    }
+
+    #[test]
+    fn radii_and_angles_are_written_as_they_were_found() {
+        let found = after("", "radius_m", 0.051, 0.05).unwrap();
+        assert_eq!(found["wheel"]["radius_m"].as_float(), Some(0.051));
+        let found = after("", "radius_m.rear_left", 0.049, 0.05).unwrap();
+        let own = &found["overrides"]["rear_left"]["radius_m"];
+        assert_eq!(own.as_float(), Some(0.049));
+        let found = after("[wheels.star]\ngamma_deg = 45\n", "gamma_deg", 44.0, 45.0).unwrap();
+        assert_eq!(found["wheels"]["star"]["gamma_deg"].as_float(), Some(44.0));
+    }
+}

@@ -254,3 +254,38 @@ fn waypoints(log: &Log) -> String {
     }
     csv
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Radius and lever of a mecanum robot: a drive ahead tells the one and a turn the other. Each way comes back to where it began, and a turn
+    /// moves the rims as fast as a drive ahead does.
+    #[test]
+    fn a_course_ends_where_it_began_and_tells_enough() {
+        let urdf = include_str!("../../../assets/robots/mecanum4.urdf");
+        let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+        let free = ["radius_m", "lever_m"].map(str::to_owned);
+        let plan = plan(&robot, &free, 0.2).unwrap();
+        assert!(plan.least_singular_value > 1.0, "{plan:?}");
+        assert!(plan.ways.len() <= 2 * MOST, "{plan:?}");
+        for axis in 0..3 {
+            let went: f64 = plan
+                .ways
+                .iter()
+                .map(|way| way.twist[axis] * way.for_s)
+                .sum();
+            assert!(went.abs() < 1e-12, "{plan:?}");
+        }
+        let at = robot.wheels[0].position_m();
+        let lever_m = at.x.abs() + at.y.abs();
+        let turns = plan.ways.iter().filter(|way| way.twist[..2] == [0.0; 2]);
+        for turn in turns.clone() {
+            assert!(
+                (turn.twist[2].abs() * lever_m - 0.2).abs() < 1e-6,
+                "{turn:?}"
+            );
+        }
+        assert!(turns.count() >= 2, "{plan:?}");
+    }
+}

@@ -207,4 +207,15 @@ mod tests {
         );
         assert!(!found.is_empty());
     }
+
+    #[test]
+    fn the_worst_of_a_signal_may_be_its_first_row() {
+        let ours = trace(|step, record, _| {
+            record.truth.pose.x_m = if step == 0 { 3.0 } else { 1.0 };
+        });
+        let theirs = trace(|_, _, _| {});
+        let found = found(&ours, &theirs, &BTreeMap::new());
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].first_s, found[0].worst), (0.0, 3.0));
+    }
 }

@@ -223,4 +223,19 @@ mod tests {
         assert_eq!(si_unit("wheel0_load_share"), "");
         assert_eq!(si_unit("wheel0_normal_force_n"), "N");
     }
+
+    /// Labels are short, for they stand under headings; where headings are missing, the same words would name two figures.
+    #[test]
+    fn words_that_need_no_heading_name_one_quantity_each() {
+        let mut words: Vec<_> = all().map(|quantity| quantity.words()).collect();
+        let count = words.len();
+        words.sort();
+        words.dedup();
+        assert_eq!(words.len(), count);
+        // And a label that is the only one of its kind needs no heading.
+        let lone = all().filter(|one| all().filter(|other| other.label == one.label).count() == 1);
+        for quantity in lone {
+            assert_eq!(quantity.words(), quantity.label);
+        }
+    }
 }

@@ -224,3 +224,20 @@ impl WheelSample {
         (self.touching && limit_n > 0.0).then(|| self.tangential_force_n() / limit_n)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wheels_share_is_of_what_wheels_and_chassis_carry_together() {
+        let carried = |wheels_n: f64, chassis_n: f64| Support {
+            wheels_n,
+            chassis_n,
+            ..Support::default()
+        };
+        assert_eq!(carried(30.0, 10.0).wheels_share(), Some(0.75));
+        assert_eq!(carried(0.0, 10.0).wheels_share(), Some(0.0));
+        assert_eq!(carried(0.0, 0.0).wheels_share(), None);
+    }
+}

@@ -247,6 +247,7 @@ mod tests {
             after(0.25, 0.125, true),
             after(0.5, 0.125, false),
             after(0.75, 0.375, false),
+            after(0.75, 0.375, false),
         ]);
         let slip = &per_wheel(&trace)[0];
         assert_eq!((slip.energy_j, slip.spin_up_energy_j), (0.75, 0.375));

@@ -208,4 +208,28 @@ mod tests {
             );
         }
     }
+
+    /// Asked for more than it can give it is held by its line, which falls with the rate, or by a limit, which does not.
+    #[test]
+    fn what_holds_a_motor_that_is_asked_for_too_much_falls_as_that_does() {
+        let straight = |torque_n_m: f64, limit_n_m: f64| {
+            let motor = MotorTorque {
+                bounds: TorqueBounds {
+                    least_n_m: -0.5,
+                    most_n_m: 0.3,
+                    fall_n_m_s: 0.015,
+                    limit_n_m,
+                    regenerates: true,
+                },
+                ..MotorTorque::with_droop(torque_n_m, 0.2)
+            };
+            let straight = motor.straight();
+            (straight.torque_n_m, straight.droop_n_m_s)
+        };
+        assert_eq!(straight(1.0, 0.4), (0.3, 0.015));
+        assert_eq!(straight(1.0, 0.2), (0.2, 0.0));
+        assert_eq!(straight(-1.0, 0.6), (-0.5, 0.015));
+        assert_eq!(straight(-1.0, 0.4), (-0.4, 0.0));
+        assert_eq!(straight(0.1, 0.4), (0.1, 0.2));
+    }
 }

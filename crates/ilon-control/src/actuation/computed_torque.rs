@@ -271,4 +271,28 @@ mod tests {
         let torques = law.update(&[50.0; 3], &[51.0; 3], &limit, 0.01);
         assert!(torques.iter().all(|t| *t < 0.1), "{torques:?}");
     }
+
+    /// The reference brakes so hard that the motors are at their limits, while the wheels are a little behind it: an error that leads back
+    /// from the limit counts as it would without one, either way round.
+    #[test]
+    fn an_error_that_leads_back_from_the_limit_is_summed_as_without_one() {
+        let robot = volksbot();
+        let limit = [TorqueRange {
+            min_n_m: -0.1,
+            max_n_m: 0.1,
+        }; 3];
+        let open = [TorqueRange::UNLIMITED; 3];
+        for way in [1.0, -1.0] {
+            let (mut limited, mut free) = (law(&robot, 20.0, 0.01), law(&robot, 20.0, 0.01));
+            for law in [&mut limited, &mut free] {
+                law.update(&[way * 50.0; 3], &[way * 50.0; 3], &open, 0.01);
+            }
+            let (targets, rates) = ([way * 5.0; 3], [way * 4.5; 3]);
+            let torques = limited.update(&targets, &rates, &limit, 0.01).to_vec();
+            assert!(torques.iter().all(|torque| *torque == -0.1 * way));
+            free.update(&targets, &rates, &open, 0.01);
+            let after = limited.update(&targets, &rates, &open, 0.01).to_vec();
+            assert_eq!(after, free.update(&targets, &rates, &open, 0.01));
+        }
+    }
 }

@@ -424,4 +424,37 @@ mod tests {
         assert!(relieved[0].abs() < alike[0].abs());
         assert!((force_of(&k, &relieved) - force).norm() < 1e-8);
     }
+
+    /// Two wheels that push along x stand left and right, two that push along y before and behind: a force along an axis is shared by its two
+    /// wheels, and the others, which could only turn the robot, are left alone.
+    #[test]
+    fn a_force_along_an_axis_is_shared_by_the_two_wheels_that_push_along_it() {
+        use std::f64::consts::FRAC_PI_2;
+        let specs = [
+            WheelSpec::new(0.0, 0.2, FRAC_PI_2, 0.0, 8),
+            WheelSpec::new(0.0, -0.2, FRAC_PI_2, 0.0, 8),
+            WheelSpec::new(0.2, 0.0, 0.0, 0.0, 8),
+            WheelSpec::new(-0.2, 0.0, 0.0, 0.0, 8),
+        ];
+        let k = Kinematics::new(&robot(9.0, &specs)).unwrap();
+        let set = TractionSet::new(&k);
+        let open = [PushRange {
+            min_n: -1e6,
+            max_n: 1e6,
+        }; 4];
+        for (force, pushing) in [
+            (Vector3::new(16.0, 0.0, 0.0), [true, true, false, false]),
+            (Vector3::new(0.0, -16.0, 0.0), [false, false, true, true]),
+        ] {
+            let mut pushes = [f64::NAN; 4];
+            let t = set.distribute(&force, &open, &[20.0; 4], &mut pushes);
+            // 8 of 20 N each.
+            assert!((t - 0.4).abs() < 1e-9, "{t}");
+            assert!((force_of(&k, &pushes) - force).norm() < 1e-8);
+            for (push, pushes_it) in pushes.iter().zip(pushing) {
+                let expected = if pushes_it { 8.0 } else { 0.0 };
+                assert!((push.abs() - expected).abs() < 1e-8, "{pushes:?}");
+            }
+        }
+    }
 }

@@ -374,4 +374,40 @@ mod tests {
         assert_eq!(found.condition, f64::INFINITY);
         assert!(found.singularity.is_some() && found.singular_values[2] < 1e-15);
     }
+
+    /// Turning at 1 rad/s takes 0.31 m/s of the 0.5 m/s, and what is left moves the middle in the diamond |vx| + |vy| <= 0.19 m/s. A point
+    /// 0.5 m ahead and 0.3 m to the left of it goes 0.5 m/s to the left and 0.3 m/s back beside that.
+    #[test]
+    fn possible_velocities_of_another_point_are_those_of_the_middle_moved() {
+        let kinematics = Kinematics::new(&mecanum4()).unwrap();
+        let there = kinematics.about(Vector2::new(0.5, 0.3)).unwrap();
+        let slice = SpeedLimits::uniform(&there, 10.0).at_yaw_rate(1.0);
+        let expected = [(0.0, -0.19), (0.19, 0.0), (0.0, 0.19), (-0.19, 0.0)];
+        assert_eq!(slice.len(), expected.len());
+        // Counter-clockwise, from whichever corner.
+        let first = (0..4)
+            .min_by(|a, b| slice[*a].y.total_cmp(&slice[*b].y))
+            .unwrap();
+        for (k, (x, y)) in expected.into_iter().enumerate() {
+            let corner = slice[(first + k) % 4];
+            let off = corner - Vector2::new(x - 0.3, y + 0.5);
+            assert!(off.norm() < 1e-12, "{slice:?}");
+        }
+    }
+
+    /// Its rows are (1, +-1, +-(a + b)) times the same number, with a turn counted in the hubs' distance hypot(a, b) from the middle: the
+    /// columns are orthogonal, and the condition is the ratio of their lengths.
+    #[test]
+    fn the_condition_of_a_mecanum_robot_is_known_in_closed_form() {
+        let robot = mecanum4();
+        let at = robot.wheels[0].position_m();
+        let (a, b) = (at.x.abs(), at.y.abs());
+        let found = Arrangement::of(&robot).unwrap();
+        let expected = (a + b) / a.hypot(b);
+        assert!(
+            (found.condition - expected).abs() < 1e-12,
+            "{}",
+            found.condition
+        );
+    }
 }

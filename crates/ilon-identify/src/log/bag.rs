@@ -194,3 +194,26 @@ fn decode<M: Message>(path: &Path, message: &ReadMessage) -> Result<M, Error> {
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    /// From (0, 4) to (2, 0) in two seconds, and over the back: from 0.1 rad short of half a turn to 0.3 rad beyond it.
+    #[test]
+    fn a_pose_between_two_lies_on_the_line_and_turns_the_short_way() {
+        let poses = [(1.0, [0.0, 4.0, PI - 0.1]), (3.0, [2.0, 0.0, 0.3 - PI])];
+        let [x, y, heading] = between(&poses, 1.5);
+        assert!((x - 0.5).abs() < 1e-15 && (y - 3.0).abs() < 1e-15);
+        // A quarter of 0.4 rad further.
+        assert!(
+            ilon_robot::wrap_angle(heading - PI).abs() < 1e-15,
+            "{heading}"
+        );
+        assert_eq!(between(&poses, 1.0), poses[0].1);
+        assert_eq!(between(&poses, 3.0), poses[1].1);
+        assert!(between(&poses, 0.9)[0].is_nan() && between(&poses, 3.1)[0].is_nan());
+    }
+}

@@ -381,4 +381,21 @@ mod tests {
             [0.0, 1.0]
         );
     }
+
+    /// A quarter of the way from one point to the next all of it is a quarter further.
+    #[test]
+    fn between_two_points_all_goes_along_straight_lines() {
+        let point = |value: f64, left: [f64; 2], deviation: f64| Point {
+            value,
+            left: DVector::from_row_slice(&left),
+            deviations: DMatrix::from_element(2, 1, deviation),
+            follows: false,
+        };
+        let (before, after) = (point(1.0, [0.0, 4.0], 8.0), point(3.0, [2.0, 0.0], 4.0));
+        let found = between(&before, &after, 0.25);
+        assert_eq!(found.value, 1.5);
+        assert_eq!(found.left, DVector::from_row_slice(&[0.5, 3.0]));
+        assert_eq!(found.deviations, DMatrix::from_element(2, 1, 7.0));
+        assert!(found.follows);
+    }
 }

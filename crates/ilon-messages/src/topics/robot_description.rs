@@ -171,3 +171,111 @@ fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
     }
     name
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_robot::RollerForm;
+
+    fn mecanum4() -> Robot {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        Robot::from_urdf_str(urdf, "mecanum4").unwrap()
+    }
+
+    /// The place along z and the radius of each sphere that a link shows.
+    fn spheres(urdf: &str, joint: &str) -> Vec<(f64, f64)> {
+        let document = Document::parse(urdf).unwrap();
+        let tree = Tree::of(&document).unwrap();
+        let link = tree.joints.iter().find(|one| one.name == joint).unwrap();
+        let links = document.root_element().children();
+        let element = links
+            .filter(|node| node.has_tag_name("link"))
+            .find(|node| node.attribute("name") == Some(link.child))
+            .unwrap();
+        let visuals = element
+            .children()
+            .filter(|node| node.has_tag_name("visual"));
+        let sphere = |visual: roxmltree::Node<'_, '_>| {
+            let xyz = child(visual, "origin").unwrap().attribute("xyz").unwrap();
+            let xyz: Vec<f64> = xyz.split(' ').map(|x| x.parse().unwrap()).collect();
+            assert!(xyz[0].abs() < 1e-12 && xyz[1].abs() < 1e-12, "{xyz:?}");
+            let shape = child(child(visual, "geometry").unwrap(), "sphere").unwrap();
+            (xyz[2], shape.attribute("radius").unwrap().parse().unwrap())
+        };
+        visuals.map(sphere).collect()
+    }
+
+    /// A barrel is what a wheel's rim leaves of a sphere that goes along the roller's axis: each touches the rim from within, and the first
+    /// and the last stand at the barrel's ends.
+    #[test]
+    fn spheres_of_a_roller_touch_the_rim_from_within_and_reach_its_ends() {
+        let robot = mecanum4();
+        let urdf = robot_description(&robot, "");
+        for wheel in &robot.wheels {
+            for roller in &wheel.rollers {
+                assert!(!matches!(roller.form, RollerForm::Turned(_)));
+                let shown = spheres(&urdf, &roller.name);
+                assert_eq!(shown.len(), SPHERES);
+                let half_m = wheel.barrel(roller).half_length_m;
+                assert!((shown[0].0 + half_m).abs() < 1e-12);
+                assert!((shown[SPHERES - 1].0 - half_m).abs() < 1e-12);
+                for (t_m, radius_m) in shown {
+                    let at = roller.hub_from_roller() * nalgebra::Point3::new(0.0, 0.0, t_m);
+                    let reach_m = at.x.hypot(at.y) + radius_m;
+                    assert!((reach_m - wheel.radius_m).abs() < 1e-9, "{t_m} {reach_m}");
+                }
+            }
+        }
+    }
+
+    /// Whether a link that shows nothing is written in one tag or in two, its roller is shown once.
+    #[test]
+    fn links_of_rollers_that_show_nothing_are_given_something_to_see() {
+        let robot = mecanum4();
+        let whole = robot_description(&robot, "");
+        let lines = whole.lines().filter(|line| !line.contains("<visual>"));
+        let in_two_tags = lines.fold(String::new(), |text, line| text + line + "\n");
+        let in_one_tag = in_two_tags.replace("\">\n  </link>", "\"/>");
+        assert!(in_one_tag.len() < in_two_tags.len());
+        for text in [&whole, &in_two_tags, &in_one_tag] {
+            let completed = robot_description(&robot, text);
+            for roller in robot.wheels.iter().flat_map(|wheel| &wheel.rollers) {
+                let (found, expected) = (
+                    spheres(&completed, &roller.name),
+                    spheres(&whole, &roller.name),
+                );
+                assert_eq!(found.len(), expected.len(), "{}", roller.name);
+                for ((t_m, radius_m), (there_m, as_large_m)) in found.into_iter().zip(expected) {
+                    // Angles of frames go through text and back: some roundings of lengths below 1.
+                    assert!((t_m - there_m).abs() < 1e-12 && (radius_m - as_large_m).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    /// A roller by numbers is a stack of cylinders on its axis, from its one end to the other without a gap.
+    #[test]
+    fn a_roller_by_numbers_is_shown_from_end_to_end() {
+        let points_m = [[-0.02, 0.005], [0.0, 0.01], [0.03, 0.004]];
+        let turned = Turned::new(&points_m, 0.0).unwrap();
+        let text = format!("<a>{}</a>", slices(&turned, &Isometry3::identity()));
+        let document = Document::parse(&text).unwrap();
+        let attribute = |tag: &str, name: &str| -> Vec<Vec<f64>> {
+            let nodes = document.descendants();
+            nodes
+                .filter(|node| node.has_tag_name(tag))
+                .filter_map(|node| node.attribute(name))
+                .map(|text| text.split(' ').map(|x| x.parse().unwrap()).collect())
+                .collect()
+        };
+        let mut end_m = -0.02;
+        let lengths_m = attribute("cylinder", "length");
+        for (at, length_m) in attribute("origin", "xyz").iter().zip(&lengths_m) {
+            assert_eq!((at[0], at[1]), (0.0, 0.0));
+            assert!((at[2] - 0.5 * length_m[0] - end_m).abs() < 1e-12, "{at:?}");
+            end_m += length_m[0];
+        }
+        assert_eq!(lengths_m.len(), SPHERES);
+        assert!((end_m - 0.03).abs() < 1e-12, "{end_m}");
+    }
+}

@@ -418,3 +418,56 @@ fn the_witness_reads_the_bag() {
     fs::write(&file, json!({"bags": expected, "qos": qos}).to_string()).unwrap();
     run_witness(&python, "bags", &file);
 }
+
+/// Three messages from 5 to 7.5 s, out of order: the metadata name their first time, the time between first and last, and their number.
+#[test]
+fn metadata_say_when_a_bag_begins_how_long_it_is_and_what_it_holds() {
+    let folder = tempdir().unwrap();
+    let mut bag = BagWriter::create(folder.path()).unwrap();
+    bag.declare::<Clock>("/clock", Qos::best_effort(1)).unwrap();
+    bag.declare::<Odometry>("/odom", Qos::reliable(10)).unwrap();
+    for time_ns in [6_000_000_000, 5_000_000_000, 7_500_000_000] {
+        bag.write("/clock", &Clock::default(), time_ns).unwrap();
+    }
+    bag.finish().unwrap();
+    let said = fs::read_to_string(folder.path().join("metadata.yaml")).unwrap();
+    let after = |key: &str| -> Vec<&str> {
+        let lines = said
+            .lines()
+            .map(|line| line.trim().trim_start_matches("- "));
+        lines.filter_map(|line| line.strip_prefix(key)).collect()
+    };
+    // Of the bag, and of its one file.
+    assert_eq!(after("nanoseconds_since_epoch: "), ["5000000000"; 2]);
+    assert_eq!(after("nanoseconds: "), ["2500000000"; 2]);
+    // Of the bag, of either topic, and of the file.
+    assert_eq!(after("message_count: "), ["3", "3", "0", "3"]);
+}
+
+#[test]
+fn a_folder_that_is_no_bag_of_mcap_is_refused_with_what_it_is() {
+    let folder = tempdir().unwrap();
+    let files = ilon_robot::FileAccess::anywhere();
+    let refused = || {
+        let read = ilon_messages::bag::read(folder.path(), &files, &mut |_| true);
+        read.expect_err("it is no bag").to_string()
+    };
+    assert!(refused().contains("without an MCAP file"), "{}", refused());
+    fs::write(folder.path().join("notes.txt"), "of the drive").unwrap();
+    assert!(refused().contains("without an MCAP file"), "{}", refused());
+    fs::write(folder.path().join("drive_0.db3"), "SQLite format 3").unwrap();
+    assert!(refused().contains("SQLite"), "{}", refused());
+
+    // A bag with other files beside it is one.
+    let mut bag = BagWriter::create(&folder.path().join("bag")).unwrap();
+    bag.declare::<Clock>("/clock", Qos::best_effort(1)).unwrap();
+    bag.write("/clock", &Clock::default(), PERIOD_NS).unwrap();
+    bag.finish().unwrap();
+    let mut seen = 0;
+    ilon_messages::bag::read(&folder.path().join("bag"), &files, &mut |_| {
+        seen += 1;
+        true
+    })
+    .unwrap();
+    assert_eq!(seen, 1);
+}

@@ -375,3 +375,66 @@ fn bars_of_runs(
         plot: plot(curves, if grouped { layout.grouped() } else { layout }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::Compared;
+    use crate::sample::made_up_run;
+    use ilon_trace::{Settings, Summary, Trace};
+
+    fn run(name: &str, open_loop: bool) -> Compared {
+        let mut trace = made_up_run(2.0, open_loop);
+        trace.header.scenario_name = name.to_owned();
+        let summary = Summary::of(&trace, &Settings::default());
+        Compared {
+            name: name.to_owned(),
+            trace,
+            summary,
+        }
+    }
+
+    #[test]
+    fn a_reference_that_runs_share_is_drawn_once_and_none_where_there_is_none() {
+        let drawn =
+            |runs: Vec<Compared>| references(&Comparison::of(runs, &[]).expect("two runs")).len();
+        assert_eq!(drawn(vec![run("a", false), run("b", false)]), 1);
+        assert_eq!(drawn(vec![run("a", false), run("b", true)]), 1);
+        assert_eq!(drawn(vec![run("a", true), run("b", true)]), 0);
+        let mut moved = run("b", false);
+        let mut trace = Trace::with_capacity(moved.trace.header.clone(), 0);
+        for (record, wheels) in moved.trace.steps() {
+            let mut record = *record;
+            if let Some(desired) = &mut record.desired {
+                desired.pose.x_m += 0.01;
+            }
+            trace.push(record, wheels);
+        }
+        moved.trace = trace;
+        assert_eq!(drawn(vec![run("a", false), moved]), 2);
+    }
+
+    #[test]
+    fn every_wheel_has_a_bar_of_its_own_speed() {
+        let comparison = Comparison::of(vec![run("a", false), run("b", true)], &[]).expect("two");
+        let plot = slip_of_wheels(&comparison).plot;
+        let plot: serde_json::Value = serde_json::from_str(&plot).expect("JSON");
+        for (run, curve) in comparison
+            .runs
+            .iter()
+            .zip(plot["curves"].as_array().expect("bars"))
+        {
+            for (wheel, bar) in run
+                .summary
+                .wheels
+                .iter()
+                .zip(curve["x"].as_array().expect("few"))
+            {
+                let expected = 1e3 * wheel.speed_rms_m_s.expect("it touches");
+                let bar = bar.as_f64().expect("a number");
+                // Written to some six digits.
+                assert!((bar / expected - 1.0).abs() < 1e-4, "{bar} {expected}");
+            }
+        }
+    }
+}

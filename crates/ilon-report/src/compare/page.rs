@@ -361,4 +361,12 @@ mod tests {
         assert_eq!(against(3.0, 1.0, 2).as_deref(), Some("×3.00"));
         assert_eq!(against(3.0, 0.04, 2), None);
     }
+
+    /// Of a robot that is not known nothing can be drawn in three dimensions, and the page does without what draws it.
+    #[test]
+    fn a_page_without_scenes_carries_no_script_for_them() {
+        let comparison = comparison(["one", "two"]);
+        assert!(scenes(&comparison).is_empty());
+        assert!(!html(&comparison).contains(&ilon_scene::embed::script()));
+    }
 }

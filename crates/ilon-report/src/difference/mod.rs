@@ -441,48 +441,4 @@ fn table(ranked: &[Ranked]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::collections::BTreeMap;
-
-    use ilon_trace::Trace;
-
-    use super::*;
-    use crate::sample::made_up_run;
-    use ilon_trace::differences;
-
-    #[test]
-    fn the_page_says_what_it_came_to_first_and_lists_all_signals() {
-        let baseline = made_up_run(2.0, true);
-        let mut run = Trace::with_capacity(baseline.header.clone(), baseline.records().len());
-        for (record, wheels) in baseline.steps() {
-            let (mut record, mut wheels) = (*record, wheels.to_vec());
-            if record.t_s >= 0.5 {
-                wheels[1].torque_n_m += 0.01;
-            }
-            if record.t_s >= 1.0 {
-                record.truth.pose.x_m += 0.001;
-            }
-            run.push(record, &wheels);
-        }
-        let Ok(found) = differences(&run, &baseline, &BTreeMap::new());
-        let Ok(html) = html(&run, &baseline, &found);
-        // 1 mm in x from 1 s on, of a run without a turn.
-        assert!(html.contains("up to <b>1.00 mm</b> from where it was in the baseline"));
-        assert!(
-            html.contains("The first to leave was <code>wheel1_torque_n_m</code> at <b>0.5 s</b>")
-        );
-        assert!(html.contains("Both were run from the same scenario."));
-        // What matters most is drawn first: 1 mm of an x that hardly changes is a tenth of the 10 mm below which a span only trembles.
-        let at = |words: &str| html.find(words).unwrap_or_else(|| panic!("no {words}"));
-        assert!(at("At worst 1.00 mm off, 10.0 %") < at("At worst 0.01 N m off"));
-        assert_eq!(html.matches("<tr><th scope=\"row\">").count(), 2);
-    }
-
-    #[test]
-    fn a_run_of_other_signals_is_drawn_too() {
-        let (open, closed) = (made_up_run(1.0, true), made_up_run(1.0, false));
-        let Ok(found) = differences(&open, &closed, &BTreeMap::new());
-        let Ok(html) = html(&open, &closed, &found);
-        assert!(html.contains("desired_x_m"));
-    }
-}
+mod tests;

@@ -166,4 +166,15 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn an_infinitely_far_point_is_not_drawn_whichever_of_its_coordinates_is() {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+        let without = svg(&robot, None);
+        assert_ne!(svg(&robot, Some(Vector2::zeros())), without);
+        for (x, y) in [(f64::INFINITY, 0.0), (0.0, f64::NAN)] {
+            assert_eq!(svg(&robot, Some(Vector2::new(x, y))), without);
+        }
+    }
 }

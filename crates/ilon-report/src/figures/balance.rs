@@ -239,3 +239,59 @@ fn growth(
         plot: plot(traces, layout("t in s", unit)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is below a hundredth of the error makes no bar; all bars are in millimetres, the whole error last.
+    #[test]
+    fn an_error_budget_has_a_bar_for_each_part_that_can_be_seen() {
+        let said = Budget {
+            error_m: 0.1,
+            before_m: -0.02,
+            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0915],
+            rest_m: 0.0,
+            from_s: 0.0,
+            at_s: 1.0,
+        };
+        let figure = budget(&said);
+        let plot: serde_json::Value = serde_json::from_str(&figure.plot).expect("JSON");
+        let bars: Vec<(String, f64)> = plot["curves"]
+            .as_array()
+            .expect("curves")
+            .iter()
+            .map(|curve| {
+                let name = curve["name"].as_str().expect("a name").to_owned();
+                let values = curve["x"].as_array().expect("few values").iter();
+                (name, values.filter_map(serde_json::Value::as_f64).sum())
+            })
+            .collect();
+        let lengths: Vec<f64> = bars.iter().map(|(_, mm)| *mm).collect();
+        assert_eq!(lengths, [-20.0, 30.0, -2.0, 91.5, 100.0], "{bars:?}");
+        let named = [bars[1].0.as_str(), bars[2].0.as_str(), bars[3].0.as_str()];
+        assert_eq!(named, [PARTS[1], PARTS[2], PARTS[5]]);
+    }
+
+    #[test]
+    fn the_ledgers_bars_are_the_summarys_terms_in_millimetres() {
+        let trace = crate::sample::made_up_run(2.0, false);
+        let summary = Summary::of(&trace, &ilon_trace::Settings::default());
+        let Ok(shown) = Shown::of(&trace);
+        let figures = ledger(&shown, &summary);
+        let plot: serde_json::Value = serde_json::from_str(&figures[0].plot).expect("JSON");
+        let curves = plot["curves"].as_array().expect("curves");
+        let drawn: Vec<f64> = curves
+            .iter()
+            .flat_map(|curve| curve["x"].as_array().expect("few values"))
+            .filter_map(serde_json::Value::as_f64)
+            .collect();
+        for (name, term) in summary.ledger.named() {
+            for metres in [term.x_m, term.y_m] {
+                let mm = 1e3 * metres;
+                let near = |x: &f64| (x - mm).abs() <= 1e-4 * mm.abs() + 1e-9;
+                assert!(drawn.iter().any(near), "{name}: {mm} in {drawn:?}");
+            }
+        }
+    }
+}

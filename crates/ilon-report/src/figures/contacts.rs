@@ -301,3 +301,41 @@ fn contact_in_world_m(record: &Record, sample: &WheelSample) -> (f64, f64) {
         pose.y_m + s * sample.contact_x_m + c * sample.contact_y_m,
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
+
+    /// A contact counts to the class in whose name its speed lies.
+    #[test]
+    fn contacts_are_sorted_by_their_speeds_into_classes() {
+        let header = Header {
+            wheels: vec![WheelHeader::default()],
+            control_dt_s: 0.01,
+            ..Header::default()
+        };
+        for (mm_s, name) in [
+            (1.9, "below 2 mm/s"),
+            (2.1, "2 to 10 mm/s"),
+            (9.9, "2 to 10 mm/s"),
+            (10.1, "10 to 50 mm/s"),
+            (49.5, "10 to 50 mm/s"),
+            (50.5, "above 50 mm/s"),
+        ] {
+            let mut trace = Trace::with_capacity(header.clone(), 1);
+            let sample = WheelSample {
+                touching: true,
+                slip_x_m_s: -0.6e-3 * mm_s,
+                slip_y_m_s: 0.8e-3 * mm_s,
+                ..WheelSample::default()
+            };
+            trace.push(Record::default(), &[sample]);
+            let plot: serde_json::Value =
+                serde_json::from_str(&contact_map(&trace).plot).expect("JSON");
+            let curves = plot["curves"].as_array().expect("curves");
+            let names: Vec<_> = curves.iter().map(|curve| &curve["name"]).collect();
+            assert_eq!(names, [name], "{mm_s}");
+        }
+    }
+}

@@ -374,3 +374,30 @@ fn heading_arrows(poses: &[Pose]) -> Vec<(f64, f64)> {
     }
     line
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a way of 1 m arrows are 6 cm long; their barbs end 3/10 of that behind the tip, on either side of the shaft.
+    #[test]
+    fn arrows_point_where_the_robot_looks() {
+        let poses = [
+            Pose::default(),
+            Pose {
+                x_m: 1.0,
+                y_m: 0.0,
+                heading_rad: std::f64::consts::FRAC_PI_2,
+            },
+        ];
+        let line = heading_arrows(&poses);
+        let near = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).hypot(a.1 - b.1) < 1e-12;
+        // Foot, tip, left barb, tip, right barb, gap.
+        assert!(near(line[0], (0.0, 0.0)) && near(line[1], (0.06, 0.0)));
+        assert!(near(line[2], (0.042, 0.0108)) && near(line[4], (0.042, -0.0108)));
+        assert!(near(line[3], line[1]) && line[5].0.is_nan());
+        // Looking along y: left is -x.
+        assert!(near(line[6], (1.0, 0.0)) && near(line[7], (1.0, 0.06)));
+        assert!(near(line[8], (0.9892, 0.042)) && near(line[10], (1.0108, 0.042)));
+    }
+}

@@ -150,3 +150,45 @@ pub(crate) fn tasks(shown: &Shown) -> Vec<Figure> {
         },
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
+
+    /// The first of two wheels comes to 10 of 12 rad/s, asked for nothing; the second stands.
+    #[test]
+    fn the_limit_of_both_ways_is_drawn_where_any_wheel_comes_near_it() {
+        let header = Header {
+            wheels: vec![WheelHeader::default(); 2],
+            wheel_rate_limit_rad_s: Some(12.0),
+            control_dt_s: 0.01,
+            ..Header::default()
+        };
+        let limits_of = |rate_rad_s: f64| {
+            let mut trace = Trace::with_capacity(header.clone(), 2);
+            for row in 0..2 {
+                let record = Record {
+                    t_s: 0.01 * f64::from(row),
+                    ..Record::default()
+                };
+                let turning = WheelSample {
+                    rate_rad_s,
+                    ..WheelSample::default()
+                };
+                trace.push(record, &[turning, WheelSample::default()]);
+            }
+            let Ok(shown) = Shown::of(&trace);
+            let limits = |figure: &Figure| -> Vec<f64> {
+                let plot: serde_json::Value = serde_json::from_str(&figure.plot).expect("JSON");
+                let curves = plot["curves"].as_array().expect("curves");
+                let limits = curves.iter().filter(|curve| curve["name"] == "limit");
+                limits.filter_map(|curve| curve["y"][0].as_f64()).collect()
+            };
+            rates(&shown).iter().map(limits).collect::<Vec<_>>()
+        };
+        assert_eq!(limits_of(-10.0), [[12.0, -12.0], [12.0, -12.0]]);
+        // Far from it, it would flatten the curves.
+        assert_eq!(limits_of(5.0), [[]; 2] as [[f64; 0]; 2]);
+    }
+}

@@ -330,4 +330,72 @@ mod tests {
             (ground[0].from_s - 4.475).abs() < 0.02 && (ground[0].until_s - 5.525).abs() < 0.02
         );
     }
+
+    /// A robot at (1, 2) looks along y: a contact 0.3 m ahead and 0.1 m to the left of it is at (0.9, 2.3).
+    #[test]
+    fn a_contact_is_on_a_patch_where_it_is_in_the_world_and_while_the_patch_is_there() {
+        let mut header = header();
+        let patch = |x_m: f64, y_m: f64, until_s: Option<f64>| ilon_trace::GroundPatch {
+            center_m: [x_m, y_m],
+            sides_m: [0.1, 0.1],
+            friction: 0.2,
+            from_s: 1.0,
+            until_s,
+        };
+        if let Some(ground) = &mut header.ground {
+            // The second is where the contact would be, were the body frame the world's.
+            ground.patches = vec![patch(0.9, 2.3, Some(2.0)), patch(1.3, 2.1, None)];
+        }
+        let mut watch = Watch::new(&header);
+        for row in 0..=300 {
+            let mut record = Record {
+                t_s: 0.01 * f64::from(row),
+                ..Record::default()
+            };
+            (record.truth.pose.x_m, record.truth.pose.y_m) = (1.0, 2.0);
+            record.truth.pose.heading_rad = std::f64::consts::FRAC_PI_2;
+            let sample = WheelSample {
+                touching: true,
+                contact_x_m: 0.3,
+                contact_y_m: 0.1,
+                ..WheelSample::default()
+            };
+            watch.add(&header, &record, &[sample]);
+        }
+        let events = watch.events(&header);
+        let [event] = &events[..] else {
+            panic!("one patch was touched: {events:?}")
+        };
+        assert_eq!(event.kind, EventKind::Ground);
+        // To a row.
+        assert!((event.from_s - 1.0).abs() < 0.015 && (event.until_s - 2.0).abs() < 0.015);
+    }
+
+    /// What asks for nothing cannot be saturated, nor what gets all it asks for.
+    #[test]
+    fn a_task_is_saturated_while_it_gets_less_than_it_asks_for() {
+        let header = Header {
+            task_names: vec!["heading".to_owned()],
+            ..header()
+        };
+        let mut watch = Watch::new(&header);
+        for row in 0..=300 {
+            let t_s = 0.01 * f64::from(row);
+            let mut record = Record {
+                t_s,
+                ..Record::default()
+            };
+            record.tasks[0].asked_rad_s = if t_s < 2.0 { 1.0 } else { 0.0 };
+            record.tasks[0].weight = if t_s < 1.0 { 1.0 } else { 0.5 };
+            watch.add(&header, &record, &[WheelSample::default()]);
+        }
+        let events = watch.events(&header);
+        let saturated: Vec<_> = events
+            .iter()
+            .filter(|event| event.kind == EventKind::Saturated(0))
+            .collect();
+        assert_eq!(saturated.len(), 1, "{events:?}");
+        let (from_s, until_s) = (saturated[0].from_s, saturated[0].until_s);
+        assert!((from_s - 1.0).abs() < 0.015 && (until_s - 2.0).abs() < 0.015);
+    }
 }

@@ -326,4 +326,15 @@ mod tests {
             "{lines:?}"
         );
     }
+
+    #[test]
+    fn what_nobody_asked_for_is_no_share_of_anything() {
+        let lines = said(0.0, 0.0, 0.1, true);
+        assert!(lines[0].ends_with("that nobody asked for."), "{lines:?}");
+        assert!(
+            lines
+                .iter()
+                .all(|line| !line.contains("inf") && !line.contains("NaN"))
+        );
+    }
 }

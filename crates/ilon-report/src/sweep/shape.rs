@@ -402,4 +402,20 @@ mod tests {
         shown.runs.iter_mut().for_each(|run| run.figures[0] = None);
         assert!(figures(&shown, 1).is_empty());
     }
+
+    /// Three by three fields are few enough for nine runs and for five, and not for four; a key with two values makes no table.
+    #[test]
+    fn a_table_of_fields_is_drawn_where_at_least_half_of_it_was_run() {
+        let mut shown = study(&[3, 3], 1);
+        assert!(is_fields(&shown, 0, 1));
+        // The two keys keep three values each with runs along one diagonal and beside it.
+        let keep = |shown: &mut Shown, kept: &[usize]| {
+            shown.runs.retain(|run| kept.contains(&(run.run as usize)));
+        };
+        keep(&mut shown, &[0, 1, 4, 5, 8]);
+        assert!(is_fields(&shown, 0, 1));
+        keep(&mut shown, &[0, 4, 5, 8]);
+        assert!(!is_fields(&shown, 0, 1));
+        assert!(!is_fields(&study(&[3, 2], 1), 0, 1));
+    }
 }

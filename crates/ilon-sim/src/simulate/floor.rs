@@ -123,3 +123,23 @@ fn relief(rough: &Rough) -> Result<Relief, Error> {
         }),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of 20 x 40 cm that stands 1 cm high: half of its sides, and as deep in the ground as it is high.
+    #[test]
+    fn a_box_stands_on_the_ground_as_high_as_it_says() {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n[[world.floor.boxes]]\nx_m = 1.0\ny_m = 0.5\nlength_x_m = 0.2\n\
+                    length_y_m = 0.4\nheight_m = 0.01\nheading_deg = 30\n";
+        let scenario = Scenario::from_toml(text, "test", "").unwrap();
+        let floor = floor(&scenario, &robot).unwrap();
+        let solid = &floor.boxes[0];
+        assert_eq!(solid.center_m, Vector3::new(1.0, 0.5, 0.0));
+        assert_eq!(solid.half_sides_m, Vector3::new(0.1, 0.2, 0.01));
+        assert_eq!(solid.heading_rad, 30.0_f64.to_radians());
+    }
+}

@@ -83,4 +83,17 @@ mod tests {
         assert_eq!(profile.at(9.0), Twist::new(0.0, -0.2, 0.0));
         assert_eq!(profile.settled_s(), 4.5);
     }
+
+    #[test]
+    fn without_a_ramp_a_twist_is_there_at_once_and_whole() {
+        let profile = TwistProfile::new(&scenario::Twist {
+            vx_m_s: 0.4,
+            rest_s: 0.5,
+            ramp_s: 0.0,
+            ..scenario::Twist::default()
+        });
+        assert_eq!(profile.at(0.5), Twist::default());
+        assert_eq!(profile.at(0.501), Twist::new(0.4, 0.0, 0.0));
+        assert_eq!(profile.at(9.0), Twist::new(0.4, 0.0, 0.0));
+    }
 }

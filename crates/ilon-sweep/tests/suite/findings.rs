@@ -11,6 +11,8 @@ fn found(text: &str) -> Findings {
     let study = folder.study(text).unwrap();
     let store = Store::in_memory();
     run(&study, &store);
+    // What lies in memory alone cannot have been damaged.
+    assert_eq!(store.damaged(), 0);
     findings(&study, &store)
 }
 
@@ -118,5 +120,47 @@ fn of_points_of_which_none_is_whole_it_is_said() {
             found.failed == found.runs || is_said != is_known,
             "{whys:?}"
         );
+    }
+}
+
+/// Each trajectory moves the duration once, from any of 0.2, 0.3, 0.4 and 0.5 s: over its whole axis it changes itself by 0.3 s, and the
+/// friction does nothing to it.
+#[test]
+fn morris_books_each_change_under_the_axis_that_was_moved() {
+    let found = found(
+        "method = \"morris\"\npoints = 4\nquantities = [\"duration_s\"]\n[axes]\nworld.floor.friction = { from = 0.2, to = 0.8 }\n\
+         run.duration_s = { from = 0.2, to = 0.5 }\n",
+    );
+    let [friction, duration] = &found.effects[0].axes[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!((friction.moves, duration.moves), (4, 4));
+    assert_eq!(friction.mean_magnitude, Some(0.0));
+    // Rounding of times below 1 s.
+    assert!((duration.mean.unwrap() - 0.3).abs() < 1e-12, "{duration:?}");
+    assert!(duration.deviation.unwrap() < 1e-12, "{duration:?}");
+}
+
+/// Runs of a sample are told apart by a seed of their own, but where the study varies the seed itself.
+#[test]
+fn a_sample_has_one_column_of_seeds_whoever_draws_them() {
+    for (axes, columns) in [
+        (
+            "world.floor.friction = { from = 0.2, to = 0.8 }",
+            vec!["world.floor.friction", "sensors.seed"],
+        ),
+        (
+            "world.floor.friction = { from = 0.2, to = 0.8 }\nsensors.seed = { from = 1, to = 9, whole = true }",
+            vec!["world.floor.friction", "sensors.seed"],
+        ),
+    ] {
+        let folder = Folder::new();
+        let study = folder
+            .study(&format!(
+                "method = \"random\"\npoints = 3\n[axes]\n{axes}\n"
+            ))
+            .unwrap();
+        let keys: Vec<&str> = study.columns().iter().map(|one| one.key.as_str()).collect();
+        assert_eq!(keys, columns);
     }
 }

@@ -45,3 +45,29 @@ fn rows_and_wheels_that_there_are_not_are_empty() {
     let rates: Vec<_> = trace.wheel(1).map(|wheel| wheel.rate_rad_s).collect();
     assert_eq!(rates, [0.0, 1.0]);
 }
+
+/// Two wheels of two rollers each: four angles a row, none of another row among them, and none beyond the end.
+#[test]
+fn roller_angles_of_a_row_are_those_of_that_row_alone() {
+    let wheel = WheelHeader {
+        roller_count: 2,
+        ..WheelHeader::default()
+    };
+    let header = Header {
+        wheels: vec![wheel.clone(), wheel],
+        roller_angles: true,
+        ..Header::default()
+    };
+    let mut trace = Trace::with_capacity(header, 3);
+    for row in 0..3 {
+        trace.push(Record::default(), &[WheelSample::default(); 2]);
+        if row != 1 {
+            trace.push_roller_angles((0..4).map(|k| f64::from(10 * row + k)));
+        }
+    }
+    let some = |angles: [f64; 4]| angles.map(Some);
+    assert_eq!(trace.roller_angles_at(0), some([0.0, 1.0, 2.0, 3.0]));
+    assert_eq!(trace.roller_angles_at(1), [None; 4]);
+    assert_eq!(trace.roller_angles_at(2), some([20.0, 21.0, 22.0, 23.0]));
+    assert!(trace.roller_angles_at(3).is_empty());
+}

@@ -208,3 +208,45 @@ impl Shape for BarrelShape {
         Some(self)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape() -> BarrelShape {
+        BarrelShape::new(&Barrel::handing_over(0.05, 0.012, 0.7, 9))
+    }
+
+    /// A point above a place of the surface along its normal comes back to that place, and the support map names places and normals. A point
+    /// beneath it does as well, and is known to be inside.
+    #[test]
+    fn points_are_projected_to_where_the_normal_through_them_leaves_the_surface() {
+        let barrel = shape();
+        for step in 0..200 {
+            let turn = 0.37 * step as Real;
+            let tilt = (0.011 * step as Real).sin() * 1.5;
+            let normal = Vector::new(tilt.cos() * turn.cos(), tilt.cos() * turn.sin(), tilt.sin());
+            let on_surface = barrel.local_support_point_toward(normal);
+            for (off_m, inside) in [(0.02, false), (1e-3, false), (-1e-3, true)] {
+                let found = barrel.project_local_point(on_surface + normal * off_m, false);
+                assert_eq!(found.is_inside, inside, "{step} {off_m}");
+                // f32 of lengths below 0.1 m, bisected: the place along the axis is known to the root of its rounding where the surface is
+                // nearly flat.
+                let off = (found.point - on_surface).length();
+                assert!(off < 2e-5, "{step} {off_m}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_barrel_scaled_alike_is_a_barrel_and_else_none() {
+        let scaled = |x: Real, y: Real, z: Real| shape().scale_dyn(Vector::new(x, y, z), 0);
+        let twice = scaled(2.0, 2.0, 2.0).expect("a barrel");
+        let half_extents = |shape: &dyn Shape| shape.compute_local_aabb().half_extents();
+        let expected = half_extents(&shape()) * 2.0;
+        assert!((half_extents(&*twice) - expected).length() < 1e-6);
+        for (x, y, z) in [(2.0, 2.0, 3.0), (3.0, 2.0, 2.0), (-1.0, -1.0, -1.0)] {
+            assert!(scaled(x, y, z).is_none(), "{x} {y} {z}");
+        }
+    }
+}

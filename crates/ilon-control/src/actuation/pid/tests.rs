@@ -217,3 +217,44 @@ fn settings_that_are_negative_or_not_numbers_are_refused() {
     );
     assert!(WheelGains::propose(1e-2, 1e-3, f64::NAN, 10.0).is_err());
 }
+
+/// With a filtered derivative the loop is J x' = k_p e + k_i integral(e) - k_d a, T a' = x' - a. The step comes to that as it gets shorter:
+/// the difference from Runge and Kutta's answer halves with the step at least.
+#[test]
+fn a_continuous_loop_with_a_derivative_comes_to_the_equation_it_stands_for() {
+    let (j, filter_s, k_d) = (7e-3, 0.01, 3e-3);
+    let gains = WheelGains {
+        derivative_n_m_s2: k_d,
+        ..WheelGains::propose_continuous(j, 60.0).unwrap()
+    };
+    let settings = WheelLoopSettings {
+        timing: LoopTiming::Continuous,
+        inertia_kg_m2: j,
+        derivative_filter_s: filter_s,
+        ..WheelLoopSettings::new(gains)
+    };
+    // Rate, integral of the error, filtered acceleration.
+    let change = |[x, sum, a]: [f64; 3]| {
+        let e = 5.0 - x;
+        let rate = (gains.proportional_n_m_s * e + gains.integral_n_m * sum - k_d * a) / j;
+        [rate, e, (rate - a) / filter_s]
+    };
+    let add = |state: [f64; 3], by: [f64; 3], h: f64| [0, 1, 2].map(|i| state[i] + h * by[i]);
+    let mut state = [0.0; 3];
+    for _ in 0..5000 {
+        let h = 1e-5;
+        let k_1 = change(state);
+        let k_2 = change(add(state, k_1, 0.5 * h));
+        let k_3 = change(add(state, k_2, 0.5 * h));
+        let k_4 = change(add(state, k_3, h));
+        let mean = [0, 1, 2].map(|i| (k_1[i] + 2.0 * (k_2[i] + k_3[i]) + k_4[i]) / 6.0);
+        state = add(state, mean, h);
+    }
+    let off = |dt_s: f64| {
+        let steps = (0.05 / dt_s).round() as usize;
+        run_continuous(settings, j, dt_s, steps)[steps - 1] - state[0]
+    };
+    let (coarse, fine) = (off(2.5e-4), off(1.25e-4));
+    assert!(coarse.abs() < 0.02, "{coarse}");
+    assert!(coarse / fine > 1.8, "{coarse} {fine}");
+}

@@ -254,3 +254,37 @@ fn a_wheel_in_the_air_does_not_run_away() {
         assert!((rate - target).abs() < 0.5, "{rates:?}");
     }
 }
+
+/// y = k_p e + k_i sum(e dt), k_i = k_p^2 / 4: after n steps of the same error the sum is n of it. What the motors cannot give does not
+/// add to it.
+#[test]
+fn an_error_that_stays_is_summed_in_both_tasks_and_only_where_it_can_be_given() {
+    for robot in robots() {
+        let n = robot.wheels.len();
+        for priority in [Priority::Position, Priority::Heading] {
+            let mut law = law(&robot, priority, 0.8);
+            let k = law.k_p;
+            let target = Twist::new(0.23, -0.08, 0.55);
+            let asked_for = |steps: f64| (target - NOW).scaled(k + 0.25 * k * k * 1e-3 * steps);
+            let mut after = |steps: usize, torque_n_m: f64| {
+                let repeat = |targets: &[f64], rates: &[f64]| {
+                    for _ in 1..steps {
+                        law.update(targets, rates, &limits(n, torque_n_m), 1e-3);
+                    }
+                    law.update(targets, rates, &limits(n, torque_n_m), 1e-3)
+                        .to_vec()
+                };
+                acceleration(&robot, repeat, NOW, target)
+            };
+            let off = |got: Twist, wanted: Twist| {
+                let off = got - wanted;
+                off.linear_m_s().norm() + off.omega_rad_s.abs()
+            };
+            // Five steps, then fifty in which next to nothing can be given, then one more.
+            assert!(off(after(5, 50.0), asked_for(5.0)) < 1e-8);
+            after(50, 1e-6);
+            let got = after(1, 50.0);
+            assert!(off(got, asked_for(6.0)) < 1e-8, "{got:?}");
+        }
+    }
+}

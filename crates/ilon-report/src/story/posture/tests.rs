@@ -133,3 +133,70 @@ fn what_stands_in_the_way_is_told_with_its_force_and_what_was_asked_for() {
     assert!(lines[0].contains(expected), "{lines:?}");
     assert!(lines[0].starts_with("From 0.99 s to the end"), "{lines:?}");
 }
+
+/// 0.4 m/s asked for and 0.1 m/s done, over one and a half seconds: what is said are rates, whatever the time.
+#[test]
+fn what_is_said_of_an_obstacle_are_means_over_its_time() {
+    let lines = said(|t_s| {
+        let (mut record, sample) = standing(100.0, 0.0);
+        record.command_twist_in_body.vx_m_s = 0.4;
+        let held = t_s > 0.495;
+        record.truth.twist_in_body.vx_m_s = if held { 0.02 } else { 0.4 };
+        if let Some(support) = &mut record.support {
+            support.obstacles_x_n = if held { -12.0 } else { 0.0 };
+        }
+        (record, sample)
+    });
+    let expected =
+        "of <b>400 mm/s</b> asked for it did <b>20.00 mm/s</b>, held back by <b>12.0 N</b>.";
+    assert!(lines[0].contains(expected), "{lines:?}");
+}
+
+/// A robot at (1, 2) looks along y; its hub is 0.3 m ahead of its middle, at (1, 2.3). Of two boxes the one whose side is nearer counts, not
+/// the one whose middle is: a long wall and a small block.
+#[test]
+fn the_box_that_is_nearest_stands_in_the_way() {
+    let wall = GroundBox {
+        center_m: [5.0, 2.5],
+        sides_m: [10.0, 0.2, 0.5],
+        heading_rad: 0.0,
+    };
+    let block = GroundBox {
+        center_m: [1.0, 3.0],
+        sides_m: [0.2, 0.2, 0.1],
+        heading_rad: 0.0,
+    };
+    let header = Header {
+        wheels: vec![WheelHeader {
+            position_m: [0.3, 0.0],
+            ..WheelHeader::default()
+        }],
+        ground: Some(ilon_trace::Ground {
+            boxes: vec![block, wall],
+            ..ilon_trace::Ground::default()
+        }),
+        ..Header::default()
+    };
+    let mut record = Record::default();
+    (record.truth.pose.x_m, record.truth.pose.y_m) = (1.0, 2.0);
+    record.truth.pose.heading_rad = std::f64::consts::FRAC_PI_2;
+    // 0.1 m to the wall, from (1, 2.3) to y = 2.4; 0.6 m to the block.
+    assert_eq!(nearest_box(&header, &record), Some(wall));
+    // The same seen from the other end: turned to the block, which is 0.1 m away where the wall has been moved off.
+    let far = GroundBox {
+        center_m: [5.0, -2.5],
+        ..wall
+    };
+    let near_block = GroundBox {
+        center_m: [1.0, 2.5],
+        ..block
+    };
+    let header = Header {
+        ground: Some(ilon_trace::Ground {
+            boxes: vec![far, near_block],
+            ..ilon_trace::Ground::default()
+        }),
+        ..header
+    };
+    assert_eq!(nearest_box(&header, &record), Some(near_block));
+}

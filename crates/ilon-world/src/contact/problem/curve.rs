@@ -102,3 +102,44 @@ impl ImpulseProblem {
         self.curves.meet(place, line, own)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every line p - u / own = constant meets the curve once, on the piece that lies there: its first and its last have no other end.
+    #[test]
+    fn a_line_meets_the_curve_where_both_have_one_velocity_and_one_impulse() {
+        let curve = Curve {
+            points: vec![[0.0, 0.0], [1.0, 0.2], [1.0, -0.3], [4.0, -0.6]],
+            ends: [[1.0, 0.4], [1.0, -0.2]],
+        };
+        let mut problem = ImpulseProblem::default();
+        // Another before it, so that the places differ.
+        problem.add_curve(&Curve {
+            points: vec![[7.0, 7.0]],
+            ends: [[0.0, -1.0]; 2],
+        });
+        let place = problem.add_curve(&curve);
+        let own = 2.0;
+        // The point on each piece, the piece, and whether it is upright.
+        for (velocity, impulse, along) in [
+            (-2.0, -0.8, [1.0, 0.4]),
+            (0.25, 0.05, [1.0, 0.2]),
+            (0.75, 0.15, [1.0, 0.2]),
+            (1.0, 0.1, [0.0, -0.5]),
+            (2.5, -0.45, [3.0, -0.3]),
+            (9.0, -1.6, [1.0, -0.2]),
+        ] {
+            let met = problem.curves.meet(place, impulse - velocity / own, own);
+            assert!(
+                (met.velocity - velocity).abs() < 1e-12,
+                "{met:?} {velocity}"
+            );
+            assert!((met.impulse - impulse).abs() < 1e-12, "{met:?} {impulse}");
+            let off = [met.along[0] - along[0], met.along[1] - along[1]];
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{met:?} {along:?}");
+            assert_eq!(met.is_upright(), along[0] == 0.0);
+        }
+    }
+}

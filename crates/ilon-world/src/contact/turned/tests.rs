@@ -213,3 +213,31 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
     // The circle of its edge, 8 mm, is seen at 0.1 rad.
     assert!((around_m - (0.008 / 0.1_f64.cos() + 0.002)).abs() < 1e-12);
 }
+
+/// However a spindle stands, of all its corners that one is its lowest whose own place reaches furthest.
+#[test]
+fn the_lowest_corner_is_the_one_that_reaches_furthest() {
+    let points_m = [
+        [-0.04, 0.004],
+        [-0.02, 0.011],
+        [0.0, 0.015],
+        [0.02, 0.012],
+        [0.04, 0.005],
+    ];
+    let turned = Turned::new(&points_m, 0.001).unwrap();
+    let up = Vector3::z();
+    for step in 0..=180 {
+        // From standing on one end over lying to standing on the other.
+        let tilt_rad = f64::to_radians(f64::from(step));
+        let placed = PlacedTurned {
+            turned: &turned,
+            center_m: Vector3::zeros(),
+            axis: Vector3::new(tilt_rad.sin(), 0.0, tilt_rad.cos()),
+        };
+        let found_m = placed.support(&up, None).z;
+        for corner in 0..turned.corners().len() {
+            let other_m = placed.support(&up, Some(corner)).z;
+            assert!(found_m <= other_m + 1e-15, "{step} deg, corner {corner}");
+        }
+    }
+}

@@ -265,3 +265,57 @@ fn no_drive_gives_energy_that_its_motor_does_not() {
         }
     }
 }
+
+/// Between its points the curve is straight, so it must bend wherever the drive does: at every rate it is what the module's laws of motor,
+/// rotor and gear make of that rate.
+#[test]
+fn the_curve_is_the_drives_own_law_at_every_rate() {
+    let mut seed = 11_u32;
+    let mut draw = |low: f64, high: f64| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        low + (high - low) * f64::from(seed >> 8) / f64::from(1 << 24)
+    };
+    for round in 0..300 {
+        let (efficiency, friction_n_m, dt_s) = (0.8, 0.01, 5e-3);
+        let turning = Turning::new(efficiency, draw(0.0, 2e-3), friction_n_m);
+        let motor = MotorTorque {
+            torque_n_m: draw(-0.6, 0.6),
+            droop_n_m_s: draw(0.0, 0.2),
+            rate_limit_rad_s: f64::INFINITY,
+            bounds: TorqueBounds {
+                least_n_m: draw(-0.5, 0.0),
+                most_n_m: draw(0.0, 0.5),
+                fall_n_m_s: draw(0.0, 0.1),
+                limit_n_m: draw(0.1, 0.4),
+                regenerates: round % 2 == 0,
+            },
+        };
+        let before_rad_s = draw(-5.0, 5.0);
+        let drive = WheelDrive::new(&motor, &turning.wheel, before_rad_s, dt_s);
+        let mut curve = Curve::default();
+        drive.fill_curve(&MotorTorque::constant(0.0), dt_s, &mut curve);
+        let rotor_n_m_s = turning.wheel.drive.reflected_inertia_kg_m2() / dt_s;
+        for pair in curve.points.windows(2) {
+            let [[u_0, p_0], [u_1, p_1]] = [pair[0], pair[1]];
+            for share in [0.1, 0.5, 0.9] {
+                let rate_rad_s = u_0 + share * (u_1 - u_0);
+                if u_1 - u_0 < 1e-9 || rate_rad_s == 0.0 {
+                    continue;
+                }
+                let way = rate_rad_s.signum();
+                let gained_rad_s = rate_rad_s - before_rad_s;
+                let geared_n_m = motor.at_gain(gained_rad_s) - rotor_n_m_s * gained_rad_s;
+                // Along the motion the mesh takes its share; against it, it helps to brake.
+                let on_wheel_n_m = if way * geared_n_m >= 0.0 {
+                    efficiency * geared_n_m
+                } else {
+                    geared_n_m / (2.0 - 1.0 / efficiency)
+                };
+                let expected =
+                    dt_s * (on_wheel_n_m - way * friction_n_m + rotor_n_m_s * gained_rad_s);
+                let found = p_0 + share * (p_1 - p_0);
+                assert!((found - expected).abs() < 1e-12, "{motor:?} {rate_rad_s}");
+            }
+        }
+    }
+}
