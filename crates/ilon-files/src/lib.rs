@@ -7,6 +7,8 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+mod held;
+
 use std::collections::BTreeSet;
 use std::fmt;
 use std::fs::{self, File, FileType};
@@ -14,9 +16,13 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Which files may be read: any, or those below some folders alone.
+use held::Held;
+
+/// Which files may be read: any, those below some folders alone, or those that lie in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileAccess {
+    /// Files in memory, in place of all files of the system.
+    held: Option<Held>,
     /// The folders, without links; `None` where any file may be read.
     roots: Option<Vec<PathBuf>>,
     /// Where it is written down which files were opened, if it is.
@@ -78,16 +84,25 @@ impl FileAccess {
             .collect::<io::Result<_>>()?;
         Ok(Self {
             roots: Some(roots),
-            opened: None,
+            ..Self::default()
         })
+    }
+
+    /// Only these files may be read, each a path and its bytes. They lie in memory: the system's files are never looked at, so that it
+    /// need not have any.
+    pub fn of_memory(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
+        Self {
+            held: Some(Held::of(files)),
+            ..Self::default()
+        }
     }
 
     /// The same, which with its copies writes down from now on which files are opened through it.
     #[must_use]
     pub fn noting(&self) -> Self {
         Self {
-            roots: self.roots.clone(),
             opened: Some(Opened::default()),
+            ..self.clone()
         }
     }
 
@@ -107,7 +122,7 @@ impl FileAccess {
 
     /// Whether only some files may be read.
     pub fn is_confined(&self) -> bool {
-        self.roots.is_some()
+        self.roots.is_some() || self.held.is_some()
     }
 
     /// The bytes of a file of at most `most_bytes`.
@@ -115,13 +130,10 @@ impl FileAccess {
     /// # Errors
     /// [`ReadError`]; a file that says that it is larger is refused before any of it is read.
     pub fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadError> {
-        let file = self.open(path)?;
-        if file.metadata()?.len() > most_bytes {
-            return Err(ReadError::TooLarge(most_bytes));
-        }
         let mut bytes = Vec::new();
         // However little it says that it holds: files of /proc say 0.
-        file.take(most_bytes.saturating_add(1))
+        self.reader(path, most_bytes)?
+            .take(most_bytes.saturating_add(1))
             .read_to_end(&mut bytes)?;
         if bytes.len() as u64 > most_bytes {
             return Err(ReadError::TooLarge(most_bytes));
@@ -142,11 +154,37 @@ impl FileAccess {
         })
     }
 
-    /// Opens a file, for what reads it piece by piece.
+    /// Opens a file that says that it is no larger than `most_bytes`, for what reads it from its start to its end.
     ///
     /// # Errors
     /// [`ReadError`].
+    pub fn reader(&self, path: &Path, most_bytes: u64) -> Result<Box<dyn Read>, ReadError> {
+        let (length, reader): (_, Box<dyn Read>) = match &self.held {
+            Some(held) => {
+                let bytes = held.bytes(path).ok_or(io::ErrorKind::NotFound);
+                let bytes = bytes.map_err(io::Error::from)?;
+                self.note(path.to_owned());
+                (bytes.len() as u64, Box::new(io::Cursor::new(bytes)))
+            }
+            None => {
+                let file = self.open(path)?;
+                (file.metadata()?.len(), Box::new(file))
+            }
+        };
+        if length > most_bytes {
+            return Err(ReadError::TooLarge(most_bytes));
+        }
+        Ok(reader)
+    }
+
+    /// Opens a file of the system, for what reads it piece by piece in any order.
+    ///
+    /// # Errors
+    /// [`ReadError`]; of files in memory, which have no place in the system, always.
     pub fn open(&self, path: &Path) -> Result<File, ReadError> {
+        if self.held.is_some() {
+            return Err(io::Error::from(io::ErrorKind::Unsupported).into());
+        }
         let path = self.admitted(path)?;
         // Before it is opened: opening a pipe waits for whoever writes to it.
         let about = fs::metadata(&path)?;
@@ -158,25 +196,39 @@ impl FileAccess {
             return Err(ReadError::NotAFile("a view into the kernel"));
         }
         let file = File::open(&path)?;
+        self.note(path);
+        Ok(file)
+    }
+
+    /// Writes down that a file was opened.
+    fn note(&self, path: PathBuf) {
         if let Some(Opened(paths)) = &self.opened {
             let mut paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
             paths.insert(path);
         }
-        Ok(file)
     }
 
     /// Whether there is a file that may be read.
     pub fn is_file(&self, path: &Path) -> bool {
+        if let Some(held) = &self.held {
+            return held.bytes(path).is_some();
+        }
         self.admitted(path).is_ok_and(|path| path.is_file())
     }
 
     /// Whether there is a folder that may be read.
     pub fn is_folder(&self, path: &Path) -> bool {
+        if let Some(held) = &self.held {
+            return held.is_folder(path);
+        }
         self.admitted(path).is_ok_and(|path| path.is_dir())
     }
 
     /// The names in a folder, sorted, at most so many; none of a folder that may not be read.
     pub fn names_in(&self, folder: &Path, most: usize) -> Vec<String> {
+        if let Some(held) = &self.held {
+            return held.names_in(folder, most);
+        }
         let entries = self
             .admitted(folder)
             .ok()

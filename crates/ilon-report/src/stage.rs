@@ -36,6 +36,17 @@ pub(crate) struct Picture {
     pub remarks: Vec<String>,
 }
 
+/// The scene of a run as data for `ilonScene`, with the frames of the rows that there are: of a run that has none yet, one that takes
+/// frames as they come. `relief_m` are the heights of the ground's relief, row by row, in metres. `None` where the robot is another one.
+pub fn scene_of(
+    trace: &ilon_trace::Trace,
+    robot: &Robot,
+    relief_m: Option<&[Vec<f64>]>,
+) -> Option<String> {
+    let Ok(picture) = picture_of(trace, Some(robot), relief_m);
+    picture.map(|picture| picture.json)
+}
+
 /// The scene of a run; `None` where its robot is not known.
 ///
 /// # Errors

@@ -54,26 +54,15 @@ pub fn frames_of_run<R: Rows>(
     let row_count = rows.row_count();
     let stride = thinning.stride(row_count, row_dt_s);
     let kept = |row: usize| row.is_multiple_of(stride) || row + 1 == row_count;
-    let mut angles: Vec<Vec<f64>> = robot
-        .wheels
-        .iter()
-        .map(|wheel| vec![0.0; wheel.rollers.len()])
-        .collect();
+    let mut rolling = Rolling::of(robot);
     let mut frames: Vec<Frame> = Vec::with_capacity(row_count / stride + 2);
     let mut row = 0;
     rows.each_batch(Projection::All, &mut |chunk| {
         for (record, wheels) in chunk.steps() {
             if kept(row) {
-                frames.push(frame(rows.header(), record, wheels, &angles));
+                frames.push(rolling.frame(rows.header(), record, wheels));
             }
-            for (angles, wheel) in angles.iter_mut().zip(wheels) {
-                if let Some(angle) = angles
-                    .get_mut(wheel.roller as usize)
-                    .filter(|_| wheel.touching)
-                {
-                    *angle += wheel.roller_spin_rad_s * rows.header().row_span_s(record.t_s);
-                }
-            }
+            rolling.pass(rows.header(), record, wheels);
             row += 1;
         }
     })?;
@@ -95,6 +84,38 @@ pub fn frames_of_run<R: Rows>(
         }
     }
     Ok(Frames::of(robot, frames))
+}
+
+/// The rollers of a robot, as far as its rows have turned them: makes frames of rows as they come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rolling {
+    /// The angle of each wheel's rollers about their axes, in radians.
+    angles_rad: Vec<Vec<f64>>,
+}
+
+impl Rolling {
+    /// No roller has turned yet.
+    pub fn of(robot: &Robot) -> Self {
+        let of_wheel = |wheel: &ilon_robot::Wheel| vec![0.0; wheel.rollers.len()];
+        Self {
+            angles_rad: robot.wheels.iter().map(of_wheel).collect(),
+        }
+    }
+
+    /// A row as a frame.
+    pub fn frame(&self, header: &Header, record: &Record, wheels: &[WheelSample]) -> Frame {
+        frame(header, record, wheels, &self.angles_rad)
+    }
+
+    /// Turns the rollers that touch by their spin over the row.
+    pub fn pass(&mut self, header: &Header, record: &Record, wheels: &[WheelSample]) {
+        for (angles_rad, wheel) in self.angles_rad.iter_mut().zip(wheels) {
+            let roller = angles_rad.get_mut(wheel.roller as usize);
+            if let Some(angle_rad) = roller.filter(|_| wheel.touching) {
+                *angle_rad += wheel.roller_spin_rad_s * header.row_span_s(record.t_s);
+            }
+        }
+    }
 }
 
 /// A row as a frame, its rollers turned by these angles.

@@ -14,6 +14,7 @@ mod lock;
 mod read;
 mod write;
 
+use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
 pub use atomic::{clear_unfinished, is_stream, write_atomically, write_text};
@@ -43,12 +44,30 @@ impl Trace {
     /// [`TraceError::Io`] where the file cannot be written, [`TraceError::TooManyTasks`].
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
         let mut writer = TraceWriter::begin(path, atomic::folder_of(path), &self.header)?;
+        self.write_groups(&mut writer)?;
+        writer.finish()
+    }
+
+    /// The bytes of the file that [`Self::write_parquet`] writes, where there is no place for files.
+    ///
+    /// # Errors
+    /// [`TraceError::TooManyTasks`].
+    pub fn to_parquet(&self) -> Result<Vec<u8>, TraceError> {
+        let mut writer = TraceWriter::begin_into(Cursor::new(Vec::new()), &self.header)?;
+        self.write_groups(&mut writer)?;
+        writer.end().map(Cursor::into_inner)
+    }
+
+    fn write_groups<W: Write + Seek + Send>(
+        &self,
+        writer: &mut TraceWriter<W>,
+    ) -> Result<(), TraceError> {
         let rows = self.records().len();
         for group in 0..rows.div_ceil(ROWS_A_GROUP).max(1) {
             let first = group * ROWS_A_GROUP;
             writer.write_group(self, first..(first + ROWS_A_GROUP).min(rows))?;
         }
-        writer.finish()
+        Ok(())
     }
 
     /// Reads a trace back from its file, bit for bit, or from a folder of [`crate::parts`].
@@ -100,6 +119,7 @@ mod tests {
         // More steps than one page of the file holds.
         let trace = made_up_trace(3, 30_000, closed_loop);
         trace.write_parquet(&path).unwrap();
+        assert!(trace.to_parquet().unwrap() == fs::read(&path).unwrap());
         let back = Trace::read_parquet(&path).unwrap();
         assert_eq!(back, trace);
         assert_eq!(crate::trace_hash(&back), crate::trace_hash(&trace));

@@ -447,7 +447,7 @@ fn metadata_say_when_a_bag_begins_how_long_it_is_and_what_it_holds() {
 #[test]
 fn a_folder_that_is_no_bag_of_mcap_is_refused_with_what_it_is() {
     let folder = tempdir().unwrap();
-    let files = ilon_robot::FileAccess::anywhere();
+    let files = ilon_files::FileAccess::anywhere();
     let refused = || {
         let read = ilon_messages::bag::read(folder.path(), &files, &mut |_| true);
         read.expect_err("it is no bag").to_string()

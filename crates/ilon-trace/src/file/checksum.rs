@@ -25,19 +25,19 @@ pub(super) fn empty() -> Vec<u8> {
 
 /// A file whose bytes are summed up as they are written, one after another.
 #[derive(Debug)]
-pub(super) struct Summed {
-    file: File,
+pub(super) struct Summed<W> {
+    file: W,
     sum: Sum,
 }
 
-impl Summed {
-    pub fn new(file: File) -> Self {
+impl<W: Write + Seek> Summed<W> {
+    pub fn new(file: W) -> Self {
         let sum = Sum::new();
         Self { file, sum }
     }
 
     /// Writes the checksum into its place, once everything else is written.
-    pub fn finish(mut self) -> io::Result<File> {
+    pub fn finish(mut self) -> io::Result<W> {
         let place = AT + LABEL.len();
         self.file.seek(SeekFrom::Start(place as u64))?;
         write!(self.file, "{}", self.sum.digits())?;
@@ -45,7 +45,7 @@ impl Summed {
     }
 }
 
-impl Write for Summed {
+impl<W: Write> Write for Summed<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         self.sum.add(&bytes[..written]);

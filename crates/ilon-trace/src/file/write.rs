@@ -1,6 +1,7 @@
 //! Writing traces.
 
 use std::fs::File;
+use std::io::{Seek, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,9 +25,9 @@ use crate::trace::Trace;
 
 /// A trace file that grows by groups of rows and appears under its name once it is whole.
 #[derive(Debug)]
-pub struct TraceWriter {
+pub struct TraceWriter<W: Write + Send = File> {
     signals: Vec<Signal>,
-    writer: SerializedFileWriter<Summed>,
+    writer: SerializedFileWriter<Summed<W>>,
     place: Place,
 }
 
@@ -55,7 +56,22 @@ impl TraceWriter {
         Self::into(Place::Nameless(std::env::temp_dir()), file, header)
     }
 
-    fn into(place: Place, file: File, header: &Header) -> Result<Self, TraceError> {
+    /// Ends the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`TraceError::Encode`], [`TraceError::Io`].
+    pub fn finish(self) -> Result<(), TraceError> {
+        self.end().map(|_| ())
+    }
+}
+
+impl<W: Write + Seek + Send> TraceWriter<W> {
+    /// Begins a file that has no name and never gets one, such as one in memory.
+    pub(super) fn begin_into(file: W, header: &Header) -> Result<Self, TraceError> {
+        Self::into(Place::Nameless(PathBuf::from("memory")), file, header)
+    }
+
+    fn into(place: Place, file: W, header: &Header) -> Result<Self, TraceError> {
         let found = header.task_names.len();
         if found > MAX_TASKS {
             return Err(TraceError::TooManyTasks { found });
@@ -90,16 +106,8 @@ impl TraceWriter {
         write().map_err(|source| encode(self.place.path(), source))
     }
 
-    /// Ends the file and gives it its name.
-    ///
-    /// # Errors
-    /// [`TraceError::Encode`], [`TraceError::Io`].
-    pub fn finish(self) -> Result<(), TraceError> {
-        self.end().map(|_| ())
-    }
-
     /// Ends the file, gives it its name if it shall have one, and gives it back.
-    pub(crate) fn end(self) -> Result<File, TraceError> {
+    pub(crate) fn end(self) -> Result<W, TraceError> {
         let file = self.writer.into_inner();
         let file = file.map_err(|source| encode(self.place.path(), source))?;
         let file = file
@@ -136,11 +144,11 @@ fn encode(path: &Path, source: ParquetError) -> TraceError {
 }
 
 /// A Parquet writer with the columns of these signals and the header in its metadata.
-fn writer(
-    file: File,
+fn writer<W: Write + Seek + Send>(
+    file: W,
     header_json: String,
     signals: &[Signal],
-) -> Result<SerializedFileWriter<Summed>, ParquetError> {
+) -> Result<SerializedFileWriter<Summed<W>>, ParquetError> {
     let fields = signals
         .iter()
         .map(|signal| column_type(signal).map(Arc::new))
@@ -186,7 +194,7 @@ fn column_type(signal: &Signal) -> Result<Type, ParquetError> {
 }
 
 /// Writes one signal over some rows.
-fn write_column<W: std::io::Write + Send>(
+fn write_column<W: Write + Send>(
     rows: &mut SerializedRowGroupWriter<'_, W>,
     signal: &Signal,
     values: &[Option<f64>],

@@ -1,6 +1,6 @@
 //! Logs as CSV files: a header with the names of columns, and numbers.
 
-use ilon_files::FileAccess;
+use ilon_files::{FileAccess, ReadError};
 
 use super::series::Series;
 use super::wanted::{MAX_BYTES, MOST_ROWS, Wanted};
@@ -30,11 +30,11 @@ pub(super) fn read(
     files: &FileAccess,
 ) -> Result<(Series, Option<Series>), Error> {
     let file = files
-        .open(wanted.path)
-        .map_err(|fault| Error::read(wanted.path, &fault))?;
-    if file.metadata().is_ok_and(|about| about.len() > MAX_BYTES) {
-        return Err(wanted.fault("it is larger than 4 GiB", "cut it into parts"));
-    }
+        .reader(wanted.path, MAX_BYTES)
+        .map_err(|fault| match fault {
+            ReadError::TooLarge(_) => wanted.fault("it is larger than 4 GiB", "cut it into parts"),
+            fault => Error::read(wanted.path, &fault),
+        })?;
     let mut reader = ::csv::ReaderBuilder::new()
         .trim(::csv::Trim::All)
         .comment(Some(b'#'))

@@ -1,0 +1,39 @@
+//! What a page has room for. The command writes long traces to a file while they grow; here they lie in memory.
+
+use ilon_sim::simulate::load_robot;
+use ilon_sim::{Error, Scenario};
+use ilon_trace::{Record, WheelSample};
+
+/// The most memory that a trace may take, in bytes: of the gibibyte that the page has, what is made of it takes some times as much.
+const MOST_BYTES: f64 = 160e6;
+
+/// Refuses a scenario whose trace would be larger than what a page has room for.
+pub(super) fn admit(scenario: &Scenario) -> Result<(), Error> {
+    let run = &scenario.run;
+    // Its length is that of a log; once that is read, it is asked again.
+    if run.is_open() {
+        return Ok(());
+    }
+    let robot = load_robot(scenario)?;
+    let wheels = robot.wheels.len();
+    let rollers: usize = robot.wheels.iter().map(|wheel| wheel.rollers.len()).sum();
+    let angles = if run.roller_angles_hz.is_some() {
+        rollers
+    } else {
+        0
+    };
+    let row_bytes =
+        size_of::<Record>() + wheels * size_of::<WheelSample>() + angles * size_of::<f64>();
+    let bytes = run.row_count() as f64 * row_bytes as f64;
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    let most_s = MOST_BYTES / row_bytes as f64 * run.row_s();
+    Err(Error::invalid(
+        format!(
+            "a run of {} s records more than a page has room for, which is {most_s:.0} s of this robot",
+            run.duration_s
+        ),
+        "make `run.duration_s` smaller or `run.record_every` larger, or run it with the command, which writes its trace to a file",
+    ))
+}

@@ -1,0 +1,65 @@
+//! A robot and a scenario as the page shows and hands them out.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ilon_robot::Robot;
+use ilon_sim::Scenario;
+use ilon_sim::scenario::Reference;
+use serde_json::{Value, json};
+
+/// A robot in short.
+pub(super) fn robot(robot: &Robot) -> Value {
+    let wheel = |wheel: &ilon_robot::Wheel| json!({ "name": wheel.name, "rollers": wheel.rollers.len(), "radius_m": wheel.radius_m });
+    let wheels: Vec<Value> = robot.wheels.iter().map(wheel).collect();
+    json!({ "name": robot.name, "mass_kg": robot.mass_kg(), "wheels": wheels })
+}
+
+/// The description in short of a scenario's robot, where one lies beside its file, and the path by which the scenario would name it.
+pub(super) fn spec(scenario: &Scenario, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
+    let named = scenario.robot.file.with_extension("toml");
+    let place = normal(&scenario.resolve(&named));
+    let text = files
+        .get(&place)
+        .and_then(|bytes| std::str::from_utf8(bytes).ok());
+    let keys = text.and_then(|text| text.parse::<toml::Table>().ok());
+    let Some(keys) = keys.filter(|keys| keys.contains_key("chassis")) else {
+        return Value::Null;
+    };
+    json!({ "file": named, "values": super::said(&keys) })
+}
+
+/// The scenario for a folder in which all files that it names lie beside it.
+pub(super) fn beside_its_files(scenario: &Scenario) -> Scenario {
+    let mut beside = scenario.clone();
+    let name = |path: &mut PathBuf| {
+        if let Some(name) = path.file_name() {
+            *path = PathBuf::from(name);
+        }
+    };
+    name(&mut beside.robot.file);
+    if let Some(Reference::Waypoints {
+        file: Some(file), ..
+    }) = &mut beside.reference
+    {
+        name(file);
+    }
+    if let Some(playback) = &mut beside.playback {
+        name(&mut playback.file);
+    }
+    beside
+}
+
+/// A path without `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut normal = PathBuf::new();
+    for part in path.components() {
+        match part {
+            std::path::Component::ParentDir => {
+                normal.pop();
+            }
+            part => normal.push(part),
+        }
+    }
+    normal
+}

@@ -1,0 +1,290 @@
+//! The playground as people meet it, in a real browser: served and from a disk, wide and narrow, by keys alone, with good files and bad.
+//!
+//! Needs Chromium, and a playground named by `ILON_WEB`; accessibility needs axe-core, named by `ILON_AXE`.
+
+use std::time::{Duration, Instant};
+
+use ilon_sim::Scenario;
+use serde_json::{Value, json};
+
+use crate::browser::Browser;
+use crate::support::{assets, hashes, playground, scenarios, serve, shipped};
+
+/// As long as a run may take on a machine that builds beside it.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Waits until an expression is true.
+fn until(browser: &mut Browser, expression: &str) {
+    let end = Instant::now() + PATIENCE;
+    while browser.eval(expression) != true {
+        if Instant::now() > end {
+            let said = browser.eval("document.body.innerText.slice(0, 3000)");
+            panic!("never: {expression}\n{said}\n{:#?}", browser.console);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Opens a playground and waits until it has run what it shows first.
+fn open(browser: &mut Browser, url: &str) {
+    browser.call("Page.navigate", json!({ "url": "about:blank" }));
+    browser.call("Page.navigate", json!({ "url": url }));
+    until(
+        browser,
+        "document.documentElement?.dataset.ready === 'yes' && document.documentElement.dataset.runs === '1'",
+    );
+    // From a disk the page may not look into its frame.
+    if !url.starts_with("file:") {
+        until(browser, ANSWERED);
+    }
+}
+
+/// Whether the report stands in its frame.
+const ANSWERED: &str =
+    "Boolean(document.getElementById('report').contentDocument?.querySelector('.story p'))";
+
+fn hash(browser: &mut Browser) -> String {
+    let hash = browser.eval("document.getElementById('hash').textContent");
+    hash.as_str().expect("a hash").to_owned()
+}
+
+/// Presses Run and waits for the result.
+fn run(browser: &mut Browser) {
+    let runs = browser.eval("document.documentElement.dataset.runs");
+    browser.eval("document.getElementById('run').click()");
+    until(
+        browser,
+        &format!("document.documentElement.dataset.runs !== {runs}"),
+    );
+    until(browser, ANSWERED);
+}
+
+/// The trace hash of the scenario that is shown first, computed here.
+fn expected() -> String {
+    let path = assets().join("scenarios/mecanum4_lateral.toml");
+    let scenario = Scenario::load(path).unwrap();
+    ilon_sim::run(&scenario).unwrap().summary.trace_hash
+}
+
+fn key(browser: &mut Browser, key: &str, code: u32) {
+    for kind in ["rawKeyDown", "keyUp"] {
+        browser.call(
+            "Input.dispatchKeyEvent",
+            json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code }),
+        );
+    }
+}
+
+fn assert_fits(browser: &mut Browser, at: &str) {
+    let widths = browser
+        .eval("[document.documentElement.scrollWidth, document.documentElement.clientWidth]");
+    assert_eq!(widths[0], widths[1], "{at} scrolls sideways");
+    for theme in 0..2 {
+        if let Some(faults) = browser.axe() {
+            assert!(faults.is_empty(), "{at}, theme {theme}: {faults:#?}");
+        }
+        browser.eval("document.querySelector('.theme').click()");
+    }
+}
+
+fn assert_silent(browser: &Browser) {
+    assert!(browser.console.is_empty(), "{:#?}", browser.console);
+}
+
+/// The robot as a file that a person opens.
+fn drop_robot(browser: &mut Browser, name: &str, text: &str) {
+    browser.eval(&format!(
+        "(() => {{ const data = new DataTransfer(); data.items.add(new File([{}], {}));
+           dispatchEvent(new DragEvent('drop', {{ dataTransfer: data, bubbles: true }})); }})()",
+        Value::from(text),
+        Value::from(name)
+    ));
+}
+
+#[test]
+fn it_is_served_run_and_read_at_every_width() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let url = serve(folder);
+    for (width, height) in [(1366, 768), (390, 844)] {
+        browser.size(width, height);
+        open(&mut browser, &url);
+        assert_eq!(hash(&mut browser), expected());
+        assert_fits(&mut browser, &format!("at {width} px"));
+    }
+    assert_silent(&browser);
+}
+
+#[test]
+fn it_opens_from_a_disk() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let page = folder.join("index.html").canonicalize().unwrap();
+    open(&mut browser, &format!("file://{}", page.display()));
+    assert_eq!(hash(&mut browser), expected());
+    assert_silent(&browser);
+}
+
+#[test]
+fn a_robot_is_dropped_a_slider_moved_and_the_run_shared() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let url = serve(folder);
+    browser.size(1366, 768);
+    open(&mut browser, &url);
+    drop_robot(&mut browser, "mine.urdf", &shipped("robots/volksbot.urdf"));
+    until(
+        &mut browser,
+        "document.getElementById('says').textContent.startsWith('A robot of one')",
+    );
+    until(
+        &mut browser,
+        "document.getElementById('state').textContent.startsWith('Changed')",
+    );
+    // The slider, by its keys.
+    browser.eval("document.getElementById('key-world-floor-friction').focus()");
+    key(&mut browser, "ArrowLeft", 37);
+    until(
+        &mut browser,
+        "document.getElementById('set_keys').children.length === 1",
+    );
+    let set = browser.eval("document.querySelector('#set_keys code').textContent");
+    let set = set.as_str().unwrap().replace(" = ", "=");
+    run(&mut browser);
+    let found = hash(&mut browser);
+    // The same, computed here, of the file as it was dropped.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("mine.urdf"),
+        shipped("robots/volksbot.urdf"),
+    )
+    .unwrap();
+    let text = browser.eval("document.getElementById('text').value");
+    std::fs::write(folder.path().join("drive.toml"), text.as_str().unwrap()).unwrap();
+    let scenario = Scenario::load_with(folder.path().join("drive.toml"), &[set.parse().unwrap()]);
+    let here = ilon_sim::run(&scenario.unwrap()).unwrap();
+    assert_eq!(found, here.summary.trace_hash);
+    let answer = browser.eval(
+        "document.getElementById('report').contentDocument.querySelector('.story').innerText",
+    );
+    assert!(answer.as_str().unwrap().len() > 40, "{answer}");
+
+    browser.eval("document.getElementById('share').click()");
+    until(&mut browser, "location.hash.startsWith('#run=')");
+    let link = browser.eval("location.href");
+    let mut other = Browser::start().expect("another browser");
+    open(&mut other, link.as_str().unwrap());
+    assert_eq!(hash(&mut other), found);
+    assert_silent(&browser);
+    assert_silent(&other);
+}
+
+#[test]
+fn keys_alone_reach_everything_and_run() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    browser.size(1366, 768);
+    open(&mut browser, &serve(folder));
+    browser.eval("document.querySelectorAll('form details').forEach((d) => { d.open = true; })");
+    let mut met = Vec::new();
+    for _ in 0..80 {
+        key(&mut browser, "Tab", 9);
+        let at = browser.eval("document.activeElement.id");
+        met.push(at.as_str().unwrap_or_default().to_owned());
+    }
+    for wanted in [
+        "scenario",
+        "robot",
+        "files",
+        "run",
+        "key-world-floor-friction",
+        "broken",
+        "key",
+        "text",
+        "share",
+        "keep",
+    ] {
+        assert!(
+            met.iter().any(|id| id == wanted),
+            "{wanted} is not among {met:#?}"
+        );
+    }
+    browser.eval("document.getElementById('run').focus()");
+    browser.call(
+        "Input.dispatchKeyEvent",
+        json!({ "type": "keyDown", "key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r" }),
+    );
+    until(
+        &mut browser,
+        "document.documentElement.dataset.runs === '2'",
+    );
+}
+
+#[test]
+fn a_bad_file_is_told_in_the_words_of_the_command_and_the_page_goes_on() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    open(&mut browser, &serve(folder));
+    let good = hash(&mut browser);
+    for (name, text) in [
+        ("empty.urdf", ""),
+        ("broken.urdf", "<robot name='a'><link"),
+        ("wheelless.urdf", "<robot name='a'><link name='b'/></robot>"),
+        ("deep.xacro", &format!("<robot>{}", "<a>".repeat(100_000))),
+        ("own.toml", "[robot]\nfile = 3\n"),
+    ] {
+        drop_robot(&mut browser, name, text);
+        until(&mut browser, "!document.getElementById('fault').hidden");
+        let shown = browser.eval("document.getElementById('fault').textContent");
+        assert!(shown.as_str().unwrap().contains('×'), "{name}: {shown}");
+        browser.eval(
+            "(() => { const s = document.getElementById('scenario'); s.value = '/scenarios/mecanum4_lateral.toml'; s.dispatchEvent(new Event('change')); })()",
+        );
+        until(&mut browser, "document.getElementById('fault').hidden");
+    }
+    run(&mut browser);
+    assert_eq!(hash(&mut browser), good);
+    assert_silent(&browser);
+}
+
+#[test]
+fn a_simulator_that_breaks_down_is_started_again() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    // What the engine does when memory ends or a panic comes: the call into the instance throws.
+    let spoil = "const Old = Worker; window.Worker = class extends Old { constructor(url) { super(url); window.lastWorker = this; } };";
+    browser.call(
+        "Page.addScriptToEvaluateOnNewDocument",
+        json!({ "source": spoil }),
+    );
+    open(&mut browser, &serve(folder));
+    let good = hash(&mut browser);
+    browser.eval("window.lastWorker.onerror({ message: 'RuntimeError: unreachable' }); document.getElementById('run').click()");
+    until(
+        &mut browser,
+        "document.documentElement.dataset.runs === '2'",
+    );
+    assert_eq!(hash(&mut browser), good);
+}
+
+#[test]
+fn every_shipped_scenario_gives_the_same_trace_hash_in_the_browser() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    open(&mut browser, &serve(folder));
+    for name in scenarios() {
+        let choose = format!(
+            "(() => {{ const s = document.getElementById('scenario'); s.value = '/scenarios/{name}.toml'; s.dispatchEvent(new Event('change')); }})()"
+        );
+        browser.eval(&choose);
+        run(&mut browser);
+        assert_eq!(hash(&mut browser), hashes()[&name], "{name}");
+    }
+}

@@ -1,0 +1,60 @@
+//! The simulator as WebAssembly, in Node: the same bits as here, in bounded memory.
+//!
+//! Needs `node`, and a playground named by `ILON_WEB`.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::support::{hashes, playground, scenarios};
+
+/// What the script says of these scenarios; `None` where there is no playground or no Node.
+fn in_node(arguments: &[&str]) -> Option<Value> {
+    let folder = playground()?;
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/node.mjs");
+    let output = Command::new("node")
+        .arg(script)
+        .arg(folder)
+        .args(arguments)
+        .output();
+    let Ok(output) = output else {
+        eprintln!("skipped: there is no node");
+        return None;
+    };
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    Some(serde_json::from_slice(&output.stdout).expect("JSON"))
+}
+
+#[test]
+fn every_shipped_scenario_gives_the_same_trace_hash_as_here() {
+    let names = scenarios();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let Some(said) = in_node(&[&["hashes"], names.as_slice()].concat()) else {
+        return;
+    };
+    let here = hashes();
+    assert!(here.len() > 50, "{here:#?}");
+    for (name, hash) in here {
+        assert_eq!(said[name], hash.as_str(), "{name}");
+    }
+}
+
+/// The first runs find how much is needed; what a hundred others hold on to would show as growth.
+#[test]
+fn a_hundred_runs_in_a_row_take_no_more_memory_than_ten() {
+    let Some(said) = in_node(&["memory", "mecanum4_lateral", "100"]) else {
+        return;
+    };
+    let pages: Vec<u64> = said
+        .as_array()
+        .expect("sizes")
+        .iter()
+        .filter_map(Value::as_u64)
+        .collect();
+    assert_eq!(pages.len(), 100);
+    assert_eq!(pages[99], pages[9], "{pages:?}");
+    // A sixteenth of what the simulator may take.
+    assert!(pages[99] <= 64 << 20, "{} bytes", pages[99]);
+}

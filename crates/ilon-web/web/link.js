@@ -1,0 +1,43 @@
+// A run in a link: all that it needs, compressed behind the `#`, which browsers send to nobody.
+
+// The longest link that programs pass on whole.
+const LONGEST_LINK = 60000;
+
+const bytesThrough = async (bytes, stream) => new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
+
+function toBase64(bytes) {
+  let text = '';
+  for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
+  return btoa(text).replace(/\+/g, '-').replace(/\//g, '_').replace(/=+$/, '');
+}
+
+const fromBase64 = (text) => Uint8Array.from(atob(text.replace(/-/g, '+').replace(/_/g, '/')), (c) => c.charCodeAt(0));
+
+// The link of what is to be run; null where it would be too long.
+async function linkOf(what) {
+  const packed = await bytesThrough(new TextEncoder().encode(JSON.stringify(what)), new CompressionStream('deflate-raw'));
+  const link = `${location.href.split('#')[0]}#run=${toBase64(packed)}`;
+  return link.length > LONGEST_LINK ? null : link;
+}
+
+// The most that a link may unfold to, in characters: a small one can be made to hold gigabytes.
+const MOST_UNFOLDED = 4e6;
+
+// What a link asks for; null where it asks for nothing.
+async function fromLink() {
+  const packed = /[#&]run=([\w-]+)/.exec(location.hash);
+  if (!packed) return null;
+  const reader = new Blob([fromBase64(packed[1])]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
+  const parts = [];
+  let size = 0;
+  for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
+    parts.push(value);
+    size += value.length;
+    if (size > MOST_UNFOLDED) throw new Error('the link holds too much');
+  }
+  const what = JSON.parse(await new Blob(parts).text());
+  const good = what && typeof what.path === 'string' && typeof what.text === 'string' && what.settings && typeof what.settings === 'object'
+    && (what.files || []).every((file) => Array.isArray(file) && file.every((entry) => typeof entry === 'string'));
+  if (!good) throw new Error('the link does not hold a scenario');
+  return what;
+}

@@ -1,0 +1,86 @@
+// Simulates beside the page, so that the page stays alive. `WebAssembly.Module` and files come in; replies, frames and bytes go out.
+'use strict';
+let exports = null;
+let stopped = false;
+const text = { to: new TextEncoder(), from: new TextDecoder() };
+
+function put(bytes) {
+  const at = exports.ilon_room(bytes.length);
+  new Uint8Array(exports.memory.buffer, at, bytes.length).set(bytes);
+}
+
+// Asks the door; gives what it says, and the bytes that follow.
+function ask(request) {
+  put(text.to.encode(JSON.stringify(request)));
+  const length = exports.ilon_ask();
+  const reply = new Uint8Array(exports.memory.buffer, exports.ilon_reply(), length).slice();
+  const end = reply.indexOf(10);
+  const { ok, fault } = JSON.parse(text.from.decode(end < 0 ? reply : reply.subarray(0, end)));
+  if (fault) throw Object.assign(new Error(fault.message), { fault });
+  return { said: ok, bytes: end < 0 ? null : reply.subarray(end + 1) };
+}
+
+// What ended the instance: a panic's own words, or the engine's.
+function lastWords(error) {
+  try {
+    const length = exports.ilon_last_words_length();
+    if (length) return text.from.decode(new Uint8Array(exports.memory.buffer, exports.ilon_last_words(), length));
+  } catch { /* Nothing can be asked of it any more. */ }
+  return String(error);
+}
+
+const turn = new MessageChannel();
+const others = () => new Promise((go) => { turn.port1.onmessage = go; turn.port2.postMessage(null); });
+
+async function run({ scenario, settings, command }, tell) {
+  const opened = ask({ do: 'open', scenario, settings }).said;
+  tell({ opened });
+  let periods = 20;
+  stopped = false;
+  for (;;) {
+    const from = performance.now();
+    const { said } = ask({ do: 'advance', periods });
+    const took = performance.now() - from;
+    // As many as pass between two pictures.
+    periods = Math.max(1, Math.min(2000, Math.round(periods * Math.min(4, 33 / Math.max(took, 0.5)))));
+    tell({ progress: said, frame: ask({ do: 'frame' }).bytes });
+    if (said.done) break;
+    await others();
+    if (stopped) return { stopped: true };
+  }
+  const { said } = ask({ do: 'finish', command });
+  const { bytes } = ask({ do: 'take', what: 'report' });
+  return { finished: said, bytes, memory: exports.memory.buffer.byteLength };
+}
+
+const acts = {
+  async start({ module }) {
+    exports = (await WebAssembly.instantiate(module, {})).exports;
+    exports.ilon_begin();
+    return {};
+  },
+  files({ files, clear }) {
+    if (clear) ask({ do: 'clear' });
+    for (const [path, bytes] of files) {
+      const name = text.to.encode(path);
+      const both = new Uint8Array(name.length + bytes.byteLength);
+      both.set(name);
+      both.set(new Uint8Array(bytes), name.length);
+      put(both);
+      exports.ilon_put(name.length);
+    }
+    return {};
+  },
+  ask: ({ request }) => ask(request),
+  run,
+};
+
+onmessage = async ({ data }) => {
+  if (data.act === 'stop') { stopped = true; return; }
+  const tell = (what) => postMessage({ id: data.id, ...what });
+  try {
+    tell({ end: true, ...await acts[data.act](data, tell) });
+  } catch (error) {
+    tell({ end: true, ...(error.fault ? { fault: error.fault } : { dead: lastWords(error) }) });
+  }
+};
