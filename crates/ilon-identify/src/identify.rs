@@ -10,14 +10,14 @@ use crate::controller;
 use crate::delay;
 use crate::directions::directions;
 use crate::fit::{Evidence, Fitted, Noise, fit, take_noise};
-use crate::judge::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::log::{Delayed, Kind, Log, doubts, wiring};
 use crate::model::{Model, Parameter};
+use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::motion::{Tracker, Window, reckoned, windows};
 use crate::outcome::{
     Drive, Errors, Held, Identified, Judged, NoiseFigures, Run, RunDoubt, Series, Value,
 };
-use crate::reading::{delays, read, refuse};
+use crate::read_logs::{delays, read, refuse};
 use crate::scatter::Scatter;
 use crate::simulate::{Seen, simulate};
 use crate::study::{ModelFile, Study};

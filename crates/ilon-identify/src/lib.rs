@@ -37,28 +37,28 @@
 mod controller;
 pub mod delay;
 mod directions;
-mod files;
 pub mod fit;
 mod identify;
-mod judge;
 mod least_squares;
 pub mod log;
 pub mod model;
+mod model_choice;
 pub mod motion;
 pub mod outcome;
 pub mod plan;
-mod reading;
+mod read_logs;
+mod result_files;
 mod ripple;
 pub mod scatter;
 mod simulate;
 mod study;
 mod study_file;
 
-pub use files::{FILES, files};
 pub use identify::{Progress, identify};
 pub use least_squares::{Found, Search, least_squares};
 pub use log::Log;
 pub use outcome::Identified;
+pub use result_files::{FILES, files};
 pub use study::{
     BesideFile, CurrentsFile, HeadingFile, Logged, ModelFile, Phases, RippleFile, RunFile,
     Simulate, Study, StudyFile,

@@ -4,11 +4,11 @@
 //! on a page of the browser, in three dimensions, and takes commands from there:
 //!
 //! ```no_run
-//! use ilon_live::{Desk, Pace, Server, Session};
+//! use ilon_live::{Mailbox, Pace, Server, Session};
 //!
 //! let scenario = ilon_sim::Scenario::load("assets/scenarios/mecanum4_circle.toml")?;
 //! let mut session = Session::new(&scenario)?;
-//! let desk = Desk::default();
+//! let desk = Mailbox::default();
 //! let mut server = Server::start(8765, &session, &desk)?;
 //! println!("{}", server.url());
 //! ilon_live::run(&mut session, &desk, &mut [&mut server], Pace::default(), || true)?;
@@ -22,17 +22,18 @@
 //! | module | answers |
 //! |---|---|
 //! | [`control`] | what those who drive may say, and within which limits it counts |
-//! | [`desk`] | where they put it |
+//! | [`mailbox`] | where they put it |
 //! | [`session`] | how the robot moves meanwhile |
-//! | [`watcher`] | who looks on |
+//! | [`observer`] | who looks on |
 //! | [`server`] | the page: who is let in |
 //! | `ros2` | a node of ROS 2 (feature `ros2`) |
 //! | `foxglove` | a server for Foxglove (feature `foxglove`) |
-//! | [`pace`] | how fast time goes |
+//! | [`clock`] | how fast time goes |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+pub mod clock;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 #[cfg_attr(
     not(feature = "ros2"),
@@ -43,10 +44,10 @@
 )]
 mod commands;
 pub mod control;
-pub mod desk;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
-pub mod pace;
+pub mod mailbox;
+pub mod observer;
 mod page;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 mod parameters;
@@ -58,14 +59,13 @@ pub mod session;
 mod throttle;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 mod topics;
-pub mod watcher;
 
+pub use clock::{Pace, run};
 pub use control::{Change, Controls, Mode};
-pub use desk::Desk;
-pub use pace::{Pace, run};
+pub use mailbox::Mailbox;
+pub use observer::{Observer, Status};
 pub use server::Server;
 pub use session::{Row, Session};
-pub use watcher::{Status, Watcher};
 
 /// Why a live run cannot begin or go on.
 #[derive(Debug, thiserror::Error)]

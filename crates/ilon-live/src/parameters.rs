@@ -13,9 +13,9 @@
 
 use std::ops::RangeInclusive;
 
+use crate::clock::Pace;
 use crate::control::{Change, Controls, FRICTIONS, GAINS_PER_S, Mode, PAYLOADS_KG, Priority};
-use crate::desk::Desk;
-use crate::pace::Pace;
+use crate::mailbox::Mailbox;
 use crate::session::Session;
 
 /// The value of a parameter.
@@ -32,7 +32,7 @@ pub(crate) enum Value {
 /// The parameters of a session.
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters {
-    desk: Desk,
+    desk: Mailbox,
     /// What holds where nobody said anything.
     friction: f64,
     gains_per_s: [f64; 2],
@@ -40,7 +40,7 @@ pub(crate) struct Parameters {
 }
 
 impl Parameters {
-    pub fn of(session: &Session, desk: &Desk) -> Self {
+    pub fn of(session: &Session, desk: &Mailbox) -> Self {
         Self {
             desk: desk.clone(),
             friction: session.friction(),
@@ -157,7 +157,7 @@ impl Parameters {
 mod tests {
     use super::*;
 
-    fn parameters(desk: &Desk) -> Parameters {
+    fn parameters(desk: &Mailbox) -> Parameters {
         Parameters {
             desk: desk.clone(),
             friction: 0.6,
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_value_out_of_range_is_refused_and_changes_nothing() {
-        let desk = Desk::default();
+        let desk = Mailbox::default();
         let parameters = parameters(&desk);
         let before = parameters.now();
         for (name, value, range) in [

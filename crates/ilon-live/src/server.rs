@@ -11,10 +11,10 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Message, WebSocket};
 
 use crate::LiveError;
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
+use crate::observer::{Observer, Status};
 use crate::page;
 use crate::session::Session;
-use crate::watcher::{Status, Watcher};
 
 /// Frames for each second that passes, whatever the pace of the simulation: as many as a screen shows.
 const FRAMES: Duration = Duration::from_nanos(16_666_667);
@@ -49,7 +49,7 @@ pub struct Server {
 /// What all connections share: no more than the newest of each.
 #[derive(Debug, Default)]
 struct Shared {
-    desk: Desk,
+    desk: Mailbox,
     shown: Mutex<Shown>,
     clients: AtomicUsize,
     watching: AtomicUsize,
@@ -82,7 +82,7 @@ impl Server {
     ///
     /// # Errors
     /// [`LiveError::Listen`], [`LiveError::Page`].
-    pub fn start(port: u16, session: &Session, desk: &Desk) -> Result<Self, LiveError> {
+    pub fn start(port: u16, session: &Session, desk: &Mailbox) -> Result<Self, LiveError> {
         let fault = |reason| LiveError::Listen { port, reason };
         let page: Arc<str> = page::html(session)?.into();
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(fault)?;
@@ -112,7 +112,7 @@ impl Server {
     }
 }
 
-impl Watcher for Server {
+impl Observer for Server {
     fn look(&mut self, session: &Session, status: Status<'_>) {
         let now = Instant::now();
         if now >= self.frame_due && self.has_clients() {

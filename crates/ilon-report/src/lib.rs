@@ -3,28 +3,28 @@
 //! It is made from a trace and its summary alone, so that it can be made again without physics. Its numbers are the
 //! summary's; its curves are thinned for the screen, and say so. [`compare`] lays several runs over each other.
 
+mod accumulate;
 #[cfg(feature = "studies")]
 pub mod answers;
 pub mod bench;
 pub mod compare;
+mod decimate;
 pub mod difference;
 pub mod drawing;
 pub mod figure;
 mod figures;
-mod gathered;
+mod input;
 pub mod page;
 pub mod pages;
 mod plot;
 pub mod provenance;
 #[cfg(test)]
 mod sample;
-mod shown;
 pub mod stage;
 mod story;
 pub mod sweep;
 mod tables;
 mod text;
-mod thin;
 
 use std::path::Path;
 
@@ -32,15 +32,15 @@ use ilon_robot::Robot;
 use ilon_trace::file::{ROWS_A_GROUP, write_text};
 use ilon_trace::{Recorded, Settings, Summary, Trace, TraceError};
 
+pub use decimate::short;
 use figure::{dashed, dotted, solid};
 use figures::{balance, contacts, motion, rollers, wheels};
+use input::Shown;
 pub use page::GENERATOR;
 use page::{Head, Section, card, escape, panels};
 pub use provenance::{Expectation, Provenance};
-use shown::Shown;
 use story::Story;
 use text::{angle, length};
-pub use thin::short;
 
 /// What a report can say that a trace does not carry.
 #[derive(Default)]
@@ -372,7 +372,7 @@ fn contacts_of(shown: &Shown, summary: &Summary) -> String {
         contacts::grip_used(shown),
         contacts::friction_cone(trace),
     ];
-    let largest_m_s = shown.all.largest(gathered::OfWheel::SlipSpeed);
+    let largest_m_s = shown.all.largest(accumulate::OfWheel::SlipSpeed);
     let slides = largest_m_s >= LEAST_SLIDING_M_S;
     let quiet = if slides {
         figures.extend([
@@ -426,7 +426,7 @@ fn footer(shown: &Shown) -> String {
          row for each of the {} control steps.{some} Drag over a figure to zoom (all figures over time follow), double click to go \
          back. A short peak beyond the axis is marked with its value. Equation numbers are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics \
          Analysis and Control”, IEEE Transactions on Robotics 25(1), 2009.</p>",
-        thin::MAX_POINTS,
+        decimate::MAX_POINTS,
         shown.all.row_count()
     )
 }

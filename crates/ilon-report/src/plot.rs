@@ -8,8 +8,8 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Map, Value, json};
 
+use super::decimate::{MAX_POINTS, envelope, short};
 use super::figure::Pen;
-use super::thin::{MAX_POINTS, envelope, short};
 
 /// Significant digits of numbers that are written as text.
 const DIGITS: usize = 6;

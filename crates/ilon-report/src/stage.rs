@@ -12,9 +12,9 @@ use ilon_scene::{
 use ilon_trace::{Fault, FaultKind, Header, Rows};
 use serde_json::json;
 
+use super::decimate::short;
 use super::page::{self, Head, Parts, Section, escape, json_in_script};
 use super::story::{Event, EventKind};
-use super::thin::short;
 
 /// The script of clock, slider, keys and events.
 const SCRIPT: &str = include_str!("web/clock.js");

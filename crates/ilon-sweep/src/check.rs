@@ -9,11 +9,11 @@ use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 use crate::axis::{Axis, Values, grid_points};
+use crate::axis_syntax::{axes_of, range};
 use crate::base::Base;
-use crate::file::{MOST_RUNS, Method, SEED, StudyFile};
+use crate::file::{MOST_RUNS, Method, SEED, StudyFile, flat};
 use crate::row::figure_names;
 use crate::sample::{MOST_SOBOL_POINTS, runs_a_point};
-use crate::written::{axes_of, range};
 use ilon_sim::scenario::{Bound, Scenario, Setting, nearest, read_toml};
 use ilon_sim::{Error, ScenarioFault};
 
@@ -131,21 +131,6 @@ fn overlap(a: &str, b: &str) -> bool {
             .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     };
     holds(a, b) || holds(b, a)
-}
-
-/// The values of a table by their dotted keys.
-pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
-    let mut found = Vec::new();
-    for (key, value) in table {
-        match value {
-            Value::Table(inner) if !inner.is_empty() => {
-                let inner = flat(inner).into_iter();
-                found.extend(inner.map(|(name, value)| (format!("{key}.{name}"), value)));
-            }
-            value => found.push((key.clone(), value.clone())),
-        }
-    }
-    found
 }
 
 /// A study as it was read, before it is known whether it can be run.

@@ -11,7 +11,7 @@ use toml::Value;
 use crate::evaluate::evaluate;
 use crate::file::{Find, Keep, Minimise};
 use crate::findings::{Findings, FoundAt, MinimumAt};
-use crate::keep::{keep, kept_folder};
+use crate::keep_traces::{keep, kept_folder};
 use crate::minimise::Trial;
 use crate::options::{Options, Progress, Stop};
 use crate::row::{Row, Status, Task, figure_index};

@@ -28,31 +28,30 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod axis;
+mod axis_syntax;
 mod base;
 mod check;
 mod engine;
 mod evaluate;
 mod file;
-mod find;
 pub mod findings;
 mod hash;
-mod keep;
+mod keep_traces;
 mod minimise;
 mod options;
-mod parts;
 mod robots;
 mod row;
+mod run_parts;
 mod sample;
 mod shard;
 mod store;
 mod study;
 mod table;
-mod written;
+mod threshold;
 
 pub use axis::{Axis, Values, number_of};
 pub use engine::{findings, keep_traces, sweep, write_results};
 pub use file::{Find, Keep, Method, Minimise, OneBound, OneOrMany, Scale, ShareBound, StudyFile};
-pub use find::{Crossing, Found};
 pub use findings::Findings;
 pub use minimise::Minimum;
 pub use options::{Options, Progress, Stop};
@@ -61,3 +60,4 @@ pub use shard::Shard;
 pub use store::Store;
 pub use study::{Column, Question, Study, is_study};
 pub use table::{Cells, columns, text_of, write_runs};
+pub use threshold::{Crossing, Found};

@@ -11,7 +11,7 @@ use toml::Value;
 use crate::axis::{Axis, grid_points};
 use crate::base::Base;
 use crate::check::{self, Draft};
-use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile};
+use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile, flat};
 use crate::robots::Robots;
 use crate::row::Task;
 use crate::sample::{Sample, generator, unit};
@@ -172,7 +172,7 @@ impl Study {
             is_numeric: true,
         };
         columns.extend(file.find.as_ref().map(|find| number(&find.key)));
-        let fixed = check::flat(&file.set);
+        let fixed = flat(&file.set);
         let is_seeded = fixed.iter().any(|(key, _)| key == SEED)
             || columns.iter().any(|column| column.key == SEED);
         if (file.method.is_sample() || file.repetitions > 1) && !is_seeded {

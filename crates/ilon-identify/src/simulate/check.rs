@@ -3,7 +3,7 @@
 use ilon_robot::Robot;
 use ilon_sim::Error;
 
-use super::section::{Logged, Phases, Simulate};
+use super::config::{Logged, Phases, Simulate};
 use crate::log::Column;
 use crate::study_file::StudyFile;
 

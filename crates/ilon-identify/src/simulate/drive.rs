@@ -7,11 +7,11 @@ use ilon_sim::{Error, Plant, WheelCommand, load_robot, resolve_for};
 use nalgebra::Matrix3xX;
 use toml::Value as Toml;
 
-use super::free::Free;
-use super::legs::Course;
+use super::config::Simulate;
 use super::made::Made;
-use super::section::Simulate;
-use super::starts::{self, Starts};
+use super::parameters::Free;
+use super::phases::{self, Starts};
+use super::steady_drives::Course;
 use crate::log::Log;
 use crate::motion::window;
 use crate::ripple::{Stretches, ripple};
@@ -61,7 +61,7 @@ impl Ready {
 
     /// What is simulated, with the rollers of each wheel turned about its hub, in radians.
     fn plant(&self, turned_rad: &[f64]) -> Result<Plant, Error> {
-        let robot = starts::turned(self.robot.clone(), turned_rad);
+        let robot = phases::turned(self.robot.clone(), turned_rad);
         let resolved = resolve_for(&self.scenario, &robot, Driver::Own)?;
         Plant::new(&resolved, &robot)
     }
@@ -90,7 +90,7 @@ pub(super) fn made(
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
     let settle = (SETTLE_S / period_s).ceil() as usize;
     let turned_rad = match (task.starts, &course.begun_rad) {
-        (Starts::Sets(_), _) => starts::set(section, robot, task.seed, task.drive, task.set),
+        (Starts::Sets(_), _) => phases::set(section, robot, task.seed, task.drive, task.set),
         (Starts::Log, Some(begun_rad)) => {
             // Where wheels stand that settled from the angles of the file says from where they come to those of the log.
             let mut plant = ready.plant(&[])?;

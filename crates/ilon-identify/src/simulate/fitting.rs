@@ -13,13 +13,13 @@ use ilon_sim::Error;
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 use rayon::prelude::*;
 
-use super::along::{Along, NORMAL, PARTS, Point, Scattered, Share};
-use super::compared::Scales;
 use super::drive::{self, Ready, Task, made};
-use super::free::Free;
-use super::legs::{Course, Leg};
 use super::made::{Made, Together};
-use super::starts::Starts;
+use super::parameters::Free;
+use super::phases::Starts;
+use super::profile_likelihood::{Along, NORMAL, PARTS, Point, Scattered, Share};
+use super::residuals::Scales;
+use super::steady_drives::{Course, Leg};
 use crate::least_squares::{Found, Search, least_squares};
 use crate::scatter::{Cluster, Interval, Scatter};
 use crate::study::{Simulate, Study};

@@ -1,17 +1,17 @@
 //! Keys of the scenario that are fitted by simulating: each direction in which a log drives steadily is driven by the simulated robot
 //! at the same wheel rates, and the ways made are compared.
 
-mod along;
 mod check;
-mod compared;
+mod config;
 mod drive;
 mod fitting;
-mod free;
-mod legs;
 mod made;
-mod section;
+mod parameters;
+mod phases;
+mod profile_likelihood;
+mod residuals;
 mod seen;
-mod starts;
+mod steady_drives;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -19,16 +19,16 @@ use ilon_sim::Error;
 use nalgebra::{Matrix3xX, RowDVector};
 
 pub(crate) use self::check::check;
-use self::compared::{Compared, Scales};
-use self::drive::Ready;
-use self::fitting::{Problem, Rig, shown};
-use self::free::{Free, free_of, start_of};
-use self::legs::{Leg, legs};
-pub use self::section::{
+pub use self::config::{
     BesideFile, CurrentsFile, HeadingFile, Logged, Phases, RippleFile, Simulate,
 };
+use self::drive::Ready;
+use self::fitting::{Problem, Rig, shown};
+use self::parameters::{Free, free_of, start_of};
+use self::phases::Starts;
+use self::residuals::{Compared, Scales};
 pub(crate) use self::seen::Seen;
-use self::starts::Starts;
+use self::steady_drives::{Leg, legs};
 use crate::least_squares::Search;
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
 use crate::study::{Study, flat};

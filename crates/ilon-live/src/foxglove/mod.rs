@@ -31,12 +31,12 @@ use ilon_messages::{CdrError, Message};
 use serde::Deserialize;
 
 use crate::commands::{self, Commanded, Heard};
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
+use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
 use crate::session::{Row, Session};
 use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
-use crate::watcher::{Status, Watcher};
 use parameters::Panel;
 use playback::Playback;
 
@@ -75,7 +75,7 @@ pub struct Foxglove {
     topics: LiveTopics,
     panel: Arc<Panel>,
     playback: Arc<Playback>,
-    desk: Desk,
+    desk: Mailbox,
     /// When this drive began, in the session's time; none before its first row.
     began_s: Option<f64>,
     look_due: Instant,
@@ -86,7 +86,7 @@ impl Foxglove {
     ///
     /// # Errors
     /// [`FoxgloveError`].
-    pub fn start(port: u16, session: &Session, desk: &Desk) -> Result<Self, FoxgloveError> {
+    pub fn start(port: u16, session: &Session, desk: &Mailbox) -> Result<Self, FoxgloveError> {
         let topics = LiveTopics::of(session, false);
         let latched = Arc::new(Latched::default());
         let mut channels = Channels {
@@ -152,7 +152,7 @@ impl Foxglove {
     }
 }
 
-impl Watcher for Foxglove {
+impl Observer for Foxglove {
     fn row(&mut self, row: Row<'_>) {
         let began_s = *self.began_s.get_or_insert(row.record.t_s);
         if self.client_count() == 0 {
@@ -297,7 +297,7 @@ impl Outlet for Channels {
 
 /// Hears what clients say.
 struct Listener {
-    desk: Desk,
+    desk: Mailbox,
     robot: Commanded,
     latched: Arc<Latched>,
     playback: Arc<Playback>,

@@ -8,19 +8,19 @@ use foxglove::websocket::{
 };
 
 use crate::control::Controls;
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
 use crate::parameters::{Parameters, Value};
 
 /// The parameters, and what was shown of them last.
 #[derive(Debug)]
 pub(super) struct Panel {
-    desk: Desk,
+    desk: Mailbox,
     parameters: Parameters,
     shown: Mutex<Vec<(&'static str, Value)>>,
 }
 
 impl Panel {
-    pub fn new(desk: Desk, parameters: Parameters) -> Self {
+    pub fn new(desk: Mailbox, parameters: Parameters) -> Self {
         Self {
             desk,
             parameters,

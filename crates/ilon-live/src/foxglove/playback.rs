@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use foxglove::websocket::{PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus};
 
 use crate::control::{Change, Controls};
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
 
 /// A seek to a moment that is no later than this in a drive is one to its start, as far as a person can point at it.
 const START_NS: u64 = 500_000_000;
@@ -17,7 +17,7 @@ const START_NS: u64 = 500_000_000;
 /// Where a live run stands in its timeline, and what its viewers were told of that.
 #[derive(Debug)]
 pub(super) struct Playback {
-    desk: Desk,
+    desk: Mailbox,
     /// Time in this drive.
     now_ns: AtomicU64,
     told: Mutex<Option<(bool, f64)>>,
@@ -25,7 +25,7 @@ pub(super) struct Playback {
 }
 
 impl Playback {
-    pub fn new(desk: Desk) -> Self {
+    pub fn new(desk: Mailbox) -> Self {
         Self {
             desk,
             now_ns: AtomicU64::new(0),

@@ -26,12 +26,12 @@ use super::parameters::{Answers, Servers};
 use super::services::{self, Answer, Features, IsState, Nothing, Outcome};
 use super::{Network, Options, Ros2Error};
 use crate::commands::{self, Commanded, Heard};
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
+use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
 use crate::session::{Row, Session};
 use crate::throttle::Throttle;
 use crate::topics::LiveTopics;
-use crate::watcher::{Status, Watcher};
 
 /// Rows that wait to be published; what comes beyond is lost, and that is said.
 const MOST_ROWS: usize = 256;
@@ -44,7 +44,7 @@ const LOOK: Duration = Duration::from_secs(1);
 pub struct Ros2 {
     events: Option<mpsc::Sender<Event>>,
     thread: Option<JoinHandle<()>>,
-    desk: Desk,
+    desk: Mailbox,
     lost_rows: u64,
     look_due: Instant,
     network: Network,
@@ -73,7 +73,7 @@ impl Ros2 {
     /// [`Ros2Error`].
     pub fn start(
         session: &Session,
-        desk: &Desk,
+        desk: &Mailbox,
         network: Network,
         options: Options,
     ) -> Result<Self, Ros2Error> {
@@ -117,7 +117,7 @@ impl Ros2 {
     }
 }
 
-impl Watcher for Ros2 {
+impl Observer for Ros2 {
     fn row(&mut self, row: Row<'_>) {
         let passed = self.pass(Event::Row(Box::new(OwnedRow {
             record: *row.record,
@@ -281,7 +281,7 @@ impl Topics {
 /// What the thread has.
 struct Heart {
     ends: Ends,
-    desk: Desk,
+    desk: Mailbox,
     robot: Commanded,
     parameters: Parameters,
     /// The simulated time, in seconds.
@@ -439,7 +439,7 @@ impl Heart {
 fn listen<'a, M: DeserializeOwned + 'static>(
     subscription: &'a Subscription<M>,
     topic: &'a str,
-    (desk, throttle): (&'a Desk, &'a RefCell<Throttle>),
+    (desk, throttle): (&'a Mailbox, &'a RefCell<Throttle>),
     heard: impl Fn(&M) + 'a,
 ) -> LocalBoxFuture<'a, ()> {
     let each = move |message: Result<(M, ros2_client::MessageInfo), ros2_client::ReadError>| {

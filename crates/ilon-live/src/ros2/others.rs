@@ -6,7 +6,7 @@ use ros2_client::Context;
 use ros2_client::dds::rustdds::RTPSEntity;
 use ros2_client::dds::rustdds::policy::Reliability;
 
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
 
 /// What others in the domain do that cannot go well, each said once.
 #[derive(Default)]
@@ -15,7 +15,7 @@ pub(super) struct Others {
 }
 
 impl Others {
-    pub fn look(&mut self, context: &Context, unstamped: bool, desk: &Desk) {
+    pub fn look(&mut self, context: &Context, unstamped: bool, desk: &Mailbox) {
         let participant = context.domain_participant();
         let own = participant.guid().prefix;
         let twist_type = if unstamped { "Twist" } else { "TwistStamped" };
@@ -48,7 +48,7 @@ impl Others {
         }
     }
 
-    fn say(&mut self, desk: &Desk, note: String) {
+    fn say(&mut self, desk: &Mailbox, note: String) {
         if self.said.insert(note.clone()) {
             desk.say(note);
         }

@@ -11,7 +11,7 @@ use ros2_client::{ParameterValue, Server};
 
 use super::Ros2Error;
 use super::outlet::Topics;
-use crate::desk::Desk;
+use crate::mailbox::Mailbox;
 use crate::parameters::{Parameters, Value};
 
 /// The servers of the services.
@@ -45,7 +45,7 @@ impl Servers {
 /// What answers their requests.
 pub(super) struct Answers<'a> {
     pub parameters: &'a Parameters,
-    pub desk: &'a Desk,
+    pub desk: &'a Mailbox,
 }
 
 impl Answers<'_> {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_live::foxglove::Foxglove;
-use ilon_live::{Desk, Pace, Session, Watcher};
+use ilon_live::{Mailbox, Observer, Pace, Session};
 use ilon_sim::Scenario;
 
 fn session() -> Session {
@@ -43,7 +43,7 @@ fn a_viewer_of_others_looks_on_drives_and_does_no_harm() {
         return;
     }
     let mut session = session();
-    let desk = Desk::default();
+    let desk = Mailbox::default();
     let mut server = Foxglove::start(0, &session, &desk).expect("a server");
     let url = server.url();
     let ended = AtomicBool::new(false);
@@ -56,7 +56,7 @@ fn a_viewer_of_others_looks_on_drives_and_does_no_harm() {
         });
         let begun = Instant::now();
         let go_on = || !ended.load(Ordering::Relaxed) && begun.elapsed() < Duration::from_secs(500);
-        let watchers: &mut [&mut dyn Watcher] = &mut [&mut server];
+        let watchers: &mut [&mut dyn Observer] = &mut [&mut server];
         ilon_live::run(&mut session, &desk, watchers, Pace::default(), go_on).expect("a run");
         client.join().expect("the client ends")
     });
@@ -70,7 +70,7 @@ fn a_viewer_of_others_looks_on_drives_and_does_no_harm() {
 
 #[test]
 fn a_port_that_is_taken_is_said() {
-    let (session, desk) = (session(), Desk::default());
+    let (session, desk) = (session(), Mailbox::default());
     let first = Foxglove::start(0, &session, &desk).expect("a server");
     let port: u16 = first
         .url()

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ilon_live::{Controls, Desk, Mode, Pace, Server, Session, Watcher};
+use ilon_live::{Controls, Mailbox, Mode, Observer, Pace, Server, Session};
 use ilon_robot::Pose;
 use ilon_sim::Scenario;
 
@@ -47,7 +47,7 @@ fn served(script: &str, further: &[&str]) -> Option<String> {
     let python = python()?;
     let mut session = session(&["robot.x_m=0", "robot.heading_deg=0"]);
     let floats = session.frame().values().len().to_string();
-    let desk = Desk::default();
+    let desk = Mailbox::default();
     let mut server = Server::start(0, &session, &desk).expect("a server");
     let port = port(&server).to_string();
     let ended = AtomicBool::new(false);
@@ -68,7 +68,7 @@ fn served(script: &str, further: &[&str]) -> Option<String> {
         });
         let begun = Instant::now();
         let go_on = || !ended.load(Ordering::Relaxed) && begun.elapsed() < Duration::from_secs(300);
-        let watchers: &mut [&mut dyn Watcher] = &mut [&mut server];
+        let watchers: &mut [&mut dyn Observer] = &mut [&mut server];
         ilon_live::run(&mut session, &desk, watchers, Pace::default(), go_on).expect("a run");
         client.join().expect("the client ends")
     });
@@ -187,9 +187,9 @@ fn a_payload_loads_the_wheels_and_stays_over_a_reset() {
 #[test]
 fn time_that_stands_goes_on_step_by_step() {
     let mut session = session(&[]);
-    let desk = Desk::default();
+    let desk = Mailbox::default();
     struct Rows(Vec<f64>);
-    impl Watcher for Rows {
+    impl Observer for Rows {
         fn row(&mut self, row: ilon_live::Row<'_>) {
             self.0.push(row.record.t_s);
         }
@@ -221,7 +221,7 @@ fn time_that_stands_goes_on_step_by_step() {
         })
     };
     let mut counted = None;
-    let mut watchers: [&mut dyn Watcher; 1] = [&mut rows];
+    let mut watchers: [&mut dyn Observer; 1] = [&mut rows];
     ilon_live::run(&mut session, &desk, &mut watchers, pace, || {
         counted = counted.or_else(|| (!desk.controls().paused && asks.is_finished()).then_some(()));
         counted.is_none()
@@ -240,7 +240,7 @@ fn time_that_stands_goes_on_step_by_step() {
 #[derive(Default)]
 struct SeesReturns(Vec<(f64, f64, Pose)>);
 
-impl Watcher for SeesReturns {
+impl Observer for SeesReturns {
     fn restarted(&mut self, session: &Session) {
         let pose = session.frame().pose;
         self.0
@@ -260,7 +260,7 @@ fn the_robot_goes_back_to_its_start_while_time_stands() {
     let went_s = session.time_s();
     let away_m = session.frame().pose.position_m() - start.position_m();
     assert!(went_s > 0.0 && away_m.norm() > 1e-3);
-    let (desk, mut sees) = (Desk::default(), SeesReturns::default());
+    let (desk, mut sees) = (Mailbox::default(), SeesReturns::default());
     desk.take(r#"{"reset": true}"#);
     let pace = Pace {
         paused: true,
@@ -330,7 +330,7 @@ fn ice_takes_the_grip_and_the_start_is_where_it_was() {
 #[test]
 fn a_port_that_is_taken_is_said() {
     let session = session(&[]);
-    let desk = Desk::default();
+    let desk = Mailbox::default();
     let first = Server::start(0, &session, &desk).expect("a server");
     let port = port(&first);
     let second = Server::start(port, &session, &desk)

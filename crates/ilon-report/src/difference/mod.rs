@@ -392,7 +392,7 @@ fn paths<R: Rows>(run: &R, baseline: &R) -> Result<Figure, R::Error> {
         Ok(places.filter_map(|(x, y)| Some((x?, y?))).collect())
     };
     let thin = |way: Vec<(f64, f64)>| {
-        super::thin::evenly(way.len(), super::thin::MAX_POINTS)
+        super::decimate::evenly(way.len(), super::decimate::MAX_POINTS)
             .into_iter()
             .map(move |row| way[row])
     };

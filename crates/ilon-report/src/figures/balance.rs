@@ -3,14 +3,14 @@
 use ilon_trace::ledger::{Integral, Terms};
 use ilon_trace::{Ledger, Record, Summary};
 
+use crate::accumulate::{OfRobot, Way};
+use crate::decimate::evenly;
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, bars, curve, dashed, dots, exact_curve, layout, plot, solid,
 };
-use crate::gathered::{OfRobot, Way};
-use crate::shown::Shown;
+use crate::input::Shown;
 use crate::story::{Budget, PARTS};
 use crate::text::{label, length};
-use crate::thin::evenly;
 
 /// A quantity of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;

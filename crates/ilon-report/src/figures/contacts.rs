@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use ilon_trace::{Record, Trace, WheelSample};
 
+use crate::accumulate::{OfWheel, SECTORS};
+use crate::decimate::{evenly, short};
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
     wheel_pen,
 };
-use crate::gathered::{OfWheel, SECTORS};
-use crate::shown::Shown;
-use crate::thin::{evenly, short};
+use crate::input::Shown;
 
 /// Sliding speed of each wheel's contact over time.
 pub(crate) fn slip_speed(shown: &Shown) -> Figure {

@@ -3,14 +3,14 @@
 use ilon_robot::{Pose, Twist};
 use ilon_trace::{Record, Settings};
 
+use crate::accumulate::{OfRobot, TwistOf};
+use crate::decimate::{MAX_POINTS, evenly};
 use crate::figure::{
     Curve, Figure, Layout, Pen, Span, axis, curve, dashed, dots, dotted, exact_curve, map_layout,
     plot, solid,
 };
-use crate::gathered::{OfRobot, TwistOf};
-use crate::shown::Shown;
+use crate::input::Shown;
 use crate::story::Budget;
-use crate::thin::{MAX_POINTS, evenly};
 
 /// The way over the floor, against the reference.
 pub(crate) fn path(shown: &Shown) -> Figure {

@@ -2,12 +2,12 @@
 
 use ilon_trace::{Trace, WheelSample};
 
+use crate::accumulate::{Gathered, PITCH_BINS};
+use crate::decimate::{MAX_POINTS, evenly};
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dots, exact_curve, layout, plot, solid, wheel_pen,
 };
-use crate::gathered::{Gathered, PITCH_BINS};
-use crate::shown::Shown;
-use crate::thin::{MAX_POINTS, evenly};
+use crate::input::Shown;
 
 /// One panel a wheel: the roller that carries it over time, where it shares the load, and where none touches.
 pub(crate) fn touching(trace: &Trace) -> Vec<Figure> {

@@ -1,11 +1,11 @@
 //! What the wheels did: rates, torques, and the tasks that shared them.
 
 use super::motion::level;
+use crate::accumulate::{OfRobot, OfWheel};
 use crate::figure::{
     Curve, Figure, Layout, Span, axis, curve, dashed, dotted, plot, solid, wheel_pen,
 };
-use crate::gathered::{OfRobot, OfWheel};
-use crate::shown::Shown;
+use crate::input::Shown;
 
 /// One panel a wheel: commanded and real rate, and the limit. All panels share their scale.
 pub(crate) fn rates(shown: &Shown) -> Vec<Figure> {

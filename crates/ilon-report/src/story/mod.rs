@@ -19,9 +19,9 @@ pub(crate) use budget::{Budget, Integrator, PARTS, Standing};
 pub(crate) use events::{Event, EventKind, Watch};
 pub(crate) use measured::{Measured, apart};
 
-use crate::gathered::OfRobot;
+use crate::accumulate::OfRobot;
+use crate::input::Shown;
 use crate::page::escape;
-use crate::shown::Shown;
 use crate::text::{angle, length, time};
 use faults::Trouble;
 use phrases::capital;

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use super::footings::Footings;
+use super::surface::Footings;
 use super::timed_patch::TimedPatch;
 use crate::Error;
 use crate::scenario::{Rough, Scenario};

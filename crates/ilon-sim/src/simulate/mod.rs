@@ -2,11 +2,11 @@
 
 mod clock;
 mod command;
+mod defaults;
 mod disturbances;
 mod drive;
 mod faults;
 mod floor;
-mod footings;
 mod fusion;
 mod header;
 mod load;
@@ -15,15 +15,15 @@ mod plant;
 mod playback;
 mod recorder;
 mod reference;
-mod remarks;
 mod resolve;
 mod run;
 mod sensors;
 mod simulation;
 mod stability;
+mod surface;
 mod timed_patch;
-mod tuning;
 mod twist_profile;
+mod warnings;
 mod waypoints;
 mod wheel_loop;
 

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{reference, remarks, stability, tuning, wheel_loop};
+use super::{defaults, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -90,17 +90,17 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let physics_dt_s = match scenario.run.physics_dt_s {
         Step::Seconds(dt_s) => dt_s,
         Step::Auto(_) => {
-            let split_dt_s = tuning::split_dt_s(&scenario, robot);
+            let split_dt_s = defaults::split_dt_s(&scenario, robot);
             let solver = &mut scenario.world.solver;
             solver.split_dt_s = solver.split_dt_s.or(split_dt_s);
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario);
-            tuning::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
+            defaults::physics_dt_s(&scenario, robot, &model, asked_rad_s)?
         }
     };
     scenario.run.physics_dt_s = Step::Seconds(physics_dt_s);
     scenario.check_step(physics_dt_s)?;
 
-    let scale = tuning::scale_of(&scenario, robot);
+    let scale = defaults::scale_of(&scenario, robot);
     let solver = &mut scenario.world.solver;
     if solver.contacts == Contacts::Ilon {
         solver
@@ -118,17 +118,17 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
         let (friction, gravity_m_s2) = (world.floor.friction(), world.gravity_m_s2);
         warnings.extend(roller_drag::remarks(robot, friction, gravity_m_s2));
     }
-    warnings.extend(remarks::of_friction(&scenario));
-    warnings.extend(remarks::of_what_comes_too_late(&scenario));
-    warnings.extend(remarks::of_heading(&scenario));
+    warnings.extend(warnings::of_friction(&scenario));
+    warnings.extend(warnings::of_what_comes_too_late(&scenario));
+    warnings.extend(warnings::of_heading(&scenario));
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
-            warnings.extend(remarks::of_feasibility(&feasibility));
+            warnings.extend(warnings::of_feasibility(&feasibility));
             warnings.extend(stability::remark(&scenario));
         }
         None => {
             let asked_rad_s = pilot.fastest_rate_asked_rad_s(&scenario).unwrap_or(0.0);
-            warnings.extend(remarks::of_twist(asked_rad_s, limit_rad_s));
+            warnings.extend(warnings::of_twist(asked_rad_s, limit_rad_s));
         }
     }
     Ok(Resolved {

@@ -14,9 +14,9 @@ use super::load::{load, load_robot};
 use super::pilot::{Controller, Pilot};
 use super::plant::Plant;
 use super::recorder::Recorder;
-use super::remarks;
 use super::resolve::{Driver, Resolved, resolve, resolve_for};
 use super::run::{Progress, Run};
+use super::warnings;
 use crate::scenario::Scenario;
 use crate::{Error, judge};
 
@@ -293,7 +293,7 @@ impl Simulation {
     }
 
     fn finish<T>(mut self, trace: T, mut summary: Summary, cpu_s: Option<f64>) -> Run<T> {
-        self.warnings.extend(remarks::of_summary(&summary));
+        self.warnings.extend(warnings::of_summary(&summary));
         summary.sim_seconds_per_cpu_second = cpu_s
             .filter(|cpu_s| *cpu_s > 0.0)
             .map(|cpu_s| summary.duration_s / cpu_s);

@@ -15,10 +15,10 @@ use self::grid::RangeOf;
 use self::sensitivity::{Effects, Indices};
 use self::statistics::{Quantile, quantile, share_interval};
 use crate::file::Method;
-use crate::find::Found;
 use crate::minimise::Minimum;
 use crate::row::{Row, Status, figure_index};
 use crate::study::{Question, Study};
+use crate::threshold::Found;
 
 /// The quantiles that are given of a sample.
 const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];

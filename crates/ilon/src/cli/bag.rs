@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use ilon_messages::bag::{self, BagError};
 use ilon_messages::topics::BagSink;
 
-use super::claim;
 use super::output::OutputFolder;
+use super::reserve;
 use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
 
@@ -24,7 +24,7 @@ impl Bag {
         // An earlier bag goes with the other results, whether or not this run makes one.
         if wanted || bag::is_own(&folder) {
             for file in ["bag_0.mcap", "metadata.yaml"] {
-                claim::not_an_input(&folder.join(file), "--out", inputs)?;
+                reserve::not_an_input(&folder.join(file), "--out", inputs)?;
             }
         }
         let is_empty = folder

@@ -10,7 +10,7 @@ use super::escape::one_line;
 use super::outcome::Outcome;
 use super::robot::Sources;
 use super::table::Table;
-use super::{claim, open, say};
+use super::{console, open, reserve};
 use crate::bench::{Bench, Configuration, DRIVES, Kind, Options, ROBOTS, RobotBench};
 use crate::cli::failure::Failure;
 use crate::pages;
@@ -98,12 +98,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = options(arguments)?;
-    let claim_out = |folder: &PathBuf| claim::folder(folder, "--out");
+    let claim_out = |folder: &PathBuf| reserve::folder(folder, "--out");
     let _claim = arguments.out.as_ref().map(claim_out).transpose()?;
     if cfg!(debug_assertions) {
-        say::note("note: this is a build for debugging; its speeds tell nothing");
+        console::note("note: this is a build for debugging; its speeds tell nothing");
     }
-    let bench = crate::bench::measure(&options, |what| say::note(&one_line(what)))?;
+    let bench = crate::bench::measure(&options, |what| console::note(&one_line(what)))?;
     let json = serde_json::to_string_pretty(&bench)
         .map_err(|error| Failure::encode("the measurements", &error))?
         + "\n";
@@ -111,13 +111,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write(folder, &bench, &json)?;
     }
     if arguments.json {
-        say::data(&json)?;
+        console::data(&json)?;
     } else {
-        say::lines(&text(&bench))?;
+        console::lines(&text(&bench))?;
         if let Some(folder) = &arguments.out {
             let place = folder.display().to_string();
             let place = one_line(&place);
-            say::lines(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
+            console::lines(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
         }
     }
     if let Some(folder) = arguments.out.as_ref().filter(|_| arguments.open) {

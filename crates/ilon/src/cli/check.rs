@@ -20,12 +20,12 @@ use self::found::Found;
 use self::outcome::{Checked, Count, Ended, Judged};
 use self::update::Update;
 use super::answer::verdicts;
-use super::claim::{self, Claim};
 use super::escape::one_line;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::output::OutputFolder;
-use super::{fault, say};
+use super::reserve::{self, Claim};
+use super::{console, fault};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::{Difference, differences, judge_rows};
@@ -110,9 +110,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             if !arguments.json {
                 let lines = checked.lines(&settings);
                 let _ = if checked.has_failed() {
-                    say::failed(&lines)
+                    console::failed(&lines)
                 } else {
-                    say::lines(&lines)
+                    console::lines(&lines)
                 };
             }
             checked.write_update();
@@ -134,15 +134,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         file::write_text(path, &junit::xml(&checked)?)?;
     }
     if arguments.json {
-        say::data(&outcome::json(&checked)?)?;
+        console::data(&outcome::json(&checked)?)?;
     } else {
-        say::lines(&format!("\n{}", outcome::totals(&checked)))?;
+        console::lines(&format!("\n{}", outcome::totals(&checked)))?;
     }
     if checked
         .iter()
         .all(|one| one.count() == Count::NothingExpected)
     {
-        say::note(
+        console::note(
             "note: NOTHING WAS CHECKED: no scenario has an `[expect]`, so that none of them can fail",
         );
     }
@@ -150,7 +150,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for one in checked {
         match (one.count(), one.result) {
             (_, Ended::Refused(error)) => {
-                say::watching(&format!("{}:\n", one_line(&one.label)));
+                console::watching(&format!("{}:\n", one_line(&one.label)));
                 fault::show(error);
                 outcome = Outcome::BadInput;
             }
@@ -177,7 +177,7 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[Found], files: &Fi
         return;
     }
     for study in found.iter().filter(|one| is_study(&one.path, files)) {
-        say::note(&format!(
+        console::note(&format!(
             "note: `{}` is a study, of which {} does nothing",
             study.label,
             given.join(" and ")
@@ -197,7 +197,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
     } = arguments;
     let mut inputs: Vec<PathBuf> = found.iter().map(|one| one.path.clone()).collect();
     if let (Some(save), Some(against)) = (save, against)
-        && (save == against || claim::is_same_file(save, against))
+        && (save == against || reserve::is_same_file(save, against))
     {
         return Err(Failure::usage(
             "--save and --against name the same folder: what fails against its baseline would become the baseline",
@@ -215,14 +215,14 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
     }
     let mut claims = Vec::new();
     if let Some(path) = junit {
-        claims.push(claim::file(path, "--junit", &inputs)?);
+        claims.push(reserve::file(path, "--junit", &inputs)?);
     }
     if let Some(folder) = save {
-        claims.push(claim::folder(folder, "--save")?);
+        claims.push(reserve::folder(folder, "--save")?);
         let baselines = found.iter().map(|one| baseline_file(folder, &one.name));
         let mut below = BTreeSet::new();
         for baseline in baselines {
-            claim::not_an_input(&baseline, "--save", &inputs)?;
+            reserve::not_an_input(&baseline, "--save", &inputs)?;
             below.extend(baseline.parent().map(Path::to_owned));
         }
         for folder in below {
@@ -241,7 +241,7 @@ fn claims(arguments: &Arguments, found: &[Found]) -> Result<Vec<Claim>, Failure>
         }
     }
     if let Some(folder) = keep {
-        claims.push(claim::folder(folder, "--keep")?);
+        claims.push(reserve::folder(folder, "--keep")?);
         for one in found {
             OutputFolder::refuse_losses(&folder.join(&one.name), "--keep", &inputs)?;
         }

@@ -9,7 +9,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, demo, fault, generate, identify, inspect, manual, report, run, say,
+    bench, check, compare, console, demo, fault, generate, identify, inspect, manual, report, run,
     schema, sweep,
 };
 use crate::cli::failure::Failure;
@@ -105,7 +105,7 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             let printed = error.print();
             // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
             if !error.use_stderr()
-                && let Err(failure) = say::written(printed)
+                && let Err(failure) = console::written(printed)
             {
                 fault::show(failure);
                 return 2;
@@ -113,7 +113,7 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
-    say::be_quiet(cli.quiet);
+    console::be_quiet(cli.quiet);
     match dispatch(cli.command) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Unexpected) => 1,

@@ -9,7 +9,7 @@ use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::progress::Bar;
 use super::table::Table;
-use super::{claim, open, say};
+use super::{console, open, reserve};
 use crate::cli::failure::Failure;
 use crate::compare::{CompareError, Compared, Comparison};
 use crate::simulate::Simulation;
@@ -52,16 +52,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ]
     };
     let inputs: Vec<PathBuf> = arguments.runs.iter().flat_map(within).collect();
-    let _claim = claim::file(out, "--out", &inputs)?;
+    let _claim = reserve::file(out, "--out", &inputs)?;
     let files = arguments.sandbox.files()?;
     let runs = arguments.runs.iter().map(|path| load(path, &files));
     let comparison =
         Comparison::of(runs.collect::<Result<_, Failure>>()?, &arguments.runs).map_err(refused)?;
     report::compare::write(out, &comparison)?;
     if arguments.json {
-        say::data(&json(&comparison)?)?;
+        console::data(&json(&comparison)?)?;
     } else {
-        say::lines(&format!(
+        console::lines(&format!(
             "{}\nwritten to {}\n",
             table(&comparison),
             one_line(&out.display().to_string())

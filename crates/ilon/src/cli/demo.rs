@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::escape::one_line;
 use super::outcome::Outcome;
-use super::{flags, say};
+use super::{console, flags};
 use crate::bench::ROBOTS;
 use crate::cli::failure::Failure;
 
@@ -71,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let path = flags::shell(&path.display().to_string());
         lines += &format!("ilon run {}    # {shows}\n", one_line(&path));
     }
-    say::lines(&lines)?;
+    console::lines(&lines)?;
     Ok(Outcome::Done)
 }
 

@@ -7,7 +7,7 @@ use miette::{
     MietteSpanContents, Report, Severity, SourceCode, SourceSpan, SpanContents,
 };
 
-use super::{escape, say};
+use super::{console, escape};
 use crate::cli::failure::Failure;
 
 /// How much of a line is shown on each side of the place at fault, in bytes. A file may be one line of megabytes.
@@ -29,7 +29,7 @@ pub(super) fn show(error: Failure) {
     if write!(text, "{:?}", Report::new(shown)).is_err() {
         text = format!("{}\n", escape::one_line(&error.to_string()));
     }
-    say::watching(&format!("{text}\n"));
+    console::watching(&format!("{text}\n"));
 }
 
 /// A fault as it is shown, without colours; `settings` is what whoever called knows settings by.

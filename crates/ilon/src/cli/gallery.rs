@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use ilon_formats::{LoadOptions, LoadRobot, RobotError};
 use ilon_robot::Robot;
 
+use super::console;
 use super::escape::one_line;
 use super::flags::{Flags, shell};
-use super::say;
 use crate::cli::failure::Failure;
 use crate::control::Kinematics;
 use crate::inspect::Inspection;
@@ -50,7 +50,7 @@ pub(super) fn run(
         text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
     }
     let html = html.display().to_string();
-    say::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))
+    console::lines(&format!("{text}\nside by side in {}\n", one_line(&html)))
 }
 
 /// What becomes of a file.

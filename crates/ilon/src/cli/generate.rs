@@ -6,7 +6,7 @@ use ilon_formats::{LoadRobot, Spec};
 use ilon_robot::Robot;
 
 use super::outcome::Outcome;
-use super::{claim, say};
+use super::{console, reserve};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
@@ -33,10 +33,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
     match &arguments.out {
         Some(path) => {
-            let _claim = claim::file(path, "--out", std::slice::from_ref(&arguments.spec))?;
+            let _claim = reserve::file(path, "--out", std::slice::from_ref(&arguments.spec))?;
             ilon_trace::file::write_text(path, &urdf)?;
         }
-        None => say::data(&urdf)?,
+        None => console::data(&urdf)?,
     }
     Ok(Outcome::Done)
 }

@@ -10,7 +10,7 @@ use super::escape::one_line;
 use super::options::{Detail, Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
-use super::{answer, claim, results, say};
+use super::{answer, console, reserve, results};
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon identify`.
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let study = Study::load_within(path, &arguments.sandbox.files()?)?;
     let out = arguments.out.or_of(&study.name());
     results::refuse_identify_inputs(&out, &study, "--out")?;
-    let _claim = claim::folder(&out, "--out")?;
+    let _claim = reserve::folder(&out, "--out")?;
     // How many drives a search simulates is not known before it ends.
     let bar = Bar::without_end(&study.name());
     let found = identify(&study, &|progress| {
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         for odd in &found.doubts {
             let (doubt, file) = (&odd.doubt, &odd.file);
             let text = format!("note: {file}: {} ({})", doubt.message, doubt.help);
-            say::note(&one_line(&text));
+            console::note(&one_line(&text));
         }
     }
     let json = results::write_identified(&study, &found, &out)?;
@@ -99,9 +99,9 @@ fn plan(arguments: &Arguments) -> Result<Outcome, Failure> {
     let course = ilon_identify::plan::plan(&robot, &arguments.free, arguments.speed)?;
     let out = arguments.out.or_of("course");
     for name in ["wheel_rates.csv", "waypoints.csv", "course.json"] {
-        claim::not_an_input(&out.join(name), "--out", std::slice::from_ref(path))?;
+        reserve::not_an_input(&out.join(name), "--out", std::slice::from_ref(path))?;
     }
-    let _claim = claim::folder(&out, "--out")?;
+    let _claim = reserve::folder(&out, "--out")?;
     let json = serde_json::to_string_pretty(&course);
     let json = json.map_err(|error| Failure::encode("the course", &error))? + "\n";
     write_text(&out.join("wheel_rates.csv"), &course.wheel_rates_csv)?;

@@ -13,7 +13,7 @@ use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::robot::Reading;
 use super::table::Table;
-use super::{claim, gallery, open, ros2, say};
+use super::{console, gallery, open, reserve, ros2};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::{Inspection, TreadInspection};
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut options = arguments.reading.options();
     options.files = arguments.sandbox.files()?;
     let claimed = |out: &Option<PathBuf>, flag| {
-        let claim = |out: &PathBuf| claim::file(out, flag, std::slice::from_ref(path));
+        let claim = |out: &PathBuf| reserve::file(out, flag, std::slice::from_ref(path));
         out.as_ref().map(claim).transpose()
     };
     let _svg = claimed(&arguments.svg, "--svg")?;
@@ -142,12 +142,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspection)
             .map_err(|error| Failure::encode("the inspection", &error))?;
-        say::data(&(json + "\n"))?;
+        console::data(&(json + "\n"))?;
     } else {
-        say::lines(&text(&inspection))?;
+        console::lines(&text(&inspection))?;
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             let path = path.display().to_string();
-            say::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
+            console::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;
         }
     }
     if let Some(html) = arguments.html.as_ref().filter(|_| arguments.open) {

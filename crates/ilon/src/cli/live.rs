@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ilon_live::{Desk, LiveError, Pace, Server, Session, Watcher};
+use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
 
+use super::console;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
-use super::say;
 use crate::Scenario;
 use crate::cli::failure::Failure;
 
@@ -68,9 +68,9 @@ enum Drives {
 /// Says what there is to say to whoever watches the command.
 struct Terminal;
 
-impl Watcher for Terminal {
+impl Observer for Terminal {
     fn say(&mut self, note: &str) {
-        say::note(note);
+        console::note(note);
     }
 }
 
@@ -105,13 +105,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario =
         Scenario::load_within(&arguments.scenario, &arguments.settings.settings, &files)?;
     let mut session = Session::new(&scenario).map_err(failure)?;
-    let desk = Desk::default();
+    let desk = Mailbox::default();
     let mut page = Server::start(arguments.port, &session, &desk).map_err(failure)?;
     #[cfg(feature = "ros2")]
     let mut node = ros2(arguments, &session, &desk)?;
     #[cfg(feature = "foxglove")]
     let mut viewers = foxglove(arguments, &session, &desk)?;
-    say::lines(&format!("drive at {}  (end with Ctrl-C)\n", page.url()))?;
+    console::lines(&format!("drive at {}  (end with Ctrl-C)\n", page.url()))?;
     let pace = Pace {
         speed: arguments.speed,
         paused: arguments.paused,
@@ -120,14 +120,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .seconds
         .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let mut terminal = Terminal;
-    let mut watchers: Vec<&mut dyn Watcher> = vec![&mut terminal, &mut page];
+    let mut watchers: Vec<&mut dyn Observer> = vec![&mut terminal, &mut page];
     #[cfg(feature = "ros2")]
-    watchers.extend(node.iter_mut().map(|node| node as &mut dyn Watcher));
+    watchers.extend(node.iter_mut().map(|node| node as &mut dyn Observer));
     #[cfg(feature = "foxglove")]
     watchers.extend(
         viewers
             .iter_mut()
-            .map(|viewers| viewers as &mut dyn Watcher),
+            .map(|viewers| viewers as &mut dyn Observer),
     );
     ilon_live::run(&mut session, &desk, &mut watchers, pace, || {
         end.is_none_or(|end| Instant::now() < end)
@@ -152,7 +152,7 @@ fn left_out(name: &str, feature: &str) -> Failure {
 fn ros2(
     arguments: &Arguments,
     session: &Session,
-    desk: &Desk,
+    desk: &Mailbox,
 ) -> Result<Option<ilon_live::ros2::Ros2>, Failure> {
     use ilon_live::ros2::{Network, Options, Ros2, Ros2Error};
     let Some(drives) = arguments.ros2 else {
@@ -177,7 +177,7 @@ fn ros2(
             "on all networks of this machine"
         },
     );
-    say::lines(&format!(
+    console::lines(&format!(
         "ROS 2: node /ilon in domain {domain}, {where_from}\n"
     ))?;
     Ok(Some(node))
@@ -188,7 +188,7 @@ fn ros2(
 fn foxglove(
     arguments: &Arguments,
     session: &Session,
-    desk: &Desk,
+    desk: &Mailbox,
 ) -> Result<Option<ilon_live::foxglove::Foxglove>, Failure> {
     use ilon_live::foxglove::Foxglove;
     let Some(port) = arguments.foxglove else {
@@ -200,7 +200,7 @@ fn foxglove(
             "choose another port with --foxglove=PORT, or 0 for any that is free",
         )
     })?;
-    say::lines(&format!("Foxglove: open the connection {}\n", server.url()))?;
+    console::lines(&format!("Foxglove: open the connection {}\n", server.url()))?;
     Ok(Some(server))
 }
 

@@ -3,8 +3,8 @@
 use clap::Command;
 use clap_complete::Shell;
 
+use super::console;
 use super::outcome::Outcome;
-use super::say;
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon completions`.
@@ -29,7 +29,7 @@ pub(super) fn completions(
 ) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut ilon, "ilon", &mut script);
-    say::data(&String::from_utf8_lossy(&script))?;
+    console::data(&String::from_utf8_lossy(&script))?;
     Ok(Outcome::Done)
 }
 
@@ -58,6 +58,6 @@ pub(super) fn man(arguments: &ManArguments, mut ilon: Command) -> Result<Outcome
     clap_mangen::Man::new(page)
         .render(&mut text)
         .map_err(|error| Failure::encode("the page of the manual", &error))?;
-    say::data(&String::from_utf8_lossy(&text))?;
+    console::data(&String::from_utf8_lossy(&text))?;
     Ok(Outcome::Done)
 }

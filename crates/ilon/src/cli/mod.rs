@@ -8,11 +8,11 @@ mod bag;
 mod bench;
 #[cfg(feature = "command")]
 mod check;
-mod claim;
 #[cfg(feature = "command")]
 mod commands;
 #[cfg(feature = "command")]
 mod compare;
+mod console;
 mod context;
 #[cfg(feature = "command")]
 mod demo;
@@ -44,6 +44,7 @@ mod output;
 mod progress;
 #[cfg(feature = "command")]
 mod report;
+mod reserve;
 mod results;
 #[cfg(feature = "command")]
 mod robot;
@@ -51,7 +52,6 @@ mod robot;
 mod ros2;
 #[cfg(feature = "command")]
 mod run;
-mod say;
 #[cfg(feature = "command")]
 mod schema;
 #[cfg(feature = "command")]

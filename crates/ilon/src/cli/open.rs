@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::say;
+use super::console;
 
 /// Opens a page; where nothing opens it, says where it lies.
 pub(super) fn page(path: &Path) {
@@ -24,7 +24,7 @@ pub(super) fn page(path: &Path) {
         .stderr(Stdio::null())
         .spawn();
     if opened.is_err() {
-        say::note(&format!(
+        console::note(&format!(
             "note: `{program}` did not start; open {} in a browser",
             path.display()
         ));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 
-use super::{flags, open, say};
+use super::{console, flags, open};
 use crate::cli::failure::Failure;
 use crate::scenario::Setting;
 
@@ -23,9 +23,9 @@ impl Printing {
     /// Where it cannot be written.
     pub fn answer(self, json: &str, words: impl FnOnce() -> String) -> Result<(), Failure> {
         if self.json {
-            say::data(json)
+            console::data(json)
         } else {
-            say::lines(&words())
+            console::lines(&words())
         }
     }
 }

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
 
-use super::claim::{self, Claim};
 use super::context;
+use super::reserve::{self, Claim};
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
 use crate::scenario::Reference;
@@ -112,7 +112,7 @@ impl OutputFolder {
     /// nobody else writes there, and that nothing is lost by it.
     pub fn prepare(path: PathBuf, option: &str, inputs: &[PathBuf]) -> Result<Self, Failure> {
         Self::refuse_losses(&path, option, inputs)?;
-        let claim = claim::folder(&path, option)?;
+        let claim = reserve::folder(&path, option)?;
         Ok(Self {
             path,
             command: context::command_line(),
@@ -130,7 +130,7 @@ impl OutputFolder {
     pub fn refuse_losses(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Failure> {
         for name in RESULTS {
             let result = path.join(name);
-            claim::not_an_input(&result, option, inputs)?;
+            reserve::not_an_input(&result, option, inputs)?;
             // A folder is no result, and is not removed.
             if result.is_file() && !is_result(&result, name) {
                 return Err(Failure::usage(

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::console;
 use super::escape::one_line;
-use super::say;
 use crate::simulate::Progress;
 
 /// Time between plain lines.
@@ -55,7 +55,7 @@ impl Bar {
     fn drawn_as(template: &str, name: &str) -> Self {
         let name = one_line(name).into_owned();
         let output = match std::io::stderr().is_terminal() {
-            _ if say::is_quiet() => Output::Nowhere,
+            _ if console::is_quiet() => Output::Nowhere,
             false => Output::Lines,
             true => {
                 let bar = ProgressBar::new(TICKS);
@@ -93,7 +93,7 @@ impl Bar {
             _ if state.said.is_some_and(|at| at.elapsed() < BETWEEN_LINES) => {}
             _ => {
                 state.said = Some(Instant::now());
-                say::note(&format!("{}: {}{}", self.name, one_line(&words()), left()));
+                console::note(&format!("{}: {}{}", self.name, one_line(&words()), left()));
             }
         }
     }
@@ -107,7 +107,7 @@ impl Bar {
 
     /// A line beside the bar.
     pub fn note(&self, text: &str) {
-        let note = || say::note(&one_line(text));
+        let note = || console::note(&one_line(text));
         match &self.output {
             Output::Nowhere => {}
             Output::Lines => note(),

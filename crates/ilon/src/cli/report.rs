@@ -6,7 +6,7 @@ use ilon_trace::{Recorded, Settings, Summary};
 
 use super::escape::one_line;
 use super::outcome::Outcome;
-use super::{claim, context, open, say};
+use super::{console, context, open, reserve};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .out
         .clone()
         .unwrap_or_else(|| folder.join("report.html"));
-    let _claim = claim::file(
+    let _claim = reserve::file(
         &out,
         "--out",
         &[file.clone(), resolved.clone(), folder.join("summary.json")],
@@ -62,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|line| format!("{}\n", one_line(line)))
         .collect();
-    say::lines(&format!(
+    console::lines(&format!(
         "{lines}\nwritten to {}\n",
         one_line(&out.display().to_string())
     ))?;

@@ -8,7 +8,7 @@ use ilon_sweep::{Findings, Store, Study};
 use ilon_trace::file::write_text;
 
 use super::failure::Failure;
-use super::{again, claim};
+use super::{again, reserve};
 
 /// Refuses a folder, which an option names, in which results would replace what the study is made from.
 pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
@@ -18,7 +18,7 @@ pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Re
         .map(Path::to_owned)
         .collect();
     for name in ["runs.parquet", "findings.json", "report.html", "study.json"] {
-        claim::not_an_input(&out.join(name), option, &inputs)?;
+        reserve::not_an_input(&out.join(name), option, &inputs)?;
     }
     Ok(())
 }
@@ -47,7 +47,7 @@ pub(super) fn refuse_identify_inputs(
     let mut inputs = study.inputs();
     inputs.push(study.path.clone());
     for name in ilon_identify::FILES {
-        claim::not_an_input(&out.join(name), option, &inputs)?;
+        reserve::not_an_input(&out.join(name), option, &inputs)?;
     }
     Ok(())
 }
@@ -58,7 +58,7 @@ pub(super) fn claim_and_write_identified(
     found: &Identified,
     out: &Path,
 ) -> Result<(), Failure> {
-    let _claim = claim::folder(out, "another path")?;
+    let _claim = reserve::folder(out, "another path")?;
     write_identified(study, found, out).map(drop)
 }
 

@@ -14,7 +14,7 @@ use super::outcome::Outcome;
 use super::output::{self, KeepingUp, OutputFolder, Report};
 use super::progress::Bar;
 use super::table::Table;
-use super::{flags, open, say};
+use super::{console, flags, open};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             [summary] => summary.clone(),
             several => format!("[\n{}]\n", several.join(",\n")),
         };
-        say::data(&printed)?;
+        console::data(&printed)?;
     }
     Ok(Outcome::Done)
 }
@@ -144,7 +144,7 @@ fn one(
         } else {
             "report.html, "
         };
-        say::lines(&format!(
+        console::lines(&format!(
             "{}\n{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
             answer_lines(&answer),
             if arguments.detail.table {

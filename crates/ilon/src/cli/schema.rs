@@ -3,8 +3,8 @@
 use clap::ValueEnum;
 use ilon_formats::Spec;
 
+use super::console;
 use super::outcome::Outcome;
-use super::say;
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::sweep::StudyFile;
@@ -36,6 +36,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         File::Robot => Spec::json_schema(),
         File::Study => StudyFile::json_schema(),
     };
-    say::data(&format!("{schema:#}\n"))?;
+    console::data(&format!("{schema:#}\n"))?;
     Ok(Outcome::Done)
 }

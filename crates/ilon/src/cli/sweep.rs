@@ -8,7 +8,7 @@ use super::escape::one_line;
 use super::options::{Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
-use super::{answer, flags, results, say};
+use super::{answer, console, flags, results};
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon sweep`.
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     results::refuse_study_inputs(&out, &study, "--out")?;
     let store = Store::open(&out, &study, arguments.shard)?;
     if store.damaged() > 0 {
-        say::note(&format!(
+        console::note(&format!(
             "note: {} rows could not be read again, and are run anew",
             store.damaged()
         ));
@@ -134,7 +134,7 @@ fn show(
         .filter(|expectation| !expectation.held)
     {
         let words = ilon_report::answers::sweep::expectation(expectation);
-        say::note(&one_line(&format!("note: expected {words}")));
+        console::note(&one_line(&format!("note: expected {words}")));
     }
     arguments.open.page(&out.join("report.html"));
     Ok(outcome(findings))
@@ -143,7 +143,7 @@ fn show(
 /// A study of which no run came to its end has no results.
 fn outcome(findings: &Findings) -> Outcome {
     if findings.runs > 0 && findings.failed == findings.runs {
-        say::note("note: NO RUN CAME TO ITS END: nothing is known of the study");
+        console::note("note: NO RUN CAME TO ITS END: nothing is known of the study");
         return Outcome::BadInput;
     }
     Outcome::Done

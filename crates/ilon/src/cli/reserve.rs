@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ilon_trace::TraceError;
 use ilon_trace::file::{OutputLock, is_stream};
 
-use super::say;
+use super::console;
 use crate::cli::failure::Failure;
 
 /// An output, for this command alone until this is dropped.
@@ -47,7 +47,7 @@ fn locked(
     match lock {
         Ok(lock) => {
             if !lock.is_held() {
-                say::note(&format!(
+                console::note(&format!(
                     "note: the file system of `{}` has no locks; let no other run write there",
                     path.display()
                 ));

@@ -13,7 +13,7 @@ pub struct Status<'a> {
 }
 
 /// Somebody who is shown a live run. Whoever cannot take something at once lets it go: the simulation waits for nobody.
-pub trait Watcher {
+pub trait Observer {
     /// A control period has passed.
     fn row(&mut self, _row: Row<'_>) {}
 

@@ -14,7 +14,7 @@ const MOST_REQUESTS: usize = 64;
 
 /// What all who drive share: a page, a node of ROS 2, a viewer. A clone is the same desk.
 #[derive(Clone, Debug, Default)]
-pub struct Desk(Arc<Shared>);
+pub struct Mailbox(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
@@ -41,7 +41,7 @@ impl fmt::Debug for Steps {
     }
 }
 
-impl Desk {
+impl Mailbox {
     fn state(&self) -> MutexGuard<'_, State> {
         // A thread that broke down while it held it has left something whole, for nothing is changed by parts.
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner)

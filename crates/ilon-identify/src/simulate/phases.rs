@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use ilon_robot::Robot;
 use nalgebra::Rotation3;
 
-use super::section::Simulate;
+use super::config::Simulate;
 
 /// Sets of angles for one drive are this far from those for the next along the same sequence, so that drives do not share what a set does.
 const SETS_OF_A_DRIVE: u32 = 97;

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3xX;
 
-use super::legs::{Course, Leg, asked};
 use super::made::Together;
+use super::steady_drives::{Course, Leg, asked};
 use crate::outcome::{Drive, DriveRipple, DriveTorque, Misses, OtherDrive, SimulatedSeries, Value};
 use crate::scatter::Interval;
 use crate::study::{Simulate, Study};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ilon_trace::rows::thinned;
 use ilon_trace::{Rows, Trace};
 
-use super::gathered::Gathered;
+use super::accumulate::Gathered;
 
 /// Rows that are drawn one by one, and what was gathered from all of them.
 pub(super) struct Shown<'t> {

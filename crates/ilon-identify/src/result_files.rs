@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use crate::motion::Tracker;
 use crate::outcome::Identified;
-use crate::reading::read_run;
+use crate::read_logs::read_run;
 use crate::study::{Study, flat};
 
 /// All files of the results; some are there only where they apply.

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use crate::LiveError;
 use crate::control::{self, Change};
-use crate::desk::{Desk, Steps};
+use crate::mailbox::{Mailbox, Steps};
+use crate::observer::{Observer, Status};
 use crate::session::Session;
-use crate::watcher::{Status, Watcher};
 
 /// What the simulation falls behind further is left out, so that it does not hurry afterwards.
 const MOST_BEHIND: Duration = Duration::from_millis(200);
@@ -44,8 +44,8 @@ impl Default for Pace {
 /// Where the simulation cannot go on at all.
 pub fn run(
     session: &mut Session,
-    desk: &Desk,
-    watchers: &mut [&mut dyn Watcher],
+    desk: &Mailbox,
+    watchers: &mut [&mut dyn Observer],
     pace: Pace,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<(), LiveError> {
@@ -121,7 +121,7 @@ pub fn run(
 }
 
 /// Tells the watchers when the robot is back at its start.
-fn notice_restart(session: &Session, restarts: &mut u64, watchers: &mut [&mut dyn Watcher]) {
+fn notice_restart(session: &Session, restarts: &mut u64, watchers: &mut [&mut dyn Observer]) {
     if session.restarts() != *restarts {
         *restarts = session.restarts();
         watchers

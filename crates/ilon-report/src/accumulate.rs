@@ -7,8 +7,8 @@ use ilon_trace::ledger::Terms;
 use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
 
+use super::decimate::{Evenly, MAX_POINTS, Outline};
 use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
-use super::thin::{Evenly, MAX_POINTS, Outline};
 
 /// What is drawn of the robot over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
