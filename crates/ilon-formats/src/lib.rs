@@ -57,7 +57,9 @@ use ilon_files as files;
 use ilon_robot as model;
 use xacro_expand::xml;
 
-pub use error::{Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Remedy, RobotError};
+pub use error::{
+    Clue, ClueKind, Clues, Fault, Looked, MissingFile, Place, Proposed, Remedy, RobotError,
+};
 pub use generate::generate;
 pub use load::{Diagnosis, LoadRobot, Loaded};
 pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, WheelOptions};

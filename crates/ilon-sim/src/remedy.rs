@@ -33,6 +33,10 @@ impl Wording for Keys {
             Remedy::Argument { name, value: None } => {
                 format!("`args = {{ {name} = \"VALUE\" }}` in `[robot]`")
             }
+            Remedy::WhichRollers { wheels } => format!(
+                "`wheels = {{ rollers = NUMBER, gamma.x_deg = ANGLE, joints = [{}] }}` in `[robot]`",
+                quoted(wheels)
+            ),
             Remedy::WheelRadius { guess_m: None } => "`wheel_radius_m` in `[robot]`".to_owned(),
             _ => return None,
         })
@@ -78,12 +82,7 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
             }
         });
         if !wheels.joints.is_empty() {
-            let joints = wheels
-                .joints
-                .iter()
-                .map(|joint| toml::Value::from(joint.as_str()));
-            let joints: Vec<String> = joints.map(|joint| joint.to_string()).collect();
-            inner.push(format!("joints = [{}]", joints.join(", ")));
+            inner.push(format!("joints = [{}]", quoted(&wheels.joints)));
         }
         keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
     }
@@ -93,6 +92,14 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
         keys.push(format!("wheel_radius_m = {radius_m}"));
     }
     keys
+}
+
+/// Names as TOML has them in a list.
+fn quoted(names: &[String]) -> String {
+    let names = names
+        .iter()
+        .map(|name| toml::Value::from(name.as_str()).to_string());
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// An angle without the noise of its last digits.

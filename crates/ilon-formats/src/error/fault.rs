@@ -262,16 +262,16 @@ pub enum Fault {
     NoRollers {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand and what they are called; `None` where the two contradict.
-        rollers: Option<Box<WheelOptions>>,
+        /// Rollers that fit how they stand and what the file says of them.
+        rollers: Proposed,
     },
     /// The robot has steered wheels.
     #[error("{} on upright joints: {}. These are not Swedish wheels", counted(wheels.len(), "steered wheel"), listed(wheels))]
     Steered {
         /// Their joints.
         wheels: Vec<String>,
-        /// Rollers that fit how they stand with the upright joints held; `None` where what they are called contradicts.
-        rollers: Option<Box<WheelOptions>>,
+        /// Rollers that fit how they stand with the upright joints held.
+        rollers: Proposed,
     },
     /// A joint carries rollers, but does not turn.
     #[error(
@@ -422,6 +422,18 @@ pub enum Fault {
         /// Its radius, in metres.
         radius_m: f64,
     },
+}
+
+/// Rollers that a file speaks for.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Proposed {
+    /// These fit how the wheels stand and what is said of them.
+    Rollers(Box<WheelOptions>),
+    /// What the wheels are called contradicts how they stand.
+    Contradiction,
+    /// Nothing says that the wheels carry rollers: they may be plain ones.
+    NothingSaid,
 }
 
 /// A file that was looked for and not found.

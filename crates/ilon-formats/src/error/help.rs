@@ -1,6 +1,6 @@
 //! How each fault is repaired: in words, and by the options of reading.
 
-use super::fault::Fault;
+use super::fault::{Fault, Proposed};
 use super::remedy::Remedy;
 
 /// A solid box, for whoever has no CAD program.
@@ -104,8 +104,17 @@ impl Fault {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
                  ring; or name the joints of wheels that are modelled without rollers"
             }
-            Self::NoRollers { rollers: None, .. } => {
+            Self::NoRollers {
+                rollers: Proposed::Contradiction,
+                ..
+            } => {
                 "say which rollers they carry, and they are put in: they are called mecanum wheels, and do not stand as such"
+            }
+            Self::NoRollers {
+                rollers: Proposed::NothingSaid,
+                ..
+            } => {
+                "nothing in the file says that these are Swedish wheels; if they are, say which rollers they carry, and they are put in"
             }
             Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
             Self::Steered { .. } => {
@@ -194,9 +203,14 @@ impl Fault {
                 name: name.clone(),
                 value: None,
             }],
-            Self::NoRollers { rollers, .. } | Self::Steered { rollers, .. } => {
-                let rollers = rollers.iter().cloned();
-                rollers.map(Remedy::Rollers).collect()
+            Self::NoRollers { wheels, rollers } | Self::Steered { wheels, rollers } => {
+                match rollers {
+                    Proposed::Rollers(rollers) => vec![Remedy::Rollers(rollers.clone())],
+                    Proposed::Contradiction => Vec::new(),
+                    Proposed::NothingSaid => vec![Remedy::WhichRollers {
+                        wheels: wheels.clone(),
+                    }],
+                }
             }
             Self::PackageUnknown { package, .. } => vec![Remedy::Package {
                 name: package.clone(),

@@ -14,7 +14,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 pub use clue::{Clue, ClueKind, Clues};
-pub use fault::{Fault, Looked, MissingFile};
+pub use fault::{Fault, Looked, MissingFile, Proposed};
 pub(crate) use help::is_zero_size;
 pub use remedy::Remedy;
 

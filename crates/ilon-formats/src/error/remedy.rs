@@ -26,6 +26,11 @@ pub enum Remedy {
     AsModelled,
     /// [`LoadOptions::wheels`]: put rollers into bare wheels.
     Rollers(Box<WheelOptions>),
+    /// [`LoadOptions::wheels`]: say which rollers bare wheels carry, of which the file says nothing.
+    WhichRollers {
+        /// The joints that could be wheels.
+        wheels: Vec<String>,
+    },
     /// [`LoadOptions::wheel_radius_m`]: say how large the wheels are.
     WheelRadius {
         /// The radius on which clues in the file agree, in metres.
@@ -67,7 +72,7 @@ impl Remedy {
                 let value = value.clone()?;
                 remedied.arguments.insert(name.clone(), value);
             }
-            Self::Package { .. } => return None,
+            Self::Package { .. } | Self::WhichRollers { .. } => return None,
         }
         (remedied != *options).then_some(remedied)
     }

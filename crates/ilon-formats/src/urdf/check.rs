@@ -64,14 +64,14 @@ pub(super) fn check_wheel_count(
         if let Some(bare) = bare {
             let fault = Fault::NoRollers {
                 wheels: names(&bare),
-                rollers: infer::fitting(source, tree, &bare).map(Box::new),
+                rollers: infer::fitting(source, tree, &bare),
             };
             return Err(source.joint_error(&tree.joints[bare[0].joint].name, fault));
         }
         if steered.len() + survey.turning.len() >= 2 && !steered.is_empty() {
             let fault = Fault::Steered {
                 wheels: names(&steered),
-                rollers: infer::fitting(source, tree, &steered).map(Box::new),
+                rollers: infer::fitting(source, tree, &steered),
             };
             return Err(source.joint_error(&tree.joints[steered[0].joint].name, fault));
         }

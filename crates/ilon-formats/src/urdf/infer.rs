@@ -13,6 +13,7 @@ use super::from_options;
 use super::names::{self, is_mecanum, is_omni};
 use super::source::{Source, child};
 use super::tree::Tree;
+use crate::error::Proposed;
 use crate::options::{Handedness, WheelOptions};
 
 /// Rollers that are put on a wheel of which nobody says how many it has: mecanum wheels carry nine to fifteen.
@@ -71,16 +72,23 @@ pub(super) fn infer(source: &Source, tree: &Tree, survey: &Survey) -> Option<Inf
     )
 }
 
-/// Rollers that would fit how the wheels stand and what they are called: for a person to confirm. `None` where the two contradict.
-pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Option<WheelOptions> {
+/// Rollers that would fit how the wheels stand and what the file says of them: for a person to confirm. Parallel wheels of which nothing
+/// says that they are Swedish ones are plain wheels to all appearance, and are given none.
+pub(super) fn fitting(source: &Source, tree: &Tree, wheels: &[&WheelLike]) -> Proposed {
     let wheels: Vec<WheelLike> = wheels.iter().map(|w| (*w).clone()).collect();
-    let gamma = if are_parallel(&wheels) {
-        Handedness::XDeg(MECANUM_DEG)
+    let gamma = if !are_parallel(&wheels) {
+        by_groups(source, tree, &wheels)
+    } else if called(source, tree, &wheels).is_some() || plugin(source).is_some() {
+        Some(Handedness::XDeg(MECANUM_DEG))
     } else {
-        by_groups(source, tree, &wheels)?
+        return Proposed::NothingSaid;
     };
     let joints = wheels.iter().map(|w| tree.joints[w.joint].name.clone());
-    Some(WheelOptions::new(ROLLERS, gamma).on(joints.collect()))
+    gamma.map_or(Proposed::Contradiction, |gamma| {
+        Proposed::Rollers(Box::new(
+            WheelOptions::new(ROLLERS, gamma).on(joints.collect()),
+        ))
+    })
 }
 
 /// gamma of wheels of which not all are parallel, by groups that are: those that stand in the X of mecanum wheels, and are not called

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ilon_formats::{Diagnosis, Fault, Handedness, LoadOptions, LoadRobot};
+use ilon_formats::{Diagnosis, Fault, Handedness, LoadOptions, LoadRobot, Remedy};
 use ilon_robot::Robot;
 use test_case::test_case;
 
@@ -75,7 +75,7 @@ fn a_radius_is_proposed_where_two_clues_agree(
     let folder = tempfile::tempdir().unwrap();
     let text = robot(&format!(
         "{more}{BODY}{}",
-        wheels(z, &MESH.replace("MESH", mesh))
+        wheels(z, &MESH.replace("MESH", mesh)).replace("front_", "mecanum_front_")
     ));
     let (path, diagnosis) = diagnosed(folder.path(), "r.xacro", &text);
     let proposed = diagnosis
@@ -195,6 +195,38 @@ fn wheels_of_two_kinds_in_one_file_are_given_each_their_own_gamma() {
         gamma_of(&robot(&format!("{BODY}{}", outward("mecanum")))),
         None
     );
+}
+
+/// Plain wheels on parallel axes roll as they are. What nothing calls mecanum is asked about, and no rollers are invented for it;
+/// one word in a name, a mesh, the robot's name or a plug-in is enough to propose some.
+#[test_case("", None; "nothing said")]
+#[test_case("name", Some(45.0); "a wheel's name")]
+#[test_case("robot", Some(45.0); "the robot's name")]
+#[test_case("plugin", Some(45.0); "a plug-in")]
+fn rollers_are_proposed_only_where_the_file_speaks_for_them(clue: &str, gamma_deg: Option<f64>) {
+    let plain = robot(&format!("{BODY}{}", wheels(0.0, DISC)));
+    let text = match clue {
+        "name" => plain.replace("front_left", "mecanum_front_left"),
+        "robot" => plain.replacen("name=\"r\"", "name=\"mecanum_r\"", 1),
+        "plugin" => plain.replace(
+            "</robot>",
+            "<gazebo><plugin filename=\"libmecanum_drive.so\"/></gazebo></robot>",
+        ),
+        _ => plain,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.urdf");
+    std::fs::write(&path, &text).unwrap();
+    let mut options = LoadOptions::default();
+    options.infer_rollers = false;
+    let diagnosis = Robot::diagnose(&path, &options, |_| true);
+    let gamma = diagnosis
+        .proposal
+        .map(|proposal| proposal.wheels.expect("rollers").gamma);
+    assert_eq!(gamma, gamma_deg.map(Handedness::XDeg));
+    let asked: Vec<Remedy> = diagnosis.faults[0].remedies();
+    let is_asked = matches!(&asked[..], [Remedy::WhichRollers { wheels }] if wheels.len() == 4);
+    assert_eq!(is_asked, gamma_deg.is_none(), "{asked:?}");
 }
 
 /// A file that has rollers, and leaves them out unless an argument asks for them.
@@ -355,12 +387,10 @@ fn brackets_and_rollers_that_do_not_turn_are_no_wheels_beside_the_real_ones() {
         text += &joint(&roller, "fixed", [x, y, -0.04], 0.0, ABOUT_Y);
     }
     let folder = tempfile::tempdir().unwrap();
-    let (_, diagnosis) = diagnosed(folder.path(), "r.urdf", &robot(&text));
-    let wheels = diagnosis
-        .proposal
-        .expect("four wheels")
-        .wheels
-        .expect("rollers");
+    let path = folder.path().join("mecanum.urdf");
+    std::fs::write(&path, robot(&text)).unwrap();
+    let loaded = Robot::load_with(&path, &LoadOptions::default()).unwrap();
+    let wheels = loaded.inferred.expect("rollers");
     assert_eq!(wheels.joints, PLACES.map(|place| place.0.to_owned()));
 }
 
@@ -401,7 +431,7 @@ fn what_is_no_robot_is_called_what_it_is() {
     std::fs::write(folder.path().join("lfs.stl"), pointer).unwrap();
     let meshes = robot(&format!(
         "{BODY}{}",
-        wheels(0.0, &MESH.replace("MESH", "lfs.stl"))
+        wheels(0.0, &MESH.replace("MESH", "lfs.stl")).replace("front_", "mecanum_front_")
     ));
     let all = diagnosed(folder.path(), "m.urdf", &meshes).1.faults;
     assert!(
@@ -451,13 +481,12 @@ fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {
         wheels.collect::<String>()
     );
     let folder = tempfile::tempdir().unwrap();
-    let (path, diagnosis) = diagnosed(folder.path(), "r.xml", &text);
-    let proposal = diagnosis
-        .proposal
-        .unwrap_or_else(|| panic!("{:?}", diagnosis.faults));
-    let wheels = proposal.wheels.clone().expect("rollers are proposed");
+    let path = folder.path().join("mecanum.xml");
+    std::fs::write(&path, &text).unwrap();
+    let loaded = Robot::load_with(&path, &LoadOptions::default()).unwrap();
+    let wheels = loaded.inferred.expect("rollers");
     assert_eq!(wheels.joints, PLACES.map(|place| place.0.to_owned()));
-    let robot = Robot::load_with(path, &proposal).unwrap().robot;
+    let robot = loaded.robot;
     assert!(
         robot
             .remarks

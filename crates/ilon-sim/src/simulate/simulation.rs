@@ -143,7 +143,7 @@ impl Simulation {
         );
         let mut warnings = resolved.warnings().to_vec();
         let stands = plant.world().robot().joint_positions();
-        warnings.extend(remarks::of_joints(plant.robot(), stands));
+        warnings.extend(warnings::of_joints(plant.robot(), stands));
         Ok(Self {
             warnings,
             plant,

@@ -14,6 +14,10 @@ impl Wording for Flags {
         Some(match remedy {
             Remedy::Package { name } => format!("`--package {}=FOLDER`", shell(name)),
             Remedy::Argument { name, value: None } => format!("`--arg {}=VALUE`", shell(name)),
+            Remedy::WhichRollers { wheels } => {
+                let wheels = shell(&wheels.join(","));
+                format!("`--rollers NUMBER --gamma-x-deg ANGLE --wheels {wheels}`")
+            }
             Remedy::WheelRadius { guess_m: None } => "`--wheel-radius-m`".to_owned(),
             _ => return None,
         })

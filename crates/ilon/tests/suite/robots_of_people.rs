@@ -58,6 +58,11 @@ fn replaced(from: &str, to: &str) -> String {
     )
 }
 
+/// The same robot, called a mecanum robot.
+fn called_mecanum(text: String) -> String {
+    text.replacen("name=\"base\"", "name=\"mecanum_base\"", 1)
+}
+
 /// The same for one wheel.
 fn one_replaced(of: &str, from: &str, to: &str) -> String {
     base_with(
@@ -156,42 +161,45 @@ enum Becomes {
     Robot(&'static str),
     /// Refused in these words, with a command that works, of whose robot something is remarked.
     Proposal(&'static str, &'static str),
+    /// Refused in these words, which ask for the rollers of plain wheels; with these said, and with what is proposed then where
+    /// something is, of whose robot something is remarked.
+    Asks(&'static str, &'static str),
     /// Refused in these words, which ask for what only a person knows.
     Refused(&'static str),
 }
-use Becomes::{Proposal, Refused, Robot};
+use Becomes::{Asks, Proposal, Refused, Robot};
 
 const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 
-#[test_case(base(), Proposal(BARE, "given 12 rollers"); "plain wheels")]
+#[test_case(base(), Asks(BARE, "given 12 rollers"); "plain wheels")]
 #[test_case(
     replaced("continuous", "fixed"),
-    Proposal(BARE, "its joint does not turn in the file");
+    Asks(BARE, "its joint does not turn in the file");
     "fixed wheels"
 )]
 #[test_case(
     replaced("<axis", "<limit lower=\"0\" upper=\"6.28\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
-    Proposal(BARE, "given 12 rollers");
+    Asks(BARE, "given 12 rollers");
     "wheels within a turn"
 )]
 #[test_case(
     replaced("<axis", "<limit lower=\"-1e16\" upper=\"1e16\" effort=\"3\" velocity=\"20\"/><axis").replace("continuous", "revolute"),
-    Proposal(BARE, "given 12 rollers");
+    Asks(BARE, "given 12 rollers");
     "wheels within huge limits"
 )]
 #[test_case(
     replaced("<axis", "<mimic joint=\"fl\"/><axis"),
-    Proposal(BARE, "its joint follows another joint in the file");
+    Asks(BARE, "its joint follows another joint in the file");
     "wheels that mimic"
 )]
 #[test_case(
     with_mimic_arm(),
-    Proposal(BARE, "no wheel: stands 300 mm above the floor");
+    Asks(BARE, "no wheel: stands 300 mm above the floor");
     "an arm that mimics"
 )]
 #[test_case(
     steered(),
-    Proposal("These are not Swedish wheels", "given 12 rollers");
+    Asks("These are not Swedish wheels", "given 12 rollers");
     "steered wheels"
 )]
 #[test_case(
@@ -199,18 +207,18 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
         "<cylinder radius=\"0.05\" length=\"0.04\"/>",
         "<sphere radius=\"0.05\"/>"
     ),
-    Proposal(BARE, "given 12 rollers");
+    Asks(BARE, "given 12 rollers");
     "spheres"
 )]
 #[test_case(
     replaced("collision", "visual"),
-    Proposal(BARE, "its size is taken from what is shown of it");
+    Asks(BARE, "its size is taken from what is shown of it");
     "what is only shown"
 )]
 #[test_case(
     replaced("<inertial>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual><inertial>")
         .replace("</link>", "<visual><geometry><sphere radius=\"0.1\"/></geometry></visual></link>"),
-    Proposal(BARE, "they show the robot, and neither weigh nor touch");
+    Asks(BARE, "they show the robot, and neither weigh nor touch");
     "visuals apart"
 )]
 #[test_case(
@@ -218,43 +226,43 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
         "<axis",
         "<limit effort=\"3\" velocity=\"20\"/><limit effort=\"9\" velocity=\"9\"/><axis"
     ),
-    Proposal(BARE, "stands here a second time: the first is read");
+    Asks(BARE, "stands here a second time: the first is read");
     "two limits"
 )]
 #[test_case(ring(), Robot("at gamma = 0.0 deg"); "a ring of omni wheels")]
 #[test_case(
     one_replaced("fl", " 0\"/><axis", " 0.001\"/><axis"),
-    Proposal(BARE, "its wheels do not reach equally low");
+    Asks(BARE, "its wheels do not reach equally low");
     "a wheel a millimetre high"
 )]
 #[test_case(
     base().replace("xyz=\"0 0 0.05\"", "xyz=\"1 0 0.05\"").replace("xyz=\"0.15", "xyz=\"1.15").replace("xyz=\"-0.15", "xyz=\"0.85"),
-    Proposal(BARE, "the robot's frame lies 1000 mm from the middle of its wheels and outside them");
+    Asks(BARE, "the robot's frame lies 1000 mm from the middle of its wheels and outside them");
     "a frame beside the wheels"
 )]
 #[test_case(
     replaced(INERTIA, ""),
-    Proposal("the element `<inertia>` is missing", "repaired: its inertia");
+    Asks("the element `<inertia>` is missing", "repaired: its inertia");
     "no inertia"
 )]
 #[test_case(
     replaced(&format!("<inertial><mass value=\"0.5\"/>{INERTIA}</inertial>"), ""),
-    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
+    Asks("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
     "no inertial"
 )]
 #[test_case(
     replaced("iyy=\"6e-4\"", "iyy=\"6e-2\""),
-    Proposal("no body has the principal moments", "repaired: its inertia");
+    Asks("no body has the principal moments", "repaired: its inertia");
     "impossible inertia"
 )]
 #[test_case(
     replaced(&format!("<mass value=\"0.5\"/>{INERTIA}"), r#"<mass value="1e-5"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>"#),
-    Proposal("radius of gyration of 316.228 m", "repaired: its inertia");
+    Asks("radius of gyration of 316.228 m", "repaired: its inertia");
     "inertia beyond its size"
 )]
 #[test_case(
     base().replacen(&format!("<mass value=\"8\"/>{}", r#"<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/>"#), r#"<mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>"#, 1),
-    Proposal("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
+    Asks("neither it nor anything fixed to it has mass", "repaired: its mass and inertia");
     "a chassis that weighs nothing"
 )]
 #[test_case(
@@ -264,40 +272,40 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 )]
 #[test_case(
     base_with(|_, wheel| wheel, &wheel("fl", 0.0, 0.13)),
-    Proposal("the name is taken by the link on line", "called `fl_2`, for its name is taken");
+    Asks("the name is taken by the link on line", "called `fl_2`, for its name is taken");
     "a wheel twice"
 )]
 #[test_case(
     base().replace("</robot>", &format!("{CHASSIS}</robot>")),
-    Proposal("the name is taken by the link on line", "left out, for it says the same as the first of its name");
+    Asks("the name is taken by the link on line", "left out, for it says the same as the first of its name");
     "the same link twice"
 )]
 #[test_case(
-    replaced(
+    called_mecanum(replaced(
         DISC,
         "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"
-    ),
+    )),
     Refused("no two kinds of clues agree on one: its inertia about its axis, as that of a solid disc (49 mm)");
     "a mesh that is not there"
 )]
 #[test_case(
-    replaced(DISC, &format!("{}<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>", DISC.replace("0.05", "0.0279"))),
+    called_mecanum(replaced(DISC, &format!("{}<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>", DISC.replace("0.05", "0.0279")))),
     Refused("what can be read of its shapes (27.9 mm), its inertia about its axis, as that of a solid disc (49 mm)");
     "one of two shapes that is not there"
 )]
 #[test_case(
-    replaced(
+    called_mecanum(replaced(
         DISC,
         "<collision><geometry><mesh filename=\"package://absent/wheel.stl\"/></geometry></collision>"
-    ),
+    )),
     Refused("--package absent=FOLDER`, `--wheel-radius-m`");
     "a mesh of an absent package"
 )]
 #[test_case(
-    replaced(
+    called_mecanum(replaced(
         DISC,
         "<collision><geometry><mesh filename=\"wheel_98mm.stl\"/></geometry></collision>"
-    ),
+    )),
     Proposal(
         "49 mm is what two or more clues agree on: the name `wheel_98mm.stl` (49 or 98 mm), its inertia",
         "49.0 mm as given; for it speak the name `wheel_98mm.stl`"
@@ -310,7 +318,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
          <link name=\"turret\"><inertial><mass value=\"1\"/>{INERTIA}</inertial></link>\
          <joint name=\"yaw\" type=\"continuous\"><parent link=\"chassis\"/><child link=\"turret\"/><origin xyz=\"0 0 0.2\"/><axis xyz=\"0 0 1\"/></joint>"
     )),
-    Proposal(BARE, "given 12 rollers");
+    Asks(BARE, "given 12 rollers");
     "a turret beside the wheels of a chassis that is fixed"
 )]
 #[test_case(arm(), Refused("no wheels with passive rollers"); "an arm of six joints")]
@@ -323,7 +331,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     xacro(
         "<xacro:include filename=\"$(find sensors)/a.xacro\"/><xacro:include filename=\"$(find cameras)/b.xacro\"/><xacro:lidar/>"
     ),
-    Proposal(
+    Asks(
         "`--package sensors=FOLDER`, `--package cameras=FOLDER`",
         "left out, for nothing that could be read defines this macro"
     );
@@ -353,7 +361,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
          <xacro:macro name=\"wheel\" params=\"name\">{}</xacro:macro><xacro:wheel name=\"fl\"/>",
         wheel("${name}", 0.15, 0.13)
     ), 1),
-    Proposal(BARE, "given 12 rollers");
+    Asks(BARE, "given 12 rollers");
     "wheels by a macro of no kind"
 )]
 #[test_case(
@@ -387,6 +395,36 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
             )
             .unwrap();
             let ran = shell(folder.path(), "ilon run s.toml --out out");
+            assert!(ran.status.success(), "{keys}\n{}", err(&ran));
+        }
+        Asks(words, remark) => {
+            let refusal = refused(&first, words);
+            assert_eq!(proposed(&refusal), None, "{refusal}");
+            let asked = filled(&refusal, "--rollers");
+            let mut output = shell(folder.path(), &format!("ilon inspect robot.urdf {asked}"));
+            if !output.status.success() {
+                let refusal = err(&output);
+                let proposal = proposed(&refusal);
+                let proposal = proposal.unwrap_or_else(|| panic!("nothing proposed: {refusal}"));
+                output = shell(folder.path(), proposal);
+            }
+            drives(&output, remark);
+            // A scenario asks for the same in its own words.
+            let scenario =
+                "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
+            let path = folder.path().join("s.toml");
+            std::fs::write(&path, scenario).unwrap();
+            let refusal = refused(&shell(folder.path(), "ilon run s.toml"), "");
+            let keys = format!("[robot]\n{}\n", filled(&refusal, "wheels = "));
+            let scenario = scenario.replacen("[robot]\n", &keys, 1);
+            std::fs::write(&path, &scenario).unwrap();
+            let mut ran = shell(folder.path(), "ilon run s.toml --out out");
+            if !ran.status.success() {
+                let more = err(&ran);
+                let more = format!("[robot]\n{}\n", proposed_keys(&more).join("\n"));
+                std::fs::write(&path, scenario.replacen("[robot]\n", &more, 1)).unwrap();
+                ran = shell(folder.path(), "ilon run s.toml --out out");
+            }
             assert!(ran.status.success(), "{keys}\n{}", err(&ran));
         }
         Refused(words) => {
@@ -428,6 +466,15 @@ fn refused(output: &Output, words: &str) -> String {
 
 fn proposed(refusal: &str) -> Option<&str> {
     Some(refusal.split_once("this works: `")?.1.split_once('`')?.0)
+}
+
+/// What a refusal asks for that begins so, with twelve rollers at 45 degrees.
+fn filled(refusal: &str, begins: &str) -> String {
+    let at = refusal
+        .find(&format!("`{begins}"))
+        .unwrap_or_else(|| panic!("not asked: {refusal}"));
+    let asked = refusal[at + 1..].split('`').next().unwrap_or_default();
+    asked.replace("NUMBER", "12").replace("ANGLE", "45")
 }
 
 fn proposed_keys(refusal: &str) -> Vec<&str> {
