@@ -71,7 +71,7 @@ fn normal(path: &Path) -> PathBuf {
 mod tests {
     use std::path::{Path, PathBuf};
 
-    use crate::files::{FileAccess, ReadError};
+    use crate::{FileAccess, ReadError};
 
     fn files() -> FileAccess {
         let file = |path: &str| (PathBuf::from(path), path.as_bytes().to_vec());

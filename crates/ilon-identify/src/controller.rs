@@ -120,6 +120,7 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     /// ros2_controllers has one for four wheels whose rollers stand at 45 degrees, one for rollers across the wheel, and none for others.
     #[test]

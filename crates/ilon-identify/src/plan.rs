@@ -258,6 +258,7 @@ fn waypoints(log: &Log) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     /// Radius and lever of a mecanum robot: a drive ahead tells the one and a turn the other. Each way comes back to where it began, and a turn
     /// moves the rims as fast as a drive ahead does.

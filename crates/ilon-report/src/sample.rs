@@ -132,6 +132,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 slip_energy_j: slip_j,
                 spin_up_energy_j: 0.0,
                 contact_residual_m_s: 1e-9,
+                joints: Default::default(),
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
                     ..Support::default()

@@ -105,7 +105,7 @@ impl Study {
         let path = path.as_ref();
         let file = check::parse(&text, path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let named = file.scenario.paths().into_iter();
+        let named = file.scenario.paths().iter();
         let bases = named.map(|named| Base::read(folder.join(named), files));
         let bases = bases.collect::<Result<Vec<_>, _>>()?;
         let mut study = Self::of(text, path.to_owned(), file, bases, files.clone())?;

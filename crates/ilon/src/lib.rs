@@ -45,7 +45,7 @@
 //! let mut scenario = Scenario::load("assets/scenarios/mecanum4_circle.toml")?;
 //! scenario.run.duration_s = 2.0;
 //! let run = Simulation::with_controller(&scenario, Arc)?.run();
-//! println!("{:.1} J were lost to slip", run.summary.slip_energy_j);
+//! println!("{:.2} m in two seconds", run.summary.travelled_m);
 //! # Ok::<(), ilon::Error>(())
 //! ```
 //!

@@ -174,8 +174,10 @@ fn unequal_rollers_repeat_with_the_turn_of_the_wheel() {
 
 #[test]
 fn draws_are_even_over_the_tolerance_and_follow_seed_and_name() {
-    let mut made = RollersAsMade::default();
-    made.radius_spread_m = 1.0;
+    let mut made = RollersAsMade {
+        radius_spread_m: 1.0,
+        ..RollersAsMade::default()
+    };
     let draws: Vec<f64> = (0..4000)
         .map(|i| made.radius_offset_m(&format!("wheel_{}_roller_{}", i / 50, i % 50)))
         .collect();

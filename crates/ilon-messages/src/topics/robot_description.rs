@@ -175,6 +175,7 @@ fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
     use ilon_robot::RollerForm;
 
     fn mecanum4() -> Robot {

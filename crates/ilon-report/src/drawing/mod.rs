@@ -107,6 +107,7 @@ mod tests {
     use ilon_trace::WheelHeader;
 
     use super::*;
+    use ilon_formats::LoadRobot;
 
     fn header() -> Header {
         let wheel = |name: &str, x: f64, y: f64| WheelHeader {

@@ -127,6 +127,7 @@ fn relief(rough: &Rough) -> Result<Relief, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ilon_formats::LoadRobot;
 
     /// A box of 20 x 40 cm that stands 1 cm high: half of its sides, and as deep in the ground as it is high.
     #[test]

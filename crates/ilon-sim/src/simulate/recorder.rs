@@ -1,7 +1,7 @@
 //! Writes down what happens, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics, Odometry};
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot};
 use ilon_trace::{
     Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, Trace,
     WheelSample,

@@ -1,4 +1,5 @@
 use super::*;
+use ilon_formats::LoadRobot;
 
 #[test]
 fn the_outline_of_a_box_turned_by_a_quarter_turn_has_its_sides_exchanged() {

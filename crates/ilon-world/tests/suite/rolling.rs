@@ -68,8 +68,10 @@ fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
     let c = 0.1;
     let mut crowned = mecanum4();
     for wheel in &mut crowned.wheels {
-        let mut made = RollersAsMade::default();
-        made.crown = 0.6;
+        let made = RollersAsMade {
+            crown: 0.6,
+            ..RollersAsMade::default()
+        };
         wheel.make_rollers(made, None).expect("rollers");
     }
     for (name, robot) in [

@@ -9,7 +9,9 @@ use ilon::Scenario;
 use ilon::control::{ContactKinematics, Kinematics};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
 use ilon::simulate::Simulation;
-use ilon::trace::{Desired, Record, Support, TaskShare, Trace, Truth, WheelSample};
+use ilon::trace::{
+    Desired, JointSample, MAX_JOINTS, Record, Support, TaskShare, Trace, Truth, WheelSample,
+};
 use ilon::world::{BodyState, Energy, WheelContact};
 use ilon_formats::LoadRobot;
 
@@ -149,8 +151,11 @@ fn every_signal_of_the_robot_is_what_happened() {
             potential_energy_j,
             contact_residual_m_s,
             support,
+            joints,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
+        // This robot is one body with wheels.
+        assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
         let Truth {
             pose,
             height_m,

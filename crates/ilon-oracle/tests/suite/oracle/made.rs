@@ -11,8 +11,10 @@ use crate::oracle::tread::agree;
 /// Half a second of ramp and one of drive, on rollers of a crown and a length.
 fn drive(name: &str, (crown, length_factor): (f64, Option<f64>), end: Twist) -> Case {
     let mut robot = robot("mecanum4");
-    let mut made = RollersAsMade::default();
-    made.crown = crown;
+    let made = RollersAsMade {
+        crown,
+        ..RollersAsMade::default()
+    };
     for wheel in &mut robot.wheels {
         let rollers = wheel.make_rollers(made.clone(), length_factor);
         rollers.expect("rollers that can be made");

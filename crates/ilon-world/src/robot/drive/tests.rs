@@ -26,9 +26,11 @@ struct Turning {
 
 impl Turning {
     fn new(efficiency: f64, rotor_kg_m2: f64, friction_n_m: f64) -> Self {
-        let mut drive = DriveTrain::default();
-        drive.gear_efficiency = efficiency;
-        drive.rotor_inertia_kg_m2 = rotor_kg_m2;
+        let drive = DriveTrain {
+            gear_efficiency: efficiency,
+            rotor_inertia_kg_m2: rotor_kg_m2,
+            ..DriveTrain::default()
+        };
         let wheel = Wheel {
             name: "w".into(),
             carrier: None,
