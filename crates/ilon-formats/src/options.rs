@@ -141,7 +141,7 @@ impl WheelOptions {
     }
 }
 
-/// The paper's gamma of each wheel, in degrees, with its sign (see [`crate::Wheel::gamma_rad`]).
+/// The paper's gamma of each wheel, in degrees, with its sign (see [`ilon_robot::Wheel::gamma_rad`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Handedness {

@@ -4,7 +4,7 @@ use ilon_trace::{Summary, Trace};
 
 use crate::scenario::Scenario;
 
-/// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`].
+/// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`](ilon_trace::Recorded).
 #[derive(Clone, Debug)]
 pub struct Run<T = Trace> {
     /// The scenario as it was run: every default and everything chosen by the program spelled out.
