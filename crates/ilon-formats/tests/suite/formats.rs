@@ -501,3 +501,106 @@ fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
     assert!(error.to_string().contains(words), "{error}");
     assert!(!error.help().is_empty());
 }
+
+/// Three omni wheels of twelve rollers round a disc; `wheels(rollers)` is what stands in the chassis.
+fn omni_mjcf(wheels: &str, motors: &str) -> String {
+    format!(
+        "<mujoco model=\"small\"><compiler angle=\"degree\"/><worldbody><body name=\"base\" pos=\"0 0 0.05\"><freejoint/>\
+         <inertial pos=\"0 0 0\" mass=\"3\" diaginertia=\"0.02 0.02 0.03\"/>\
+         <geom type=\"cylinder\" size=\"0.12 0.02\"/>{wheels}</body></worldbody><actuator>{motors}</actuator></mujoco>"
+    )
+}
+
+/// A wheel whose axle is x, with what turns on it.
+fn omni_wheel(end: &str, rollers: &str) -> String {
+    format!(
+        "<body name=\"wheel{end}\" pos=\"0.15 0 0\"><joint name=\"drive{end}\" axis=\"1 0 0\"/>\
+         <inertial pos=\"0 0 0\" mass=\"0.3\" diaginertia=\"4e-4 2e-4 2e-4\"/>{rollers}</body>"
+    )
+}
+
+/// A roller at the top of its wheel, whose axle is y.
+fn omni_roller(end: &str) -> String {
+    format!(
+        "<body name=\"roller{end}\" pos=\"0 0 0.042\"><joint name=\"spin{end}\" axis=\"0 1 0\"/>\
+         <inertial pos=\"0 0 0\" mass=\"0.01\" diaginertia=\"5e-7 4e-7 5e-7\"/>\
+         <geom type=\"capsule\" size=\"0.008 0.0115\" euler=\"90 0 0\"/></body>"
+    )
+}
+
+/// MuJoCo's own way of writing wheels of rollers, one `<replicate>` in another: the robot is that of a file which writes each body, at
+/// angles by sine and cosine, under the names that MuJoCo gives; a motor that is said once drives each of its copies.
+#[test]
+fn what_an_mjcf_replicates_is_written_out() {
+    let turned = |axis: Vector3<f64>, angle: f64, inside: &str| {
+        let turn = UnitQuaternion::from_scaled_axis(axis * angle.to_radians());
+        let pose = mjcf_pose(&Isometry3::from_parts(Translation3::identity(), turn));
+        format!("<frame {pose}>{inside}</frame>")
+    };
+    let by_hand: String = (0..3)
+        .map(|w| {
+            let rollers: String = (0..12)
+                .map(|r| {
+                    turned(
+                        Vector3::x(),
+                        30.0 * r as f64,
+                        &omni_roller(&format!("-{r:02}{w}")),
+                    )
+                })
+                .collect();
+            turned(
+                Vector3::z(),
+                120.0 * w as f64,
+                &omni_wheel(&w.to_string(), &rollers),
+            )
+        })
+        .collect();
+    let motor = |w: &str| {
+        format!("<velocity joint=\"drive{w}\" forcerange=\"-2 2\" ctrlrange=\"-30 30\"/>")
+    };
+    let motors: String = ["0", "1", "2"].map(motor).concat();
+    let by_hand = load(&omni_mjcf(&by_hand, &motors), "small.xml");
+
+    let rollers = format!(
+        "<replicate count=\"12\" euler=\"30 0 0\" sep=\"-\">{}</replicate>",
+        omni_roller("")
+    );
+    let replicated = format!(
+        "<replicate count=\"3\" euler=\"0 0 120\">{}</replicate>",
+        omni_wheel("", &rollers)
+    );
+    let replicated = omni_mjcf(&replicated, &motor(""));
+    same(&load(&replicated, "small.xml"), &by_hand);
+    assert_eq!(by_hand.wheels.len(), 3);
+    assert_eq!(by_hand.wheels[2].motor.velocity_rad_s, 30.0);
+
+    // Radians, and another sequence that means the same turn.
+    let in_radians = replicated
+        .replace("angle=\"degree\"", "angle=\"radian\" eulerseq=\"ZYX\"")
+        .replace(
+            "euler=\"30 0 0\"",
+            &format!("euler=\"0 0 {}\"", 30f64.to_radians()),
+        )
+        .replace(
+            "euler=\"0 0 120\"",
+            &format!("euler=\"{} 0 0\"", 120f64.to_radians()),
+        )
+        .replace(
+            "euler=\"90 0 0\"",
+            &format!("euler=\"0 0 {}\"", 90f64.to_radians()),
+        );
+    same(&load(&in_radians, "small.xml"), &by_hand);
+}
+
+#[test_case("<replicate><geom/></replicate>", "a whole number `count`"; "no count")]
+#[test_case("<replicate count=\"1e9\"><geom/></replicate>", "a whole number `count`"; "too many")]
+#[test_case("<replicate count=\"2\" offset=\"1 x 0\"><geom/></replicate>", "is not three numbers"; "no offset")]
+#[test_case(
+    "<replicate count=\"9999\"><replicate count=\"9999\"><geom/></replicate></replicate>",
+    "would write out more than 8 MB";
+    "copies of copies"
+)]
+fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
+    let error = Robot::from_urdf_str(&omni_mjcf(wheels, ""), "small.xml").unwrap_err();
+    assert!(error.to_string().contains(words), "{error}");
+}

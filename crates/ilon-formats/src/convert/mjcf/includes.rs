@@ -79,7 +79,7 @@ pub(super) fn refuse_what_is_not_read(
     text: &str,
     document: &Document,
 ) -> Result<(), RobotError> {
-    let tags = ["replicate", "composite", "flexcomp", "attach", "model"];
+    let tags = ["composite", "flexcomp", "attach", "model"];
     let unread = document
         .descendants()
         .find(|n| tags.contains(&n.tag_name().name()) && n.is_element());

@@ -1,11 +1,12 @@
 //! MJCF, the format of MuJoCo: the body of a file in which most wheels are seen.
 //!
 //! mjcf-rs reads it, with its defaults, classes and angles; what it includes is put in first, through the door through which all
-//! files are read. A body's frame becomes that of its joint; a body of several joints becomes a chain of links.
+//! files are read, and what it replicates is written out. A body's frame becomes that of its joint; a body of several joints becomes a chain of links.
 
 mod bodies;
 mod geoms;
 mod includes;
+mod replicate;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -28,6 +29,7 @@ pub(super) fn converted(
 ) -> Result<Prepared, RobotError> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let whole = includes::put_in(file, text, folder, options)?;
+    let whole = replicate::written_out(file, whole)?;
     let document = xml::parse(&whole).map_err(|fault| of_xml(file, &whole, fault))?;
     includes::refuse_what_is_not_read(file, &whole, &document)?;
     let model = mjcf_rs::Model::from_str(&whole, folder).map_err(|e| {
