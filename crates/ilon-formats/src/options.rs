@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::files::FileAccess;
-use crate::packages::Package;
+use crate::packages::{Machine, Package};
 
 /// How to read a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +58,14 @@ impl LoadOptions {
     /// The density that repairs take.
     pub(crate) fn density(&self) -> f64 {
         self.density_kg_m3.unwrap_or(Self::DENSITY_KG_M3)
+    }
+
+    /// The machine as these options show it.
+    pub(crate) fn machine(&self) -> Machine {
+        Machine {
+            given: self.packages.clone(),
+            files: self.files.clone(),
+        }
     }
 }
 

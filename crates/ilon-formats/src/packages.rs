@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use xacro_expand::{Files, Host, Unread, find_package};
 
 use crate::files::FileAccess;
-use crate::options::LoadOptions;
 
 /// A ROS package and its folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,18 +21,12 @@ pub struct Package {
 /// nothing where only some files may be read.
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
-    given: Vec<Package>,
+    /// The packages whose folders are given.
+    pub(crate) given: Vec<Package>,
     pub(crate) files: FileAccess,
 }
 
 impl Machine {
-    pub(crate) fn of(options: &LoadOptions) -> Self {
-        Self {
-            given: options.packages.clone(),
-            files: options.files.clone(),
-        }
-    }
-
     /// The folder of a package that a file in `from` names: the one that is given for it, or one around the file that holds what is
     /// sought.
     pub(crate) fn find(
@@ -95,6 +88,7 @@ impl Host for Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::LoadOptions;
 
     #[test]
     fn a_folder_that_is_given_is_taken() {
@@ -103,7 +97,9 @@ mod tests {
         let elsewhere = root.path().join("elsewhere");
         let mut options = LoadOptions::default();
         let found = |options: &LoadOptions| {
-            Machine::of(options).find(root.path(), "robot_meshes", &Path::is_dir)
+            options
+                .machine()
+                .find(root.path(), "robot_meshes", &Path::is_dir)
         };
         assert_eq!(found(&options), Some(root.path().join("robot_meshes")));
         options.packages.push(Package {

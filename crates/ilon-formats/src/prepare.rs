@@ -8,7 +8,6 @@ use crate::error::{Fault, MissingFile, RobotError};
 use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::packages::Machine;
 use crate::spec::Spec;
 use crate::urdf::{LFS_POINTER, Origin, Prepared, is_lfs_pointer, is_wheel_size};
 use crate::{convert, generate, xml};
@@ -199,7 +198,7 @@ fn expanded(prepared: &Prepared, options: &LoadOptions) -> Result<Prepared, Robo
         leave_out_missing: options.leave_out_missing,
         watch: Some(&|name| is_wheel_size(name).is_some()),
     };
-    let machine = Machine::of(options);
+    let machine = options.machine();
     let expanded = xacro_expand::expand(path, &prepared.text, &settings, &machine)
         .map_err(|failure| of_failure(file, *failure))?;
     let mut lines = Lines::default();

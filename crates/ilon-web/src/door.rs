@@ -15,7 +15,7 @@ use ilon_sim::judge::judge;
 use ilon_sim::scenario::Setting;
 use ilon_sim::{Run, Scenario, Simulation, simulate};
 use ilon_trace::Rows;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 mod fault;
@@ -272,9 +272,4 @@ enum Reply {
 
 fn compared(run: &Run, name: String) -> Compared {
     Compared::new(name, run.trace.clone(), run.summary.clone())
-}
-
-/// A part of a reply as JSON.
-fn said(part: &impl Serialize) -> Value {
-    serde_json::to_value(part).unwrap_or_default()
 }

@@ -1,6 +1,7 @@
 //! The faults of robot files.
 
 use super::clue::Clues;
+use super::named::{Looked, MissingFile};
 use super::words::{counted, listed, looked_at, missing};
 use crate::options::WheelOptions;
 
@@ -434,26 +435,4 @@ pub enum Proposed {
     Contradiction,
     /// Nothing says that the wheels carry rollers: they may be plain ones.
     NothingSaid,
-}
-
-/// A file that was looked for and not found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MissingFile {
-    /// The file, as it is written.
-    pub what: String,
-    /// The package that it lies in, where that package's folder is not known.
-    pub package: Option<String>,
-    /// Why it is not read, where it is there.
-    pub reason: Option<String>,
-    /// The file and line that name it.
-    pub at: String,
-}
-
-/// A joint that was looked at for a wheel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Looked {
-    /// Its name.
-    pub joint: String,
-    /// Why it is none.
-    pub reason: String,
 }

@@ -6,6 +6,7 @@
 mod clue;
 mod fault;
 mod help;
+mod named;
 mod remedy;
 mod words;
 
@@ -14,8 +15,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 pub use clue::{Clue, ClueKind, Clues};
-pub use fault::{Fault, Looked, MissingFile, Proposed};
+pub use fault::{Fault, Proposed};
 pub(crate) use help::is_zero_size;
+pub use named::{Looked, MissingFile};
 pub use remedy::Remedy;
 
 /// Where in a text a fault sits.

@@ -1,6 +1,6 @@
 //! What faults are about, in words.
 
-use super::fault::{Looked, MissingFile};
+use super::named::{Looked, MissingFile};
 
 /// The files that are missing, each with where it is named.
 pub(super) fn missing(files: &[MissingFile]) -> String {

@@ -2,11 +2,11 @@
 
 use nalgebra::{Unit, Vector2, Vector3};
 
-use super::Loading;
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike};
 use super::faults::Faults;
 use super::geometry::primitive;
+use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};

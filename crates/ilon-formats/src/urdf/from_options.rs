@@ -4,11 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
 
-use super::Loading;
 use super::body::RigidBody;
 use super::candidates::{self, Survey, WheelLike};
 use super::disc::{self, Disc};
 use super::hub::{check_level, hub_frame, remark_motor};
+use super::loading::Loading;
 use super::recognise::Candidate;
 use super::tree::Motion;
 use super::wheel_size::Unsized;

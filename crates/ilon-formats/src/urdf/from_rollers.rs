@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 use urdf_rs::Geometry;
 
-use super::Loading;
 use super::body::RigidBody;
 use super::disc::NoDisc;
 use super::faults::Faults;
 use super::geometry::{self, mesh_points, primitive};
+use super::loading::Loading;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
 use super::roller_dimensions::{self, Outline, Skew};

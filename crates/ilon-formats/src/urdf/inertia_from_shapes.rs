@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
-use super::form::number;
+use super::numbers::number;
 use super::source::child;
 use crate::model::MassProperties;
 

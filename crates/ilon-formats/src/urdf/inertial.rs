@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 use roxmltree::Node;
 
 use super::faults::Faults;
-use super::form::{check_numbers, number, remark_repeated};
+use super::numbers::{check_numbers, number, remark_repeated};
 use super::source::{Source, child, describe};
 use crate::error::Fault;
 use crate::model::Remark;

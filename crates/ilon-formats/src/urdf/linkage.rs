@@ -9,10 +9,10 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::check;
 use super::from_options::Given;
+use super::loading::Loading;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
-use super::{Loading, moving};
 use crate::error::{Fault, RobotError};
 use crate::options::{JointOptions, RoleOption};
 use ilon_robot::{Body, BodyJoint, Coupling, JointKind, JointRole, JointSpring, Remark, Wheel};
@@ -98,6 +98,15 @@ pub(super) fn decide(
         linkage.joints.push((joint, role));
     }
     Ok(linkage)
+}
+
+/// The joints that move: wheels and rollers.
+pub(super) fn moving(candidates: &[Candidate], given: &[Given]) -> HashSet<usize> {
+    candidates
+        .iter()
+        .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
+        .chain(given.iter().map(|g| g.like.joint))
+        .collect()
 }
 
 /// The bodies and what couples their joints, and on which of them each wheel hangs.

@@ -30,7 +30,7 @@ impl Meshes {
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         Self {
             folder: folder.to_owned(),
-            machine: Machine::of(options),
+            machine: options.machine(),
             read: RefCell::new(HashMap::new()),
         }
     }

@@ -1,6 +1,6 @@
 //! Makes a robot of the text of a URDF.
 //!
-//! In this order: the text is held against the form of URDF ([`source`], [`form`]), urdf-rs reads what is read of it
+//! In this order: the text is held against the form of URDF ([`source`], [`form`], [`numbers`]), urdf-rs reads what is read of it
 //! ([`normalise`]), its links and joints become a tree placed in the body frame ([`tree`], [`body`]), wheels and rollers are
 //! recognised ([`recognise`]) and measured ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and [`dae`], [`roller_gaps`],
 //! [`outline`]), wheels without rollers are looked for ([`candidates`], [`disc`]) and given some ([`from_options`]) where a person or the file
@@ -23,9 +23,11 @@ mod inertia_from_shapes;
 mod inertial;
 mod infer;
 mod linkage;
+mod loading;
 mod mesh;
 mod names;
 mod normalise;
+mod numbers;
 mod outline;
 mod plausibility;
 mod prepared;
@@ -50,7 +52,8 @@ use candidates::Survey;
 use check::LEAST_WHEELS;
 use faults::Faults;
 use from_options::Given;
-use linkage::Linkage;
+use linkage::{Linkage, moving};
+use loading::Loading;
 pub(crate) use mesh::{LFS_POINTER, Meshes, is_lfs_pointer};
 pub use outline::WheelOutline;
 pub(crate) use prepared::{Origin, Prepared};
@@ -68,16 +71,6 @@ pub(crate) struct Read {
     pub(crate) outlines: Vec<WheelOutline>,
     /// The rollers that the file's own words were taken for.
     pub(crate) inferred: Option<WheelOptions>,
-}
-
-/// What is needed in every stage, and what the stages gather.
-struct Loading<'a> {
-    source: &'a Source<'a>,
-    tree: &'a Tree,
-    options: &'a LoadOptions,
-    meshes: Meshes,
-    remarks: Vec<Remark>,
-    outlines: Vec<WheelOutline>,
 }
 
 /// Reads a robot.
@@ -259,15 +252,6 @@ fn wheels(
             wheel.material = materials.remove(&wheel.name);
             transmission::make_rollers(loading.source, &mut wheel).map(|()| wheel)
         })
-        .collect()
-}
-
-/// The joints that move: wheels and rollers.
-fn moving(candidates: &[Candidate], given: &[Given]) -> HashSet<usize> {
-    candidates
-        .iter()
-        .flat_map(|c| c.rollers.iter().copied().chain([c.hub]))
-        .chain(given.iter().map(|g| g.like.joint))
         .collect()
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
-use super::form::number;
+use super::numbers::number;
 use super::source::{Source, child};
 use super::tree::Tree;
 use crate::error::{Fault, RobotError};

@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::Loading;
 use super::body::RigidBody;
 use super::from_rollers::{self, Seen};
 use super::hub::{check_level, hub_frame, remark_motor};
+use super::loading::Loading;
 use super::outline;
 use super::recognise::Candidate;
 use super::roller_gaps::{Handover, WIDEST_GAP_RAD, close_gaps};

@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::Loading;
 use super::body::RigidBody;
 use super::disc::{self, NoDisc};
 use super::hub::hub_frame;
+use super::loading::Loading;
 use super::names;
 use super::source::Source;
 use super::tree::{Motion, Tree};

@@ -2,14 +2,14 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::{Collision, MassProperties, Robot, Wheel};
+use super::{Collision, MassProperties};
 
 /// A body beside the chassis, on the joint that it moves on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyJoint {
     /// The joint's name in the robot's file.
     pub name: String,
-    /// What carries it: the body of another joint, by its place among [`Robot::joints`], where it stands before this one; `None` where that
+    /// What carries it: the body of another joint, by its place among [`Robot::joints`](super::Robot::joints), where it stands before this one; `None` where that
     /// is the chassis.
     pub parent: Option<usize>,
     /// What it lets its body do.
@@ -74,7 +74,7 @@ pub struct JointSpring {
 /// offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// The joint that follows, by its place among [`Robot::joints`].
+    /// The joint that follows, by its place among [`Robot::joints`](super::Robot::joints).
     pub joint: usize,
     /// The joint that it follows, by its place there.
     pub follows: usize,
@@ -112,15 +112,5 @@ impl BodyJoint {
     pub fn center_of_mass_m(&self) -> Vector3<f64> {
         let in_joint_m = nalgebra::Point3::from(self.body.mass.center_of_mass_m);
         (self.body_from_joint * in_joint_m).coords
-    }
-}
-
-impl Robot {
-    /// The joints on the way from the chassis to a wheel, that next to the chassis first, by their places among [`Robot::joints`].
-    pub fn joints_above(&self, wheel: &Wheel) -> Vec<usize> {
-        let mut way: Vec<usize> =
-            std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).collect();
-        way.reverse();
-        way
     }
 }

@@ -18,6 +18,7 @@ mod standing;
 pub mod tread;
 pub mod turned;
 mod wheel;
+mod wheel_as_made;
 
 pub use barrel::Barrel;
 pub use collision::{Collision, CollisionShape};

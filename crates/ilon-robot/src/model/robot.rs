@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::scale::{LEAST_GRAVITY_M_S2, Scale};
 use super::{BodyJoint, Collision, Coupling, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
@@ -73,5 +74,26 @@ impl Robot {
             .iter()
             .map(|w| w.motor.velocity_rad_s)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The joints on the way from the chassis to a wheel, that next to the chassis first, by their places among [`Robot::joints`].
+    pub fn joints_above(&self, wheel: &Wheel) -> Vec<usize> {
+        let mut way: Vec<usize> =
+            std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).collect();
+        way.reverse();
+        way
+    }
+}
+
+impl Scale {
+    /// Of a robot with one wheel at least, in a gravity in m/s^2.
+    pub fn of(robot: &Robot, gravity_m_s2: f64) -> Self {
+        let count = robot.wheels.len() as f64;
+        let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
+        Self {
+            length_m: radii_m.sum::<f64>() / count,
+            load_kg: robot.mass_kg() / count,
+            gravity_m_s2: gravity_m_s2.max(LEAST_GRAVITY_M_S2),
+        }
     }
 }

@@ -4,11 +4,9 @@
 //! times grow by sqrt(s), speeds by sqrt(s), forces by s^3 and stiffnesses by s^2. So no number that a simulation chooses
 //! may have a unit of its own: it is a share of one of these.
 
-use super::Robot;
-
 /// Gravity below which a robot is measured as if it had this, in m/s^2, a tenth of the earth's: one that weighs nothing still
 /// hits walls.
-const LEAST_GRAVITY_M_S2: f64 = 0.981;
+pub(super) const LEAST_GRAVITY_M_S2: f64 = 0.981;
 
 /// The units of a robot on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,17 +20,6 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Of a robot with one wheel at least, in a gravity in m/s^2.
-    pub fn of(robot: &Robot, gravity_m_s2: f64) -> Self {
-        let count = robot.wheels.len() as f64;
-        let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
-        Self {
-            length_m: radii_m.sum::<f64>() / count,
-            load_kg: robot.mass_kg() / count,
-            gravity_m_s2: gravity_m_s2.max(LEAST_GRAVITY_M_S2),
-        }
-    }
-
     /// sqrt(rho / g), in seconds: 71 ms for wheels of 50 mm on earth.
     pub fn time_s(&self) -> f64 {
         (self.length_m / self.gravity_m_s2).sqrt()

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use ilon_robot::Robot;
 use ilon_sim::Scenario;
 use ilon_sim::scenario::Reference;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 /// A robot in short.
@@ -26,7 +27,7 @@ pub(super) fn spec(scenario: &Scenario, files: &BTreeMap<PathBuf, Vec<u8>>) -> V
     let Some(keys) = keys.filter(|keys| keys.contains_key("chassis")) else {
         return Value::Null;
     };
-    json!({ "file": named, "values": super::said(&keys) })
+    json!({ "file": named, "values": said(&keys) })
 }
 
 /// The scenario for a folder in which all files that it names lie beside it.
@@ -62,4 +63,9 @@ fn normal(path: &Path) -> PathBuf {
         }
     }
     normal
+}
+
+/// A part of a reply as JSON.
+pub(super) fn said(part: &impl Serialize) -> Value {
+    serde_json::to_value(part).unwrap_or_default()
 }

@@ -1,0 +1,23 @@
+//! What faults name: files that are missing, and joints that are no wheels.
+
+/// A file that was looked for and not found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MissingFile {
+    /// The file, as it is written.
+    pub what: String,
+    /// The package that it lies in, where that package's folder is not known.
+    pub package: Option<String>,
+    /// Why it is not read, where it is there.
+    pub reason: Option<String>,
+    /// The file and line that name it.
+    pub at: String,
+}
+
+/// A joint that was looked at for a wheel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Looked {
+    /// Its name.
+    pub joint: String,
+    /// Why it is none.
+    pub reason: String,
+}

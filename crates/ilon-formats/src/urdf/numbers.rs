@@ -1,0 +1,207 @@
+//! Which numbers each element of URDF may hold, and which elements may stand once alone.
+
+use roxmltree::Node;
+
+use super::faults::Faults;
+use super::source::{Source, describe};
+use crate::error::{Fault, RobotError};
+use crate::model::Remark;
+
+/// What the numbers of an attribute may be.
+#[derive(Clone, Copy, PartialEq)]
+enum Range {
+    Any,
+    NotNegative,
+    Positive,
+    /// Above 0 and at most 1.
+    Share,
+}
+
+/// The numeric attributes of URDF: element, attribute, how many numbers, whether it must be there, range.
+const NUMBERS: [(&str, &str, usize, bool, Range); 43] = [
+    ("origin", "xyz", 3, false, Range::Any),
+    ("origin", "rpy", 3, false, Range::Any),
+    ("origin", "quat_xyzw", 4, false, Range::Any),
+    ("mass", "value", 1, true, Range::NotNegative),
+    ("inertia", "ixx", 1, true, Range::Any),
+    ("inertia", "ixy", 1, false, Range::Any),
+    ("inertia", "ixz", 1, false, Range::Any),
+    ("inertia", "iyy", 1, true, Range::Any),
+    ("inertia", "iyz", 1, false, Range::Any),
+    ("inertia", "izz", 1, true, Range::Any),
+    ("box", "size", 3, true, Range::Positive),
+    ("sphere", "radius", 1, true, Range::Positive),
+    ("cylinder", "radius", 1, true, Range::Positive),
+    ("cylinder", "length", 1, true, Range::Positive),
+    ("capsule", "radius", 1, true, Range::Positive),
+    ("capsule", "length", 1, true, Range::Positive),
+    ("mesh", "scale", 3, false, Range::Any),
+    ("axis", "xyz", 3, true, Range::Any),
+    ("limit", "lower", 1, false, Range::Any),
+    ("limit", "upper", 1, false, Range::Any),
+    ("limit", "effort", 1, false, Range::NotNegative),
+    ("limit", "velocity", 1, false, Range::NotNegative),
+    ("mimic", "multiplier", 1, false, Range::Any),
+    ("mimic", "offset", 1, false, Range::Any),
+    ("dynamics", "damping", 1, false, Range::NotNegative),
+    ("dynamics", "friction", 1, false, Range::NotNegative),
+    ("ilon_drive", "gear_ratio", 1, false, Range::Positive),
+    ("ilon_drive", "rotor_inertia", 1, false, Range::NotNegative),
+    ("ilon_drive", "gear_efficiency", 1, false, Range::Share),
+    ("ilon_drive", "gear_friction", 1, false, Range::NotNegative),
+    (
+        "ilon_rollers",
+        "rolling_resistance",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    ("ilon_rollers", "tread_stiffness", 1, false, Range::Positive),
+    (
+        "ilon_rollers",
+        "tread_damping",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    (
+        "ilon_rollers",
+        "tread_shear_stiffness",
+        1,
+        false,
+        Range::Positive,
+    ),
+    (
+        "ilon_rollers",
+        "tread_shear_damping",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    (
+        "ilon_rollers",
+        "tread_relaxation_length",
+        1,
+        false,
+        Range::Positive,
+    ),
+    ("ilon_rollers", "axial_play", 1, false, Range::NotNegative),
+    ("ilon_rollers", "length_factor", 1, false, Range::Positive),
+    ("ilon_rollers", "crown", 1, false, Range::Positive),
+    ("ilon_rollers", "edge_radius", 1, false, Range::NotNegative),
+    (
+        "ilon_rollers",
+        "radius_spread",
+        1,
+        false,
+        Range::NotNegative,
+    ),
+    ("ilon_rollers", "radius_seed", 1, false, Range::NotNegative),
+    ("roller", "radius_offset", 1, true, Range::Any),
+];
+
+/// Children that an element may have only once. Of several, the first is read, as the tools of ROS do.
+const SINGLE: [(&str, &[&str]); 4] = [
+    ("link", &["inertial"]),
+    ("inertial", &["origin", "mass", "inertia"]),
+    (
+        "joint",
+        &["origin", "parent", "child", "axis", "limit", "dynamics"],
+    ),
+    ("collision", &["origin", "geometry"]),
+];
+
+/// Largest number that is read but for limits: beyond it products of numbers are no longer finite.
+const LARGEST: f64 = 1e9;
+
+/// Says which elements stand a second time.
+pub(super) fn remark_repeated(source: &Source, node: Node, remarks: &mut Vec<Remark>) {
+    let tag = node.tag_name().name();
+    let singles = SINGLE.iter().find(|(outer, _)| *outer == tag);
+    for single in singles.map_or(&[][..], |s| s.1) {
+        let mut alike = node.children().filter(|n| n.has_tag_name(*single));
+        if let (Some(_), Some(second)) = (alike.next(), alike.next()) {
+            let mut remark = Remark::new(
+                describe(second),
+                format!(
+                    "`<{single}>` stands here a second time: the first is read, as the tools of ROS do"
+                ),
+            );
+            source.place_at(&mut remark, second);
+            remarks.push(remark);
+        }
+    }
+}
+
+/// Adds the faults of an element's numbers; whether there are none.
+pub(super) fn check_numbers(source: &Source, node: Node, faults: &mut Faults) -> bool {
+    let tag = node.tag_name().name();
+    let rows = NUMBERS.iter().filter(|row| row.0 == tag);
+    let mut good = true;
+    for (_, attribute, count, required, range) in rows {
+        let checked = check_number(source, node, attribute, (*count, *required, *range));
+        good &= faults.keep(checked).is_some();
+    }
+    good
+}
+
+fn check_number(
+    source: &Source,
+    node: Node,
+    attribute: &str,
+    (count, required, range): (usize, bool, Range),
+) -> Result<(), RobotError> {
+    let tag = node.tag_name().name();
+    let Some(value) = node.attribute(attribute) else {
+        if required {
+            let attribute = attribute.to_owned();
+            return Err(source.error(node, Fault::MissingAttribute { attribute }));
+        }
+        return Ok(());
+    };
+    let fail = |fault| Err(source.attribute_error(node, attribute, fault));
+    let (name, text) = (attribute.to_owned(), value.to_owned());
+    let numbers: Result<Vec<f64>, _> = value.split_whitespace().map(str::parse).collect();
+    let Some(numbers) = numbers.ok().filter(|n| n.len() == count) else {
+        return fail(Fault::NotNumbers {
+            attribute: name,
+            value: text,
+            count,
+        });
+    };
+    if numbers.iter().any(|n| !n.is_finite()) {
+        return fail(Fault::NotFinite {
+            attribute: name,
+            value: text,
+        });
+    }
+    // Limits may be astronomic, which says that there is none; lengths, masses and inertias may not.
+    if tag != "limit" && numbers.iter().any(|n| n.abs() > LARGEST) {
+        return fail(Fault::OutOfRange {
+            key: name,
+            value: text,
+            range: "below a thousand million",
+        });
+    }
+    let range = match range {
+        Range::Any => return Ok(()),
+        Range::NotNegative if numbers.iter().all(|&n| n >= 0.0) => return Ok(()),
+        Range::Positive if numbers.iter().all(|&n| n > 0.0) => return Ok(()),
+        Range::Share if numbers.iter().all(|&n| n > 0.0 && n <= 1.0) => return Ok(()),
+        Range::NotNegative if tag == "mass" => "above 0",
+        Range::NotNegative => "0 or above",
+        Range::Share => "above 0 and at most 1",
+        Range::Positive => "above 0",
+    };
+    fail(Fault::OutOfRange {
+        key: name,
+        value: text,
+        range,
+    })
+}
+
+/// The number of an attribute that was checked; 0 where it is left out.
+pub(super) fn number(node: Node, attribute: &str) -> f64 {
+    let text = node.attribute(attribute).unwrap_or_default();
+    text.trim().parse().unwrap_or_default()
+}
