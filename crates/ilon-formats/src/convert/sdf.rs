@@ -9,6 +9,8 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
+use super::choice::with_most_wheels;
+use super::malformed::of_xml;
 use super::writer::{JointOf, ShapeOf, Writer, escaped};
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
@@ -24,15 +26,7 @@ const NO_LIMIT: f64 = 1e12;
 
 /// The URDF of the robot in an SDF text.
 pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> {
-    let document = match xml::parse(text) {
-        Ok(document) => document,
-        Err(xml::Fault::Malformed(reason, bytes)) => {
-            return Err(RobotError::new(file, Fault::Xml { reason }).at(&text.into(), bytes));
-        }
-        Err(xml::Fault::TooMuch(what, most, _)) => {
-            return Err(RobotError::new(file, Fault::TooLarge { what, most }));
-        }
-    };
+    let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
     let root = document.root_element();
     let mut models: Vec<Node> = root
         .descendants()
@@ -67,7 +61,7 @@ pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> 
         }
         Ok(prepared)
     });
-    super::with_most_wheels(written).unwrap_or_else(|| {
+    with_most_wheels(written).unwrap_or_else(|| {
         let reason = "it holds no `<model>` with links of its own".to_owned();
         Err(fault(root, reason))
     })

@@ -7,7 +7,7 @@ use mjcf_rs::{body as mj, extras};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::geoms::{Weight, shapes_of, tensor, weight_of};
-use super::{Robot, pose};
+use super::model::{Robot, pose};
 use crate::convert::writer::{JointOf, Writer};
 use crate::error::{Fault, RobotError};
 use crate::model::{DriveTrain, Remark};

@@ -6,7 +6,7 @@ use std::path::Path;
 use mjcf_rs::body as mj;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
-use super::pose;
+use super::model::pose;
 use crate::convert::writer::ShapeOf;
 use crate::model::MassProperties;
 

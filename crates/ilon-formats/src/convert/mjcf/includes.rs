@@ -4,7 +4,7 @@ use std::path::Path;
 
 use roxmltree::{Document, Node};
 
-use super::of_xml;
+use crate::convert::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::options::LoadOptions;
 use crate::xml;

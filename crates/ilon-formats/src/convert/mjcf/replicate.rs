@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use super::of_xml;
+use crate::convert::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::xml;
 
