@@ -76,6 +76,9 @@ pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange}
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
 pub use actuation::{FallingTorque, TorqueLaw, TorqueShares};
+pub use dynamics::acceleration_limits::{
+    AccelerationLimit, AccelerationLimits, LimitCause, LimitSettings, PushSharing,
+};
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;

@@ -17,15 +17,15 @@
 //! load, is least.
 
 use ilon_robot::{Robot, Twist};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
 use super::{TorqueLaw, TorqueShares};
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
-use crate::dynamics::traction::{PushRange, TractionSet};
+use crate::dynamics::capacity::{Capacity, Moment};
 use crate::error::{not_negative, positive};
-use crate::{ControlError, DynamicModel, Kinematics, Priority, WheelLoads};
+use crate::{ControlError, Kinematics, Priority};
 
 /// Settings of the prioritised torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,36 +52,18 @@ pub struct PrioritisedTorqueSettings {
 /// [`WheelLoop`](crate::WheelLoop): the same inputs, the same output.
 #[derive(Clone, Debug)]
 pub struct PrioritisedTorque {
-    model: DynamicModel,
+    capacity: Capacity,
     /// About the reference point; the model's own is about the body's origin.
     about: Kinematics,
-    loads: WheelLoads,
-    set: TractionSet,
     settings: PrioritisedTorqueSettings,
     k_p: f64,
-    /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
-    body: Matrix3<f64>,
     integral: Vector3<f64>,
     target_rate: FilteredDerivative<Vector3<f64>>,
     shares: TorqueShares,
     // One number a wheel each, kept to save allocating.
-    resistance_n_m: Vec<f64>,
-    own_n_m: Vec<f64>,
-    accelerations_rad_s2: Vec<f64>,
-    loads_n: Vec<f64>,
-    motor: Vec<PushRange>,
-    grips_n: Vec<f64>,
     pushes_n: Vec<f64>,
     rates_back_rad_s: Vec<f64>,
     torques_n_m: Vec<f64>,
-}
-
-/// A state of the robot at which forces are weighed.
-struct Moment<'a> {
-    rates: &'a [f64],
-    targets: &'a [f64],
-    limits: &'a [TorqueRange],
-    nu: Twist,
 }
 
 impl PrioritisedTorque {
@@ -104,44 +86,28 @@ impl PrioritisedTorque {
         if settings.friction != f64::INFINITY {
             positive("the friction coefficient", settings.friction)?;
         }
-        let model = DynamicModel::new(robot)?;
+        let capacity = Capacity::new(robot, settings.friction, settings.gravity_m_s2)?;
+        let model = &capacity.model;
         let about = model.kinematics().about(settings.reference_point_m)?;
         let n = model.kinematics().wheel_count();
-        let r = model.kinematics().rate_matrix();
-        let mut beyond_own = model.inertia().clone();
-        for (h, own) in model.wheel_inertias_kg_m2().iter().enumerate() {
-            beyond_own[(h, h)] -= own;
-        }
-        let body: Matrix3<f64> = (r.transpose() * beyond_own * r)
-            .fixed_view::<3, 3>(0, 0)
-            .into();
         let air_share = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
         Ok(Self {
-            loads: WheelLoads::new(robot, settings.gravity_m_s2),
-            set: TractionSet::new(model.kinematics()),
             k_p: w_b.min(air_share / dt_s),
             settings: *settings,
-            body,
             integral: Vector3::zeros(),
             target_rate: FilteredDerivative::default(),
             shares: TorqueShares::default(),
-            resistance_n_m: vec![0.0; n],
-            own_n_m: vec![0.0; n],
-            accelerations_rad_s2: vec![0.0; n],
-            loads_n: vec![0.0; n],
-            motor: vec![PushRange::default(); n],
-            grips_n: vec![0.0; n],
             pushes_n: vec![0.0; n],
             rates_back_rad_s: vec![0.0; n],
             torques_n_m: vec![0.0; n],
             about,
-            model,
+            capacity,
         })
     }
 
     fn step(&mut self, targets: &[f64], rates: &[f64], limits: &[TorqueRange], dt_s: f64) {
         let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
-        let nu = self.model.kinematics().twist(rates);
+        let nu = self.capacity.model.kinematics().twist(rates);
         // Errors and tasks are those of the reference point c, in components of the body frame.
         let nu_d = vector(self.about.twist(targets));
         let e = nu_d - vector(self.about.twist(rates));
@@ -156,14 +122,13 @@ impl PrioritisedTorque {
         // A turn about c alone moves the origin by omega k x (-c).
         let c = self.settings.reference_point_m;
         let heading = y.z * Vector3::new(c.y, -c.x, 1.0);
-        self.model
-            .resistance_towards(rates, targets, &mut self.resistance_n_m);
         let moment = Moment {
             rates,
-            targets,
+            towards: targets,
             limits,
             nu,
         };
+        self.capacity.begin(&moment);
         let (nu_rate, shares) = match self.settings.priority {
             Priority::Position => {
                 let w_1 = self.weight(&moment, Vector3::zeros(), position);
@@ -186,10 +151,14 @@ impl PrioritisedTorque {
             self.integral.z = grown.z;
         }
 
-        let force = self.weigh(&moment, nu_rate);
-        self.shares.grip =
-            self.set
-                .distribute(&force, &self.motor, &self.grips_n, &mut self.pushes_n);
+        let capacity = &mut self.capacity;
+        let force = capacity.weigh(&moment, nu_rate);
+        self.shares.grip = capacity.set.distribute(
+            &force,
+            &capacity.motor,
+            &capacity.grips_n,
+            &mut self.pushes_n,
+        );
         if self.settings.friction.is_infinite() {
             self.shares.grip = f64::NAN;
         }
@@ -198,19 +167,20 @@ impl PrioritisedTorque {
         // in the air feels.
         self.about
             .wheel_rates(Twist::new(e.x, e.y, e.z), &mut self.rates_back_rad_s);
-        let levers = self.model.kinematics().lever_m();
-        let inertias = self.model.wheel_inertias_kg_m2();
+        let levers = self.capacity.model.kinematics().lever_m();
+        let inertias = self.capacity.model.wheel_inertias_kg_m2();
         for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
             let astray = targets[h] - rates[h] - self.rates_back_rad_s[h];
-            let wanted =
-                levers[h] * self.pushes_n[h] + self.own_n_m[h] + self.k_p * inertias[h] * astray;
+            let wanted = levers[h] * self.pushes_n[h]
+                + self.capacity.own_n_m[h]
+                + self.k_p * inertias[h] * astray;
             *torque_n_m = limits[h].clamp(wanted);
         }
     }
 
     /// The largest weight in [0, 1] with which `task` can be added to the acceleration `given`.
     fn weight(&mut self, moment: &Moment<'_>, given: Vector3<f64>, task: Vector3<f64>) -> f64 {
-        if self.within(moment, given + task) {
+        if self.capacity.within(moment, given + task) {
             return 1.0;
         }
         // The set is convex and its ranges move linearly with the acceleration, but for a lifted wheel's load: what is
@@ -218,7 +188,7 @@ impl PrioritisedTorque {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..30 {
             let middle = 0.5 * (low + high);
-            if self.within(moment, given + middle * task) {
+            if self.capacity.within(moment, given + middle * task) {
                 low = middle;
             } else {
                 high = middle;
@@ -226,62 +196,7 @@ impl PrioritisedTorque {
         }
         low
     }
-
-    fn within(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> bool {
-        let force = self.weigh(moment, nu_rate);
-        let ranges = self.motor.iter().zip(&self.grips_n).map(|(motor, grip_n)| {
-            motor.within(PushRange {
-                min_n: -grip_n,
-                max_n: *grip_n,
-            })
-        });
-        // A billionth of a newton: rounding at the edge is no reason to give way.
-        self.set.reaches(&force, ranges, 1e-9)
-    }
-
-    /// The force on the body that an acceleration needs, with the torque that each wheel needs for itself, and what
-    /// motors and grips leave for pushing.
-    fn weigh(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> Vector3<f64> {
-        let kinematics = self.model.kinematics();
-        let twist_rate = Twist::new(nu_rate.x, nu_rate.y, nu_rate.z);
-        kinematics.wheel_rates(twist_rate, &mut self.accelerations_rad_s2);
-        self.model
-            .own_resistance(moment.rates, moment.targets, &mut self.own_n_m);
-
-        let mut force = self.body * nu_rate;
-        let rows = kinematics.rate_matrix().row_iter();
-        for (row, (resistance, own)) in rows.zip(self.resistance_n_m.iter().zip(&self.own_n_m)) {
-            force += row.transpose() * (resistance - own);
-        }
-        let inertias = self.model.wheel_inertias_kg_m2();
-        for (h, own) in self.own_n_m.iter_mut().enumerate() {
-            *own += inertias[h] * self.accelerations_rad_s2[h];
-            let lever_m = kinematics.lever_m()[h];
-            self.motor[h] = PushRange {
-                min_n: (moment.limits[h].min_n_m - *own) / lever_m,
-                max_n: (moment.limits[h].max_n_m - *own) / lever_m,
-            };
-        }
-
-        // v' + omega k x v: the acceleration in space that shifts the load.
-        let omega = moment.nu.omega_rad_s;
-        let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
-        self.loads.fill_n(nu_rate.xy() + turning, &mut self.loads_n);
-        // Without a friction coefficient any grip in proportion to the loads gives the same distribution.
-        let friction = if self.settings.friction.is_finite() {
-            self.settings.friction
-        } else {
-            UNLIMITED
-        };
-        for (grip_n, load_n) in self.grips_n.iter_mut().zip(&self.loads_n) {
-            *grip_n = friction * load_n;
-        }
-        force
-    }
 }
-
-/// A friction coefficient beyond any floor, which never limits.
-const UNLIMITED: f64 = 1e3;
 
 impl TorqueLaw for PrioritisedTorque {
     fn update(

@@ -1,5 +1,7 @@
 //! Which torques a motion takes: Indiveri 2009, eq. (11), the loads of the wheels and the grip that they give.
 
+pub(crate) mod acceleration_limits;
+pub(crate) mod capacity;
 pub(crate) mod loads;
 pub(crate) mod model;
 pub(crate) mod traction;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::DynamicModel;
 use crate::fixtures::{mecanum4, six_wheels, volksbot};
 use crate::{ComputedTorque, ComputedTorqueSettings};
 
@@ -183,7 +184,7 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
     for robot in robots() {
         let n = robot.wheels.len();
         let mut law = law(&robot, Priority::Position, 0.1);
-        let model = law.model.clone();
+        let model = law.capacity.model.clone();
         let (mut rates, mut targets) = (vec![0.0; n], vec![0.0; n]);
         model.kinematics().wheel_rates(NOW, &mut rates);
         model
@@ -192,7 +193,7 @@ fn on_a_slippery_floor_no_wheel_is_asked_for_more_than_its_grip() {
         law.update(&targets, &rates, &limits(n, 50.0), 1e-3);
         assert!(law.shares().unwrap().position < 1.0);
         assert!(law.shares().unwrap().grip <= 1.0 + 1e-9);
-        for (push, load) in law.pushes_n.iter().zip(&law.loads_n) {
+        for (push, load) in law.pushes_n.iter().zip(&law.capacity.loads_n) {
             assert!(push.abs() <= 0.1 * load + 1e-6);
         }
     }
@@ -204,7 +205,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
     let mut robot = mecanum4();
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let mut law = law(&robot, Priority::Position, 0.3);
-    let model = law.model.clone();
+    let model = law.capacity.model.clone();
     let mut targets = [0.0; 4];
     model
         .kinematics()
@@ -228,7 +229,7 @@ fn free_torques_spare_the_wheel_with_little_load() {
         .map(|h| {
             let own = model.wheel_inertias_kg_m2()[h] * accelerations[h];
             let push = (torques[h] - own) / model.kinematics().lever_m()[h];
-            push.abs() / (0.3 * law.loads_n[h])
+            push.abs() / (0.3 * law.capacity.loads_n[h])
         })
         .fold(0.0, f64::max);
     println!("worst use of grip: plain {worst:.3}, spared {spared:.3}");
@@ -240,7 +241,7 @@ fn a_wheel_in_the_air_does_not_run_away() {
     // Every wheel by itself, as if the robot hung in the air: rates stay near their targets.
     let robot = mecanum4();
     let mut law = law(&robot, Priority::Position, 0.5);
-    let j = law.model.wheel_inertias_kg_m2().to_vec();
+    let j = law.capacity.model.wheel_inertias_kg_m2().to_vec();
     let mut rates = [0.0; 4];
     let targets = [5.0, -3.0, 2.0, 4.0];
     for _ in 0..20_000 {

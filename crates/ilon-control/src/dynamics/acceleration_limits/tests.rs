@@ -1,0 +1,243 @@
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
+
+use ilon_robot::MotorLimits;
+
+use super::*;
+use crate::MotorCurve;
+use crate::fixtures::{mecanum4, six_wheels, volksbot};
+
+const FRICTION: f64 = 0.6;
+
+fn settings(sharing: PushSharing) -> LimitSettings {
+    LimitSettings {
+        friction: FRICTION,
+        gravity_m_s2: 9.81,
+        slope_rad: 0.0,
+        downhill_rad: 0.0,
+        sharing,
+    }
+}
+
+fn motors(count: usize, effort_n_m: f64) -> Vec<Motor> {
+    let limits = MotorLimits {
+        effort_n_m,
+        velocity_rad_s: f64::INFINITY,
+    };
+    vec![Motor::new(&limits, MotorCurve::Flat).unwrap(); count]
+}
+
+fn towards(angle_rad: f64) -> Twist {
+    Twist::new(angle_rad.cos(), angle_rad.sin(), 0.0)
+}
+
+fn limit(robot: &Robot, settings: &LimitSettings, direction: Twist) -> AccelerationLimit {
+    let motors = motors(robot.wheels.len(), f64::INFINITY);
+    let mut limits = AccelerationLimits::new(robot, settings).unwrap();
+    limits.along(direction, Twist::default(), &motors).unwrap()
+}
+
+/// By how much the touching rollers of the mecanum robot add to its mass where it goes straight along an angle, as a share: each spins with
+/// n . v / (r cos gamma) on its bearing, less what the hub turns it back by, sin gamma q'.
+fn spun_share(robot: &Robot, angle_rad: f64) -> f64 {
+    let (wheel, roller) = (&robot.wheels[0], &robot.wheels[0].rollers[0]);
+    let (s, c) = wheel.gamma_rad.abs().sin_cos();
+    let spin = angle_rad.sin().abs() / (roller.radius_m * c);
+    let back = s / wheel.radius_m;
+    4.0 * roller.axial_inertia_kg_m2 * (spin - back) * (spin - back) / robot.mass_kg()
+}
+
+/// Ahead, with the centre of mass at height h and axles L apart, equal loops push f = m a / (2 sqrt 2) on each wheel, and the front wheels
+/// bear m g / 4 - m a h / (2 L): they slide at a = mu g / 4 / (1 / (2 sqrt 2) + mu h / (2 L)), a little earlier as rollers are spun.
+/// Sideways the track takes the place of L.
+#[test]
+fn with_equal_loops_the_wheels_that_are_relieved_slide_first() {
+    let robot = mecanum4();
+    let height_m = robot.center_of_mass_m().z + robot.ride_height_m();
+    for (angle_rad, apart_m, relieved) in [
+        (0.0, 0.30, [0, 1]),
+        (2.0 * FRAC_PI_2, 0.30, [2, 3]),
+        (FRAC_PI_2, 0.32, [0, 2]),
+        (-FRAC_PI_2, 0.32, [1, 3]),
+    ] {
+        let found = limit(
+            &robot,
+            &settings(PushSharing::EqualLoops),
+            towards(angle_rad),
+        );
+        let push = 0.5 / SQRT_2 * (1.0 + spun_share(&robot, angle_rad));
+        let expected = FRICTION * 9.81 / 4.0 / (push + FRICTION * height_m / (2.0 * apart_m));
+        assert!(
+            (found.largest / expected - 1.0).abs() < 3e-4,
+            "{found:?} {expected}"
+        );
+        assert!(relieved.contains(&found.wheel), "{found:?}");
+        assert_eq!(found.cause, LimitCause::Grip);
+    }
+}
+
+/// By grip the rear wheels push what the front ones cannot: sqrt 2 mu times half the weight in all, whatever the height.
+#[test]
+fn by_grip_the_wheels_with_load_make_up_for_those_without() {
+    let mut robot = mecanum4();
+    for height_m in [0.06, 0.12] {
+        robot.chassis.mass.center_of_mass_m.z = height_m;
+        for angle_rad in [0.0, FRAC_PI_2] {
+            let found = limit(&robot, &settings(PushSharing::ByGrip), towards(angle_rad));
+            let expected = FRICTION * 9.81 / SQRT_2 / (1.0 + spun_share(&robot, angle_rad));
+            assert!((found.largest / expected - 1.0).abs() < 1e-6, "{found:?}");
+        }
+    }
+}
+
+/// Three wheels leave nothing to share: both ways are the same, in any direction and turning.
+#[test]
+fn three_wheels_have_one_way_to_push() {
+    let robot = volksbot();
+    for direction in (0..12)
+        .map(|i| towards(f64::from(i) * 0.5))
+        .chain([Twist::new(0.3, -0.5, 2.0), Twist::new(0.0, 0.0, 1.0)])
+    {
+        let by_loops = limit(&robot, &settings(PushSharing::EqualLoops), direction);
+        let by_grip = limit(&robot, &settings(PushSharing::ByGrip), direction);
+        assert!((by_loops.largest / by_grip.largest - 1.0).abs() < 1e-6);
+        assert_eq!(by_loops.cause, by_grip.cause);
+    }
+}
+
+/// 4 tau / rho = (m + 4 J / rho^2) a with the wheels' spin J, where motors are what is short.
+#[test]
+fn a_weak_motor_limits_before_grip_does() {
+    let robot = mecanum4();
+    let effort_n_m = 0.2;
+    let mut limits = AccelerationLimits::new(&robot, &settings(PushSharing::EqualLoops)).unwrap();
+    let found = limits
+        .along(towards(0.0), Twist::default(), &motors(4, effort_n_m))
+        .unwrap();
+    let spin: f64 = limits.capacity.model.wheel_inertias_kg_m2().iter().sum();
+    let mass_kg = robot.mass_kg() + spin / (0.05 * 0.05);
+    let expected = 4.0 * effort_n_m / 0.05 / mass_kg;
+    assert!(
+        (found.largest / expected - 1.0).abs() < 3e-4,
+        "{found:?} {expected}"
+    );
+    assert_eq!(found.cause, LimitCause::Motor);
+    // At half its no-load rate a DC motor has half its torque; at the no-load rate nothing is left to accelerate with, all of it to brake.
+    let curve = MotorCurve::dc_line(effort_n_m, 20.0).unwrap();
+    let dc = vec![Motor::new(&MotorLimits::default(), curve).unwrap(); 4];
+    let mut at = |speed_m_s: f64, angle_rad: f64| {
+        let moving = Twist::new(speed_m_s, 0.0, 0.0);
+        limits
+            .along(towards(angle_rad), moving, &dc)
+            .unwrap()
+            .largest
+    };
+    assert!((at(0.5, 0.0) / expected - 0.5).abs() < 3e-4);
+    assert!(at(1.0, 0.0) < 1e-9);
+    assert!((at(0.5, 2.0 * FRAC_PI_2) / expected - 1.5).abs() < 1e-3);
+}
+
+/// On a slope the robot has what is left beside its weight: downhill and uphill the limits are a level robot's of gravity g cos, moved by
+/// g sin (the load that the slope shifts is the one that the same acceleration would). Where the slope is too steep nothing is left.
+#[test]
+fn a_slope_takes_its_share() {
+    let robot = volksbot();
+    let slope_rad: f64 = 0.1;
+    let level = LimitSettings {
+        gravity_m_s2: 9.81 * slope_rad.cos(),
+        ..settings(PushSharing::EqualLoops)
+    };
+    let slope = LimitSettings {
+        slope_rad,
+        ..settings(PushSharing::EqualLoops)
+    };
+    let along_m_s2 = 9.81 * slope_rad.sin();
+    // The frame's x axis points downhill; beside the body, wheels and rollers take 2 % of what accelerates, which weight does not.
+    for (angle_rad, sign) in [(0.0, 1.0), (2.0 * FRAC_PI_2, -1.0)] {
+        let on_level = limit(&robot, &level, towards(angle_rad)).largest;
+        let found = limit(&robot, &slope, towards(angle_rad)).largest;
+        let more = found - on_level;
+        assert!((more / (sign * along_m_s2) - 1.0).abs() < 0.02, "{more}");
+    }
+    let steep = LimitSettings {
+        slope_rad: 0.6,
+        ..slope
+    };
+    assert_eq!(limit(&robot, &steep, towards(1.0)).largest, 0.0);
+}
+
+/// What a torque law by grip asks for at the limit is all the grip there is, and at half of it less.
+#[test]
+fn the_distribution_by_grip_is_used_up_at_the_limit() {
+    for robot in [mecanum4(), six_wheels()] {
+        let direction = Twist::new(0.6, 0.5, 1.0);
+        let mut limits = AccelerationLimits::new(&robot, &settings(PushSharing::ByGrip)).unwrap();
+        let n = robot.wheels.len();
+        let found = limits
+            .along(direction, Twist::default(), &motors(n, f64::INFINITY))
+            .unwrap();
+        let free = vec![TorqueRange::UNLIMITED; n];
+        let still = vec![0.0; n];
+        let moment = Moment {
+            rates: &still,
+            towards: &still,
+            limits: &free,
+            nu: Twist::default(),
+        };
+        let along = Vector3::new(0.6, 0.5, 1.0);
+        let mut use_at = |scale: f64| {
+            let force = limits.capacity.weigh(&moment, scale * along);
+            let capacity = &limits.capacity;
+            let mut out = vec![0.0; n];
+            capacity
+                .set
+                .distribute(&force, &capacity.motor, &capacity.grips_n, &mut out)
+        };
+        assert!((use_at((1.0 - 1e-9) * found.largest) - 1.0).abs() < 1e-6);
+        assert!(use_at(0.5 * found.largest) < 0.7);
+    }
+}
+
+/// The robot is its own mirror image, left to right.
+#[test]
+fn a_symmetric_robot_has_symmetric_limits() {
+    let robot = mecanum4();
+    for sharing in [PushSharing::EqualLoops, PushSharing::ByGrip] {
+        for (x, y, turning) in [(1.0, 0.4, 0.0), (-0.3, 1.0, 2.0), (0.0, 0.0, 1.0)] {
+            let one = limit(&robot, &settings(sharing), Twist::new(x, y, turning)).largest;
+            let other = limit(&robot, &settings(sharing), Twist::new(x, -y, -turning)).largest;
+            assert!((other / one - 1.0).abs() < 1e-9, "{one} {other}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_condition_is_refused() {
+    let robot = mecanum4();
+    let fine = settings(PushSharing::ByGrip);
+    for wrong in [
+        LimitSettings {
+            friction: 0.0,
+            ..fine
+        },
+        LimitSettings {
+            gravity_m_s2: f64::NAN,
+            ..fine
+        },
+        LimitSettings {
+            slope_rad: FRAC_PI_2 + 1e-9,
+            ..fine
+        },
+        LimitSettings {
+            downhill_rad: f64::INFINITY,
+            ..fine
+        },
+    ] {
+        assert!(AccelerationLimits::new(&robot, &wrong).is_err());
+    }
+    let mut limits = AccelerationLimits::new(&robot, &fine).unwrap();
+    let four = motors(4, 1.0);
+    let none = Twist::default();
+    assert!(limits.along(none, none, &four).is_err());
+    assert!(limits.along(towards(0.0), none, &four[1..]).is_err());
+    assert!(limits.along(towards(f64::NAN), none, &four).is_err());
+}

@@ -1,0 +1,149 @@
+//! What an acceleration needs of the wheels' pushes, and what motors and grip allow them.
+
+use ilon_robot::{Robot, Twist};
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::loads::WheelLoads;
+use super::model::DynamicModel;
+use super::traction::{PushRange, TractionSet};
+use crate::ControlError;
+use crate::actuation::motor::TorqueRange;
+
+/// A robot's masses, loads and pushes, with room for what is worked out of them: nothing is allocated once it is built.
+#[derive(Clone, Debug)]
+pub(crate) struct Capacity {
+    pub model: DynamicModel,
+    pub set: TractionSet,
+    loads: WheelLoads,
+    /// Coulomb's coefficient; infinite where grip does not matter.
+    friction: f64,
+    mass_kg: f64,
+    center_of_mass_m: Vector2<f64>,
+    /// Gravity along the ground, in the body frame, in m/s^2; zero on level ground.
+    downhill_m_s2: Vector2<f64>,
+    /// What the body needs per acceleration beyond the wheels' own: R^T (I - diag(J)) R.
+    body: Matrix3<f64>,
+    // One number a wheel each.
+    resistance_n_m: Vec<f64>,
+    accelerations_rad_s2: Vec<f64>,
+    /// Loads of the wheels at it, in N.
+    pub loads_n: Vec<f64>,
+    /// Torque that each wheel needs for itself at the acceleration weighed last, in N m.
+    pub own_n_m: Vec<f64>,
+    /// Pushes that the motors can give beside it.
+    pub motor: Vec<PushRange>,
+    /// Largest pushes that the floor holds, in N.
+    pub grips_n: Vec<f64>,
+}
+
+/// A state of the robot at which accelerations are weighed.
+pub(crate) struct Moment<'a> {
+    pub rates: &'a [f64],
+    /// Rates against whose signs dry friction acts.
+    pub towards: &'a [f64],
+    pub limits: &'a [TorqueRange],
+    pub nu: Twist,
+}
+
+/// A friction coefficient beyond any floor, which never limits.
+const UNLIMITED: f64 = 1e3;
+
+impl Capacity {
+    /// On level ground, with a friction coefficient (infinite to leave grip out) and gravity in m/s^2, both checked by the caller.
+    pub fn new(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Result<Self, ControlError> {
+        let model = DynamicModel::new(robot)?;
+        let n = model.kinematics().wheel_count();
+        let r = model.kinematics().rate_matrix();
+        let mut beyond_own = model.inertia().clone();
+        for (h, own) in model.wheel_inertias_kg_m2().iter().enumerate() {
+            beyond_own[(h, h)] -= own;
+        }
+        let body: Matrix3<f64> = (r.transpose() * beyond_own * r)
+            .fixed_view::<3, 3>(0, 0)
+            .into();
+        Ok(Self {
+            loads: WheelLoads::new(robot, gravity_m_s2),
+            set: TractionSet::new(model.kinematics()),
+            friction,
+            mass_kg: robot.mass_kg(),
+            center_of_mass_m: robot.center_of_mass_m().xy(),
+            downhill_m_s2: Vector2::zeros(),
+            body,
+            resistance_n_m: vec![0.0; n],
+            accelerations_rad_s2: vec![0.0; n],
+            loads_n: vec![0.0; n],
+            own_n_m: vec![0.0; n],
+            motor: vec![PushRange::default(); n],
+            grips_n: vec![0.0; n],
+            model,
+        })
+    }
+
+    /// The same on a slope, with gravity along it in the body frame, in m/s^2; what is across it was given when this was built.
+    pub fn downhill(mut self, downhill_m_s2: Vector2<f64>) -> Self {
+        self.downhill_m_s2 = downhill_m_s2;
+        self
+    }
+
+    /// Works out what does not depend on the acceleration: to be called before others at a new moment.
+    pub fn begin(&mut self, moment: &Moment<'_>) {
+        self.model
+            .resistance_towards(moment.rates, moment.towards, &mut self.resistance_n_m);
+    }
+
+    /// Whether the pushes that an acceleration needs can be given.
+    pub fn within(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> bool {
+        let force = self.weigh(moment, nu_rate);
+        let ranges = self.motor.iter().zip(&self.grips_n).map(|(motor, grip_n)| {
+            motor.within(PushRange {
+                min_n: -grip_n,
+                max_n: *grip_n,
+            })
+        });
+        // A billionth of a newton: rounding at the edge is no reason to give way.
+        self.set.reaches(&force, ranges, 1e-9)
+    }
+
+    /// The force on the body that an acceleration needs, with the torque that each wheel needs for itself, and what
+    /// motors and grips leave for pushing.
+    pub fn weigh(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> Vector3<f64> {
+        let kinematics = self.model.kinematics();
+        let twist_rate = Twist::new(nu_rate.x, nu_rate.y, nu_rate.z);
+        kinematics.wheel_rates(twist_rate, &mut self.accelerations_rad_s2);
+        self.model
+            .own_resistance(moment.rates, moment.towards, &mut self.own_n_m);
+
+        let mut force = self.body * nu_rate;
+        let rows = kinematics.rate_matrix().row_iter();
+        for (row, (resistance, own)) in rows.zip(self.resistance_n_m.iter().zip(&self.own_n_m)) {
+            force += row.transpose() * (resistance - own);
+        }
+        let (down, c) = (self.downhill_m_s2, self.center_of_mass_m);
+        force -= self.mass_kg * Vector3::new(down.x, down.y, c.x * down.y - c.y * down.x);
+        let inertias = self.model.wheel_inertias_kg_m2();
+        for (h, own) in self.own_n_m.iter_mut().enumerate() {
+            *own += inertias[h] * self.accelerations_rad_s2[h];
+            let lever_m = kinematics.lever_m()[h];
+            self.motor[h] = PushRange {
+                min_n: (moment.limits[h].min_n_m - *own) / lever_m,
+                max_n: (moment.limits[h].max_n_m - *own) / lever_m,
+            };
+        }
+
+        // v' + omega k x v: the acceleration in space that shifts the load, and against it what pulls downhill.
+        let omega = moment.nu.omega_rad_s;
+        let turning = omega * Vector2::new(-moment.nu.vy_m_s, moment.nu.vx_m_s);
+        self.loads
+            .fill_n(nu_rate.xy() + turning - down, &mut self.loads_n);
+        // Without a friction coefficient any grip in proportion to the loads gives the same distribution.
+        let friction = if self.friction.is_finite() {
+            self.friction
+        } else {
+            UNLIMITED
+        };
+        for (grip_n, load_n) in self.grips_n.iter_mut().zip(&self.loads_n) {
+            *grip_n = friction * load_n;
+        }
+        force
+    }
+}
