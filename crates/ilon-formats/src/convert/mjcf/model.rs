@@ -12,7 +12,7 @@ pub(super) struct Robot<'a, 'i> {
     pub(super) file: &'a str,
     /// Where the bodies stand in the text, by their names.
     nodes: HashMap<&'a str, Node<'a, 'i>>,
-    root_node: Node<'a, 'i>,
+    pub(super) root_node: Node<'a, 'i>,
     pub(super) root: usize,
     pub(super) below: Vec<Vec<usize>>,
 }
