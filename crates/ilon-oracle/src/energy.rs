@@ -9,6 +9,8 @@ pub struct Energy {
     pub gravity_j: f64,
     /// Stored in contact springs and bristles.
     pub elastic_j: f64,
+    /// Stored in joints: springs, stops, couplings and the bristles of their dry friction.
+    pub joint_springs_j: f64,
     /// Work of the wheels' drives.
     pub drives_j: f64,
     /// Work of the push.
@@ -23,7 +25,9 @@ pub struct Energy {
     pub wheel_bearings_j: f64,
     /// Heat of roller bearings.
     pub roller_bearings_j: f64,
-    /// Heat of joints at the moment that they lock.
+    /// Heat of joints between bodies: damping, dry friction, stops and couplings.
+    pub joints_j: f64,
+    /// Heat of wheels and rollers at the moment that they lock.
     pub locking_j: f64,
 }
 
@@ -35,9 +39,9 @@ impl Energy {
 
     /// Stored energy and heat less work: constant, but for the error of the steps.
     pub fn balance_j(&self) -> f64 {
-        let stored = self.kinetic_j + self.gravity_j + self.elastic_j;
-        let heat =
-            self.contacts_j() + self.wheel_bearings_j + self.roller_bearings_j + self.locking_j;
+        let stored = self.kinetic_j + self.gravity_j + self.elastic_j + self.joint_springs_j;
+        let bearings_j = self.wheel_bearings_j + self.roller_bearings_j;
+        let heat = self.contacts_j() + bearings_j + self.joints_j + self.locking_j;
         stored + heat - self.drives_j - self.push_j
     }
 }

@@ -3,10 +3,14 @@
 use ilon_robot::Robot;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 
-use crate::dynamics::{Generalised, Motion, Posture};
+use crate::generalised::Generalised;
+use crate::ground::{Placed, Touch};
 use crate::joint::Bearing;
+use crate::linkage::Linkage;
+use crate::motion::Motion;
 use crate::play::Play;
-use crate::settings::{Contact, Settings};
+use crate::posture::Posture;
+use crate::settings::{Contact, Plate, Settings};
 use crate::solution::Solution;
 use crate::tree::Tree;
 use crate::{Drive, Energy, OracleError, Push, stability};
@@ -18,14 +22,18 @@ pub struct Engine {
     pub(crate) settings: Settings,
     pub(crate) wheel_bearings: Vec<Bearing>,
     pub(crate) roller_bearings: Vec<Bearing>,
+    pub(crate) linkage: Linkage,
+    pub(crate) plates: Vec<Plate>,
 
     pub(crate) steps: u64,
     /// Position of the body frame's origin, and its orientation.
     pub(crate) origin: Vector3<f64>,
     pub(crate) rotation: UnitQuaternion<f64>,
+    /// Where the joints between bodies stand, in rad or m.
+    pub(crate) joints: Vec<f64>,
     pub(crate) wheel_angles: Vec<f64>,
     pub(crate) speeds: Generalised,
-    /// Bend of each roller's bristle along the world's x and y, in metres.
+    /// Bend of each roller's bristle on the floor along the world's x and y, in metres; then those on the first plate, and so on.
     pub(crate) bristles: Vec<Vector2<f64>>,
     /// Where each roller is on its axle.
     pub(crate) plays: Vec<Play>,
@@ -41,13 +49,14 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// The robot at rest on the floor, level, the body frame's origin above the world's, wheel angles zero, wheels free. It
-    /// stands as deep in its contact springs as its weight presses them on average.
+    /// The robot at rest on the floor, level, the body frame's origin above the world's, wheel angles zero, wheels free, joints at zero or
+    /// their stop nearest to it, or where couplings have them. It stands as deep in its contact springs as its weight presses
+    /// them on average; springs in joints are not yet pressed.
     ///
     /// # Errors
     ///
-    /// Rollers that are no exact barrels, parts without inertia, settings out of range, and a step that is too long for the
-    /// contact springs.
+    /// Rollers that are no exact barrels, joints that are neither free nor sprung, parts without inertia, settings out of range, and
+    /// a step that is too long for the springs.
     pub fn new(robot: &Robot, settings: Settings) -> Result<Self, OracleError> {
         settings.contact.check()?;
         let tree = Tree::new(robot)?;
@@ -59,7 +68,8 @@ impl Engine {
                 range: "above 0",
             });
         }
-        stability::check(&tree, robot, &settings)?;
+        let linkage = Linkage::new(&tree, robot, &settings.contact)?;
+        stability::check(&tree, robot, &settings, linkage.stiffest(&tree))?;
         let (wheels, rollers) = (tree.wheels.len(), tree.rollers.len());
         let bearings = tree.wheels.iter();
         let wheel_bearings = bearings
@@ -74,9 +84,12 @@ impl Engine {
         Ok(Self {
             wheel_bearings,
             roller_bearings,
+            linkage,
+            plates: Vec::new(),
             steps: 0,
             origin: Vector3::z() * (robot.ride_height_m() - sag_m),
             rotation: UnitQuaternion::identity(),
+            joints: first_positions(&tree),
             wheel_angles: vec![0.0; wheels],
             speeds: Generalised::zero(&tree),
             bristles: vec![Vector2::zeros(); rollers],
@@ -103,8 +116,8 @@ impl Engine {
         Isometry3::from_parts(Translation3::from(self.origin), self.rotation)
     }
 
-    /// Generalised speeds: the body frame's twist in the body frame, the wheels' rates and the rollers' rates against their
-    /// hubs.
+    /// Generalised speeds: the body frame's twist in the body frame, the rates of the joints between bodies, the wheels' rates and the
+    /// rollers' rates against their hubs.
     pub fn speeds(&self) -> &Generalised {
         &self.speeds
     }
@@ -113,8 +126,9 @@ impl Engine {
     ///
     /// # Panics
     ///
-    /// Where they are for another number of wheels or rollers.
+    /// Where they are for another number of joints, wheels or rollers.
     pub fn set_speeds(&mut self, speeds: Generalised) {
+        assert_eq!(speeds.joints.len(), self.tree.joints.len());
         assert_eq!(speeds.wheels.len(), self.tree.wheels.len());
         assert_eq!(speeds.rollers.len(), self.tree.rollers.len());
         self.speeds = speeds;
@@ -125,6 +139,26 @@ impl Engine {
     pub fn set_world_from_body(&mut self, pose: Isometry3<f64>) {
         self.origin = pose.translation.vector;
         self.rotation = pose.rotation;
+    }
+
+    /// Lays plates on the floor, instead of those that lay there.
+    pub fn lay_plates(&mut self, plates: &[Plate]) {
+        self.plates = plates.to_vec();
+        self.bristles = vec![Vector2::zeros(); self.tree.rollers.len() * (1 + plates.len())];
+    }
+
+    /// Where the joints between bodies stand, in the robot's order, in rad or m.
+    pub fn joint_positions(&self) -> &[f64] {
+        &self.joints
+    }
+
+    /// Moves the joints between bodies to these positions in rad or m.
+    ///
+    /// # Panics
+    ///
+    /// Where there are more or fewer of them than joints.
+    pub fn set_joint_positions(&mut self, positions: &[f64]) {
+        self.joints.copy_from_slice(positions);
     }
 
     /// Each wheel's angle, in rad.
@@ -190,50 +224,76 @@ impl Engine {
 
     /// Momenta and kinetic energy now.
     pub fn motion(&self) -> Motion {
-        let mut posture = self.posture.clone();
-        posture.update(&self.tree, &self.wheel_angles);
-        Motion::new(&self.tree, &posture, &self.speeds)
+        Motion::new(&self.tree, &self.posture_now(), &self.speeds)
     }
 
     /// Where the energy is and went.
     pub fn energy(&self) -> Energy {
-        let mut posture = self.posture.clone();
-        posture.update(&self.tree, &self.wheel_angles);
+        let posture = self.posture_now();
         let motion = Motion::new(&self.tree, &posture, &self.speeds);
         let center = self.origin + self.rotation * motion.center_in_body_m;
-        let up = self.rotation.inverse() * Vector3::z();
         let law = &self.settings.contact;
-        let elastic = |roller: usize| {
-            let depth = self.lowest_of(&posture, roller, &up).1;
-            0.5 * law.normal_stiffness_n_m * depth.max(0.0).powi(2)
-                + 0.5 * law.bristle_stiffness_n_m * self.bristles[roller].norm_squared()
+        let pressed = |roller: usize| {
+            let depths = self
+                .touches(&posture, roller)
+                .map(|(_, touch)| touch.depth_m);
+            let squares: f64 = depths.map(|depth| depth.powi(2)).sum();
+            0.5 * law.normal_stiffness_n_m * squares
         };
+        let bent = |bend: &Vector2<f64>| 0.5 * law.bristle_stiffness_n_m * bend.norm_squared();
         Energy {
             kinetic_j: motion.kinetic_j,
             gravity_j: -self.tree.mass_kg() * self.settings.gravity_m_s2.dot(&center),
-            elastic_j: (0..self.tree.rollers.len()).map(elastic).sum(),
+            elastic_j: (0..self.tree.rollers.len()).map(pressed).sum::<f64>()
+                + self.bristles.iter().map(bent).sum::<f64>(),
+            joint_springs_j: self.linkage.stored_j(&self.tree, &self.joints),
             ..self.energy
         }
     }
 
-    /// A roller's lowest point in the body frame and its depth under the floor, negative above it. `up` is the floor's normal
-    /// in the body frame.
-    pub(crate) fn lowest_of(
-        &self,
+    fn posture_now(&self) -> Posture {
+        let mut posture = self.posture.clone();
+        posture.update(&self.tree, &self.joints, &self.wheel_angles);
+        posture
+    }
+
+    /// Where a roller is in the ground, with the number of the piece: 0 is the floor, and then come the plates.
+    pub(crate) fn touches<'a>(
+        &'a self,
         posture: &Posture,
         roller: usize,
-        up: &Vector3<f64>,
-    ) -> (Vector3<f64>, f64) {
+    ) -> impl Iterator<Item = (usize, Touch)> + 'a {
         let outline = &self.tree.rollers[roller].outline;
-        let a = &posture.axes[roller];
-        let c = &(posture.centers[roller] + a * self.plays[roller].place_m);
-        let height = self.origin.z + up.dot(c);
-        if height > outline.bound_m() {
-            return (*c, outline.bound_m() - height);
-        }
-        let w = up.dot(a);
-        let lowest = outline.lowest(w);
-        let point = c + a * lowest.place_m - up * lowest.radius_m;
-        (point, -(height + w * lowest.place_m - lowest.radius_m))
+        let axis = &posture.axes[roller];
+        let in_body = posture.centers[roller] + axis * self.plays[roller].place_m;
+        let center = self.origin + self.rotation * in_body;
+        let highest_m = self
+            .plates
+            .iter()
+            .fold(0.0, |top: f64, p| top.max(p.height_m));
+        let near = center.z <= outline.bound_m() + highest_m;
+        let placed = near.then(|| Placed {
+            outline,
+            center,
+            axis: self.rotation * axis,
+        });
+        placed.into_iter().flat_map(|placed| {
+            let on_plates = self.plates.iter().map(move |plate| placed.on(plate));
+            let all = std::iter::once(placed.on_the_floor()).chain(on_plates);
+            let all = all.enumerate();
+            all.filter_map(|(piece, touch)| touch.filter(|t| t.depth_m > 0.0).map(|t| (piece, t)))
+        })
     }
+}
+
+/// Where joints stand at first: at zero or the stop nearest to it, and where couplings have them.
+fn first_positions(tree: &Tree) -> Vec<f64> {
+    let nearest = |[low, high]: [f64; 2]| 0.0_f64.max(low).min(high);
+    let mut positions: Vec<f64> = tree.joints.iter().map(|j| nearest(j.law.limits)).collect();
+    for _ in &tree.couplings {
+        for of in &tree.couplings {
+            positions[of.joint] = of.factor * positions[of.follows] + of.offset;
+        }
+    }
+    positions
 }

@@ -20,6 +20,22 @@ pub enum OracleError {
         /// The part's joint.
         part: String,
     },
+    /// A wheel or a joint hangs on a joint that does not stand before it.
+    #[error(
+        "`{part}` hangs on a joint that the robot does not have before it: joints stand parents first"
+    )]
+    NoCarrier {
+        /// The wheel's or the joint's name.
+        part: String,
+    },
+    /// Something acts in a joint that the oracle does not know.
+    #[error(
+        "joint `{joint}` is neither free nor sprung: the oracle knows no other; free it, or hold it"
+    )]
+    Role {
+        /// The joint's name.
+        joint: String,
+    },
     /// A setting is not a number in its range.
     #[error("{setting} = {value} is out of range: it must be finite and {range}")]
     Setting {

@@ -1,12 +1,13 @@
 //! An oracle for slip: a second, independent simulation of ilon's robots, against which its contacts are tested.
 //!
-//! It is slow and plain. Chassis, hubs and rollers are bodies of their own in f64 (`dynamics.rs` derives their equations of
+//! It is slow and plain. Chassis, bodies on joints, hubs and rollers are bodies of their own in f64 (`dynamics.rs` derives their equations of
 //! motion); a roller that touches the floor stands on an explicit spring, damper and bristle ([`ContactLaw`]); steps of
 //! microseconds follow these springs, and nothing is solved for between contacts. As the springs stiffen, the motion tends to
 //! that of rigid contacts with Coulomb friction, which ilon solves for at once by another way: no formula is shared. What is
 //! shared is the description of the robot, [`ilon_robot::Robot`].
 //!
-//! It knows a level or leaning floor, and exact barrels with or without play along their axles. The chassis touches nothing.
+//! It knows a level or leaning floor with plates on it, exact barrels with or without play along their axles, and joints that turn or slide, free or sprung,
+//! with damping, dry friction, stops and couplings. The chassis touches nothing.
 //!
 //! Frames and signs are those of [`ilon_robot`].
 //!
@@ -38,19 +39,27 @@ mod dynamics;
 mod energy;
 mod engine;
 mod error;
+mod forces;
+mod generalised;
+mod ground;
 mod joint;
+mod linkage;
+mod motion;
 mod outline;
 mod play;
+mod posture;
 mod settings;
 mod solution;
 mod stability;
 mod step;
+mod touch;
 mod tree;
 
 pub use contact::{ContactLaw, Nap};
-pub use dynamics::{Generalised, Motion};
 pub use energy::Energy;
 pub use engine::Engine;
 pub use error::OracleError;
+pub use generalised::Generalised;
 pub use joint::{Drive, Push};
-pub use settings::{Contact, LEVEL_GRAVITY_M_S2, Settings};
+pub use motion::Motion;
+pub use settings::{Contact, LEVEL_GRAVITY_M_S2, Plate, Settings};

@@ -66,6 +66,11 @@ impl Outline {
         }
     }
 
+    /// L / 2, in metres.
+    pub fn half_length_m(&self) -> f64 {
+        self.half_length
+    }
+
     /// How far any point of the roller can lie from its middle, in metres.
     pub fn bound_m(&self) -> f64 {
         self.half_length + self.rho - self.a

@@ -18,20 +18,33 @@ pub struct Settings {
 /// Standard gravity as the project uses it, on a level floor.
 pub const LEVEL_GRAVITY_M_S2: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// A roller that touches the floor.
+/// A solid plate on the floor, its sides along the world's x and y: a kerb, a bar across the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Its least x and y, in metres.
+    pub from_m: Vector2<f64>,
+    /// Its largest x and y, in metres.
+    pub to_m: Vector2<f64>,
+    /// Height of its top above the floor, in metres; less than what the rollers' axes keep from the floor.
+    pub height_m: f64,
+}
+
+/// A roller that touches the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Its wheel, in the robot's order.
     pub wheel: usize,
     /// The roller, counted over all wheels.
     pub roller: usize,
-    /// Its lowest point in the body frame, in metres.
+    /// Its point that is deepest in the ground, in the body frame, in metres.
     pub point_in_body_m: Vector3<f64>,
+    /// Out of the ground, in the world frame: up, but at the edges and sides of plates.
+    pub normal_in_world: Vector3<f64>,
     /// Normal force, in N.
     pub normal_n: f64,
-    /// Friction on the roller, along the world's x and y, in N.
+    /// Friction on the roller, along the world's x and y as the shortest turn brings them from the floor to the ground there, in N.
     pub friction_n: Vector2<f64>,
-    /// Velocity of the roller's material at the point, along the world's x and y, in m/s.
+    /// Velocity of the roller's material at the point, along the same two, in m/s.
     pub velocity_m_s: Vector2<f64>,
     /// Whether it slides: whether friction is at its limit.
     pub slides: bool,

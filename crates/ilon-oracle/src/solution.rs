@@ -1,18 +1,25 @@
 //! What a step computes on its way.
 
-use crate::dynamics::{ArrowSystem, Generalised, Prescribed};
+use crate::dynamics::ArrowSystem;
+use crate::forces::{Forces, Prescribed};
+use crate::generalised::Generalised;
+use crate::posture::Carried;
 use crate::tree::Tree;
 
 /// What a step computes on its way, kept for its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
     pub system: ArrowSystem,
-    pub forces: Generalised,
+    pub forces: Forces,
     pub prescribed: Prescribed,
     pub accelerations: Generalised,
-    pub reactions: Generalised,
+    pub reactions: Forces,
     pub predicted: Generalised,
     pub before: Generalised,
+    /// How the carriers move when the step begins.
+    pub carried: Vec<Carried>,
+    /// What takes energy out of joints, in N m or N.
+    pub joint_losses: Vec<f64>,
     pub drive_torques: Vec<f64>,
     pub wheel_bearing_torques: Vec<f64>,
     pub roller_bearing_torques: Vec<f64>,
@@ -24,15 +31,17 @@ impl Solution {
         let (wheels, rollers) = (tree.wheels.len(), tree.rollers.len());
         Self {
             system: ArrowSystem::new(tree),
-            forces: zero.clone(),
+            forces: Forces::zero(tree),
             prescribed: Prescribed {
                 wheels: vec![None; wheels],
                 rollers: vec![None; rollers],
             },
             accelerations: zero.clone(),
-            reactions: zero.clone(),
+            reactions: Forces::zero(tree),
             predicted: zero.clone(),
             before: zero,
+            carried: vec![Carried::REST; tree.carriers()],
+            joint_losses: vec![0.0; tree.joints.len()],
             drive_torques: vec![0.0; wheels],
             wheel_bearing_torques: vec![0.0; wheels],
             roller_bearing_torques: vec![0.0; rollers],

@@ -4,18 +4,27 @@
 //! k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W h^2 + 2 c W h <= 1.
 //!
 //! W, what a contact's speed gains from a unit impulse there, is bounded from above: by the chassis, the wheels and the
-//! rollers as one rigid body pushed at the wheel's bottom, the wheel free about its axis (solved with the engine's own matrix)
+//! rollers as one rigid body, but for the joints between bodies, pushed at the wheel's bottom, the wheel free about its axis (solved with the engine's own matrix)
 //! and, along the floor, r^2 / I more for the roller's turning about its own axis. As all wheels may swing together, the
-//! parts of the wheels are summed.
+//! parts of the wheels are summed. So are those of all that acts in joints between bodies, whose W `linkage.rs` finds.
 
 use ilon_robot::Robot;
 use nalgebra::Vector3;
 
-use crate::dynamics::{ArrowSystem, Generalised, Posture, Prescribed};
+use crate::dynamics::ArrowSystem;
+use crate::forces::{Forces, Prescribed};
+use crate::generalised::Generalised;
+use crate::posture::{Carried, Posture};
 use crate::tree::Tree;
 use crate::{OracleError, Settings};
 
-pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(), OracleError> {
+/// `in_joints` are the sums of k W and of c W over all that acts in joints.
+pub(crate) fn check(
+    tree: &Tree,
+    robot: &Robot,
+    settings: &Settings,
+    in_joints: (f64, f64),
+) -> Result<(), OracleError> {
     let law = &settings.contact;
     let rigid: Vector3<f64> = (0..tree.wheels.len())
         .map(|w| response(tree, w, robot.wheels[w].radius_m))
@@ -30,16 +39,15 @@ pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(
     let limits = [
         (
             "contacts' normal springs",
-            law.normal_stiffness_n_m,
-            law.normal_damping_n_s_m,
-            rigid.z,
+            law.normal_stiffness_n_m * rigid.z,
+            law.normal_damping_n_s_m * rigid.z,
         ),
         (
             "contacts' bristles",
-            law.bristle_stiffness_n_m,
-            law.bristle_damping_n_s_m,
-            across,
+            law.bristle_stiffness_n_m * across,
+            law.bristle_damping_n_s_m * across,
         ),
+        ("joints", in_joints.0, in_joints.1),
     ];
     let bearings = tree.rollers.iter().map(|r| (r.bearing, r.axial_inertia));
     let hubs = tree
@@ -50,8 +58,15 @@ pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(
         .chain(hubs)
         .map(|(joint, inertia)| joint.damping_n_m_s / inertia)
         .fold(0.0, f64::max);
-    let springs =
-        limits.map(|(of, k, c, w)| (of, ((c * c * w * w + k * w).sqrt() - c * w) / (k * w)));
+    let springs = limits.map(|(of, kw, cw)| {
+        // Where no spring acts, the damper alone sets it.
+        let longest_s = if kw > 0.0 {
+            ((cw * cw + kw).sqrt() - cw) / kw
+        } else {
+            0.5 / cw
+        };
+        (of, longest_s)
+    });
     let step_s = settings.step_s;
     let (of, longest_s) =
         springs.into_iter().fold(
@@ -70,25 +85,28 @@ pub(crate) fn check(tree: &Tree, robot: &Robot, settings: &Settings) -> Result<(
 
 /// What the lowest point of a wheel gains along x, y and z from a unit impulse along each, rollers not turning.
 fn response(tree: &Tree, w: usize, radius: f64) -> Vector3<f64> {
-    let wheel = &tree.wheels[w];
-    let (o, e) = (&wheel.origin_in_body, &wheel.axis_in_body);
-    let point = o - Vector3::z() * radius;
+    let posture = Posture::new(tree);
+    let hub = &posture.hubs[w];
+    let point = hub.middle - Vector3::z() * radius;
     let rest = Generalised::zero(tree);
     let held = Prescribed {
         wheels: vec![None; tree.wheels.len()],
         rollers: vec![Some(0.0); tree.rollers.len()],
     };
+    let mut carried = vec![Carried::REST; tree.carriers()];
     let mut gain = Vector3::zeros();
     for i in 0..3 {
         let mut unit = Vector3::zeros();
         unit[i] = 1.0;
-        let (mut force, mut u, mut unused) = (rest.clone(), rest.clone(), rest.clone());
-        force.act_on_wheel(w, o, e, &point, &unit);
+        let (mut force, mut unused) = (Forces::zero(tree), Forces::zero(tree));
+        let mut u = rest.clone();
+        force.act_on_wheel(tree, &posture, w, &point, &unit);
         let mut system = ArrowSystem::new(tree);
-        system.assemble(tree, &Posture::new(tree), &rest, &force);
+        system.assemble(tree, &posture, &rest, &force);
         if system.solve(tree, &held, &mut u, &mut unused) {
-            let speed = u.linear + u.angular.cross(&point) + e.cross(&(point - o)) * u.wheels[w];
-            gain[i] = speed[i];
+            posture.carry(tree, &u, &mut carried);
+            let turning = hub.axis.cross(&(point - hub.middle)) * u.wheels[w];
+            gain[i] = (carried[tree.wheels[w].carrier].velocity(&point) + turning)[i];
         }
     }
     gain

@@ -5,10 +5,8 @@
 //! friction and drives see the old speeds and are first order; gyroscopic forces see speeds carried on by h/2 with the last
 //! acceleration and are second order.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
-use crate::play::Stops;
-use crate::settings::Contact;
 use crate::solution::Solution;
 use crate::{Engine, OracleError};
 
@@ -21,7 +19,10 @@ impl Engine {
     pub fn step(&mut self) -> Result<(), OracleError> {
         let h = self.settings.step_s;
         self.drift(0.5 * h);
-        self.posture.update(&self.tree, &self.wheel_angles);
+        self.posture
+            .update(&self.tree, &self.joints, &self.wheel_angles);
+        self.posture
+            .carry(&self.tree, &self.speeds, &mut self.solution.carried);
         self.solution.forces.clear();
         self.add_gravity_and_push();
         self.add_joints(h);
@@ -59,6 +60,9 @@ impl Engine {
         self.origin += halfway * self.speeds.linear * h;
         self.rotation *= turned(h);
         self.rotation.renormalize_fast();
+        for (position, rate) in self.joints.iter_mut().zip(&self.speeds.joints) {
+            *position += rate * h;
+        }
         for (angle, rate) in self.wheel_angles.iter_mut().zip(&self.speeds.wheels) {
             *angle += rate * h;
         }
@@ -68,20 +72,25 @@ impl Engine {
         let body_from_world = self.rotation.inverse().to_rotation_matrix();
         let gravity = body_from_world * self.settings.gravity_m_s2;
         let forces = &mut self.solution.forces;
-        let chassis = &self.tree.chassis;
-        forces.act_on_chassis(&chassis.center, &(gravity * chassis.mass));
+        for (c, carrier) in self.posture.carriers.iter().enumerate() {
+            let body = &carrier.inertia;
+            forces.act_on(c, &body.center, &(gravity * body.mass));
+        }
         if let Some(push) = &self.push {
             let force = body_from_world * push.force_in_world_n;
-            forces.act_on_chassis(&push.point_in_body_m, &force);
+            forces.act_on(0, &push.point_in_body_m, &force);
         }
         for (w, wheel) in self.tree.wheels.iter().enumerate() {
-            let (o, e) = (&wheel.origin_in_body, &wheel.axis_in_body);
-            let hub_center = o + self.posture.hubs[w].0;
-            forces.act_on_wheel(w, o, e, &hub_center, &(gravity * wheel.hub.mass));
+            let hub = &self.posture.hubs[w];
+            let mut act = |point, mass| {
+                let weight = gravity * mass;
+                forces.act_on_wheel(&self.tree, &self.posture, w, point, &weight);
+            };
+            let hub_center = hub.middle + hub.center;
+            act(&hub_center, wheel.hub.mass);
             for j in wheel.rollers.clone() {
                 // A roller's weight has no moment about its axis.
-                let weight = gravity * self.tree.rollers[j].mass;
-                forces.act_on_wheel(w, o, e, &self.posture.centers[j], &weight);
+                act(&self.posture.centers[j], self.tree.rollers[j].mass);
             }
         }
     }
@@ -103,78 +112,12 @@ impl Engine {
             solution.roller_bearing_torques[j] = bearing;
             solution.forces.rollers[j] += bearing;
         }
-    }
-
-    fn add_contacts(&mut self, h: f64) {
-        let world_from_body = self.rotation.to_rotation_matrix();
-        let up = world_from_body.inverse() * Vector3::z();
-        let law = self.settings.contact;
-        let stops = Stops {
-            stiffness_n_m: law.normal_stiffness_n_m,
-            relaxes_s: law.normal_damping_n_s_m / law.normal_stiffness_n_m,
-        };
-        self.contacts.clear();
-        for (w, wheel) in self.tree.wheels.iter().enumerate() {
-            let (o, e) = (&wheel.origin_in_body, &wheel.axis_in_body);
-            for j in wheel.rollers.clone() {
-                let (point, depth) = self.lowest_of(&self.posture, j, &up);
-                let bristle = &mut self.bristles[j];
-                let play = &mut self.plays[j];
-                if depth <= 0.0 {
-                    if play.half_m > 0.0 {
-                        let a = world_from_body * self.posture.axes[j];
-                        let gravity = a.dot(&self.settings.gravity_m_s2);
-                        self.energy.roller_bearings_j -= play.go(&stops, h, gravity, |_| 0.0);
-                    }
-                    // A bristle without mass straightens at once; what it held is lost.
-                    self.energy.bristles_j +=
-                        0.5 * law.bristle_stiffness_n_m * bristle.norm_squared();
-                    bristle.fill(0.0);
-                    continue;
-                }
-                let (c, a) = (&self.posture.centers[j], &self.posture.axes[j]);
-                let held = world_from_body
-                    * (self.speeds.linear
-                        + self.speeds.angular.cross(&point)
-                        + e.cross(&(point - o)) * self.speeds.wheels[w]
-                        + a.cross(&(point - c)) * self.speeds.rollers[j]);
-                let velocity = if play.half_m > 0.0 {
-                    let axis = world_from_body * a;
-                    let gravity = axis.dot(&self.settings.gravity_m_s2);
-                    let work_j = play.go(&stops, h, gravity, |rate| {
-                        let velocity = held + rate * axis;
-                        let normal = law.normal_n(depth, -velocity.z);
-                        let friction = law.bend(&mut bristle.clone(), velocity.xy(), normal, h);
-                        axis.xy().dot(&friction.force) + axis.z * normal
-                    });
-                    self.energy.roller_bearings_j -= work_j;
-                    held + play.rate_m_s * axis
-                } else {
-                    held
-                };
-                let normal = law.normal_n(depth, -velocity.z);
-                let friction = law.bend(bristle, velocity.xy(), normal, h);
-                let damper = normal - law.normal_stiffness_n_m * depth;
-                self.energy.normals_j += damper * -velocity.z * h;
-                self.energy.slip_j += friction.slip_j;
-                self.energy.bristles_j += friction.damping_j;
-
-                let in_world = Vector3::new(friction.force.x, friction.force.y, normal);
-                let force = world_from_body.inverse() * in_world;
-                let forces = &mut self.solution.forces;
-                forces.act_on_wheel(w, o, e, &point, &force);
-                forces.rollers[j] += a.dot(&(point - c).cross(&force));
-                self.contacts.push(Contact {
-                    wheel: w,
-                    roller: j,
-                    point_in_body_m: point,
-                    normal_n: normal,
-                    friction_n: friction.force,
-                    velocity_m_s: velocity.xy(),
-                    slides: friction.slides,
-                });
-            }
-        }
+        let state = (&self.joints[..], &self.speeds.joints[..]);
+        let acts = (
+            &mut solution.forces.joints[..],
+            &mut solution.joint_losses[..],
+        );
+        self.energy.joints_j += self.linkage.act(&self.tree, state, h, acts);
     }
 
     /// Counts the work of joints and push: force times the mean of the speeds before and after.
@@ -196,6 +139,9 @@ impl Engine {
             if solution.prescribed.rollers[j].is_some() {
                 energy.locking_j -= solution.reactions.rollers[j] * mean * h;
             }
+        }
+        for (i, lost) in solution.joint_losses.iter().enumerate() {
+            energy.joints_j -= lost * 0.5 * (before.joints[i] + after.joints[i]) * h;
         }
         if let Some(push) = &self.push {
             let linear = 0.5 * (before.linear + after.linear);

@@ -1,6 +1,10 @@
-//! The robot as a tree of bodies: chassis, hubs on the chassis, rollers on the hubs.
+//! The robot as a tree of bodies: chassis, bodies on joints, hubs on either, rollers on the hubs.
+//!
+//! What carries a wheel or a joint is a *carrier*: number 0 is the chassis, and i + 1 the body of joint i.
 
-use ilon_robot::{Joint, Robot, Roller, RollerForm, Wheel};
+use ilon_robot::{
+    BodyJoint, Coupling, Joint, JointKind, JointRole, Robot, Roller, RollerForm, Wheel,
+};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::OracleError;
@@ -26,6 +30,17 @@ impl From<&ilon_robot::MassProperties> for Inertia {
     }
 }
 
+impl Inertia {
+    /// The same body turned and moved.
+    pub fn moved(&self, turn: &Matrix3<f64>, by: &Vector3<f64>) -> Self {
+        Self {
+            mass: self.mass,
+            center: turn * self.center + by,
+            about_center: turn * self.about_center * turn.transpose(),
+        }
+    }
+}
+
 /// A roller, in the frame of its hub.
 #[derive(Clone, Debug)]
 pub(crate) struct RollerPart {
@@ -39,11 +54,11 @@ pub(crate) struct RollerPart {
     pub play: Play,
 }
 
-/// A hub, in the body frame.
+/// A hub, in the body frame while all joints stand at zero.
 #[derive(Clone, Debug)]
 pub(crate) struct WheelPart {
+    pub carrier: usize,
     pub origin_in_body: Vector3<f64>,
-    pub axis_in_body: Vector3<f64>,
     /// At wheel angle zero.
     pub body_from_hub: Matrix3<f64>,
     pub hub: Inertia,
@@ -52,16 +67,33 @@ pub(crate) struct WheelPart {
     pub rollers: std::ops::Range<usize>,
 }
 
-/// The tree: the wheels stand in the robot's order, the rollers wheel by wheel.
+/// A body on a joint, in the body frame while all joints stand at zero.
+#[derive(Clone, Debug)]
+pub(crate) struct JointPart {
+    /// The carrier of the joint, before its own.
+    pub parent: usize,
+    pub slides: bool,
+    pub pivot_in_body: Vector3<f64>,
+    pub axis_in_body: Vector3<f64>,
+    pub body: Inertia,
+    pub law: BodyJoint,
+}
+
+/// The tree: joints and wheels stand in the robot's order, the rollers wheel by wheel.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub chassis: Inertia,
+    pub joints: Vec<JointPart>,
+    pub couplings: Vec<Coupling>,
     pub wheels: Vec<WheelPart>,
     pub rollers: Vec<RollerPart>,
 }
 
 impl Tree {
     pub fn new(robot: &Robot) -> Result<Self, OracleError> {
+        let joints = robot.joints.iter().enumerate();
+        let joints = joints.map(|(index, joint)| joint_part(index, joint));
+        let joints: Vec<JointPart> = joints.collect::<Result<_, _>>()?;
         let mut rollers = Vec::new();
         let mut wheels = Vec::new();
         for wheel in &robot.wheels {
@@ -69,10 +101,12 @@ impl Tree {
             for roller in &wheel.rollers {
                 rollers.push(roller_part(wheel, roller)?);
             }
-            wheels.push(wheel_part(wheel, first..rollers.len())?);
+            wheels.push(wheel_part(wheel, joints.len(), first..rollers.len())?);
         }
         Ok(Self {
             chassis: (&robot.chassis.mass).into(),
+            joints,
+            couplings: robot.couplings.clone(),
             wheels,
             rollers,
         })
@@ -80,13 +114,52 @@ impl Tree {
 
     /// Mass of all bodies, in kg.
     pub fn mass_kg(&self) -> f64 {
+        let joints: f64 = self.joints.iter().map(|j| j.body.mass).sum();
         let hubs: f64 = self.wheels.iter().map(|w| w.hub.mass).sum();
         let rollers: f64 = self.rollers.iter().map(|r| r.mass).sum();
-        self.chassis.mass + hubs + rollers
+        self.chassis.mass + joints + hubs + rollers
+    }
+
+    /// Number of carriers: the chassis and the bodies on joints.
+    pub fn carriers(&self) -> usize {
+        1 + self.joints.len()
     }
 }
 
-fn wheel_part(wheel: &Wheel, rollers: std::ops::Range<usize>) -> Result<WheelPart, OracleError> {
+/// The carrier of what hangs on this joint, of which there are `below`.
+fn carrier_of(part: &str, joint: Option<usize>, below: usize) -> Result<usize, OracleError> {
+    match joint {
+        None => Ok(0),
+        Some(joint) if joint < below => Ok(joint + 1),
+        Some(_) => {
+            let part = part.to_owned();
+            Err(OracleError::NoCarrier { part })
+        }
+    }
+}
+
+fn joint_part(index: usize, joint: &BodyJoint) -> Result<JointPart, OracleError> {
+    if !matches!(joint.role, JointRole::Free | JointRole::Sprung(_)) {
+        let joint = joint.name.clone();
+        return Err(OracleError::Role { joint });
+    }
+    let turn = joint.body_from_joint.rotation.to_rotation_matrix();
+    let pivot = joint.body_from_joint.translation.vector;
+    Ok(JointPart {
+        parent: carrier_of(&joint.name, joint.parent, index)?,
+        slides: joint.kind == JointKind::Slides,
+        pivot_in_body: pivot,
+        axis_in_body: turn * Vector3::z(),
+        body: Inertia::from(&joint.body.mass).moved(turn.matrix(), &pivot),
+        law: joint.clone(),
+    })
+}
+
+fn wheel_part(
+    wheel: &Wheel,
+    joints: usize,
+    rollers: std::ops::Range<usize>,
+) -> Result<WheelPart, OracleError> {
     let body_from_hub = wheel.body_from_hub.rotation.to_rotation_matrix();
     let hub = Inertia::from(&wheel.hub);
     if hub.about_center[(2, 2)] <= 0.0 {
@@ -94,8 +167,8 @@ fn wheel_part(wheel: &Wheel, rollers: std::ops::Range<usize>) -> Result<WheelPar
         return Err(OracleError::NoInertia { part });
     }
     Ok(WheelPart {
+        carrier: carrier_of(&wheel.name, wheel.carrier, joints)?,
         origin_in_body: wheel.body_from_hub.translation.vector,
-        axis_in_body: body_from_hub * Vector3::z(),
         body_from_hub: body_from_hub.into_inner(),
         hub,
         bearing: wheel.joint,

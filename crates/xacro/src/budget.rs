@@ -5,6 +5,7 @@
 use std::cell::Cell;
 
 use super::python::Value;
+use super::spent::Spent;
 
 /// Most steps of one expansion. A step is the evaluation of a token, an element, a value, or of some dozen bytes; a robot with
 /// a hundred rollers takes some hundred thousand.
@@ -19,29 +20,6 @@ pub(super) const STACK_BYTES: usize = 64 << 20;
 pub(super) struct Budget {
     steps: Cell<u64>,
     depth: Cell<usize>,
-}
-
-/// Which limit was met.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Spent {
-    /// Too many steps: its macros or values do not come to an end, or grow without one.
-    Steps,
-    /// Nested too deep.
-    Depth,
-}
-
-impl std::fmt::Display for Spent {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Steps => {
-                "its macros and expressions take more than four million steps: they do not come to an end, or make more than a \
-                 robot needs"
-            }
-            Self::Depth => {
-                "its macros, properties and expressions nest thousands of levels deep: they do not come to an end"
-            }
-        })
-    }
 }
 
 impl Budget {

@@ -41,17 +41,20 @@ mod budget;
 mod dom;
 mod error;
 mod expand;
+mod expanded;
+mod files;
 mod host;
 mod macros;
 mod packages;
 mod python;
 mod scope;
+mod settings;
+mod spent;
 mod substitution;
 mod text;
 pub mod xml;
 mod yaml;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::thread;
@@ -60,54 +63,14 @@ use budget::STACK_BYTES;
 use dom::SourceFile;
 
 pub use error::{ExpandError, Missing, Place, Reason};
-pub use host::{Files, Host, LocalHost, Unread};
+pub use expanded::{Expanded, Note};
+pub use files::{Files, Unread};
+pub use host::{Host, LocalHost};
 pub use packages::find_package;
+pub use settings::Settings;
 
 /// Longest file that is read, included ones too, in bytes.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
-
-/// What is set beside the file.
-#[derive(Clone, Default)]
-pub struct Settings<'a> {
-    /// Values of the file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
-    pub arguments: BTreeMap<String, String>,
-    /// Whether files that cannot be found are left out, with what they would define.
-    pub leave_out_missing: bool,
-    /// Of which names of parameters, properties and arguments the numbers are reported in [`Expanded::watched`]. A macro's
-    /// parameter is asked for with the macro's name before it: `wheel radius`.
-    pub watch: Option<&'a (dyn Fn(&str) -> bool + Sync)>,
-}
-
-/// An expanded file.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Expanded {
-    /// The text of the URDF.
-    pub text: String,
-    /// Where its elements came from, by their first bytes, in order.
-    pub origins: Vec<(usize, Place)>,
-    /// What was left out, and what the file itself says while it is expanded.
-    pub notes: Vec<Note>,
-    /// The arguments that the file declares, with the value that each has.
-    pub arguments: BTreeMap<String, String>,
-    /// Names that were asked for in [`Settings::watch`], with their numbers.
-    pub watched: Vec<(String, f64)>,
-    /// Of arguments that conditions look at, the values that they could have instead.
-    pub choices: Vec<(String, Vec<String>)>,
-    /// Macros that are defined and never called.
-    pub uncalled: Vec<String>,
-}
-
-/// Something to say about an element.
-#[derive(Clone, Debug)]
-pub struct Note {
-    /// The element, such as ``include `wheel.xacro` ``.
-    pub subject: String,
-    /// Where it stands.
-    pub place: Place,
-    /// What is to be said.
-    pub words: String,
-}
 
 /// Expands the text of a file. `path` is where the file lies, from which its includes start; messages call it so too.
 ///

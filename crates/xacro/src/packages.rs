@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::host::Files;
+use crate::files::Files;
 
 /// How many folders above a robot's file are looked through.
 const MOST_ABOVE: usize = 8;

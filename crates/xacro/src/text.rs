@@ -2,8 +2,9 @@
 
 use std::rc::Rc;
 
-use super::budget::{Budget, Spent};
+use super::budget::Budget;
 use super::python::{Error, Value, text};
+use super::spent::Spent;
 
 /// A piece of a text.
 #[derive(Debug, PartialEq)]

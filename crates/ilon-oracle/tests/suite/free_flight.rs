@@ -17,6 +17,7 @@ fn tumbling(step_s: f64) -> Engine {
     engine.set_speeds(Generalised {
         angular: Vector3::new(4.0, -3.0, 2.0),
         linear: Vector3::new(1.0, 0.5, 3.0),
+        joints: Vec::new(),
         wheels: vec![40.0, -25.0, 10.0, 30.0],
         rollers: (0..rollers).map(|j| 200.0 * (j as f64).sin()).collect(),
     });

@@ -2,6 +2,7 @@
 
 mod free_flight;
 mod input;
+mod joints;
 mod oracle;
 mod rolling;
 mod sliding;

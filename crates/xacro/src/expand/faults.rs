@@ -2,9 +2,9 @@
 
 use super::Expander;
 use super::Result;
-use crate::budget::Spent;
 use crate::dom::Origin;
 use crate::python::Error;
+use crate::spent::Spent;
 use crate::{ExpandError, Missing, Note, Place, Reason};
 use std::sync::Arc;
 

@@ -8,6 +8,7 @@ mod faults;
 mod includes;
 mod names;
 mod properties;
+mod reported;
 mod values;
 
 use std::cell::RefCell;

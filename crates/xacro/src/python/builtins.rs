@@ -1,9 +1,9 @@
 //! The functions that xacro lets through from Python.
 
-use super::eval::{Arguments, Evaluator, module};
 use super::math;
 use super::numbers::{divmod, round, to_float, to_int};
 use super::operators::{binary, order, too_large};
+use super::surroundings::{Arguments, Caller};
 use super::value::{Dict, Error, Module, Value, XacroFunction};
 use super::{brief, repr, text};
 
@@ -90,11 +90,11 @@ pub(super) fn of_module(module: Module, name: &str) -> Option<Value> {
 
 /// Calls a function by its name.
 pub(super) fn call(
-    evaluator: &mut Evaluator,
+    evaluator: &mut dyn Caller,
     name: &'static str,
     mut arguments: Arguments,
 ) -> Result<Value, Error> {
-    if let Some(value) = math::call(name, &arguments.items, evaluator.around)? {
+    if let Some(value) = math::call(name, &arguments.items, evaluator.around())? {
         return Ok(value);
     }
     // The named arguments that the functions know are taken out first; what is left is refused.
@@ -165,20 +165,20 @@ pub(super) fn call(
         }
         ("len", [value]) => length(evaluator, value),
         ("str", []) => Ok(Value::text("")),
-        ("str", [value]) => Ok(Value::text(text(value, evaluator.around.budget())?)),
-        ("repr", [value]) => Ok(Value::text(repr(value, evaluator.around.budget())?)),
+        ("str", [value]) => Ok(Value::text(text(value, evaluator.around().budget())?)),
+        ("repr", [value]) => Ok(Value::text(repr(value, evaluator.around().budget())?)),
         ("float", []) => Ok(Value::Float(0.0)),
         ("float", [value]) => {
-            evaluator.around.budget().spend_on(value)?;
+            evaluator.around().budget().spend_on(value)?;
             to_float(value)
         }
         ("int", []) => Ok(Value::Int(0)),
         ("int", [value]) => {
-            evaluator.around.budget().spend_on(value)?;
+            evaluator.around().budget().spend_on(value)?;
             to_int(value)
         }
         ("int", [Value::Text(digits), base]) => {
-            evaluator.around.budget().spend_bytes(digits.len())?;
+            evaluator.around().budget().spend_bytes(digits.len())?;
             let base = base.as_int().and_then(|base| u32::try_from(base).ok());
             let value = base
                 .filter(|base| (2..=36).contains(base))
@@ -213,11 +213,11 @@ pub(super) fn call(
         ("sum", [source, from @ ..]) if from.len() <= 1 => {
             let mut sum = from.first().cloned().or(start).unwrap_or(Value::Int(0));
             for item in evaluator.elements(source)? {
-                sum = binary("+", &sum, &item, evaluator.around)?;
+                sum = binary("+", &sum, &item, evaluator.around())?;
             }
             Ok(sum)
         }
-        ("divmod", [p, q]) => divmod(evaluator, p, q),
+        ("divmod", [p, q]) => divmod(p, q, evaluator.around()),
         ("ord", [Value::Text(text)]) => {
             let mut chars = text.chars();
             match (chars.next(), chars.next()) {
@@ -231,7 +231,7 @@ pub(super) fn call(
 }
 
 fn call_with(
-    evaluator: &mut Evaluator,
+    evaluator: &mut dyn Caller,
     function: &Value,
     items: Vec<Value>,
 ) -> Result<Value, Error> {
@@ -239,7 +239,7 @@ fn call_with(
     evaluator.call(function, Arguments { items, named })
 }
 
-fn zip(evaluator: &Evaluator, sources: &[Value]) -> Result<Vec<Vec<Value>>, Error> {
+fn zip(evaluator: &dyn Caller, sources: &[Value]) -> Result<Vec<Vec<Value>>, Error> {
     let sources: Vec<Vec<Value>> = sources
         .iter()
         .map(|source| evaluator.elements(source))
@@ -250,9 +250,9 @@ fn zip(evaluator: &Evaluator, sources: &[Value]) -> Result<Vec<Vec<Value>>, Erro
 }
 
 /// What a set holds, in the order in which it came.
-fn distinct(evaluator: &Evaluator, source: &Value) -> Result<Value, Error> {
+fn distinct(evaluator: &dyn Caller, source: &Value) -> Result<Value, Error> {
     let mut seen = Dict::default();
-    evaluator.around.budget().spend_on(source)?;
+    evaluator.around().budget().spend_on(source)?;
     for item in evaluator.elements(source)? {
         seen.insert(item, Value::None)?;
     }
@@ -261,7 +261,7 @@ fn distinct(evaluator: &Evaluator, source: &Value) -> Result<Value, Error> {
 }
 
 fn dict(
-    evaluator: &Evaluator,
+    evaluator: &dyn Caller,
     source: Option<&Value>,
     named: Vec<(std::rc::Rc<str>, Value)>,
 ) -> Result<Value, Error> {
@@ -269,7 +269,7 @@ fn dict(
     match source {
         Some(Value::Dict(other)) => {
             evaluator
-                .around
+                .around()
                 .budget()
                 .spend(other.entries().len() as u64)?;
             dict = (**other).clone();
@@ -278,7 +278,7 @@ fn dict(
             for pair in evaluator.elements(pairs)? {
                 match evaluator.elements(&pair)?.as_slice() {
                     [key, value] => {
-                        evaluator.around.budget().spend_on(key)?;
+                        evaluator.around().budget().spend_on(key)?;
                         dict.insert(key.clone(), value.clone())?;
                     }
                     _ => return Err(Error::new("dict() takes pairs of key and value")),
@@ -293,10 +293,10 @@ fn dict(
     Ok(Value::Dict(dict.into()))
 }
 
-fn length(evaluator: &Evaluator, value: &Value) -> Result<Value, Error> {
+fn length(evaluator: &dyn Caller, value: &Value) -> Result<Value, Error> {
     let length = match value {
         Value::Text(text) => {
-            evaluator.around.budget().spend_bytes(text.len())?;
+            evaluator.around().budget().spend_bytes(text.len())?;
             text.chars().count()
         }
         Value::List(items) | Value::Tuple(items) => items.len(),
@@ -313,7 +313,7 @@ fn length(evaluator: &Evaluator, value: &Value) -> Result<Value, Error> {
 
 /// Sorts by merging, which needs no more than "less" and keeps what is equal in its order.
 fn sorted(
-    evaluator: &mut Evaluator,
+    evaluator: &mut dyn Caller,
     items: Vec<Value>,
     key: Option<&Value>,
     reverse: bool,
@@ -326,11 +326,11 @@ fn sorted(
         };
         keyed.push((by, item));
     }
-    evaluator.around.budget().spend(16 * keyed.len() as u64)?;
+    evaluator.around().budget().spend(16 * keyed.len() as u64)?;
     for (by, _) in &keyed {
         // Each is compared with as many as there are levels of merging.
         let compared = by.size().bytes().saturating_mul(16);
-        evaluator.around.budget().spend_bytes(compared)?;
+        evaluator.around().budget().spend_bytes(compared)?;
     }
     let mut fault = None;
     keyed.sort_by(|p, q| {
@@ -352,7 +352,7 @@ fn sorted(
 }
 
 fn extreme(
-    evaluator: &mut Evaluator,
+    evaluator: &mut dyn Caller,
     name: &str,
     items: &[Value],
     key: Option<&Value>,
@@ -372,7 +372,9 @@ fn extreme(
         let operator = if name == "min" { "<" } else { ">" };
         let better = match &best {
             None => true,
-            Some((other, _)) => super::operators::compare(operator, &by, other, evaluator.around)?,
+            Some((other, _)) => {
+                super::operators::compare(operator, &by, other, evaluator.around())?
+            }
         };
         if better {
             best = Some((by, item));
@@ -383,7 +385,7 @@ fn extreme(
         .ok_or_else(|| Error::new(format!("{name}() arg is an empty sequence")))
 }
 
-fn range(evaluator: &Evaluator, bounds: &[Value]) -> Result<Value, Error> {
+fn range(evaluator: &dyn Caller, bounds: &[Value]) -> Result<Value, Error> {
     let int = |value: &Value| {
         value.as_int().ok_or_else(|| {
             Error::new(format!(
@@ -408,7 +410,7 @@ fn range(evaluator: &Evaluator, bounds: &[Value]) -> Result<Value, Error> {
     };
     let count = (span.max(0) as u128).div_ceil(step.unsigned_abs());
     let count = u64::try_from(count).unwrap_or(u64::MAX);
-    evaluator.around.budget().spend(count)?;
+    evaluator.around().budget().spend(count)?;
     let numbers = (0..count).map(|i| Value::Int(start + i128::from(i) * step));
     Ok(Value::list(numbers.collect()))
 }
@@ -432,4 +434,14 @@ fn is_instance(value: &Value, class: &Value) -> Result<Value, Error> {
         }
         class => is(class)?,
     }))
+}
+
+/// Whether a name stands for one of the language's namespaces.
+fn module(name: &str) -> Option<Module> {
+    match name {
+        "math" => Some(Module::Math),
+        "python" => Some(Module::Python),
+        "xacro" => Some(Module::Xacro),
+        _ => None,
+    }
 }

@@ -1,48 +1,14 @@
 //! From a tree of operations to its value.
 
-use std::any::Any;
 use std::rc::Rc;
 
-use super::super::budget::Budget;
 use super::builtins;
 use super::methods;
 use super::operators;
 use super::parse::parse;
-use super::syntax::{Clause, Expr, Item, Lambda, Trailer};
-use super::value::{Error, Module, Value, XacroFunction};
-
-/// Deepest nesting of lists and dictionaries within each other.
-const DEEPEST_VALUE: usize = 100;
-
-/// What an expression finds around it.
-pub(in super::super) trait Surroundings {
-    /// The value of a name that is not the language's own.
-    fn look_up(&self, name: &str) -> Result<Option<Value>, Error>;
-
-    /// The value of a name in a namespace of properties.
-    fn look_up_in(&self, namespace: &Rc<dyn Any>, name: &str) -> Result<Option<Value>, Error>;
-
-    /// What is left of the limits.
-    fn budget(&self) -> &Budget;
-
-    /// Calls a function that xacro adds.
-    fn call(&self, function: XacroFunction, arguments: Arguments) -> Result<Value, Error>;
-}
-
-/// The arguments of a call.
-#[derive(Debug, Default)]
-pub(in super::super) struct Arguments {
-    pub(in super::super) items: Vec<Value>,
-    pub(in super::super) named: Vec<(Rc<str>, Value)>,
-}
-
-impl Arguments {
-    /// Takes an argument that has a name out of those that have one.
-    pub(in super::super) fn take(&mut self, name: &str) -> Option<Value> {
-        let at = self.named.iter().position(|(n, _)| &**n == name)?;
-        Some(self.named.remove(at).1)
-    }
-}
+use super::surroundings::{Arguments, Caller, Surroundings, elements};
+use super::syntax::{Clause, Expr, Item, Trailer};
+use super::value::{Error, Lambda, Value, check_nesting};
 
 /// The value of an expression.
 pub(in super::super) fn evaluate(text: &str, around: &dyn Surroundings) -> Result<Value, Error> {
@@ -55,8 +21,8 @@ pub(in super::super) fn evaluate(text: &str, around: &dyn Surroundings) -> Resul
     .value(&expr)
 }
 
-pub(super) struct Evaluator<'a> {
-    pub(super) around: &'a dyn Surroundings,
+struct Evaluator<'a> {
+    around: &'a dyn Surroundings,
     /// Names of comprehensions and lambdas, the innermost last.
     locals: Vec<(Rc<str>, Value)>,
 }
@@ -73,7 +39,7 @@ impl Evaluator<'_> {
         let _level = around.budget().enter(1)?;
         around.budget().spend(1)?;
         match expr {
-            Expr::Literal(value) => Ok(value.clone()),
+            Expr::Literal(literal) => Ok(literal.into()),
             Expr::Name(name) => self.name(name),
             Expr::List(items) => Ok(Value::list(self.items(items)?)),
             Expr::Tuple(items) => Ok(Value::tuple(self.items(items)?)),
@@ -119,13 +85,14 @@ impl Evaluator<'_> {
                 self.value(chosen)
             }
             Expr::Postfix(base, trailers) => self.postfix(base, trailers),
-            Expr::Lambda(lambda) => {
+            Expr::Lambda(parameters, body) => {
                 around.budget().spend(self.locals.len() as u64)?;
                 let depths = self.locals.iter().map(|(_, value)| value.size().depth());
                 Ok(Value::Lambda(Rc::new(Lambda {
+                    parameters: Rc::clone(parameters),
+                    body: Rc::clone(body),
                     depth: depths.max().unwrap_or(0),
                     bound: self.locals.clone(),
-                    ..(**lambda).clone()
                 })))
             }
         }
@@ -150,7 +117,7 @@ impl Evaluator<'_> {
         for (starred, item) in items {
             let value = self.value(item)?;
             if *starred {
-                values.extend(self.elements(&value)?);
+                values.extend(elements(&value, self.around)?);
             } else {
                 values.push(value);
             }
@@ -169,7 +136,7 @@ impl Evaluator<'_> {
             return Ok(());
         };
         let source = self.value(&clause.source)?;
-        for item in self.elements(&source)? {
+        for item in elements(&source, self.around)? {
             let depth = self.locals.len();
             self.bind(&clause.names, item)?;
             let mut holds = true;
@@ -189,7 +156,7 @@ impl Evaluator<'_> {
             self.locals.push((Rc::clone(name), value));
             return Ok(());
         }
-        let values = self.elements(&value)?;
+        let values = elements(&value, self.around)?;
         if values.len() != names.len() {
             return Err(Error::new(format!(
                 "{} values to unpack, {} expected",
@@ -384,21 +351,6 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Calls a value.
-    pub(super) fn call(&mut self, function: &Value, arguments: Arguments) -> Result<Value, Error> {
-        self.around.budget().spend(1)?;
-        match function {
-            Value::Function(name) => builtins::call(self, name, arguments),
-            Value::Xacro(function) => self.around.call(*function, arguments),
-            Value::Method(bound) => methods::call(self, &bound.0, bound.1, arguments),
-            Value::Lambda(lambda) => self.call_lambda(lambda, arguments),
-            other => Err(Error::new(format!(
-                "'{}' object is not callable",
-                other.kind()
-            ))),
-        }
-    }
-
     fn call_lambda(&mut self, lambda: &Lambda, arguments: Arguments) -> Result<Value, Error> {
         if arguments.items.len() != lambda.parameters.len() || !arguments.named.is_empty() {
             return Err(Error::new(format!(
@@ -416,49 +368,24 @@ impl Evaluator<'_> {
         self.locals = outer;
         value
     }
-
-    /// What a value gives when it is gone through.
-    pub(super) fn elements(&self, value: &Value) -> Result<Vec<Value>, Error> {
-        let pay = |count: usize| self.around.budget().spend(count as u64);
-        Ok(match value {
-            Value::List(items) | Value::Tuple(items) => {
-                pay(items.len())?;
-                items.to_vec()
-            }
-            Value::Text(text) => {
-                // No more characters than bytes.
-                pay(text.len())?;
-                text.chars().map(|c| Value::text(c.to_string())).collect()
-            }
-            Value::Dict(dict) => {
-                pay(dict.entries().len())?;
-                dict.entries().iter().map(|(key, _)| key.clone()).collect()
-            }
-            other => {
-                return Err(Error::new(format!(
-                    "'{}' object is not iterable",
-                    other.kind()
-                )));
-            }
-        })
-    }
 }
 
-/// Refuses a value in which values nest too deep: whatever goes through it goes down them.
-pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
-    if value.size().depth() > DEEPEST_VALUE {
-        let words = format!("lists nested more than {DEEPEST_VALUE} deep");
-        return Err(Error::new(words));
+impl Caller for Evaluator<'_> {
+    fn around(&self) -> &dyn Surroundings {
+        self.around
     }
-    Ok(())
-}
 
-/// Whether a name stands for one of the language's namespaces.
-pub(super) fn module(name: &str) -> Option<Module> {
-    match name {
-        "math" => Some(Module::Math),
-        "python" => Some(Module::Python),
-        "xacro" => Some(Module::Xacro),
-        _ => None,
+    fn call(&mut self, function: &Value, arguments: Arguments) -> Result<Value, Error> {
+        self.around.budget().spend(1)?;
+        match function {
+            Value::Function(name) => builtins::call(self, name, arguments),
+            Value::Xacro(function) => self.around.call(*function, arguments),
+            Value::Method(bound) => methods::call(self.around, &bound.0, bound.1, arguments),
+            Value::Lambda(lambda) => self.call_lambda(lambda, arguments),
+            other => Err(Error::new(format!(
+                "'{}' object is not callable",
+                other.kind()
+            ))),
+        }
     }
 }

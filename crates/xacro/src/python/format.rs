@@ -1,7 +1,8 @@
 //! Values as text: what Python's `str` and `repr` write, and `%`.
 
-use super::super::budget::{Budget, Spent};
-use super::eval::Surroundings;
+use super::super::budget::Budget;
+use super::super::spent::Spent;
+use super::surroundings::Surroundings;
 use super::value::{Error, Value};
 
 /// A value as `str` writes it, which is paid for before it is written.

@@ -5,8 +5,8 @@
 
 use std::f64::consts::{E, PI, TAU};
 
-use super::eval::Surroundings;
 use super::operators::too_large;
+use super::surroundings::Surroundings;
 use super::value::{Error, Value};
 
 const CONSTANTS: [(&str, f64); 5] = [

@@ -1,6 +1,6 @@
 //! What the values can do by themselves: `"front left".split()`, `list.index(x)`, `dict.get(key, default)`.
 
-use super::eval::{Arguments, Evaluator};
+use super::surroundings::{Arguments, Surroundings, elements};
 use super::text;
 use super::value::{Error, Value};
 
@@ -53,12 +53,12 @@ pub(super) fn of(value: &Value, name: &str) -> Option<&'static str> {
 
 /// Calls a method.
 pub(super) fn call(
-    evaluator: &Evaluator,
+    around: &dyn Surroundings,
     value: &Value,
     name: &'static str,
     arguments: Arguments,
 ) -> Result<Value, Error> {
-    let budget = evaluator.around.budget();
+    let budget = around.budget();
     if let Some((unknown, _)) = arguments.named.first() {
         return Err(Error::new(format!(
             "{name}() got an unexpected keyword argument '{unknown}'"
@@ -68,7 +68,7 @@ pub(super) fn call(
         (Value::Text(text), _, items) => {
             budget.spend_bytes(text.len())?;
             items.iter().try_for_each(|item| budget.spend_on(item))?;
-            of_text(evaluator, text, name, items)
+            of_text(around, text, name, items)
         }
         (Value::Dict(dict), _, items) => {
             budget.spend(dict.entries().len() as u64)?;
@@ -114,8 +114,13 @@ fn wrong(name: &str) -> Result<Value, Error> {
     Err(Error::new(format!("{name}() takes other arguments")))
 }
 
-fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Result<Value, Error> {
-    let budget = evaluator.around.budget();
+fn of_text(
+    around: &dyn Surroundings,
+    of: &str,
+    name: &str,
+    items: &[Value],
+) -> Result<Value, Error> {
+    let budget = around.budget();
     let made = |made: String| {
         budget.spend_bytes(made.len())?;
         Ok(Value::text(made))
@@ -165,7 +170,7 @@ fn of_text(evaluator: &Evaluator, of: &str, name: &str, items: &[Value]) -> Resu
         }
         ("splitlines", []) => parts(&mut of.lines()),
         ("join", [parts]) => {
-            let parts = evaluator.elements(parts)?;
+            let parts = elements(parts, around)?;
             if let Some(other) = parts.iter().find(|part| !matches!(part, Value::Text(_))) {
                 return Err(Error::new(format!(
                     "join() takes texts, not '{}'",

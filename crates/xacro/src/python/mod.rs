@@ -13,12 +13,14 @@ mod methods;
 mod numbers;
 mod operators;
 mod parse;
+mod surroundings;
 mod syntax;
 mod value;
 
-pub(super) use eval::{Arguments, Surroundings, check_nesting, evaluate};
+pub(super) use eval::evaluate;
 pub(super) use format::{brief, repr, text};
-pub(super) use value::{Dict, Error, Value, XacroFunction, literal};
+pub(super) use surroundings::{Arguments, Surroundings};
+pub(super) use value::{Dict, Error, Value, XacroFunction, check_nesting, literal};
 
 /// The number that a value is or that its text says.
 pub(super) fn number(value: &Value) -> Option<f64> {

@@ -1,8 +1,8 @@
 //! Python's functions of numbers.
 
 use super::brief;
-use super::eval::Evaluator;
 use super::operators::{binary, float_divmod, too_large};
+use super::surroundings::Surroundings;
 use super::value::{Error, Value, parse_float, parse_int};
 
 pub(super) fn to_float(value: &Value) -> Result<Value, Error> {
@@ -89,12 +89,9 @@ fn round_to(i: i128, unit: i128) -> i128 {
     (below + i128::from(up)).saturating_mul(unit)
 }
 
-pub(super) fn divmod(evaluator: &Evaluator, p: &Value, q: &Value) -> Result<Value, Error> {
+pub(super) fn divmod(p: &Value, q: &Value, around: &dyn Surroundings) -> Result<Value, Error> {
     let (quotient, remainder) = match (p.as_int(), q.as_int(), p.as_float(), q.as_float()) {
-        (Some(_), Some(_), ..) => (
-            binary("//", p, q, evaluator.around)?,
-            binary("%", p, q, evaluator.around)?,
-        ),
+        (Some(_), Some(_), ..) => (binary("//", p, q, around)?, binary("%", p, q, around)?),
         (.., Some(x), Some(y)) if y != 0.0 => {
             let (quotient, remainder) = float_divmod(x, y);
             (Value::Float(quotient), Value::Float(remainder))

@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
-use super::eval::Surroundings;
 use super::format::percent;
+use super::surroundings::Surroundings;
 use super::value::{Error, Value};
 
 /// A whole number beyond the 38 digits that are kept.

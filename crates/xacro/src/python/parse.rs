@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use super::lex::{Token, tokens};
-use super::syntax::{Clause, Expr, Lambda, Trailer};
-use super::value::{Error, Value};
+use super::syntax::{Clause, Expr, Literal, Trailer};
+use super::value::Error;
 
 /// Longest expression that is read, in bytes.
 const LONGEST: usize = 16 << 10;
@@ -135,12 +135,7 @@ impl Parser {
             }
         }
         let body = self.expression()?;
-        Ok(Expr::Lambda(Rc::new(Lambda {
-            parameters: parameters.into(),
-            body: Rc::new(body),
-            bound: Vec::new(),
-            depth: 0,
-        })))
+        Ok(Expr::Lambda(parameters.into(), Rc::new(body)))
     }
 
     fn name(&mut self) -> Result<Rc<str>, Error> {
@@ -342,13 +337,13 @@ impl Parser {
 
     fn atom(&mut self) -> Result<Expr, Error> {
         match self.next() {
-            Some(Token::Int(i)) => Ok(Expr::Literal(Value::Int(i))),
-            Some(Token::Float(x)) => Ok(Expr::Literal(Value::Float(x))),
-            Some(Token::Text(text)) => Ok(Expr::Literal(Value::Text(self.joined(text)))),
+            Some(Token::Int(i)) => Ok(Expr::Literal(Literal::Int(i))),
+            Some(Token::Float(x)) => Ok(Expr::Literal(Literal::Float(x))),
+            Some(Token::Text(text)) => Ok(Expr::Literal(Literal::Text(self.joined(text)))),
             Some(Token::Word(word)) => match &*word {
-                "None" => Ok(Expr::Literal(Value::None)),
-                "True" => Ok(Expr::Literal(Value::Bool(true))),
-                "False" => Ok(Expr::Literal(Value::Bool(false))),
+                "None" => Ok(Expr::Literal(Literal::None)),
+                "True" => Ok(Expr::Literal(Literal::Bool(true))),
+                "False" => Ok(Expr::Literal(Literal::Bool(false))),
                 word if WORDS.contains(&word) => {
                     Err(Error::new(format!("invalid syntax at `{word}`")))
                 }

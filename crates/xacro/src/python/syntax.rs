@@ -4,12 +4,20 @@
 
 use std::rc::Rc;
 
-use super::value::{Size, Value};
+/// What stands for itself.
+#[derive(Clone, Debug)]
+pub(super) enum Literal {
+    None,
+    Bool(bool),
+    Int(i128),
+    Float(f64),
+    Text(Rc<str>),
+}
 
 /// An operation on values.
 #[derive(Clone, Debug)]
 pub(super) enum Expr {
-    Literal(Value),
+    Literal(Literal),
     Name(Rc<str>),
     List(Vec<Item>),
     Tuple(Vec<Item>),
@@ -29,7 +37,8 @@ pub(super) enum Expr {
     If(Box<[Expr; 3]>),
     /// What follows a value: calls, indices, attributes.
     Postfix(Box<Expr>, Vec<Trailer>),
-    Lambda(Rc<Lambda>),
+    /// `lambda parameters: body`.
+    Lambda(Rc<[Rc<str>]>, Rc<Expr>),
 }
 
 /// An element of a list, tuple or call, with `*` before it or not.
@@ -50,21 +59,4 @@ pub(super) enum Trailer {
     Index(Expr),
     Slice([Option<Expr>; 3]),
     Attribute(Rc<str>),
-}
-
-/// A function without a name. What it finds of the names around it is kept with it.
-#[derive(Clone, Debug)]
-pub(in super::super) struct Lambda {
-    pub(super) parameters: Rc<[Rc<str>]>,
-    pub(super) body: Rc<Expr>,
-    pub(super) bound: Vec<(Rc<str>, Value)>,
-    /// Levels of values within values, of those that are bound.
-    pub(super) depth: usize,
-}
-
-impl Lambda {
-    /// As text it is short, whatever it holds.
-    pub(super) fn size(&self) -> Size {
-        Size::of_function(self.depth)
-    }
 }

@@ -6,8 +6,8 @@ use std::fmt;
 use std::ops::Deref;
 use std::rc::Rc;
 
-use super::super::budget::Spent;
-use super::syntax::Lambda;
+use super::super::spent::Spent;
+use super::syntax::{Expr, Literal};
 
 /// A value.
 #[derive(Clone, Debug)]
@@ -41,6 +41,26 @@ pub(in super::super) enum Value {
     /// A namespace of properties: `<xacro:include filename="..." ns="name"/>`.
     Namespace(Rc<dyn Any>),
 }
+
+/// A function without a name. What it finds of the names around it is kept with it.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Lambda {
+    pub(super) parameters: Rc<[Rc<str>]>,
+    pub(super) body: Rc<Expr>,
+    pub(super) bound: Vec<(Rc<str>, Value)>,
+    /// Levels of values within values, of those that are bound.
+    pub(super) depth: usize,
+}
+
+impl Lambda {
+    /// As text it is short, whatever it holds.
+    pub(super) fn size(&self) -> Size {
+        Size::of_function(self.depth)
+    }
+}
+
+/// Deepest nesting of lists and dictionaries within each other.
+const DEEPEST_VALUE: usize = 100;
 
 /// Bytes of a number or of the name of a type, as text, at most but for a few.
 const SHORT: usize = 16;
@@ -261,6 +281,18 @@ impl Dict {
     }
 }
 
+impl From<&Literal> for Value {
+    fn from(literal: &Literal) -> Self {
+        match literal {
+            Literal::None => Self::None,
+            Literal::Bool(b) => Self::Bool(*b),
+            Literal::Int(i) => Self::Int(*i),
+            Literal::Float(x) => Self::Float(*x),
+            Literal::Text(text) => Self::Text(Rc::clone(text)),
+        }
+    }
+}
+
 impl Value {
     pub(in super::super) fn text(text: impl AsRef<str>) -> Self {
         Self::Text(text.as_ref().into())
@@ -361,6 +393,15 @@ impl Value {
             },
         }
     }
+}
+
+/// Refuses a value in which values nest too deep: whatever goes through it goes down them.
+pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
+    if value.size().depth() > DEEPEST_VALUE {
+        let words = format!("lists nested more than {DEEPEST_VALUE} deep");
+        return Err(Error::new(words));
+    }
+    Ok(())
 }
 
 /// The value of a text as xacro takes properties and parameters: a whole number, a number, a truth value, or the text itself.

@@ -1,6 +1,7 @@
 //! What is done to a robot, for both engines alike.
 
 use ilon_formats::LoadRobot;
+use ilon_oracle::Plate;
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::Vector3;
 
@@ -38,6 +39,8 @@ pub struct Case {
     pub shove: Option<Shove>,
     /// The direction of a nap in the world, in radians, and friction across it over that along it.
     pub nap: Option<(f64, f64)>,
+    /// What lies on the floor.
+    pub plates: Vec<Plate>,
 }
 
 /// A robot of the project's assets.
@@ -64,6 +67,7 @@ impl Case {
             locked_wheel: None,
             shove: None,
             nap: None,
+            plates: Vec::new(),
         }
     }
 

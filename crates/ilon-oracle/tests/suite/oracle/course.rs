@@ -8,6 +8,8 @@ use nalgebra::Vector2;
 pub struct Sums {
     /// Heat of sliding.
     pub slip_j: f64,
+    /// What bristles took beside it in the oracle; what of sliding went into rollers' spin in ilon.
+    pub bristles_j: f64,
     /// What the contacts took besides: the oracle's dampers, ilon's impacts.
     pub other_j: f64,
     /// Work of the wheels' drives.
@@ -32,6 +34,10 @@ pub struct Row {
     pub loads_n: Vec<f64>,
     /// Angles of the wheels, in rad.
     pub wheels_rad: Vec<f64>,
+    /// Height of the body frame's origin in metres, roll and pitch in rad.
+    pub stands: [f64; 3],
+    /// Positions of the joints between bodies, in rad or m.
+    pub joints: Vec<f64>,
     pub sums: Sums,
 }
 

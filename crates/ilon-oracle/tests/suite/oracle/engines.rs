@@ -1,9 +1,9 @@
 //! A case in either engine.
 
-use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Nap, Push};
+use ilon_oracle::{ContactLaw, Drive, Engine, LEVEL_GRAVITY_M_S2, Nap, Plate, Push};
 use ilon_robot::{Pose, Robot, Tread};
-use ilon_world::{Floor, FloorSurface, MotorTorque, RollerBodies, World};
-use nalgebra::Vector2;
+use ilon_world::{Floor, FloorSurface, GroundBox, MotorTorque, RollerBodies, World};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2};
 
 use crate::oracle::case::{Case, GAIN_N_M_S, TICK_S};
 use crate::oracle::course::{Course, Row, Sums};
@@ -38,6 +38,10 @@ pub fn on_springs(case: &Case, springs: Springs) -> Course {
         gravity_m_s2: LEVEL_GRAVITY_M_S2,
     };
     let mut engine = Engine::new(&case.robot, settings).expect("the oracle takes the robot");
+    engine.lay_plates(&case.plates);
+    if !(case.robot.joints.is_empty() && case.plates.is_empty()) {
+        stand_up(&mut engine, case);
+    }
     let mut course = Course::default();
     for tick in 0..case.ticks() {
         let t_s = tick as f64 * TICK_S;
@@ -70,6 +74,21 @@ pub fn on_springs(case: &Case, springs: Springs) -> Course {
     course
 }
 
+/// Starts where ilon has the robot stand. It stands by itself before it moves, so that whatever were wrong with that would show.
+fn stand_up(engine: &mut Engine, case: &Case) {
+    let world = in_world(case, &case.robot, 1e-3, None);
+    let stands = world.robot().state();
+    let turn = UnitQuaternion::from_euler_angles(
+        stands.roll_rad,
+        stands.pitch_rad,
+        stands.pose.heading_rad,
+    );
+    let position_m = stands.pose.position_m();
+    let at_m = Translation3::new(position_m.x, position_m.y, stands.height_m);
+    engine.set_world_from_body(Isometry3::from_parts(at_m, turn));
+    engine.set_joint_positions(world.robot().joint_positions());
+}
+
 fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
     let pose = engine.world_from_body();
     let mut slides = vec![(0.0, Vector2::zeros()); loads_n.len()];
@@ -80,18 +99,22 @@ fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
     }
     let touching = slides.iter().filter(|(load, _)| *load > 0.0);
     let energy = engine.energy();
+    let (roll, pitch, heading_rad) = pose.rotation.euler_angles();
     Row {
         t_s: engine.time_s(),
         position_m: pose.translation.vector.xy(),
-        heading_rad: pose.rotation.euler_angles().2,
+        heading_rad,
         yaw_rate_rad_s: engine.speeds().angular.z,
         slide_m_s: touching
             .map(|(load, slide)| slide.norm() / load)
             .fold(0.0, f64::max),
         loads_n,
         wheels_rad: engine.wheel_angles_rad().to_vec(),
+        stands: [pose.translation.z, roll, pitch],
+        joints: engine.joint_positions().to_vec(),
         sums: Sums {
             slip_j: energy.slip_j,
+            bristles_j: energy.bristles_j,
             other_j: energy.bristles_j + energy.normals_j,
             drives_j: energy.drives_j,
             bearings_j: energy.wheel_bearings_j + energy.roller_bearings_j,
@@ -132,30 +155,7 @@ fn course_in_ilon(
     if let Some(wheel) = case.locked_wheel {
         robot.wheels[wheel].joint.friction_n_m = LOCK_N_M;
     }
-    let nap = case.nap.map(|(angle_rad, ratio)| ilon_world::Nap {
-        angle_rad,
-        friction_ratio: ratio,
-        creep_across: 0.0,
-        resistance_across: 0.0,
-        resistance_against: 0.0,
-    });
-    let floor = Floor {
-        friction: case.friction,
-        surface: FloorSurface {
-            nap,
-            ..FloorSurface::default()
-        },
-        ..Floor::default()
-    };
-    let default = ilon_world::Settings::default();
-    let settings = ilon_world::Settings {
-        dt_s: TICK_S / steps,
-        roller_bodies: RollerBodies::Near,
-        contact_stiffness_n_m,
-        ..default
-    };
-    let start = Pose::default();
-    let mut world = World::new(&robot, &floor, start, &settings).expect("ilon takes the robot");
+    let mut world = in_world(case, &robot, TICK_S / steps, contact_stiffness_n_m);
     let mut course = Course::default();
     for tick in 0..case.ticks() {
         let t_s = tick as f64 * TICK_S;
@@ -177,6 +177,46 @@ fn course_in_ilon(
         course.record(row_in(&world, loads_n));
     }
     course
+}
+
+/// The robot on the case's floor.
+fn in_world(case: &Case, robot: &Robot, dt_s: f64, contact_stiffness_n_m: Option<f64>) -> World {
+    let nap = case.nap.map(|(angle_rad, ratio)| ilon_world::Nap {
+        angle_rad,
+        friction_ratio: ratio,
+        creep_across: 0.0,
+        resistance_across: 0.0,
+        resistance_against: 0.0,
+    });
+    let floor = Floor {
+        friction: case.friction,
+        surface: FloorSurface {
+            nap,
+            ..FloorSurface::default()
+        },
+        boxes: case.plates.iter().map(as_box).collect(),
+        ..Floor::default()
+    };
+    let settings = ilon_world::Settings {
+        dt_s,
+        roller_bodies: RollerBodies::Near,
+        contact_stiffness_n_m,
+        ..ilon_world::Settings::default()
+    };
+    World::new(robot, &floor, Pose::default(), &settings).expect("ilon takes the robot")
+}
+
+fn as_box(plate: &Plate) -> GroundBox {
+    let (middle_m, half_m) = (
+        0.5 * (plate.from_m + plate.to_m),
+        0.5 * (plate.to_m - plate.from_m),
+    );
+    let half_height_m = 0.5 * plate.height_m;
+    GroundBox {
+        center_m: middle_m.push(half_height_m),
+        half_sides_m: half_m.push(half_height_m),
+        heading_rad: 0.0,
+    }
 }
 
 /// The wheels' torques for one step, falling with the rates that they gain within it.
@@ -215,8 +255,11 @@ fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
             .fold(0.0, f64::max),
         loads_n,
         wheels_rad: world.robot().wheel_angles_rad().to_vec(),
+        stands: [body.height_m, body.roll_rad, body.pitch_rad],
+        joints: world.robot().joint_positions().to_vec(),
         sums: Sums {
             slip_j: world.slip_energy_j() + world.spin_up_energy_j(),
+            bristles_j: world.spin_up_energy_j(),
             other_j: world.impact_energy_j(),
             drives_j: world.motor_energy_j(),
             bearings_j: world.bearing_energy_j(),

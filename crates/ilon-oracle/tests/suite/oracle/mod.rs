@@ -7,6 +7,7 @@ mod engines;
 mod figures;
 mod identify;
 mod identify_keys;
+mod joints;
 mod limit;
 mod logs;
 mod made;

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)]
 
+pub mod linked;
+
 use ilon_formats::LoadRobot;
 use ilon_oracle::{ContactLaw, Drive, Engine, Generalised, LEVEL_GRAVITY_M_S2, Settings};
 use ilon_robot::Robot;

@@ -1,0 +1,114 @@
+//! Where a roller touches floor and plates.
+//!
+//! A plate is convex, and so is the distance of a point from it. A roller is the envelope of spheres on its axis, of radius s(t) at the place
+//! t, and -s is convex too (see `outline.rs`): the roller's distance from the plate, the least of (distance of the centre) - s(t), has one
+//! minimum over t, which golden sections find. There the sphere is deepest, and the ground's normal is the way from the plate's nearest point
+//! to the centre: over a top it is up, over an edge it turns with the roller.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::Plate;
+use crate::outline::Outline;
+
+/// A roller where it stands, in the world frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed<'a> {
+    pub outline: &'a Outline,
+    pub center: Vector3<f64>,
+    pub axis: Vector3<f64>,
+}
+
+/// Where a roller is deepest in a piece of ground.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// The roller's point, in the world frame, in metres.
+    pub point: Vector3<f64>,
+    /// In metres, negative above the ground.
+    pub depth_m: f64,
+    /// Two tangents and the normal out of the ground.
+    pub world_from_ground: Matrix3<f64>,
+}
+
+impl Placed<'_> {
+    /// Where the roller is deepest in the floor; `None` where it is far above.
+    pub fn on_the_floor(&self) -> Option<Touch> {
+        if self.center.z > self.outline.bound_m() {
+            return None;
+        }
+        let lowest = self.outline.lowest(self.axis.z);
+        let center = self.center + self.axis * lowest.place_m;
+        Some(Touch {
+            point: center - Vector3::z() * lowest.radius_m,
+            depth_m: lowest.radius_m - center.z,
+            world_from_ground: Matrix3::identity(),
+        })
+    }
+
+    /// Where the roller is deepest in the plate; `None` where it is beside it or far above.
+    pub fn on(&self, plate: &Plate) -> Option<Touch> {
+        /// Sections: from a roller's length to 1e-8 of it, where rounding of the distance ends the search.
+        const SECTIONS: usize = 38;
+        let (c, bound) = (&self.center, self.outline.bound_m());
+        if (c - plate.nearest(c)).norm() > bound {
+            return None;
+        }
+        let section = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let gap = |t: f64| {
+            let center = c + self.axis * t;
+            (center - plate.nearest(&center)).norm() - self.outline.radius_m(t)
+        };
+        let (mut low, mut high) = (-self.outline.half_length_m(), self.outline.half_length_m());
+        let mut inner = [high - section * (high - low), low + section * (high - low)];
+        let mut gaps = inner.map(gap);
+        for _ in 0..SECTIONS {
+            if gaps[0] < gaps[1] {
+                high = inner[1];
+                inner = [high - section * (high - low), inner[0]];
+                gaps = [gap(inner[0]), gaps[0]];
+            } else {
+                low = inner[0];
+                inner = [inner[1], low + section * (high - low)];
+                gaps = [gaps[1], gap(inner[1])];
+            }
+        }
+        let t = 0.5 * (low + high);
+        let center = c + self.axis * t;
+        let off = center - plate.nearest(&center);
+        let radius = self.outline.radius_m(t);
+        // An axis in the plate has no way out.
+        let normal = off.try_normalize(1e-9)?;
+        Some(Touch {
+            point: center - normal * radius,
+            depth_m: radius - off.norm(),
+            world_from_ground: ground_axes(&normal),
+        })
+    }
+}
+
+impl Plate {
+    /// Its point nearest to one outside, in metres. Beneath the floor it goes on.
+    fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(
+            point.x.clamp(self.from_m.x, self.to_m.x),
+            point.y.clamp(self.from_m.y, self.to_m.y),
+            point.z.min(self.height_m),
+        )
+    }
+}
+
+/// The world's axes after the shortest turn that brings z to the normal `n`, which points upwards or sideways.
+fn ground_axes(n: &Vector3<f64>) -> Matrix3<f64> {
+    let share = 1.0 / (1.0 + n.z);
+    let across = -n.x * n.y * share;
+    Matrix3::new(
+        1.0 - n.x * n.x * share,
+        across,
+        n.x,
+        across,
+        1.0 - n.y * n.y * share,
+        n.y,
+        -n.x,
+        -n.y,
+        n.z,
+    )
+}

@@ -1,0 +1,201 @@
+//! Robots on springs, arms and rockers in both engines.
+
+use ilon_oracle::Plate;
+use ilon_robot::{Robot, Twist};
+use nalgebra::Vector2;
+
+use crate::oracle::case::{Case, Wheels, ramp};
+use crate::oracle::course::Course;
+use crate::oracle::engines::{Springs, in_ilon, on_springs};
+use crate::support::linked::{on_a_rocker, on_arms, on_slides};
+
+/// The mean over some time of what rows show.
+fn mean(
+    course: &Course,
+    (from_s, until_s): (f64, f64),
+    of: impl Fn(&crate::oracle::course::Row) -> f64,
+) -> f64 {
+    let rows = course.rows.iter();
+    let shown: Vec<f64> = rows
+        .filter(|row| row.t_s > from_s && row.t_s <= until_s)
+        .map(of)
+        .collect();
+    shown.iter().sum::<f64>() / shown.len() as f64
+}
+
+/// Loads of the wheels, then roll and pitch, then joints, each the mean over some time.
+fn means(course: &Course, over: (f64, f64)) -> (Vec<f64>, [f64; 2], Vec<f64>) {
+    let row = course.end();
+    let loads = (0..row.loads_n.len()).map(|w| mean(course, over, |row| row.loads_n[w]));
+    let leans = [1, 2].map(|at| mean(course, over, |row| row.stands[at]));
+    let joints = (0..row.joints.len()).map(|j| mean(course, over, |row| row.joints[j]));
+    (loads.collect(), leans, joints.collect())
+}
+
+/// What contacts of 2e7 N/m let a robot lean by, in rad, and a joint move, in rad or m.
+const GIVES: f64 = 5e-6;
+
+/// Holds that both engines have the same loads over some time, to within a share of a wheel's mean, the same lean to within a share of the
+/// largest angle that either shows, and joints likewise.
+fn alike(case: &Case, over: (f64, f64), within: f64) {
+    let springs = Springs {
+        stiffness_n_m: 2e7,
+        step_s: 4e-6,
+    };
+    let courses = [on_springs(case, springs), in_ilon(case, 5e-4, None)];
+    let [oracle, ilon] = courses.each_ref().map(|course| means(course, over));
+    println!("{}: oracle {oracle:.5?}", case.name);
+    println!("{}: ilon   {ilon:.5?}", case.name);
+    let on_each_n = case.robot.mass_kg() * 9.81 / oracle.0.len() as f64;
+    for (a, b) in oracle.0.iter().zip(&ilon.0) {
+        assert!((a - b).abs() < within * on_each_n, "loads {a} and {b} N");
+    }
+    // Where nothing leans the oracle's softer contacts are left: 1.4 um of sag.
+    let largest = |of: &[f64]| of.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let (lean, moved) = (largest(&oracle.1), largest(&oracle.2));
+    for (a, b) in oracle.1.iter().zip(&ilon.1) {
+        assert!(
+            (a - b).abs() < within * lean + GIVES,
+            "lean {a} and {b} rad"
+        );
+    }
+    for (a, b) in oracle.2.iter().zip(&ilon.2) {
+        assert!((a - b).abs() < within * moved + GIVES, "joints {a} and {b}");
+    }
+    let [drives, slips] = [
+        courses.each_ref().map(|course| course.end().sums.drives_j),
+        courses.each_ref().map(|course| course.end().sums.slip_j),
+    ];
+    println!("{}: drives {drives:.4?} J, slip {slips:.4?} J", case.name);
+}
+
+/// Ahead within half a second; from 0.9 s on it brakes at 3 m/s^2.
+fn braking(name: &str, robot: Robot) -> Case {
+    let ahead = Twist::new(0.9, 0.0, 0.0);
+    let start = ramp(ahead, 0.1, 0.5);
+    Case::new(name, robot, 0.8, 1.15, move |t_s| {
+        Wheels::Follow(if t_s < 0.9 {
+            start(t_s)
+        } else {
+            ahead.scaled((1.0 - (t_s - 0.9) / 0.3).max(0.0))
+        })
+    })
+}
+
+#[test]
+fn arms_and_slides_bear_braking_alike_in_both_engines() {
+    alike(&braking("arms", on_arms(60.0)), (0.95, 1.15), 5e-3);
+    alike(&braking("slides", on_slides(60.0)), (0.95, 1.15), 5e-3);
+}
+
+#[test]
+fn a_rocker_bears_a_load_off_centre_alike_in_both_engines() {
+    let mut robot = on_a_rocker(0.3);
+    robot.chassis.mass.center_of_mass_m.x += 0.03;
+    robot.chassis.mass.center_of_mass_m.y += 0.04;
+    let mut case = braking("rocker, load off centre", robot);
+    alike(&case, (0.95, 1.15), 5e-3);
+    case.wheels = Box::new(|_| Wheels::Follow(Twist::default()));
+    case.duration_s = 0.4;
+    case.name = "rocker, load off centre, standing".to_owned();
+    alike(&case, (0.3, 0.4), 1e-3);
+}
+
+#[test]
+fn a_kerb_under_one_wheel_loads_springs_and_rockers_alike_in_both_engines() {
+    for (name, robot) in [("slides", on_slides(120.0)), ("rocker", on_a_rocker(0.3))] {
+        let at_m = robot.wheels[2].position_m().xy();
+        let half_m = Vector2::new(0.06, 0.06);
+        let mut case = Case::new(name, robot, 0.8, 0.5, |_| Wheels::Follow(Twist::default()));
+        case.plates = vec![Plate {
+            from_m: at_m - half_m,
+            to_m: at_m + half_m,
+            height_m: 0.005,
+        }];
+        alike(&case, (0.4, 0.5), 1e-3);
+    }
+}
+
+/// Sideways at 1 m/s over ten bars, 3 mm high and 20 mm wide.
+fn over_bars(name: &str, robot: Robot) -> Case {
+    let target = ramp(Twist::new(0.0, 1.0, 0.0), 0.1, 0.5);
+    let mut case = Case::new(name, robot, 0.6, 2.2, move |t_s| {
+        Wheels::Follow(target(t_s))
+    });
+    case.plates = (0..10)
+        .map(|bar| {
+            let y_m = 0.4 + 0.1 * f64::from(bar);
+            Plate {
+                from_m: Vector2::new(-1.0, y_m),
+                to_m: Vector2::new(1.0, y_m + 0.02),
+                height_m: 0.003,
+            }
+        })
+        .collect();
+    case
+}
+
+#[test]
+#[ignore]
+fn explore_bars() {
+    let get = |name: &str, or: f64| {
+        std::env::var(name)
+            .ok()
+            .and_then(|v| v.parse().ok())
+            .unwrap_or(or)
+    };
+    let (speed, bars, height) = (get("V", 1.0), get("BARS", 1.0) as usize, get("H", 0.003));
+    let which = get("WHICH", 1.0) as usize;
+    let (name, robot) = [
+        ("rigid", crate::support::robot("mecanum4")),
+        ("slides", on_slides(60.0)),
+        ("rocker", on_a_rocker(0.3)),
+    ][which]
+        .clone();
+    let mut case = over_bars(name, robot);
+    let target = ramp(Twist::new(0.0, speed, 0.0), 0.1, 0.5 * speed);
+    case.wheels = Box::new(move |t_s| Wheels::Follow(target(t_s)));
+    case.plates.truncate(bars);
+    case.plates
+        .iter_mut()
+        .for_each(|plate| plate.height_m = height);
+    case.duration_s = get("T", 1.3);
+    if get("ORACLE", 1.0) > 0.0 {
+        for k in [2e6, 8e6, 2e7] {
+            let mut springs = Springs::of(k);
+            springs.step_s *= 0.8;
+            let end = on_springs(&case, springs);
+            println!(
+                "{name} {k:e}: {:.4?} {:.4?}",
+                end.end().sums,
+                end.end().position_m
+            );
+        }
+    }
+    for dt in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
+        let end = in_ilon(&case, dt, None);
+        println!(
+            "{name} {dt}: {:.4?} {:.4?}",
+            end.end().sums,
+            end.end().position_m
+        );
+    }
+}
+
+#[test]
+#[ignore]
+fn explore_braking() {
+    for case in [braking("arms", on_arms(60.0)), braking("slides", on_slides(60.0))] {
+        for (k, h) in [(2e6, 1e-5), (2e7, 4e-6), (2e7, 2e-6)] {
+            let springs = Springs { stiffness_n_m: k, step_s: h };
+            let course = on_springs(&case, springs);
+            println!("{k:e} {h:e} {:.6?} {:.4?}", means(&course, (0.95, 1.15)), course.end().sums);
+            for t in [0.2, 0.6, 0.8, 1.0, 1.1] { let row = course.at(t); println!("   {t} {:.6?} {:.6?} {:.3?} {:.5?}", row.joints, row.stands, row.loads_n, row.wheels_rad); }
+        }
+        for dt in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
+            let course = in_ilon(&case, dt, None);
+            println!("{dt} {:.6?} {:.4?}", means(&course, (0.95, 1.15)), course.end().sums);
+            for t in [0.2, 0.6, 0.8, 1.0, 1.1] { let row = course.at(t); println!("   {t} {:.6?} {:.6?} {:.3?} {:.5?}", row.joints, row.stands, row.loads_n, row.wheels_rad); }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What a file says beside what it expands to: the numbers of names that are watched, and which values its conditions know of its arguments.
+
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use super::Expander;
+use super::clues::{MOST, is_watched};
+use crate::python::number;
+use crate::scope::Scope;
+
+impl Expander<'_> {
+    /// The numbers of all that is watched: parameters, properties of the outermost scope, arguments.
+    pub(super) fn watched(&self, scope: &Rc<Scope>) -> Vec<(String, f64)> {
+        let mut found = self.clues.parameters.borrow().clone();
+        for name in scope.names() {
+            if is_watched(self.settings, &name)
+                && found.len() < MOST
+                && let Ok(Some(value)) = self.resolve(scope, &name)
+                && let Some(value) = number(&value)
+            {
+                found.insert(name, value);
+            }
+        }
+        for (name, value) in self.arguments.borrow().iter() {
+            if let (true, Ok(value)) = (is_watched(self.settings, name), value.parse()) {
+                found.insert(name.clone(), value);
+            }
+        }
+        found.into_iter().collect()
+    }
+
+    /// Of each argument that conditions look at, the values that it could have instead: a truth value the other way round, and the
+    /// texts that it is compared with.
+    pub(super) fn choices(&self) -> Vec<(String, Vec<String>)> {
+        let declared = self.declared.borrow();
+        let arguments = self.arguments.borrow();
+        let aliases = self.clues.aliases.borrow();
+        let mut choices: Vec<(String, Vec<String>)> = Vec::new();
+        for name in declared.iter() {
+            let Some(value) = arguments.get(name) else {
+                continue;
+            };
+            let stands_for = |word: &str| {
+                word == name || aliases.get(word).is_some_and(|known| known.contains(name))
+            };
+            let mut others: Vec<String> = Vec::new();
+            for condition in self.clues.conditions.borrow().iter() {
+                let mut words = condition.split(|c: char| !c.is_alphanumeric() && c != '_');
+                if !words.any(stands_for) {
+                    continue;
+                }
+                others.extend(opposite(value));
+                others.extend(quoted(condition));
+            }
+            others.retain(|other| other != value && !other.is_empty());
+            let mut seen = BTreeSet::new();
+            others.retain(|other| seen.insert(other.clone()));
+            if !others.is_empty() {
+                choices.push((name.clone(), others));
+            }
+        }
+        choices
+    }
+}
+
+fn opposite(value: &str) -> Option<String> {
+    const PAIRS: [[&str; 2]; 3] = [["true", "false"], ["True", "False"], ["1", "0"]];
+    let other = |[p, q]: [&str; 2]| match value {
+        v if v == p => Some(q.to_owned()),
+        v if v == q => Some(p.to_owned()),
+        _ => None,
+    };
+    PAIRS.into_iter().find_map(other)
+}
+
+/// The texts in quotes, but for names of arguments.
+fn quoted(condition: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for quote in ['\'', '"'] {
+        let parts: Vec<&str> = condition.split(quote).collect();
+        // Every other part stands between two quotes; one that is not closed is none.
+        for at in (1..parts.len().saturating_sub(1)).step_by(2) {
+            if !parts[at].contains("$(") && !parts[at - 1].ends_with("arg(") {
+                found.push(parts[at].to_owned());
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,15 @@
+//! What is set beside the file.
+
+use std::collections::BTreeMap;
+
+/// What is set beside the file.
+#[derive(Clone, Default)]
+pub struct Settings<'a> {
+    /// Values of the file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
+    pub arguments: BTreeMap<String, String>,
+    /// Whether files that cannot be found are left out, with what they would define.
+    pub leave_out_missing: bool,
+    /// Of which names of parameters, properties and arguments the numbers are reported in [`Expanded::watched`](crate::Expanded::watched). A macro's
+    /// parameter is asked for with the macro's name before it: `wheel radius`.
+    pub watch: Option<&'a (dyn Fn(&str) -> bool + Sync)>,
+}
