@@ -62,12 +62,54 @@ impl Observation {
         array(py, &self.seen.wheel_angles_rad)
     }
 
+    /// What the inertial measurement unit said last; None without `[sensors.imu]`.
+    #[getter]
+    fn imu(&self) -> Option<Imu> {
+        self.seen.imu.map(Imu)
+    }
+
     fn __repr__(&self) -> String {
         let [x_m, y_m, heading_rad] = of_pose(&self.seen.pose);
         format!(
             "Observation(t_s={:.4}, pose=[{x_m:.4}, {y_m:.4}, {heading_rad:.4}])",
             self.t_s
         )
+    }
+}
+
+/// What an inertial measurement unit says, in the body frame.
+#[pyclass(frozen, module = "ilon")]
+pub struct Imu(trace::ImuSample);
+
+#[pymethods]
+impl Imu {
+    /// The rate of turn about x, y and z in rad/s.
+    #[getter]
+    fn turn_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.turn_rad_s.as_slice())
+    }
+
+    /// The specific force along x, y and z in m/s^2: acceleration less gravity, upwards at rest.
+    #[getter]
+    fn force_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.force_m_s2.as_slice())
+    }
+
+    /// Roll against gravity in rad, by the robot's filter.
+    #[getter]
+    fn roll_rad(&self) -> f64 {
+        self.0.roll_rad
+    }
+
+    /// Pitch against gravity in rad, by the robot's filter.
+    #[getter]
+    fn pitch_rad(&self) -> f64 {
+        self.0.pitch_rad
+    }
+
+    fn __repr__(&self) -> String {
+        let (roll_rad, pitch_rad) = (self.0.roll_rad, self.0.pitch_rad);
+        format!("Imu(roll_rad={roll_rad:.4}, pitch_rad={pitch_rad:.4})")
     }
 }
 

@@ -70,6 +70,18 @@ pub enum ControlError {
         /// The largest that it may be.
         most: f64,
     },
+    /// A gain that would swing up with the periods and delays of its loop.
+    #[error("{what} is {value:.4}, which is unstable {because}; below {most:.4} it is stable")]
+    Unstable {
+        /// What the gain is.
+        what: String,
+        /// What was given.
+        value: f64,
+        /// The limit that holds.
+        most: f64,
+        /// With which period, delay and damping.
+        because: String,
+    },
     /// The position gain K_r is not symmetric positive definite, which eq. (21) needs.
     #[error(
         "the position gain [[{xx}, {xy}], [{yx}, {yy}]] must be symmetric and positive definite"

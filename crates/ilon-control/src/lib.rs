@@ -12,7 +12,8 @@
 //! 1. [`Reference::at`] says where the robot should be and how fast it should move there: eqs. (13)-(17).
 //! 2. [`Guidance::update`] turns the error into wheel rates within the wheels' limit: eqs. (26)-(50).
 //! 3. A [`TorqueLaw`] turns wheel rates into torques (section III-A): [`WheelLoop`] by one PID a wheel, [`ComputedTorque`] for all
-//!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip.
+//!    wheels together, eqs. (11), (12), [`PrioritisedTorque`] by priority under torque limits and limited grip; [`PassiveTorque`] makes
+//!    the robot a spring and a damper about its reference, with an IMU's tilt by [`TiltFilter`].
 //! 4. [`Motor::range`] says between which torques the motor can give one.
 //!
 //! Underneath lie [`Kinematics`], the paper's eqs. (2)-(10) with one constant roller angle a wheel, and
@@ -73,9 +74,10 @@ mod kinematics;
 
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange};
+pub use actuation::passive::{PassiveTorque, PassiveTorqueSettings, TiltLoop};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
-pub use actuation::{FallingTorque, TorqueLaw, TorqueShares};
+pub use actuation::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
     AccelerationLimit, AccelerationLimits, LimitCause, LimitSettings, PushSharing,
 };
@@ -83,7 +85,9 @@ pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;
 pub use estimation::odometry::Odometry;
+pub use estimation::odometry_covariance::{OdometryCovariance, WayErrors};
 pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
+pub use estimation::tilt::TiltFilter;
 pub use guidance::law::{
     Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
 };

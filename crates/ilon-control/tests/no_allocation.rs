@@ -6,13 +6,14 @@ mod fixtures;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, Gain, Guidance,
-    GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve, PoseFilter,
-    PoseFilterSettings, PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference,
-    Saturation, TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
+    BodySense, ComputedTorque, ComputedTorqueSettings, ContactKinematics, DynamicModel, Gain,
+    Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve, PassiveTorque,
+    PassiveTorqueSettings, PoseFilter, PoseFilterSettings, PrioritisedTorque,
+    PrioritisedTorqueSettings, Priority, Reference, Saturation, TiltFilter, TorqueLaw, TorqueRange,
+    WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
@@ -48,6 +49,9 @@ fn a_control_step_allocates_nothing() {
         gravity_m_s2: 9.81,
     };
     let mut prioritised = PrioritisedTorque::new(&robot, &settings).unwrap();
+    let settings = PassiveTorqueSettings::for_robot(&robot, 9.81, 1e-3, 0.03, 0.0).unwrap();
+    let mut passive = PassiveTorque::new(&robot, &settings).unwrap();
+    let mut tilt = TiltFilter::new(1.0).unwrap();
     let limits = MotorLimits {
         effort_n_m: 1.0,
         velocity_rad_s: 20.0,
@@ -100,6 +104,12 @@ fn a_control_step_allocates_nothing() {
                 let ranges: [TorqueRange; 4] = std::array::from_fn(|h| motor.range(rates[h]));
                 let _ = wheel_loop.update(targets, &rates, &ranges, 1e-3);
                 let _ = computed.update(targets, &rates, &ranges, 1e-3);
+                tilt.update(&Vector3::zeros(), &Vector3::new(0.1, 0.0, 9.8), 0.03);
+                passive.sense(&BodySense {
+                    angles_rad: &angles,
+                    gravity_in_body_m_s2: Some(9.81 * tilt.down_in_body()),
+                });
+                let _ = passive.update(targets, &rates, &ranges, 1e-3);
                 let torques = prioritised.update(targets, &rates, &ranges, 1e-3);
                 for h in 0..4 {
                     rates[h] += 0.1 * motor.range(rates[h]).clamp(torques[h]);

@@ -35,6 +35,7 @@ TOP_LEVEL = [
     "nav_msgs/msg/Path",
     "rcl_interfaces/msg/Log",
     "rosgraph_msgs/msg/Clock",
+    "sensor_msgs/msg/Imu",
     "sensor_msgs/msg/JointState",
     "std_msgs/msg/Float64MultiArray",
     "std_msgs/msg/String",
@@ -55,7 +56,7 @@ NUMBERS = {
 }
 
 
-# Values are what JSON knows. ilon holds the 36 numbers of a covariance as 6 rows.
+# Values are what JSON knows. ilon holds the 36 numbers of a covariance as 6 rows, and 9 as 3.
 
 
 def fields_of(store, name):
@@ -74,8 +75,8 @@ def draw(name, dice, fill):
 
     def value(kind, of):
         if kind.name == "ARRAY":
-            assert of[1] == 36
-            return [[one(*of[0]) for _ in range(6)] for _ in range(6)]
+            side = {36: 6, 9: 3}[of[1]]
+            return [[one(*of[0]) for _ in range(side)] for _ in range(side)]
         if kind.name == "SEQUENCE":
             return [one(*of[0]) for _ in range(dice.randrange(1, 4) if fill else 0)]
         return one(kind, of)
@@ -106,7 +107,8 @@ def from_rosbags(store, name, message):
 
     def convert(kind, of, value):
         if kind.name == "ARRAY":
-            return value.reshape(6, 6).tolist()
+            side = {36: 6, 9: 3}[of[1]]
+            return value.reshape(side, side).tolist()
         if kind.name == "SEQUENCE":
             return value.tolist() if isinstance(value, numpy.ndarray) else [one(*of[0], element) for element in value]
         return one(kind, of, value)

@@ -5,7 +5,8 @@ use ilon_robot::Pose;
 use crate::header::Header;
 use crate::projection::Projection;
 use crate::record::{
-    Desired, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, WheelSample,
+    Desired, ImuSample, JointSample, MAX_JOINTS, MAX_TASKS, Record, Storage, Support, TaskShare,
+    WheelSample,
 };
 use crate::trace::{RowMut, Trace};
 
@@ -113,6 +114,22 @@ static MEASURED: [Column<Pose>; 3] = reals! { Pose;
     "measured_heading_rad" => heading_rad,
 };
 
+static IMU: [Column<ImuSample>; 8] = reals! { ImuSample;
+    "imu_turn_x_rad_s" => turn_rad_s.x,
+    "imu_turn_y_rad_s" => turn_rad_s.y,
+    "imu_turn_z_rad_s" => turn_rad_s.z,
+    "imu_force_x_m_s2" => force_m_s2.x,
+    "imu_force_y_m_s2" => force_m_s2.y,
+    "imu_force_z_m_s2" => force_m_s2.z,
+    "imu_roll_rad" => roll_rad,
+    "imu_pitch_rad" => pitch_rad,
+};
+
+static STORAGE: [Column<Storage>; 2] = reals! { Storage;
+    "storage_j" => stored_j,
+    "storage_supplied_j" => supplied_j,
+};
+
 static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_rad_s" => asked_rad_s,
     "capacity_rad_s" => capacity_rad_s,
@@ -179,6 +196,8 @@ enum Source {
     Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
     Measured(&'static Column<Pose>),
+    Imu(&'static Column<ImuSample>),
+    Storage(&'static Column<Storage>),
     Task(usize, &'static Column<TaskShare>),
     Joint(usize, &'static Column<JointSample>),
     Wheel(usize, &'static Column<WheelSample>),
@@ -207,6 +226,8 @@ impl Signal {
             Source::Support(column) => record.support.as_ref().map(column.get),
             Source::Desired(column) => record.desired.as_ref().map(column.get),
             Source::Measured(column) => record.measured.as_ref().map(column.get),
+            Source::Imu(column) => record.imu.as_ref().map(column.get),
+            Source::Storage(column) => record.storage.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
             Source::Joint(joint, column) => record.joints.get(*joint).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
@@ -252,6 +273,10 @@ impl Signal {
             }
             Source::Measured(column) => {
                 (column.set)(record.measured.get_or_insert_default(), value);
+            }
+            Source::Imu(column) => (column.set)(record.imu.get_or_insert_default(), value),
+            Source::Storage(column) => {
+                (column.set)(record.storage.get_or_insert_default(), value);
             }
             Source::Task(task, column) => {
                 if let Some(share) = record.tasks.get_mut(*task) {
@@ -304,6 +329,19 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         nullable: true,
         source: Source::Measured(column),
     });
+    let imu = IMU.iter().filter(|_| header.imu).map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Imu(column),
+    });
+    let storage = STORAGE.iter().filter(|_| header.storage);
+    let storage = storage.map(|column| Signal {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        nullable: true,
+        source: Source::Storage(column),
+    });
     let task = (0..header.task_names.len().min(MAX_TASKS)).flat_map(|index| {
         TASK.iter().map(move |column| Signal {
             name: format!("task{index}_{}", column.name),
@@ -335,6 +373,8 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         .chain(support)
         .chain(desired)
         .chain(measured)
+        .chain(imu)
+        .chain(storage)
         .chain(task)
         .chain(joint)
         .chain(wheel)

@@ -81,4 +81,13 @@ pub enum FaultKind {
         /// Coulomb's coefficient.
         friction: f64,
     },
+    /// The ground leans, or rocks.
+    Tilt {
+        /// The largest angle, in radians.
+        amplitude_rad: f64,
+        /// How often it rocks, in Hz; 0 where it leans and stays.
+        frequency_hz: f64,
+        /// Which way it goes down first, in radians from the world's x axis.
+        direction_rad: f64,
+    },
 }

@@ -62,6 +62,12 @@ pub struct Header {
     /// Whether the pose that a log gives of the real robot is recorded, in columns such as `measured_x_m`.
     #[serde(default)]
     pub measured: bool,
+    /// Whether an inertial measurement unit is recorded, in columns such as `imu_turn_z_rad_s`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub imu: bool,
+    /// Whether the storage function of a passive wheel law is recorded, in `storage_j` and `storage_supplied_j`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub storage: bool,
     /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
     /// wheels were given beside it stands in the scenario's `[robot]`.
     #[serde(default)]

@@ -132,6 +132,9 @@ pub struct Summary {
     /// something moved that should not.
     #[serde(default)]
     pub contact_residual_max_m_s: Option<f64>,
+    /// The largest rise, beyond what it was supplied with, of the storage function of a passive wheel law, in J; `None` under any other.
+    #[serde(default)]
+    pub storage_rise_j: Option<f64>,
     /// Distance of dead reckoning by eq. (7) from the truth at the end, per metre travelled.
     pub odometry_drift_m_per_m: Option<f64>,
     /// Heading error of dead reckoning by eq. (7) at the end, per metre travelled, in rad/m, signed.

@@ -5,6 +5,7 @@
 //! of the last physics step before the instant: velocities at its end, forces as means over it.
 
 use ilon_robot::{Pose, Twist};
+use nalgebra::Vector3;
 
 /// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
 /// eqs. (38)-(41).
@@ -89,6 +90,33 @@ pub struct Record {
     pub contact_residual_m_s: f64,
     /// What carried the robot, and what stood in its way; `None` where a trace does not say.
     pub support: Option<Support>,
+    /// What an inertial measurement unit said last; `None` without one.
+    pub imu: Option<ImuSample>,
+    /// What a passive wheel law stored and was supplied with; `None` under any other.
+    pub storage: Option<Storage>,
+}
+
+/// What an inertial measurement unit on the chassis says, in the body frame as the robot takes its axes to lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImuSample {
+    /// The rate of turn, in rad/s.
+    pub turn_rad_s: Vector3<f64>,
+    /// The specific force, in m/s^2: acceleration less gravity, upwards at rest.
+    pub force_m_s2: Vector3<f64>,
+    /// Roll against gravity, as the robot's filter has it, in radians.
+    pub roll_rad: f64,
+    /// Pitch against gravity, as the robot's filter has it, in radians.
+    pub pitch_rad: f64,
+}
+
+/// The storage function of a robot under a passive wheel law. Its rise is never more than what it was supplied with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Storage {
+    /// Kinetic and potential energy, the spring to the reference at the true pose, and the springs between the wheels, in J.
+    pub stored_j: f64,
+    /// Supplied since the start, in J: by pushes, payloads and ground that leans; by the law's term against gravity; by a reference that
+    /// moves; and by what the law pushes wheels with while they slide over the ground.
+    pub supplied_j: f64,
 }
 
 /// What the ground did to a robot as a whole: means since the last row, in N; zero in the first row.

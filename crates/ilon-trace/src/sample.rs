@@ -36,6 +36,8 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
         versions: BTreeMap::from([("ilon".to_owned(), "0".to_owned())]),
         roller_angles: closed_loop,
         measured: closed_loop,
+        imu: closed_loop,
+        storage: closed_loop,
         urdf: "<robot name=\"ä &amp; b\"/>".to_owned(),
         ground: closed_loop.then(|| Ground {
             friction: 0.1 + 0.2,

@@ -139,6 +139,11 @@ impl Ground {
         self.down * gravity_m_s2
     }
 
+    /// Changes the direction of gravity from now on, a unit vector.
+    pub fn lean(&mut self, down: Vector3<f64>) {
+        self.down = down;
+    }
+
     /// Changes the patches from now on, and the friction elsewhere; `None` for what it was built with.
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.set_friction = friction;

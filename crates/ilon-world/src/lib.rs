@@ -68,4 +68,4 @@ pub use robot::shared::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
-pub use world::{Body, BodyId, BodyMut, BodyState, Payload, Push, World};
+pub use world::{Body, BodyId, BodyMut, BodyState, Payload, PlaceMotion, Push, World};

@@ -23,7 +23,7 @@ use crate::ground::Ground;
 use crate::robot::articulated::{Articulated, WheelCounts};
 use crate::robot::shared::SharedRobot;
 use crate::{Floor, MotorTorque, Settings, WorldError};
-pub use body::{Body, BodyId, BodyMut, BodyState};
+pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::{Payload, Push};
 
 /// Robots on the ground; in most worlds one.

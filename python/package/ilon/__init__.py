@@ -14,6 +14,7 @@ from __future__ import annotations
 from ._ilon import (
     ArrowTable,
     Desired,
+    Imu,
     Observation,
     Outcome,
     Simulation,
@@ -48,6 +49,7 @@ __all__ = [
     "DivergedError",
     "Error",
     "Inspection",
+    "Imu",
     "Observation",
     "Outcome",
     "ReadError",

@@ -11,6 +11,7 @@ import numpy.typing as npt
 __all__ = [
     "ArrowTable",
     "Desired",
+    "Imu",
     "Observation",
     "Outcome",
     "Rows",
@@ -56,6 +57,26 @@ class Observation:
     @property
     def wheel_angles_rad(self) -> _Floats:
         """The wheels' angles since the start in rad, as the encoders counted them."""
+    @property
+    def imu(self) -> Imu | None:
+        """What the inertial measurement unit said last; None without ``[sensors.imu]``."""
+
+@final
+class Imu:
+    """What an inertial measurement unit says, in the body frame."""
+
+    @property
+    def turn_rad_s(self) -> _Floats:
+        """The rate of turn about x, y and z in rad/s."""
+    @property
+    def force_m_s2(self) -> _Floats:
+        """The specific force along x, y and z in m/s^2: acceleration less gravity, upwards at rest."""
+    @property
+    def roll_rad(self) -> float:
+        """Roll against gravity in rad, by the robot's filter."""
+    @property
+    def pitch_rad(self) -> float:
+        """Pitch against gravity in rad, by the robot's filter."""
 
 @final
 class Truth:

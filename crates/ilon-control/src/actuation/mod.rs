@@ -3,8 +3,9 @@
 pub(crate) mod computed_torque;
 mod derivative;
 pub(crate) mod motor;
+pub(crate) mod passive;
 pub(crate) mod pid;
 pub(crate) mod prioritised_torque;
 mod torque_law;
 
-pub use torque_law::{FallingTorque, TorqueLaw, TorqueShares};
+pub use torque_law::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use nalgebra::Vector3;
+
 use super::motor::TorqueRange;
 
 /// A law that turns wheel rates into wheel torques, step by step: one PID a wheel, computed torque, torque by priority, or one
@@ -17,6 +19,14 @@ pub trait TorqueLaw: Debug + Send + Sync {
         dt_s: f64,
     ) -> &[f64];
 
+    /// What the robot knows beside its wheels' rates, for the next update. A law that goes by rates alone leaves it unread.
+    fn sense(&mut self, _known: &BodySense<'_>) {}
+
+    /// What a passive law did in its last update; `None` of any other.
+    fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
+        None
+    }
+
     /// What a law that acts between its updates asks for, one a wheel; empty of a law whose torques are held.
     fn falling(&self) -> &[FallingTorque] {
         &[]
@@ -29,6 +39,31 @@ pub trait TorqueLaw: Debug + Send + Sync {
 
     /// A copy in the same state.
     fn boxed(&self) -> Box<dyn TorqueLaw>;
+}
+
+/// What a robot knows beside its wheels' rates.
+#[derive(Clone, Copy, Debug)]
+pub struct BodySense<'a> {
+    /// The wheels' angles in radians, unwrapped, one a wheel; from where they count does not matter.
+    pub angles_rad: &'a [f64],
+    /// The acceleration of gravity in the body frame, in m/s^2, as an IMU's tilt gives it; `None` without an IMU.
+    pub gravity_in_body_m_s2: Option<Vector3<f64>>,
+}
+
+/// What a passive law did in its last update. Wrenches are the force, in N, and the moment, in N m, on the body about the law's reference
+/// point, in the body frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PassiveEffort<'a> {
+    /// What the targets pull with: damping times the target twist, which is the spring K e where the guidance gives K e / D.
+    pub pull: Vector3<f64>,
+    /// The whole wrench, within what the motors can give.
+    pub wrench: Vector3<f64>,
+    /// The part of it that holds gravity off.
+    pub against_gravity: Vector3<f64>,
+    /// The torques between the wheels, in N m, one a wheel: they are a part of the law's.
+    pub between_n_m: &'a [f64],
+    /// Energy stored in the springs between the wheels, in J.
+    pub stored_j: f64,
 }
 
 /// A torque that falls as its wheel gains rate, before the motor's limits, which hold it at every moment.

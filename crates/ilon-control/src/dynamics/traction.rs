@@ -153,17 +153,83 @@ impl TractionSet {
                 low = middle;
             }
         }
+        self.fill(force, at(t), out);
+        t
+    }
+
+    /// The largest part in [0, 1] of a task's force that can be given beside what is given already, within the ranges: what each half-space
+    /// leaves of the task, as eq. (30) has it for one bound. Where what is given lies outside, nothing that leads further out.
+    pub fn share(
+        &self,
+        given: &Vector3<f64>,
+        task: &Vector3<f64>,
+        ranges: impl Iterator<Item = PushRange> + Clone,
+    ) -> f64 {
+        let (given, task) = (self.scaled(given), self.scaled(task));
+        let mut share = 1.0_f64;
+        for (y, products) in &self.normals {
+            let (mut up, mut down) = (0.0, 0.0);
+            for (product, range) in products.iter().zip(ranges.clone()) {
+                let (a, b) = (product * range.min_n, product * range.max_n);
+                up += a.max(b);
+                down += a.min(b);
+            }
+            let (along, step) = (y.dot(&given), y.dot(&task));
+            let room = if step > 0.0 { up - along } else { along - down };
+            if step.abs() > room {
+                share = share.min(room.max(0.0) / step.abs());
+            }
+        }
+        share
+    }
+
+    /// The pushes that give a force with the least largest push over load, whatever the motors can give: fills `out` in N and returns that
+    /// ratio. On the boundary of what pushes up to t times the loads reach, t is the largest y . F / (sum over h of N_h |a_h . y|). `None`
+    /// where the wheels that bear a load cannot give the force.
+    pub fn share_by_load(
+        &self,
+        force: &Vector3<f64>,
+        loads_n: &[f64],
+        out: &mut [f64],
+    ) -> Option<f64> {
+        let scaled = self.scaled(force);
+        let mut least = 0.0_f64;
+        for (y, products) in &self.normals {
+            let reach: f64 = products.iter().zip(loads_n).map(|(p, n)| p.abs() * n).sum();
+            let along = y.dot(&scaled).abs();
+            if along > 1e-12 * scaled.norm() {
+                least = least.max(along / reach);
+            }
+        }
+        if !least.is_finite() {
+            return None;
+        }
+        let ranges = loads_n.iter().map(|load_n| PushRange {
+            min_n: -least * load_n,
+            max_n: least * load_n,
+        });
+        self.fill(force, ranges, out);
+        Some(least)
+    }
+
+    /// The pushes that give a force on the boundary of what the ranges reach.
+    fn fill(
+        &self,
+        force: &Vector3<f64>,
+        ranges: impl Iterator<Item = PushRange> + Clone,
+        out: &mut [f64],
+    ) {
         let scaled = self.scaled(force);
         let tightest = self
             .normals
             .iter()
-            .map(|normal| (Self::excess(&scaled, normal, at(t)), normal))
+            .map(|normal| (Self::excess(&scaled, normal, ranges.clone()), normal))
             .max_by(|a, b| a.0.0.total_cmp(&b.0.0));
         let Some(((_, sign), (y, products))) = tightest else {
-            return t;
+            return;
         };
         let mut rest = scaled;
-        for (h, range) in at(t).enumerate() {
+        for (h, range) in ranges.clone().enumerate() {
             let product = sign * products[h];
             out[h] = if product.abs() <= IN_PLANE {
                 0.0
@@ -174,8 +240,7 @@ impl TractionSet {
             };
             rest -= self.pushes[h] * out[h];
         }
-        self.fill_plane(y, products, rest, at(t), out);
-        t
+        self.fill_plane(y, products, rest, ranges, out);
     }
 
     /// Shares what is left of the force among the wheels in the plane of a facet, so that none goes further from the

@@ -4,4 +4,5 @@ mod another_point;
 #[path = "../../src/fixtures.rs"]
 mod fixtures;
 mod paper;
+mod passive_by_hand;
 mod peers_kinematics;

@@ -1,9 +1,32 @@
 //! What sensors say.
 
 use crate::declare::messages;
+use crate::geometry_msgs::{Quaternion, Vector3};
 use crate::std_msgs::Header;
 
+/// How three components vary, row by row. A first element of -1 says that the quantity is not measured, all zeros that it is not known how it
+/// varies.
+pub type Covariance3 = [[f64; 3]; 3];
+
 messages! { sensor_msgs;
+    /// What an inertial measurement unit says.
+    Imu "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b" {
+        /// When, and in which frame.
+        header: Header,
+        /// How it is turned against the level.
+        orientation: Quaternion,
+        /// How that varies, rad².
+        orientation_covariance: Covariance3,
+        /// The rate of turn, rad/s.
+        angular_velocity: Vector3,
+        /// How that varies, rad²/s².
+        angular_velocity_covariance: Covariance3,
+        /// The specific force, upwards at rest, m/s².
+        linear_acceleration: Vector3,
+        /// How that varies, m²/s⁴.
+        linear_acceleration_covariance: Covariance3,
+    }
+
     /// The joints of a robot. Each list has one value for each name, or is empty.
     JointState "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e" {
         /// When.

@@ -13,6 +13,7 @@
 //! | `/ground_truth/odom` | `nav_msgs/Odometry` | where the robot is and how it moves |
 //! | `/pose` | `geometry_msgs/PoseStamped` | the pose that the robot's sensors show it |
 //! | `/reference` | `geometry_msgs/PoseStamped` | the pose wanted of the point that follows the reference, where there is one |
+//! | `/imu` | `sensor_msgs/Imu` | rates, specific force and, by the robot's filter, roll and pitch, where there is an IMU |
 //! | `/wheels/NAME/slip` | `geometry_msgs/Vector3Stamped` | sliding velocity at the wheel's contact, along the body's axes, m/s |
 //! | `/wheels/NAME/force` | `geometry_msgs/WrenchStamped` | force of the ground on the wheel, along the body's axes, N |
 //! | `/contacts` | `visualization_msgs/MarkerArray` | contact forces, friction cones and sliding, at [`MARKER_RATE_HZ`] |

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_trace::{Header as RunHeader, Record, WheelSample};
-use nalgebra::Isometry3;
+use ilon_trace::{Header as RunHeader, ImuSample, Record, WheelSample};
+use nalgebra::{Isometry3, UnitQuaternion};
 
 use super::contacts::{Contacts, MARKER_RATE_HZ};
 use super::convert::{isometry, pose, stamp, time_ns, transform, twist};
@@ -21,7 +21,7 @@ use crate::geometry_msgs::{
 };
 use crate::nav_msgs::Odometry;
 use crate::rosgraph_msgs::Clock;
-use crate::sensor_msgs::JointState;
+use crate::sensor_msgs::{Imu, JointState};
 use crate::std_msgs::{Header, String as Text};
 use crate::tf2_msgs::TFMessage;
 use crate::visualization_msgs::MarkerArray;
@@ -54,6 +54,7 @@ pub struct RunTopics {
     contacts: Contacts,
     window: Window,
     has_reference: bool,
+    has_imu: bool,
     /// When contacts and diagnostics are due, in seconds.
     contacts_due_s: f64,
     diagnostics_due_s: f64,
@@ -109,6 +110,7 @@ impl RunTopics {
             window: Window::of(run),
             wheels: wheel_topics(&names),
             has_reference: !run.open_loop,
+            has_imu: run.imu,
             contacts_due_s: 0.0,
             diagnostics_due_s: DIAGNOSTICS_EVERY_S,
             rollers: run.roller_angles,
@@ -169,6 +171,9 @@ impl RunTopics {
         outlet.declare::<PoseStamped>("/pose", Qos::reliable(10))?;
         if self.has_reference {
             outlet.declare::<PoseStamped>("/reference", Qos::reliable(10))?;
+        }
+        if self.has_imu {
+            outlet.declare::<Imu>("/imu", Qos::best_effort(10))?;
         }
         for wheel in &self.wheels {
             outlet.declare::<Vector3Stamped>(&wheel.slip, Qos::reliable(10))?;
@@ -253,6 +258,9 @@ impl RunTopics {
         outlet.send("/pose", &at(record.seen_pose), time_ns)?;
         if let Some(desired) = record.desired.filter(|_| self.has_reference) {
             outlet.send("/reference", &at(desired.pose), time_ns)?;
+        }
+        if let Some(sample) = record.imu.filter(|_| self.has_imu) {
+            outlet.send("/imu", &imu(header(now, &base), &sample), time_ns)?;
         }
         for (topics, sample) in self.wheels.iter().zip(wheels) {
             let along = |x: f64, y: f64, z: f64| Vector3 { x, y, z };
@@ -396,6 +404,24 @@ fn odometry(
     odometry.twist.twist = twist(moving);
     odometry.twist.covariance = covariance;
     odometry
+}
+
+/// What an inertial measurement unit says, with roll and pitch by the robot's filter; the heading is not measured, and how the numbers vary
+/// is not said.
+fn imu(header: Header, sample: &ImuSample) -> Imu {
+    let vector = |v: &nalgebra::Vector3<f64>| Vector3 {
+        x: v.x,
+        y: v.y,
+        z: v.z,
+    };
+    let level = UnitQuaternion::from_euler_angles(sample.roll_rad, sample.pitch_rad, 0.0);
+    Imu {
+        header,
+        orientation: pose(&Isometry3::from_parts(Default::default(), level)).orientation,
+        angular_velocity: vector(&sample.turn_rad_s),
+        linear_acceleration: vector(&sample.force_m_s2),
+        ..Imu::default()
+    }
 }
 
 /// The topics of wheels: their names, with what ROS 2 takes in place of all else, and no two alike.

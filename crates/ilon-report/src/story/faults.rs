@@ -260,6 +260,20 @@ fn in_words(together: &[&FaultKind], fault: &Fault, header: &Header) -> String {
             true => format!("the floor was slippery (friction {friction})"),
             false => format!("the floor's friction was {friction}"),
         },
+        FaultKind::Tilt {
+            amplitude_rad,
+            frequency_hz,
+            ..
+        } => {
+            let by_deg = short(amplitude_rad.to_degrees().abs(), 3);
+            match *frequency_hz > 0.0 {
+                true => format!(
+                    "the ground rocked by {by_deg} deg at {} Hz",
+                    short(*frequency_hz, 3)
+                ),
+                false => format!("the ground leaned by {by_deg} deg"),
+            }
+        }
     }
 }
 

@@ -171,6 +171,33 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         until_s: Option<f64>,
     },
+    /// The ground leans, and may go on rocking: a ship's deck, a lift gate, a moving platform. Gravity leans in the frame of the floor, about the
+    /// world's origin; what a frame that turns would add is left out: at a distance r from the origin amplitude (2 pi f)^2 r in m/s^2, 0.07 of
+    /// gravity at 1 m for 4 deg and 0.5 Hz. Several add up, and come on top of `world.floor.slope_deg`.
+    Tilt {
+        /// The largest angle, in degrees.
+        #[schemars(range(min = -60.0, max = 60.0))]
+        amplitude_deg: f64,
+        /// How often it rocks, in Hz, from level on; 0 leans to the amplitude and stays.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        frequency_hz: f64,
+        /// Which way it goes down first, in degrees from the world's x axis.
+        #[serde(default)]
+        direction_deg: f64,
+        /// How long it takes to build up, and to die away before it ends, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        ramp_s: f64,
+        /// When it begins, in seconds.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        from_s: f64,
+        /// When it ends, in seconds; without it, never.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(range(min = 0.0))]
+        until_s: Option<f64>,
+    },
     /// The floor turns slippery, or less so: another friction everywhere but on its patches.
     FrictionChanged {
         /// Coulomb's coefficient of friction.
@@ -241,6 +268,9 @@ impl Fault {
             }
             | Self::FrictionChanged {
                 from_s, until_s, ..
+            }
+            | Self::Tilt {
+                from_s, until_s, ..
             } => (from_s, until_s),
             Self::Push {
                 from_s, lasts_s, ..
@@ -260,7 +290,8 @@ impl Fault {
             | Self::BatterySag { .. }
             | Self::Push { .. }
             | Self::Payload { .. }
-            | Self::FrictionChanged { .. } => None,
+            | Self::FrictionChanged { .. }
+            | Self::Tilt { .. } => None,
         }
     }
 }

@@ -38,9 +38,9 @@ pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use rollers::{RollerSurface, Tread};
 pub(crate) use run::TIME_SLACK_S;
 pub use run::{Auto, Run, Step};
-pub use sensors::{Encoders, Fusion, PoseSensor, Sensors};
+pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use setting::{SETTING, Setting};
-pub use wheels::{DcMotor, LoopTiming, Motors, WheelLaw, WheelLoop};
+pub use wheels::{DcMotor, LoopTiming, Motors, Passive, WheelLaw, WheelLoop};
 pub use world::{Contacts, Floor, FloorBox, FloorPatch, Rough, Solver, World};
 
 use std::path::PathBuf;

@@ -14,6 +14,9 @@ pub struct Sensors {
     pub pose: PoseSensor,
     /// Where the wheel rates come from.
     pub encoders: Encoders,
+    /// An inertial measurement unit; without it the robot does not know how it leans.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<Imu>,
     /// Joins poses and wheel odometry in an extended Kalman filter, each pose at the time at which it was taken. Without
     /// it the robot takes the newest pose that has arrived for its own.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -32,6 +35,9 @@ pub struct Fusion {
     /// Standard deviation of the heading by odometry after the wheels have rolled 1 m, in degrees.
     #[schemars(range(min = 0.0))]
     pub heading_drift_deg: f64,
+    /// Takes the turn from the gyroscope of `[sensors.imu]` in place of the wheels.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub gyroscope: bool,
 }
 
 impl Default for Fusion {
@@ -39,6 +45,7 @@ impl Default for Fusion {
         Self {
             position_drift_m: 0.01,
             heading_drift_deg: 1.0,
+            gyroscope: false,
         }
     }
 }
@@ -71,4 +78,69 @@ pub struct Encoders {
     /// Standard deviation of the noise on a wheel's rate, in rad/s.
     #[schemars(range(min = 0.0))]
     pub rate_noise_rad_s: f64,
+}
+
+/// An inertial measurement unit on the chassis: rates of turn, accelerations, and by a complementary filter which way is down. Ideal unless
+/// said otherwise. What it says is the mean over the time since it said the last.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "ImuSection")]
+pub struct Imu {
+    /// How often it says something, in Hz; without it, once a control period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rate_hz: Option<f64>,
+    /// How old what it says is when it is seen, in seconds.
+    #[schemars(range(min = 0.0))]
+    pub latency_s: f64,
+    /// Where it sits along the body's x axis, in metres.
+    pub x_m: f64,
+    /// Where it sits along the body's y axis, in metres.
+    pub y_m: f64,
+    /// Where it sits along the body's z axis, in metres.
+    pub z_m: f64,
+    /// By how much it is mounted rolled, which the robot does not know, in degrees.
+    pub roll_deg: f64,
+    /// By how much it is mounted pitched, which the robot does not know, in degrees.
+    pub pitch_deg: f64,
+    /// Time constant of the filter that makes a tilt of rates and accelerations, in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub filter_s: f64,
+    /// What the accelerometer measures wrong, in m/s^2.
+    pub accelerometer: ImuNoise,
+    /// What the gyroscope measures wrong, in rad/s.
+    pub gyroscope: ImuNoise,
+}
+
+impl Default for Imu {
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            latency_s: 0.0,
+            x_m: 0.0,
+            y_m: 0.0,
+            z_m: 0.0,
+            roll_deg: 0.0,
+            pitch_deg: 0.0,
+            filter_s: 1.0,
+            accelerometer: ImuNoise::default(),
+            gyroscope: ImuNoise::default(),
+        }
+    }
+}
+
+/// What an inertial sensor measures wrong, on each of its axes: standard deviations in the sensor's own unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "ImuNoiseSection")]
+pub struct ImuNoise {
+    /// Of the noise of a sample.
+    #[schemars(range(min = 0.0))]
+    pub noise: f64,
+    /// Of the bias at the start, drawn by the seed.
+    #[schemars(range(min = 0.0))]
+    pub bias: f64,
+    /// By how much the bias has walked after a second; it grows with the root of the time.
+    #[schemars(range(min = 0.0))]
+    pub bias_walk: f64,
 }

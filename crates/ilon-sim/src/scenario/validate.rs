@@ -3,7 +3,7 @@
 use ilon_trace::file::MOST_ROWS;
 
 use super::objection::Objection;
-use super::{Contacts, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step};
+use super::{Contacts, Fault, Motion, Robot, RollerBodies, Rollers, Scenario, Step, WheelLaw};
 use crate::Error;
 
 /// The most physics steps of a run: weeks of computing.
@@ -46,13 +46,29 @@ impl Scenario {
                 "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
             ));
         }
+        let law = self.wheel_loop.law;
+        if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
+            return Err(Objection::to(
+                "wheel_loop.passive",
+                "`[wheel_loop.passive]` is of no use to `wheel_loop.law`, which has no springs",
+                "write law = \"passive\", or leave the section out",
+            ));
+        }
         if self.wheel_loop.friction.is_some()
-            && self.wheel_loop.law != super::WheelLaw::PrioritisedTorque
+            && !matches!(law, WheelLaw::PrioritisedTorque | WheelLaw::Passive)
         {
             return Err(Objection::to(
                 "wheel_loop.friction",
                 "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
-                "write law = \"prioritised_torque\", or leave the friction out",
+                "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
+            ));
+        }
+        let fusion = self.sensors.fusion.as_ref();
+        if self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope) {
+            return Err(Objection::to(
+                "sensors.fusion.gyroscope",
+                "`sensors.fusion.gyroscope` needs a gyroscope, and there is no `[sensors.imu]`",
+                "write [sensors.imu], or leave it out: the wheels then say how the robot turns",
             ));
         }
         self.object_to_times()?;
@@ -71,6 +87,14 @@ impl Scenario {
                 "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
                  is a body of its own there",
                 "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+            ));
+        }
+        let leans = |fault: &Fault| matches!(fault, Fault::Tilt { .. });
+        if let Some(index) = self.faults.iter().position(leans) {
+            return Err(Objection::to(
+                format!("faults.{index}"),
+                "ground that leans does not go with `world.solver.contacts` = \"rapier\", where gravity stays as it was built",
+                "leave it out, or let ilon solve the contacts",
             ));
         }
         let (floor, rollers) = (&self.world.floor, &self.rollers);

@@ -17,7 +17,7 @@ pub struct WheelLoop {
     /// light, may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub bandwidth_rad_s: f64,
-    /// Friction coefficient that the prioritised torque counts on; left out, grip holds no task back, and the loads alone
+    /// Friction coefficient that the prioritised and the passive torque count on; left out, grip holds no task back, and the loads alone
     /// say how the wheels share a push.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -42,6 +42,45 @@ pub struct WheelLoop {
     /// Dry friction of the wheel's bearing that is made up for, in N m.
     #[schemars(range(min = 0.0))]
     pub feedforward_friction_n_m: f64,
+    /// What the passive law makes of the robot: springs and dampers. What is left out follows from mass and control period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub passive: Option<Passive>,
+}
+
+/// Springs and dampers of the passive law. The spring on the pose stands in place of the guidance's gains, which become stiffness over damping.
+/// A stiffness without its damping, and a damping without its stiffness, is completed to a damping ratio of 0.7.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "PassiveSection")]
+pub struct Passive {
+    /// Force per position error of the reference point, in N/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stiffness_n_m: Option<f64>,
+    /// Force per velocity error, in N s/m; left out with the stiffness, the robot stops within ten control periods.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub damping_n_s_m: Option<f64>,
+    /// Moment per heading error, in N m/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub heading_stiffness_n_m_rad: Option<f64>,
+    /// Moment per error of the yaw rate, in N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub heading_damping_n_m_s_rad: Option<f64>,
+    /// Torque per angle by which wheels have slid against each other, in N m/rad: what keeps one on ice from spinning. Three wheels know of none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub wheel_stiffness_n_m_rad: Option<f64>,
+    /// Torque per rate at which wheels slide against each other, in N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub wheel_damping_n_m_s_rad: Option<f64>,
+    /// Torque at which the springs between the wheels give way, in N m; left out, that of a friction of 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub wheel_limit_n_m: Option<f64>,
 }
 
 /// How a wheel loop's torque goes with the physics steps.
@@ -68,6 +107,9 @@ pub enum WheelLaw {
     /// Computed torque that lets the task of lower priority (`guidance.priority`) give way where motors or grip cannot give
     /// both, and shares what the wheels push so that the worst use of grip is least.
     PrioritisedTorque,
+    /// A spring and a damper to the reference, and springs between the wheels: gives way to a push by force over stiffness, needs no contact sensor,
+    /// no friction coefficient and no integrator, and with `[sensors.imu]` holds a slope that it was not told of.
+    Passive,
 }
 
 impl Default for WheelLoop {
@@ -83,6 +125,7 @@ impl Default for WheelLoop {
             derivative_filter_s: 0.0,
             feedforward_damping_n_m_s: 0.0,
             feedforward_friction_n_m: 0.0,
+            passive: None,
         }
     }
 }

@@ -6,7 +6,7 @@ use ilon_control::DynamicModel;
 use ilon_robot::{Robot, Scale, Wheel};
 
 use crate::Error;
-use crate::scenario::{Contacts, LoopTiming, Rollers, Scenario, WheelLaw};
+use crate::scenario::{Contacts, LoopTiming, Passive, Rollers, Scenario, WheelLaw};
 
 // Times are in the robot's own unit, sqrt(rho / g), of which a wheel of 50 mm has 14 a second: robots of one shape and any size get steps
 // of one sort, and slip alike.
@@ -253,6 +253,7 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
             let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
             (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP * scale.time_s())
         }
+        (WheelLaw::Passive, _) => return damper_need(scenario, model),
         _ => 0.12 / wheel_loop.bandwidth_rad_s,
     };
     Need {
@@ -262,6 +263,32 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
             wheel_loop.bandwidth_rad_s
         ),
         help: "take a smaller bandwidth",
+    }
+}
+
+/// What the dampers of a passive law allow: wheels in the air, which feel only their own inertia, come to rest in several steps.
+fn damper_need(scenario: &Scenario, model: &DynamicModel) -> Need {
+    let section = scenario.wheel_loop.passive.as_ref();
+    let most = |of: fn(&Passive) -> Option<f64>| section.and_then(of).unwrap_or(0.0);
+    let lever_m = model
+        .kinematics()
+        .lever_m()
+        .iter()
+        .map(|m| m.abs())
+        .fold(0.0, f64::max);
+    let far = |wheel: &ilon_robot::Wheel| wheel.position_m().xy().norm();
+    let wheels = model.kinematics().wheels().iter();
+    let least_m = wheels.map(far).fold(f64::INFINITY, f64::min);
+    // No wheel feels more than the whole damping at its lever.
+    let heading_n_s_m = most(|p| p.heading_damping_n_m_s_rad) / (least_m * least_m);
+    let along_n_s_m = most(|p| p.damping_n_s_m).max(heading_n_s_m);
+    let felt_n_m_s = (lever_m * lever_m * along_n_s_m).max(most(|p| p.wheel_damping_n_m_s_rad));
+    Need {
+        longest_s: 0.5 * model.air_inertia_kg_m2() / felt_n_m_s,
+        because: format!(
+            "`[wheel_loop.passive]` damps wheels in the air by {felt_n_m_s} N m s/rad"
+        ),
+        help: "take less damping",
     }
 }
 

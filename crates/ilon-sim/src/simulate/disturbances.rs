@@ -5,6 +5,7 @@ use ilon_world::{Patch, Payload, Push, World};
 use nalgebra::{Rotation3, Vector3};
 
 use super::floor::patches;
+use super::tilt::Tilts;
 use super::timed_patch::TimedPatch;
 use crate::Error;
 use crate::scenario::{Fault, Frame, Scenario, within};
@@ -19,6 +20,9 @@ pub(super) struct Disturbances {
     seizures: Vec<Seizure>,
     patches: Vec<TimedPatch>,
     frictions: Vec<Fault>,
+    tilts: Tilts,
+    /// Gravity as it is without tilts, once it has been looked at.
+    gravity_m_s2: Option<Vector3<f64>>,
     /// What holds now of payloads and friction, so that the world is told of changes alone.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
@@ -63,6 +67,8 @@ impl Disturbances {
             put_on: None,
             seizures: Vec::new(),
             frictions: Vec::new(),
+            tilts: Tilts::new(&scenario.faults),
+            gravity_m_s2: None,
             carried: Vec::new(),
             slippery: (None, TimedPatch::those_at(&patches, 0.0)),
             patches,
@@ -141,6 +147,14 @@ impl Disturbances {
         self.load(t_s, world);
         self.seize(t_s, world);
         self.wet(t_s, world);
+        if self.tilts.is_any() {
+            let gravity = self
+                .gravity_m_s2
+                .get_or_insert_with(|| world.gravity_in_floor());
+            // As in the middle of the step, so that a step is of second order.
+            let turned = self.tilts.turned(t_s + 0.5 * dt_s);
+            world.lean(&(turned.inverse() * *gravity));
+        }
         for push in &self.pushes {
             if let Some(push) = push.during(t_s, dt_s, world) {
                 world.robot_mut().push(&push);

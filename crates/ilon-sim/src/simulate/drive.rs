@@ -1,15 +1,16 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    ComputedTorque, ComputedTorqueSettings, DcMotor, Motor, MotorBounds, MotorCurve,
-    PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares,
+    BodySense, ComputedTorque, ComputedTorqueSettings, DcMotor, Motor, MotorBounds, MotorCurve,
+    PassiveEffort, PassiveTorque, PassiveTorqueSettings, PrioritisedTorque,
+    PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares,
 };
 use ilon_robot::Robot;
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
 use super::resolve::Resolved;
-use super::wheel_loop::{dynamic_model, pid};
+use super::wheel_loop::{dynamic_model, passive_settings, pid};
 use crate::Error;
 use crate::scenario::{self, WheelLaw};
 
@@ -52,6 +53,17 @@ impl Drive {
                 };
                 Box::new(PrioritisedTorque::new(robot, &settings)?)
             }
+            WheelLaw::Passive => {
+                let settings = passive_settings(scenario, robot, physics_dt_s)?;
+                let reference_point_m = resolved.reference_point_m();
+                Box::new(PassiveTorque::new(
+                    robot,
+                    &PassiveTorqueSettings {
+                        reference_point_m,
+                        ..settings
+                    },
+                )?)
+            }
         };
         let curve = match scenario.motors.dc {
             Some(dc) => MotorCurve::dc(DcMotor {
@@ -76,6 +88,11 @@ impl Drive {
         })
     }
 
+    /// What a passive law did last; `None` of any other.
+    pub fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
+        self.law.passive_effort()
+    }
+
     /// How much of each task the last torques gave; `None` of a law that weighs none.
     pub fn shares(&self) -> Option<TorqueShares> {
         self.law.shares()
@@ -86,7 +103,7 @@ impl Drive {
     pub fn torques(
         &mut self,
         command: WheelCommand<'_>,
-        rates: WheelRates<'_>,
+        (rates, known): (WheelRates<'_>, &BodySense<'_>),
         supply_share: f64,
         dt_s: f64,
     ) -> &[MotorTorque] {
@@ -117,6 +134,7 @@ impl Drive {
             *target = asked.clamp(-limit_rad_s, limit_rad_s);
         }
         let (targets, limits) = (&self.targets_rad_s, &self.limits);
+        self.law.sense(known);
         let torques_n_m = self.law.update(targets, rates.seen_rad_s, limits, dt_s);
         for (torque, torque_n_m) in self.torques.iter_mut().zip(torques_n_m) {
             torque.torque_n_m = *torque_n_m;

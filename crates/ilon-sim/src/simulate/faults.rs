@@ -3,6 +3,7 @@
 use ilon_robot::{Pose, Robot, wrap_angle};
 use ilon_trace::FaultKind;
 
+use super::tilt::Tilts;
 use crate::Error;
 use crate::scenario::{Fault, Frame, nearest};
 
@@ -91,6 +92,16 @@ pub(super) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
             Fault::FrictionChanged { friction, .. } => FaultKind::FrictionChanged {
                 friction: *friction,
             },
+            Fault::Tilt {
+                amplitude_deg,
+                frequency_hz,
+                direction_deg,
+                ..
+            } => FaultKind::Tilt {
+                amplitude_rad: amplitude_deg.to_radians(),
+                frequency_hz: *frequency_hz,
+                direction_rad: direction_deg.to_radians(),
+            },
         })
     };
     faults
@@ -121,6 +132,7 @@ pub(super) struct Faults {
     faults: Vec<Fault>,
     /// For each fault the index of its wheel; 0 where it is about none.
     wheels: Vec<usize>,
+    tilts: Tilts,
 }
 
 impl Faults {
@@ -134,7 +146,13 @@ impl Faults {
         Ok(Self {
             wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,
             faults: faults.to_vec(),
+            tilts: Tilts::new(faults),
         })
+    }
+
+    /// How the ground leans.
+    pub fn tilts(&self) -> &Tilts {
+        &self.tilts
     }
 
     /// Whether the pose sensor sees nothing.
@@ -216,6 +234,7 @@ mod tests {
         let section: Section = toml::from_str(toml).expect("faults");
         Faults {
             wheels: vec![1; section.faults.len()],
+            tilts: Tilts::new(&section.faults),
             faults: section.faults,
         }
     }

@@ -53,16 +53,17 @@ impl Fusion {
         })
     }
 
-    /// Counts what the wheels have turned since the last time.
-    pub fn reckon(&mut self, t_s: f64, angles_rad: &[f64]) {
+    /// Counts what the wheels have turned since the last time; where a gyroscope says by how much the robot has turned, by that.
+    pub fn reckon(&mut self, t_s: f64, angles_rad: &[f64], turned_rad: Option<f64>) {
         let turned = self.turned_rad.iter_mut().zip(&mut self.counted_rad);
         for ((turned, counted), angle) in turned.zip(angles_rad) {
             *turned = angle - *counted;
             *counted = *angle;
         }
         // Eq. (7) is linear: angles turned give the displacement.
-        self.filter
-            .predict(t_s, self.kinematics.twist(&self.turned_rad));
+        let mut displacement = self.kinematics.twist(&self.turned_rad);
+        displacement.omega_rad_s = turned_rad.unwrap_or(displacement.omega_rad_s);
+        self.filter.predict(t_s, displacement);
     }
 
     /// Puts in a pose that was taken now or earlier.

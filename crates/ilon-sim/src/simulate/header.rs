@@ -60,6 +60,8 @@ pub(super) fn header(
         open_loop: resolved.is_open_loop(),
         roller_angles: scenario.run.roller_angles_hz.is_some(),
         measured: pilot.is_measured(),
+        imu: scenario.sensors.imu.is_some(),
+        storage: scenario.wheel_loop.law == scenario::WheelLaw::Passive,
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
         ground: Some(floor::ground(scenario, robot)?),

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use ilon_control::{Kinematics, TorqueShares};
+use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
-use ilon_trace::Truth;
+use ilon_trace::{Storage, Truth};
 use ilon_world::{Floor, MotorTorque, Payload, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
@@ -16,6 +16,7 @@ use super::faults::{Faults, LostMotor};
 use super::floor;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
+use super::storage::StorageAccount;
 use crate::{Error, scenario};
 
 /// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
@@ -66,6 +67,8 @@ pub struct Plant {
     faults: Faults,
     disturbances: Disturbances,
     motors: Vec<MotorTorque>,
+    /// Of a passive wheel law.
+    storage: Option<StorageAccount>,
     /// The physics step at which the sensors looked last, counted from 1; 0 where they have not yet.
     sensed: u64,
     outcome: Outcome,
@@ -81,6 +84,11 @@ struct Plan {
 }
 
 impl Plan {
+    /// What the scenario's reference wants at a time in seconds.
+    fn desired(&self, t_s: f64) -> Option<Desired> {
+        Some(self.resolved.reference()?.at(t_s))
+    }
+
     /// Whether plants of both are alike in all but where they are: the same scenario, and the same robot.
     fn is_that_of(&self, other: &Arc<Self>) -> Result<bool, Error> {
         if std::ptr::eq(self, Arc::as_ptr(other)) {
@@ -93,6 +101,15 @@ impl Plan {
             && self.floor == other.floor
             && ours.to_toml()? == theirs.to_toml()?)
     }
+}
+
+/// The account of what a passive wheel law stores, where a scenario has one.
+fn storage_account(resolved: &Resolved, wheels: usize) -> Option<StorageAccount> {
+    let passive = resolved.scenario().wheel_loop.passive.as_ref()?;
+    let along = passive.stiffness_n_m?;
+    let stiffness = Vector3::new(along, along, passive.heading_stiffness_n_m_rad?);
+    let point_m = resolved.reference_point_m();
+    Some(StorageAccount::new(stiffness, point_m, wheels))
 }
 
 /// A plant as it was at one moment.
@@ -144,7 +161,8 @@ impl Plant {
         Ok(Self {
             clock: Clock::new(&scenario.run, physics_dt_s),
             world,
-            sensors: Sensors::new(&section, start, kinematics, &scenario.run)?,
+            sensors: Sensors::new(&section, start, kinematics, scenario)?,
+            storage: storage_account(resolved, wheel_count),
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
             disturbances: Disturbances::new(scenario, robot)?,
@@ -316,9 +334,13 @@ impl Plant {
             real_rad_s: self.world.robot().wheel_rates_rad_s(),
             seen_rad_s: &self.sensors.seen().wheel_rates_rad_s,
         };
+        let known = BodySense {
+            angles_rad: &self.sensors.seen().wheel_angles_rad,
+            gravity_in_body_m_s2: self.sensors.gravity_in_body_m_s2(),
+        };
         let torques = self.drive.torques(
             command,
-            rates,
+            (rates, &known),
             self.faults.supply_share(t_s),
             self.clock.physics_dt_s(),
         );
@@ -340,8 +362,22 @@ impl Plant {
         let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
         self.disturbances.act(t_s, dt_s, &mut self.world);
         self.world.robot_mut().drive(&self.motors);
+        if let Some(storage) = &mut self.storage {
+            storage.before(&self.world, self.plan.desired(t_s).as_ref());
+        }
         self.world.step();
+        if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
+            let desired = self.plan.desired(t_s + dt_s);
+            storage.after(&self.world, &effort, desired.as_ref(), dt_s);
+        }
         self.clock.tick();
+    }
+
+    /// What a passive wheel law stores and was supplied with, after its last decision; `None` of any other.
+    pub fn storage(&self) -> Option<Storage> {
+        let (storage, effort) = (self.storage.as_ref()?, self.drive.passive_effort()?);
+        let desired = self.plan.desired(self.clock.time_s());
+        Some(storage.now(&self.world, &effort, desired.as_ref()))
     }
 
     /// Coulomb's coefficient of friction with which the floor was built, where there is no patch; of a floor of a material, to the rollers

@@ -203,6 +203,8 @@ impl Recorder {
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
             support: Some(self.carried.means(plant.truth().pose.heading_rad)),
+            imu: seen.imu,
+            storage: plant.storage(),
         };
         self.sample_wheels(world, decided.wheel_rates_rad_s);
         self.residual_m_s = 0.0;

@@ -67,6 +67,7 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     {
         playback.angle_gain_per_s = Some(playback.angle_gain_per_s());
     }
+    wheel_loop::choose_springs(&mut scenario, robot)?;
     let log = Log::read(&scenario, robot, scenario.robot.start())?;
     if let Some(log) = log.as_ref().filter(|_| scenario.run.is_open()) {
         scenario.run.duration_s = log.end_s();

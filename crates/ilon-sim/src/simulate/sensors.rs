@@ -4,13 +4,16 @@ use std::collections::VecDeque;
 
 use ilon_control::Kinematics;
 use ilon_robot::{Pose, wrap_angle};
+use ilon_trace::ImuSample;
 use ilon_world::World;
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::faults::Faults;
 use super::fusion::Fusion;
+use super::imu::Imu;
 use crate::scenario::TIME_SLACK_S;
 use crate::{Error, scenario};
 
@@ -24,6 +27,8 @@ pub struct Seen {
     pub wheel_rates_rad_s: Vec<f64>,
     /// The wheels' angles since the start, as the encoders counted them, in rad.
     pub wheel_angles_rad: Vec<f64>,
+    /// What the inertial measurement unit said last, and the tilt by its filter; `None` without one.
+    pub imu: Option<ImuSample>,
 }
 
 impl Seen {
@@ -33,6 +38,7 @@ impl Seen {
             pose,
             wheel_rates_rad_s: vec![0.0; wheel_count],
             wheel_angles_rad: vec![0.0; wheel_count],
+            imu: None,
         }
     }
 }
@@ -46,6 +52,9 @@ pub(super) struct Sensors {
     on_the_way: VecDeque<Taken>,
     poses_taken: u64,
     fusion: Option<Fusion>,
+    imu: Option<Imu>,
+    /// Whether the fusion takes the turn from the gyroscope.
+    by_gyroscope: bool,
     seen: Seen,
     miscounts: Vec<Miscount>,
     pose_noise: ChaCha8Rng,
@@ -80,8 +89,9 @@ impl Sensors {
         section: &scenario::Sensors,
         start: Pose,
         kinematics: &Kinematics,
-        run: &scenario::Run,
+        whole: &scenario::Scenario,
     ) -> Result<Self, Error> {
+        let run = &whole.run;
         let wheel_count = kinematics.wheel_count();
         let fusion = match &section.fusion {
             Some(fusion) => Some(Fusion::new(
@@ -100,7 +110,14 @@ impl Sensors {
             rng.set_stream(number);
             rng
         };
+        let imu = section.imu.as_ref();
+        let imu = imu.map(|imu| Imu::new(imu, whole.world.gravity_m_s2, stream(3)));
         Ok(Self {
+            imu: imu.transpose()?,
+            by_gyroscope: section
+                .fusion
+                .as_ref()
+                .is_some_and(|fusion| fusion.gyroscope),
             pose: section.pose.clone(),
             rate_noise_rad_s: section.encoders.rate_noise_rad_s,
             on_the_way: VecDeque::new(),
@@ -145,7 +162,16 @@ impl Sensors {
             }
             self.seen.wheel_rates_rad_s[wheel] = factor * (rate_rad_s + miscount.rate_noise_rad_s);
         }
+        if let Some(imu) = &mut self.imu {
+            imu.sense(t_s, control_is_due, world, faults.tilts());
+            self.seen.imu = Some(imu.seen());
+        }
         self.receive(t_s, control_is_due);
+    }
+
+    /// Gravity in the body frame by the inertial measurement unit, in m/s^2; `None` without one.
+    pub fn gravity_in_body_m_s2(&self) -> Option<Vector3<f64>> {
+        Some(self.imu.as_ref()?.gravity_in_body_m_s2())
     }
 
     /// Takes in the poses that have arrived, and reckons on where the robot joins them with odometry.
@@ -153,14 +179,18 @@ impl Sensors {
         if let Some(fusion) = &mut self.fusion
             && control_is_due
         {
-            fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+            let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
+            let turned_rad = turned_rad.map(Imu::take_turned_rad);
+            fusion.reckon(t_s, &self.seen.wheel_angles_rad, turned_rad);
         }
         while let Some(taken) = self.on_the_way.front()
             && taken.arrives_s <= t_s + TIME_SLACK_S
         {
             match &mut self.fusion {
                 Some(fusion) => {
-                    fusion.reckon(t_s, &self.seen.wheel_angles_rad);
+                    let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
+                    let turned_rad = turned_rad.map(Imu::take_turned_rad);
+                    fusion.reckon(t_s, &self.seen.wheel_angles_rad, turned_rad);
                     fusion.correct(taken.taken_s, &taken.pose);
                 }
                 None => self.seen.pose = taken.pose,
@@ -192,7 +222,7 @@ impl Sensors {
 }
 
 /// A normally distributed number of mean zero; zero, and nothing drawn, for a deviation of zero.
-fn noise(rng: &mut ChaCha8Rng, standard_deviation: f64) -> f64 {
+pub(super) fn noise(rng: &mut ChaCha8Rng, standard_deviation: f64) -> f64 {
     if standard_deviation == 0.0 {
         return 0.0;
     }

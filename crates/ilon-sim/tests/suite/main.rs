@@ -2,6 +2,7 @@
 
 mod drives;
 mod materials;
+mod passive;
 mod plant;
 mod playback;
 mod record;

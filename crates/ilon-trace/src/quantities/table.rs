@@ -239,6 +239,7 @@ pub static GROUPS: &[Group] = &[
             detail!(energy.slip_j, "lost to sliding", JOULE, 4),
             main!(energy.bearing_j, "lost in bearings", JOULE, 4),
             detail!(energy.impact_j, "lost in impacts", JOULE, 4),
+            main!(storage_rise_j, "rise of the passive law's storage beyond its supply", JOULE, 6),
             detail!(energy.unexplained_j, "unexplained", JOULE, 4),
             detail!(energy.unexplained_share, "unexplained share", PERCENT, 3),
         ],

@@ -2,7 +2,7 @@
 //! project's frames.
 
 use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use super::World;
 use crate::MotorTorque;
@@ -87,6 +87,15 @@ pub struct BodyState {
     pub twist_in_body: Twist,
 }
 
+/// How a place on a chassis is turned and moves: what a sensor there feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaceMotion {
+    /// How the body frame is turned in the floor's frame, whose z is the floor's normal.
+    pub floor_from_body: UnitQuaternion<f64>,
+    /// Velocity of the place in the floor's frame, in m/s.
+    pub velocity_in_floor_m_s: Vector3<f64>,
+}
+
 impl<'a> Body<'a> {
     fn articulated(&self) -> &'a Articulated {
         &self.world.bodies[self.index]
@@ -114,6 +123,18 @@ impl<'a> Body<'a> {
             roll_rad,
             pitch_rad,
             twist_in_body: Twist::new(velocity_in_body.x, velocity_in_body.y, angular_in_body.z),
+        }
+    }
+
+    /// How a place on the chassis, in the body frame in metres, is turned and moves, against the floor's frame.
+    pub fn motion_at(&self, place_in_body_m: &Vector3<f64>) -> PlaceMotion {
+        let robot = self.articulated();
+        let state = &robot.state;
+        let floor_from_body = state.floor_from_chassis().rotation;
+        let lever_m = floor_from_body * (place_in_body_m - robot.chassis_mass.center_of_mass_m);
+        PlaceMotion {
+            floor_from_body,
+            velocity_in_floor_m_s: state.velocity_m_s + state.angular_rad_s.cross(&lever_m),
         }
     }
 

@@ -137,7 +137,27 @@ impl World {
         self.ground.set_friction(friction, patches);
     }
 
-    /// Energy that pushes and payloads have brought since the start, in J; negative where they took some.
+    /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of any length, in place of the one the floor was
+    /// built with. What potential energy changes by comes from outside. A direction that is none changes nothing.
+    ///
+    /// The frame stays the floor's, and what a frame that turns would add is left out: at a distance r from the axis, while the floor turns
+    /// with the rate w and the angular acceleration a, a r + w^2 r, and 2 w v for what moves with v, all in m/s^2, against gravity. Contacts
+    /// that are solved by rapier keep the direction that they were built with.
+    pub fn lean(&mut self, down_in_floor: &Vector3<f64>) {
+        let Some(down) = down_in_floor.try_normalize(f64::MIN_POSITIVE) else {
+            return;
+        };
+        let before_j = self.potential_j();
+        self.ground.lean(down);
+        self.energies.outside_j += self.potential_j() - before_j;
+    }
+
+    /// The acceleration of gravity in the floor's frame now, in m/s^2.
+    pub fn gravity_in_floor(&self) -> Vector3<f64> {
+        self.ground.gravity_in_floor(self.settings.gravity_m_s2)
+    }
+
+    /// Energy that pushes, payloads and ground that leans have brought since the start, in J; negative where they took some.
     pub fn outside_energy_j(&self) -> f64 {
         self.energies.outside_j
     }

@@ -61,7 +61,7 @@ impl World {
         bodies.map(Articulated::kinetic_j).sum()
     }
 
-    fn potential_j(&self) -> f64 {
+    pub(super) fn potential_j(&self) -> f64 {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         let bodies = self.bodies.iter();
         bodies.map(|body| body.potential_j(&gravity)).sum()

@@ -66,7 +66,7 @@ pub fn codecs() -> BTreeMap<&'static str, Codec> {
         nav_msgs: Odometry Path;
         rcl_interfaces: Log;
         rosgraph_msgs: Clock;
-        sensor_msgs: JointState CompressedImage;
+        sensor_msgs: Imu JointState CompressedImage;
         std_msgs: Header String ColorRGBA MultiArrayDimension MultiArrayLayout Float64MultiArray;
         tf2_msgs: TFMessage;
         visualization_msgs: UVCoordinate MeshFile Marker MarkerArray;

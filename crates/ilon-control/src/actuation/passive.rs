@@ -1,0 +1,448 @@
+//! Compliance by design: a spring and a damper between the robot and its reference, springs between its wheels, and nothing that knows the ground.
+//!
+//! After S.-H. Hyon, "Compliant Terrain Adaptation for Biped Humanoids Without Measuring Ground Surface and Contact Forces", IEEE Transactions on
+//! Robotics 25(1), 2009, carried from feet to wheels. No contact sensor, no map, no friction coefficient and no integrator.
+//!
+//! **Law.** With L = diag(rho_h cos gamma_h), M of Indiveri 2009, eq. (8), the wheel angles q and nu^ = M^+ L q' the twist that the wheels roll,
+//!
+//!   w   = D (nu_d - nu^) - m g_t                     the wrench on the body
+//!   f   = argmin max_h |f_h| / N_h,  M^T f = w       shared by the loads N_h that statics gives
+//!   tau = L f - L P (K_n L q + D_n L q') / l^2,  P = I - M M^+
+//!
+//! - nu_d is the twist of the targets. [`Guidance`](crate::Guidance) with the gains K/D ([`PassiveTorqueSettings::position_gain_per_s`]) makes it
+//!   the reference's own twist plus (K/D) e, so that D nu_d is the spring K e; and it holds nu_d within the wheels' rate limit by priority, eqs.
+//!   (30)-(34), so that a robot that is held far from its reference neither pulls nor spins without bound.
+//! - g_t is gravity along the wheels' plane, by the tilt that an IMU sees ([`TiltFilter`](crate::TiltFilter)); it also shifts the loads. Without
+//!   an IMU it is zero, and on a slope the robot stands off by m g sin(slope) / K.
+//! - P L q is how far the wheels have slid against each other: it is no motion of the body. The springs between the wheels keep one that loses
+//!   its grip from spinning, by what the others feel. l is the mean lever. Three wheels have no P.
+//!
+//! **Limits.** What the springs between the wheels need comes off the motors' torques first, then gravity, then the tasks by priority, each by
+//! the share that the set of reachable forces has left, as in eqs. (33), (34). A spring between wheels that would push more than its limit gives
+//! way like one on a dry slide: small errors of radii do not add up to strain, and nothing is gained by letting go.
+//!
+//! **Passive.** While the wheels roll and the reference stands, S = kinetic energy + e^T K e / 2 + |P L q|^2 K_n / (2 l^2) + m g h falls by
+//! D nu^2 and D_n, and rises only by outside work. A spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which
+//! the damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
+
+mod stability;
+
+use ilon_robot::{Robot, Twist};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
+
+use super::motor::TorqueRange;
+use super::torque_law::{BodySense, PassiveEffort, TorqueLaw, TorqueShares};
+use crate::dynamics::loads::WheelLoads;
+use crate::dynamics::traction::{PushRange, TractionSet};
+use crate::error::{not_negative, positive};
+use crate::{ControlError, DynamicModel, Kinematics, Priority};
+pub use stability::TiltLoop;
+
+/// How stiff and how damped a robot is about its reference, and how its control is timed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassiveTorqueSettings {
+    /// Stiffness K of the reference point's position, in N/m. The guidance makes it: see [`Self::position_gain_per_s`].
+    pub stiffness_n_m: f64,
+    /// Damping D of its velocity, in N s/m.
+    pub damping_n_s_m: f64,
+    /// Stiffness of the heading, in N m/rad. The guidance makes it: see [`Self::heading_gain_per_s`].
+    pub heading_stiffness_n_m_rad: f64,
+    /// Damping of the yaw rate, in N m s/rad.
+    pub heading_damping_n_m_s_rad: f64,
+    /// Stiffness K_n between the wheels, in N m per rad of slide; 0 for none.
+    pub wheel_stiffness_n_m_rad: f64,
+    /// Damping D_n between the wheels, in N m s/rad; 0 for none.
+    pub wheel_damping_n_m_s_rad: f64,
+    /// Torque at which a spring between the wheels gives way, in N m.
+    pub wheel_limit_n_m: f64,
+    /// Which task keeps its force where motors, or grip, cannot give both.
+    pub priority: Priority,
+    /// The point of the body that the spring holds, in the body frame, in metres: that of the guidance.
+    pub reference_point_m: Vector2<f64>,
+    /// Friction coefficient to count on; infinite where none is known.
+    pub friction: f64,
+    /// Gravity in m/s^2.
+    pub gravity_m_s2: f64,
+    /// The longest period at which the law will be updated, in seconds.
+    pub dt_s: f64,
+    /// The period at which targets, and with them the spring, are renewed, in seconds.
+    pub pose_period_s: f64,
+    /// How old the pose is that they are made from, in seconds.
+    pub pose_delay_s: f64,
+    /// What gives the tilt, where something does.
+    pub tilt: Option<TiltLoop>,
+}
+
+impl PassiveTorqueSettings {
+    /// Settings that follow from a robot's mass and the control's timing: the damper stops the robot within ten times the pose's period and
+    /// delay, unless a wheel in the air allows less; the spring's damping ratio is 0.7. Between the wheels damping is the same as towards the ground,
+    /// and stiffness four times as much; they give way at what a wheel pushes with a friction of 1. Priority is the position's.
+    ///
+    /// # Errors
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`] for times.
+    pub fn for_robot(
+        robot: &Robot,
+        gravity_m_s2: f64,
+        dt_s: f64,
+        pose_period_s: f64,
+        pose_delay_s: f64,
+    ) -> Result<Self, ControlError> {
+        positive("gravity in m/s^2", gravity_m_s2)?;
+        positive("the torque law's period in s", dt_s)?;
+        positive("the pose's period in s", pose_period_s)?;
+        not_negative("the pose's delay in s", pose_delay_s)?;
+        let model = DynamicModel::new(robot)?;
+        let levers = model.kinematics().lever_m();
+        let lever_m = mean_lever_m(levers);
+        let (mass_kg, inertia_kg_m2) = stability::masses(&model, model.kinematics());
+        let stops_s = 10.0 * (pose_period_s + pose_delay_s);
+        let mut this = Self {
+            stiffness_n_m: 0.0,
+            damping_n_s_m: mass_kg / stops_s,
+            heading_stiffness_n_m_rad: 0.0,
+            heading_damping_n_m_s_rad: inertia_kg_m2 / stops_s,
+            wheel_stiffness_n_m_rad: 0.0,
+            wheel_damping_n_m_s_rad: mass_kg / stops_s * lever_m * lever_m,
+            wheel_limit_n_m: lever_m * robot.mass_kg() * gravity_m_s2 / levers.len() as f64,
+            priority: Priority::Position,
+            reference_point_m: Vector2::zeros(),
+            friction: f64::INFINITY,
+            gravity_m_s2,
+            dt_s,
+            pose_period_s,
+            pose_delay_s,
+            tilt: None,
+        };
+        // A quarter of what swings a wheel in the air from step to step.
+        let swings = stability::air_swing(&model, model.kinematics(), &this);
+        let held = (0.5 / swings).min(1.0);
+        this.damping_n_s_m *= held;
+        this.heading_damping_n_m_s_rad *= held;
+        this.wheel_damping_n_m_s_rad *= held;
+        let spring = |damping: f64, inertia: f64| damping * damping / (4.0 * 0.49 * inertia);
+        this.stiffness_n_m = spring(this.damping_n_s_m, mass_kg);
+        this.heading_stiffness_n_m_rad = spring(this.heading_damping_n_m_s_rad, inertia_kg_m2);
+        this.wheel_stiffness_n_m_rad = 4.0 * this.stiffness_n_m * lever_m * lever_m;
+        Ok(this)
+    }
+
+    /// The guidance's gain K_r with which the targets hold the spring: stiffness over damping, in 1/s.
+    pub fn position_gain_per_s(&self) -> f64 {
+        self.stiffness_n_m / self.damping_n_s_m
+    }
+
+    /// The guidance's gain K_phi: the heading's stiffness over its damping, in 1/s.
+    pub fn heading_gain_per_s(&self) -> f64 {
+        self.heading_stiffness_n_m_rad / self.heading_damping_n_m_s_rad
+    }
+
+    fn check(&self) -> Result<(), ControlError> {
+        positive("the stiffness in N/m", self.stiffness_n_m)?;
+        positive("the damping in N s/m", self.damping_n_s_m)?;
+        positive(
+            "the heading's stiffness in N m/rad",
+            self.heading_stiffness_n_m_rad,
+        )?;
+        positive(
+            "the heading's damping in N m s/rad",
+            self.heading_damping_n_m_s_rad,
+        )?;
+        not_negative(
+            "the stiffness between wheels in N m/rad",
+            self.wheel_stiffness_n_m_rad,
+        )?;
+        not_negative(
+            "the damping between wheels in N m s/rad",
+            self.wheel_damping_n_m_s_rad,
+        )?;
+        positive(
+            "the torque limit between wheels in N m",
+            self.wheel_limit_n_m,
+        )?;
+        positive("gravity in m/s^2", self.gravity_m_s2)?;
+        positive("the torque law's period in s", self.dt_s)?;
+        positive("the pose's period in s", self.pose_period_s)?;
+        not_negative("the pose's delay in s", self.pose_delay_s)?;
+        if self.friction != f64::INFINITY {
+            positive("the friction coefficient", self.friction)?;
+        }
+        Ok(())
+    }
+
+    /// D about the reference point.
+    fn damping(&self) -> Vector3<f64> {
+        let along = self.damping_n_s_m;
+        Vector3::new(along, along, self.heading_damping_n_m_s_rad)
+    }
+}
+
+/// Torques of a robot that is compliant about its reference. It takes the place of a [`WheelLoop`](crate::WheelLoop), and wants the wheels'
+/// angles and gravity by [`TorqueLaw::sense`]; without angles it adds up the rates.
+///
+/// **Errors** of an update: none. It allocates nothing once it is built.
+#[derive(Clone, Debug)]
+pub struct PassiveTorque {
+    settings: PassiveTorqueSettings,
+    /// About the reference point.
+    about: Kinematics,
+    set: TractionSet,
+    loads: WheelLoads,
+    mass_kg: f64,
+    /// From the reference point to the centre of mass.
+    center_of_mass_m: Vector2<f64>,
+    /// P L / l: from wheel angles to slides, in rad of a wheel of the mean lever.
+    slides: DMatrix<f64>,
+    /// Gravity along the wheels' plane, in m/s^2.
+    gravity: Vector2<f64>,
+    pull: Vector3<f64>,
+    wrench: Vector3<f64>,
+    against_gravity: Vector3<f64>,
+    stored_j: f64,
+    shares: TorqueShares,
+    /// Whether `angles_rad` are those of now, and `last_angles_rad` those of the last update.
+    has_angles: bool,
+    is_counting: bool,
+    // One number a wheel each, kept to save allocating.
+    angles_rad: DVector<f64>,
+    last_angles_rad: DVector<f64>,
+    rates_rad_s: DVector<f64>,
+    slid_rad: DVector<f64>,
+    gained_rad: DVector<f64>,
+    slide_rates_rad_s: DVector<f64>,
+    between_n_m: DVector<f64>,
+    motor: Vec<PushRange>,
+    loads_n: Vec<f64>,
+    pushes_n: Vec<f64>,
+    torques_n_m: Vec<f64>,
+}
+
+impl PassiveTorque {
+    /// The law for a robot.
+    ///
+    /// # Errors
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::NotFinite`] for settings;
+    /// [`ControlError::Unstable`] for gains that swing up with these periods and delays, with the limit that holds.
+    pub fn new(robot: &Robot, settings: &PassiveTorqueSettings) -> Result<Self, ControlError> {
+        settings.check()?;
+        let model = DynamicModel::new(robot)?;
+        let about = model.kinematics().about(settings.reference_point_m)?;
+        stability::check(&model, &about, settings)?;
+        let n = about.wheel_count();
+        let lever_m = mean_lever_m(about.lever_m());
+        let levers = DMatrix::from_diagonal(&DVector::from_column_slice(about.lever_m()));
+        Ok(Self {
+            settings: *settings,
+            set: TractionSet::new(&about),
+            loads: WheelLoads::new(robot, settings.gravity_m_s2),
+            mass_kg: robot.mass_kg(),
+            center_of_mass_m: robot.center_of_mass_m().xy() - settings.reference_point_m,
+            // P L = L - M (M^+ L).
+            slides: (levers - about.m() * about.twist_matrix()) / lever_m,
+            about,
+            gravity: Vector2::zeros(),
+            pull: Vector3::zeros(),
+            wrench: Vector3::zeros(),
+            against_gravity: Vector3::zeros(),
+            stored_j: 0.0,
+            shares: TorqueShares::default(),
+            has_angles: false,
+            is_counting: false,
+            angles_rad: DVector::zeros(n),
+            last_angles_rad: DVector::zeros(n),
+            rates_rad_s: DVector::zeros(n),
+            slid_rad: DVector::zeros(n),
+            gained_rad: DVector::zeros(n),
+            slide_rates_rad_s: DVector::zeros(n),
+            between_n_m: DVector::zeros(n),
+            motor: vec![PushRange::default(); n],
+            loads_n: vec![0.0; n],
+            pushes_n: vec![0.0; n],
+            torques_n_m: vec![0.0; n],
+        })
+    }
+
+    /// The settings that it was made with.
+    pub fn settings(&self) -> &PassiveTorqueSettings {
+        &self.settings
+    }
+
+    /// The torques of the springs between the wheels, -L P (K_n L q + D_n L q') / l^2, into `between_n_m`.
+    fn pull_wheels_together(&mut self, rates: &[f64], dt_s: f64) {
+        self.rates_rad_s.copy_from_slice(rates);
+        if !self.has_angles {
+            self.angles_rad.copy_from(&self.last_angles_rad);
+            self.angles_rad.axpy(dt_s, &self.rates_rad_s, 1.0);
+        } else if !self.is_counting {
+            self.last_angles_rad.copy_from(&self.angles_rad);
+        }
+        (self.is_counting, self.has_angles) = (true, false);
+        self.gained_rad.copy_from(&self.angles_rad);
+        self.gained_rad -= &self.last_angles_rad;
+        self.last_angles_rad.copy_from(&self.angles_rad);
+        self.slid_rad.gemv(1.0, &self.slides, &self.gained_rad, 1.0);
+        self.slide_rates_rad_s
+            .gemv(1.0, &self.slides, &self.rates_rad_s, 0.0);
+
+        let k_n = self.settings.wheel_stiffness_n_m_rad;
+        let most_n_m = k_n * self.slid_rad.amax();
+        if most_n_m > self.settings.wheel_limit_n_m {
+            self.slid_rad *= self.settings.wheel_limit_n_m / most_n_m;
+        }
+        self.stored_j = 0.5 * k_n * self.slid_rad.norm_squared();
+        let d_n = self.settings.wheel_damping_n_m_s_rad;
+        self.between_n_m.axpy(-k_n, &self.slid_rad, 0.0);
+        self.between_n_m.axpy(-d_n, &self.slide_rates_rad_s, 1.0);
+        // Slides are P L q / l, and P of them is themselves: what is left of L P / l is L / l.
+        let lever_m = mean_lever_m(self.about.lever_m());
+        for (torque_n_m, own_m) in self.between_n_m.iter_mut().zip(self.about.lever_m()) {
+            *torque_n_m *= own_m / lever_m;
+        }
+    }
+
+    /// The wrench within what motors and grip give beside the springs between the wheels.
+    fn weigh(&mut self, targets: &[f64], limits: &[TorqueRange]) {
+        let vector = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, t.omega_rad_s);
+        let damping = self.settings.damping();
+        let nu = vector(self.about.twist(self.rates_rad_s.as_slice()));
+        let pull = damping.component_mul(&vector(self.about.twist(targets)));
+        let held = pull - damping.component_mul(&nu);
+        let (g, c) = (self.gravity, self.center_of_mass_m);
+        let against = -self.mass_kg * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
+
+        // What leans shifts the loads as an acceleration uphill does.
+        self.loads.fill_n(-g, &mut self.loads_n);
+        let friction = self.settings.friction;
+        for (h, range) in self.motor.iter_mut().enumerate() {
+            let lever_m = self.about.lever_m()[h];
+            let beside_n_m = limits[h].clamp(self.between_n_m[h]);
+            let motor = PushRange {
+                min_n: (limits[h].min_n_m - beside_n_m) / lever_m,
+                max_n: (limits[h].max_n_m - beside_n_m) / lever_m,
+            };
+            let grip_n = if friction.is_finite() {
+                friction * self.loads_n[h]
+            } else {
+                f64::MAX
+            };
+            *range = motor.within(PushRange {
+                min_n: -grip_n,
+                max_n: grip_n,
+            });
+        }
+        let ranges = || self.motor.iter().copied();
+        let of_gravity = self.set.share(&Vector3::zeros(), &against, ranges());
+        let against = of_gravity * against;
+        let position = Vector3::new(held.x, held.y, 0.0);
+        let heading = Vector3::new(0.0, 0.0, held.z);
+        let (first, second) = match self.settings.priority {
+            Priority::Position => (position, heading),
+            Priority::Heading => (heading, position),
+        };
+        let w_1 = self.set.share(&against, &first, ranges());
+        let given = against + w_1 * first;
+        let w_2 = self.set.share(&given, &second, ranges());
+        (self.shares.position, self.shares.heading) = match self.settings.priority {
+            Priority::Position => (w_1, w_2),
+            Priority::Heading => (w_2, w_1),
+        };
+        self.pull = pull;
+        self.against_gravity = against;
+        self.wrench = given + w_2 * second;
+    }
+
+    /// Shares the wrench among the wheels by their loads, or, where a motor cannot give its share, as evenly as motors allow.
+    fn distribute(&mut self) {
+        let wrench = self.wrench;
+        let by_load = self
+            .set
+            .share_by_load(&wrench, &self.loads_n, &mut self.pushes_n);
+        let fits = |push: &f64, range: &PushRange| (range.min_n..=range.max_n).contains(push);
+        let mut within = self.pushes_n.iter().zip(&self.motor);
+        let given = by_load.filter(|_| within.all(|(push, range)| fits(push, range)));
+        self.shares.grip = match given {
+            Some(use_of_load) => use_of_load / self.settings.friction,
+            None => {
+                // Loads far above all pushes: only the motors bind.
+                let most_n = self.loads_n.iter().fold(1.0, |a: f64, b| a.max(*b));
+                self.loads_n
+                    .iter_mut()
+                    .for_each(|n| *n = 1e3 * n.max(1e-3 * most_n));
+                let (motor, loads_n) = (&self.motor, &self.loads_n);
+                self.set
+                    .distribute(&wrench, motor, loads_n, &mut self.pushes_n);
+                1.0
+            }
+        };
+        if self.settings.friction.is_infinite() {
+            self.shares.grip = f64::NAN;
+        }
+    }
+}
+
+impl TorqueLaw for PassiveTorque {
+    fn update(
+        &mut self,
+        targets_rad_s: &[f64],
+        rates_rad_s: &[f64],
+        limits: &[TorqueRange],
+        dt_s: f64,
+    ) -> &[f64] {
+        if dt_s > 0.0 {
+            self.pull_wheels_together(rates_rad_s, dt_s);
+            self.weigh(targets_rad_s, limits);
+            self.distribute();
+            for (h, torque_n_m) in self.torques_n_m.iter_mut().enumerate() {
+                let push_n_m = self.about.lever_m()[h] * self.pushes_n[h];
+                *torque_n_m = limits[h].clamp(push_n_m + self.between_n_m[h]);
+            }
+        }
+        &self.torques_n_m
+    }
+
+    /// Takes the wheels' angles, where there are as many as wheels and all finite, and gravity.
+    fn sense(&mut self, known: &BodySense<'_>) {
+        let angles = known.angles_rad;
+        if angles.len() == self.angles_rad.len() && angles.iter().all(|angle| angle.is_finite()) {
+            self.angles_rad.copy_from_slice(angles);
+            self.has_angles = true;
+        }
+        let gravity = known.gravity_in_body_m_s2.map(|g| g.xy());
+        self.gravity = gravity
+            .filter(|g| g.x.is_finite() && g.y.is_finite())
+            .unwrap_or_default();
+    }
+
+    fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
+        Some(PassiveEffort {
+            pull: self.pull,
+            wrench: self.wrench,
+            against_gravity: self.against_gravity,
+            between_n_m: self.between_n_m.as_slice(),
+            stored_j: self.stored_j,
+        })
+    }
+
+    fn shares(&self) -> Option<TorqueShares> {
+        Some(self.shares)
+    }
+
+    fn boxed(&self) -> Box<dyn TorqueLaw> {
+        Box::new(self.clone())
+    }
+}
+
+/// l: the mean size of rho cos gamma.
+fn mean_lever_m(levers_m: &[f64]) -> f64 {
+    levers_m.iter().map(|lever| lever.abs()).sum::<f64>() / levers_m.len() as f64
+}
+
+/// The inertia of the body with all that turns with it, R^T I R, about the reference point of `about`.
+fn body_inertia(model: &DynamicModel, about: &Kinematics) -> Matrix3<f64> {
+    let r = about.rate_matrix();
+    (r.transpose() * model.inertia() * r)
+        .fixed_view::<3, 3>(0, 0)
+        .into()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,343 @@
+//! What gains a passive law can have: by its period, the pose's period and delay, and the filter that gives the tilt.
+//!
+//! **Wheels in the air**, or on ice, feel only their own inertia J. Held over dt, damping A = T^T D T + D_n N and stiffness K_n N swing them
+//! from step to step from A dt / J = 2 on, and the springs drive them up unless D_n > K_n dt / 2 (T = M^+ L, N = L P L / l^2).
+//!
+//! **The robot.** For a mass m, with the spring late by tau and the tilt's filter H(s) = (k_p s + k_i) / (s^2 + k_p s + k_i),
+//!
+//!   f(s) = m s^2 + D s + K e^(-tau s) - m s^2 H(s) e^(-tau_i s),
+//!
+//! whose last term is the robot's own acceleration, which an accelerometer takes for tilt. A pose held over T counts as late by all of T: 1.57
+//! against 2 for K T / D where the mass does not matter, so that what is let through is stable. f has no pole on the right; by Mikhailov all
+//! roots lie on the left if and only if its argument grows by pi as s = j omega goes from 0 to infinity.
+
+use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
+
+use super::{PassiveTorqueSettings, body_inertia, mean_lever_m};
+use crate::error::{not_negative, positive};
+use crate::{ControlError, DynamicModel, Kinematics};
+
+/// The filter and the sensor that give the tilt: see [`TiltFilter`](crate::TiltFilter).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltLoop {
+    /// The filter's time constant, in seconds.
+    pub time_constant_s: f64,
+    /// How old what the IMU says is, in seconds.
+    pub delay_s: f64,
+}
+
+/// The smallest mass of the body with all that turns with it, along any direction, in kg, and its inertia about the vertical, in kg m^2.
+pub(super) fn masses(model: &DynamicModel, about: &Kinematics) -> (f64, f64) {
+    let inertia = body_inertia(model, about);
+    let along = inertia.fixed_view::<2, 2>(0, 0).into_owned();
+    (along.symmetric_eigenvalues().min(), inertia[(2, 2)])
+}
+
+/// A dt / J of wheels in the air, the largest: they swing up from 2 on.
+pub(super) fn air_swing(
+    model: &DynamicModel,
+    about: &Kinematics,
+    settings: &PassiveTorqueSettings,
+) -> f64 {
+    let t = about.twist_matrix();
+    let damping = Matrix3::from_diagonal(&settings.damping());
+    let mut whole: DMatrix<f64> = t.transpose() * damping * t;
+    let lever_m = mean_lever_m(about.lever_m());
+    let levers = nalgebra::DVector::from_column_slice(about.lever_m());
+    let slides = DMatrix::from_diagonal(&levers) - about.m() * t;
+    whole +=
+        slides.transpose() * &slides * (settings.wheel_damping_n_m_s_rad / (lever_m * lever_m));
+    let most = whole.symmetric_eigenvalues().max();
+    most * settings.dt_s / model.air_inertia_kg_m2()
+}
+
+/// Refuses what swings up.
+pub(super) fn check(
+    model: &DynamicModel,
+    about: &Kinematics,
+    settings: &PassiveTorqueSettings,
+) -> Result<(), ControlError> {
+    let swing = air_swing(model, about, settings);
+    if swing >= 2.0 {
+        return Err(unstable(
+            "the damping of wheels in the air, times the torque law's period, over their inertia",
+            swing,
+            2.0,
+            format!("at a period of {} s", settings.dt_s),
+        ));
+    }
+    let most = 2.0 * settings.wheel_damping_n_m_s_rad / settings.dt_s;
+    // Three wheels have nothing between them.
+    if about.wheel_count() > 3 && settings.wheel_stiffness_n_m_rad > most {
+        return Err(unstable(
+            "the stiffness between wheels in N m/rad",
+            settings.wheel_stiffness_n_m_rad,
+            most,
+            format!(
+                "with a damping of {} N m s/rad held over {} s",
+                settings.wheel_damping_n_m_s_rad, settings.dt_s
+            ),
+        ));
+    }
+    if let Some(tilt) = settings.tilt {
+        positive("the tilt filter's time constant in s", tilt.time_constant_s)?;
+        not_negative("the IMU's delay in s", tilt.delay_s)?;
+    }
+    let (mass_kg, inertia_kg_m2) = masses(model, about);
+    let delay_s = settings.pose_delay_s + settings.pose_period_s;
+    let said = format!(
+        "with a pose that is {} s old and held over {} s",
+        settings.pose_delay_s, settings.pose_period_s
+    );
+    let along = Loop {
+        inertia: mass_kg,
+        damping: settings.damping_n_s_m,
+        delay_s,
+        tilt: settings.tilt,
+    };
+    along.check("the stiffness in N/m", settings.stiffness_n_m, &said)?;
+    let turning = Loop {
+        inertia: inertia_kg_m2,
+        damping: settings.heading_damping_n_m_s_rad,
+        delay_s,
+        tilt: None,
+    };
+    let stiffness = settings.heading_stiffness_n_m_rad;
+    turning.check("the heading's stiffness in N m/rad", stiffness, &said)
+}
+
+fn unstable(what: &str, value: f64, most: f64, because: String) -> ControlError {
+    ControlError::Unstable {
+        what: what.to_owned(),
+        value,
+        most,
+        because,
+    }
+}
+
+/// One direction of motion: inertia in kg or kg m^2, damping, and what is late.
+#[derive(Clone, Copy)]
+pub(super) struct Loop {
+    pub inertia: f64,
+    pub damping: f64,
+    pub delay_s: f64,
+    pub tilt: Option<TiltLoop>,
+}
+
+/// How far the argument may turn between two looks at it, in rad.
+const FINE: f64 = 0.1;
+/// The most looks: beyond, a spring turns so often within its delay that no gain would do.
+const MOST_LOOKS: f64 = 4e5;
+
+impl Loop {
+    fn check(&self, what: &str, stiffness: f64, said: &str) -> Result<(), ControlError> {
+        if self.is_stable(stiffness) {
+            return Ok(());
+        }
+        let most = self.stiffness_limit(stiffness);
+        if let Some(tilt) = self.tilt.filter(|_| most < 1e-6 * stiffness) {
+            return Err(self.too_fast(tilt, stiffness));
+        }
+        let tilt = self.tilt.map_or(String::new(), |tilt| {
+            format!(
+                " and a tilt {} s old, filtered over {} s",
+                tilt.delay_s, tilt.time_constant_s
+            )
+        });
+        let damping = self.damping;
+        let because = format!("{said}{tilt}, at a damping of {damping:.4}");
+        Err(unstable(what, stiffness, most, because))
+    }
+
+    /// Of a filter that no stiffness goes with: how fast it may be.
+    fn too_fast(&self, tilt: TiltLoop, stiffness: f64) -> ControlError {
+        let with = |pace: f64| Self {
+            tilt: Some(TiltLoop {
+                time_constant_s: 1.0 / pace,
+                ..tilt
+            }),
+            ..*self
+        };
+        let (mut low, mut high) = (0.0, 1.0 / tilt.time_constant_s);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if with(middle).is_stable(stiffness) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let (m, d) = (self.inertia, self.damping);
+        unstable(
+            "one over the tilt filter's time constant, in 1/s,",
+            1.0 / tilt.time_constant_s,
+            low,
+            format!(
+                "for {m:.4} kg at a damping of {d:.4} N s/m, whose own acceleration looks like tilt"
+            ),
+        )
+    }
+
+    /// The largest stable stiffness below one that is not.
+    pub fn stiffness_limit(&self, unstable: f64) -> f64 {
+        let (mut low, mut high) = (0.0, unstable);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if self.is_stable(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// By Mikhailov's criterion.
+    pub fn is_stable(&self, stiffness: f64) -> bool {
+        let (m, d) = (self.inertia, self.damping);
+        let filter_rad_s = self.tilt.map_or(0.0, |tilt| 2.0 / tilt.time_constant_s);
+        // Above this the mass alone counts, to a hundredth of a radian or so.
+        let end_rad_s = 100.0 * (d / m + filter_rad_s) + 10.0 * libm::sqrt(stiffness / m);
+        let late_s = self.tilt.map_or(0.0, |tilt| tilt.delay_s).max(self.delay_s);
+        let step = FINE / late_s.max(1.0 / end_rad_s);
+        let slowest = (stiffness / d).min(libm::sqrt(stiffness / m));
+        let slowest = match self.tilt {
+            Some(tilt) => slowest.min(1.0 / tilt.time_constant_s),
+            None => slowest,
+        };
+        if end_rad_s / step > MOST_LOOKS || slowest <= 0.0 {
+            return false;
+        }
+        let (mut omega, mut turned) = (0.0, 0.0);
+        let mut last = Complex::new(stiffness, 0.0);
+        while omega < end_rad_s {
+            // Finer where the argument moves with its own logarithm.
+            omega += step.min(FINE * (omega + 0.1 * slowest));
+            let now = self.at(stiffness, omega);
+            turned += (now * last.conj()).arg();
+            last = now;
+        }
+        (turned - std::f64::consts::PI).abs() < 0.5
+    }
+
+    /// f(j omega).
+    fn at(&self, stiffness: f64, omega: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, omega);
+        let late = |by_s: f64| Complex::new(libm::cos(omega * by_s), -libm::sin(omega * by_s));
+        let spring = late(self.delay_s) * stiffness;
+        let accelerates = s * s * self.inertia;
+        let taken_for_tilt = match self.tilt {
+            None => Complex::new(0.0, 0.0),
+            Some(tilt) => {
+                let k_p = 2.0 / tilt.time_constant_s;
+                let k_i = 0.25 * k_p * k_p;
+                let top = s * k_p + k_i;
+                accelerates * top / (s * s + top) * late(tilt.delay_s)
+            }
+        };
+        accelerates + s * self.damping + spring - taken_for_tilt
+    }
+}
+
+/// The three dampings along a diagonal are what the loops are made of.
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(inertia: f64, damping: f64, delay_s: f64) -> Loop {
+        Loop {
+            inertia,
+            damping,
+            delay_s,
+            tilt: None,
+        }
+    }
+
+    /// m s^2 + D s + K e^(-tau s) has roots +-j omega where tan(omega tau) = D / (m omega); there K = D omega / sin(omega tau).
+    #[test]
+    fn the_stiffness_limit_of_a_late_spring_is_that_of_the_characteristic_equation() {
+        for (m, d, tau) in [(12.0, 120.0, 0.01), (12.0, 30.0, 0.1), (0.3, 5.0, 0.05)] {
+            let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2 / tau);
+            for _ in 0..60 {
+                let omega: f64 = 0.5 * (low + high);
+                if (omega * tau).tan() < d / (m * omega) {
+                    low = omega;
+                } else {
+                    high = omega;
+                }
+            }
+            let exact = d * low / (low * tau).sin();
+            let found = of(m, d, tau).stiffness_limit(4.0 * exact);
+            // A curve that passes the origin nearer than the looks are fine counts as either: a tenth of a radian at a ten-thousandth.
+            assert!((found / exact - 1.0).abs() < 1e-3, "{found} {exact}");
+        }
+    }
+
+    /// Without delays m s^4 + D s^3 + (K + D k_p) s^2 + (K k_p + D k_i) s + K k_i: Routh's criterion says the same.
+    #[test]
+    fn an_accelerometer_that_takes_acceleration_for_tilt_is_stable_where_routh_says_so() {
+        let mut found = [0, 0];
+        for damping in [3.0, 10.0, 30.0, 100.0] {
+            for stiffness in [10.0, 100.0, 1000.0, 10_000.0] {
+                for time_constant_s in [0.02, 0.1, 0.5, 2.0] {
+                    let m = 12.0;
+                    let (k_p, k_i) = (
+                        2.0 / time_constant_s,
+                        1.0 / (time_constant_s * time_constant_s),
+                    );
+                    let [a3, a2, a1, a0] = [
+                        damping,
+                        stiffness + damping * k_p,
+                        stiffness * k_p + damping * k_i,
+                        stiffness * k_i,
+                    ];
+                    let routh = a3 * a2 * a1 > m * a1 * a1 + a3 * a3 * a0;
+                    let tilt = Some(TiltLoop {
+                        time_constant_s,
+                        delay_s: 0.0,
+                    });
+                    let own = Loop {
+                        tilt,
+                        ..of(m, damping, 0.0)
+                    };
+                    assert_eq!(
+                        own.is_stable(stiffness),
+                        routh,
+                        "{damping} {stiffness} {time_constant_s}"
+                    );
+                    found[usize::from(routh)] += 1;
+                }
+            }
+        }
+        assert!(found[0] > 5 && found[1] > 5, "{found:?}");
+    }
+
+    /// A mass on a spring that is held over a period and a whole period old, step by step: what is let through does not grow.
+    #[test]
+    fn what_is_let_through_is_stable_sampled_and_three_times_it_is_not() {
+        for (m, d, period, old) in [
+            (12.0, 120.0, 0.02, 0),
+            (12.0, 120.0, 0.02, 4),
+            (0.2, 40.0, 0.05, 1),
+        ] {
+            let limit = of(m, d, period * f64::from(old + 1)).stiffness_limit(1e9);
+            let grown = |stiffness: f64| {
+                let (mut e, mut v) = (1.0, 0.0);
+                let mut seen = vec![1.0; old as usize + 1];
+                for _ in 0..4000 {
+                    seen.rotate_right(1);
+                    seen[0] = e;
+                    let force = -stiffness * seen[old as usize];
+                    // Exact for a force that is held.
+                    let (a, settles) = (d / m, force / d);
+                    let left = (-a * period).exp();
+                    e += settles * period + (v - settles) * (1.0 - left) / a;
+                    v = settles + (v - settles) * left;
+                }
+                Vector3::new(e, v, 0.0).norm()
+            };
+            assert!(grown(0.99 * limit) < 1e-3, "{m} {d} {period} {old}");
+            assert!(!(grown(3.0 * limit) < 1.0), "{m} {d} {period} {old}");
+        }
+    }
+}

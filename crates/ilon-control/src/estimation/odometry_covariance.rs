@@ -1,0 +1,221 @@
+//! How sure dead reckoning is: its covariance from rollers, slip and encoders.
+//!
+//! A wheel's way errs in two manners. A share of it is always the same: radii, the mean of the rollers' geometry, creep; such errors grow with
+//! the way. The rest is anew at every roller: ripple, and slip that comes and goes; such errors grow with the root of the way. With R the
+//! heading's rotation, t_h the body's displacement per way of wheel h (column h of M^+), s_h its way and F the derivative of a later pose by an
+//! earlier one,
+//!
+//!   a_h <- F a_h + R t_h ds_h,       Q <- F Q F^T + sum over h of sigma^2 |ds_h| R t_h t_h^T R^T,
+//!   P = Q + scale^2 sum of a_h a_h^T + (what a step of the encoders leaves open).
+
+use ilon_robot::{Pose, Robot, Twist};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::error::not_negative;
+use crate::{ContactKinematics, ControlError, Kinematics};
+
+/// By how much wheels' ways err. Each is a standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WayErrors {
+    /// The share of a wheel's way that is always wrong the same way.
+    pub scale: f64,
+    /// What is anew, in metres after a metre of way; it grows with the root of the way.
+    pub walk_m: f64,
+    /// The step of the encoders, in rad; 0 for none.
+    pub resolution_rad: f64,
+}
+
+impl WayErrors {
+    /// The errors of eq. (7), which takes every roller for one that points straight down: what the rollers that touch make of the rates, over a
+    /// pitch, along x and y and turning, against it; and a share of each way that slips, as much always as anew over a pitch.
+    ///
+    /// # Errors
+    /// Those of [`Kinematics::new`] and [`ContactKinematics::new`]; [`ControlError::Negative`] for a share.
+    pub fn of_rollers(robot: &Robot, slip_share: f64) -> Result<Self, ControlError> {
+        not_negative("the share of the way that slips", slip_share)?;
+        let ideal = Kinematics::new(robot)?;
+        let mut contact = ContactKinematics::new(robot)?;
+        let n = robot.wheels.len();
+        let (mut asked, mut needed) = (vec![0.0; n], vec![0.0; n]);
+        let (mut scale, mut ripple) = (0.0_f64, 0.0_f64);
+        let mut pitch_m = 0.0_f64;
+        for wheel in &robot.wheels {
+            let pitch_rad = std::f64::consts::TAU / wheel.rollers.len().max(1) as f64;
+            pitch_m = pitch_m.max(pitch_rad * wheel.radius_m);
+        }
+        for twist in [
+            Twist::new(1.0, 0.0, 0.0),
+            Twist::new(0.0, 1.0, 0.0),
+            Twist::new(0.0, 0.0, 1.0),
+        ] {
+            ideal.wheel_rates(twist, &mut asked);
+            for h in 0..n {
+                let pitch_rad = std::f64::consts::TAU / robot.wheels[h].rollers.len().max(1) as f64;
+                let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+                for k in 0..LOOKS {
+                    let angles_rad = vec![pitch_rad * f64::from(k) / f64::from(LOOKS); n];
+                    contact.wheel_rates(&angles_rad, twist, &mut needed);
+                    if asked[h].abs() > 1e-9 {
+                        let off = needed[h] / asked[h] - 1.0;
+                        (sum, squares, count) = (sum + off, squares + off * off, count + 1.0);
+                    }
+                }
+                if count > 0.0 {
+                    let mean: f64 = sum / count;
+                    scale = scale.max(mean.abs());
+                    ripple = ripple.max(f64::sqrt((squares / count - mean * mean).max(0.0)));
+                }
+            }
+        }
+        Ok(Self {
+            scale: scale.hypot(slip_share),
+            walk_m: ripple.hypot(slip_share) * pitch_m.sqrt(),
+            resolution_rad: 0.0,
+        })
+    }
+}
+
+/// Angles at which rollers are looked at over a pitch.
+const LOOKS: u32 = 90;
+
+/// The covariance of dead reckoning by eq. (7), which grows with the way. It allocates nothing once it is built.
+#[derive(Clone, Debug)]
+pub struct OdometryCovariance {
+    kinematics: Kinematics,
+    errors: WayErrors,
+    /// a_h.
+    always: Vec<Vector3<f64>>,
+    /// Q.
+    anew: Matrix3<f64>,
+}
+
+impl OdometryCovariance {
+    /// Of a pose that is known at the start.
+    ///
+    /// # Errors
+    /// [`ControlError::Negative`] for errors.
+    pub fn new(kinematics: Kinematics, errors: WayErrors) -> Result<Self, ControlError> {
+        not_negative("the scale error of a way", errors.scale)?;
+        not_negative("the walk of a way in m", errors.walk_m)?;
+        not_negative("the encoders' step in rad", errors.resolution_rad)?;
+        Ok(Self {
+            always: vec![Vector3::zeros(); kinematics.wheel_count()],
+            anew: Matrix3::zeros(),
+            kinematics,
+            errors,
+        })
+    }
+
+    /// Counts the angles in rad by which the wheels have turned since the last time; `before` is the reckoned pose at its beginning.
+    pub fn count(&mut self, before: &Pose, turned_rad: &[f64]) {
+        let displacement = self.kinematics.twist(turned_rad);
+        let moved = before.moved(displacement).position_m() - before.position_m();
+        #[rustfmt::skip]
+        let f = Matrix3::new(
+            1.0, 0.0, -moved.y,
+            0.0, 1.0, moved.x,
+            0.0, 0.0, 1.0,
+        );
+        let middle_rad = before.heading_rad + 0.5 * displacement.omega_rad_s;
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), middle_rad);
+        self.anew = f * self.anew * f.transpose();
+        let per_rad = self.kinematics.twist_matrix();
+        for (h, turned_rad) in turned_rad.iter().enumerate().take(self.always.len()) {
+            let column = turn * per_rad.column(h);
+            self.always[h] = f * self.always[h] + column * *turned_rad;
+            let lever_m = self.kinematics.lever_m()[h];
+            let along = column / lever_m;
+            let way_m = (lever_m * turned_rad).abs();
+            let variance = self.errors.walk_m * self.errors.walk_m * way_m;
+            self.anew += along * along.transpose() * variance;
+        }
+    }
+
+    /// Of x and y in the world frame and the heading: m^2, m rad, rad^2.
+    pub fn covariance(&self, heading_rad: f64) -> Matrix3<f64> {
+        let scale = self.errors.scale * self.errors.scale;
+        // Uniform within a step, at the start and now.
+        let step = self.errors.resolution_rad * self.errors.resolution_rad / 6.0;
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), heading_rad);
+        let of_wheels = self.always.iter().map(|a| a * a.transpose() * scale);
+        let columns = self.kinematics.twist_matrix().column_iter();
+        let of_steps = columns.map(|column| {
+            let column = turn * column;
+            column * column.transpose() * step
+        });
+        self.anew + of_wheels.sum::<Matrix3<f64>>() + of_steps.sum::<Matrix3<f64>>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use ilon_robot::wrap_angle;
+
+    /// Normally distributed numbers, always the same: the sum of twelve even ones.
+    fn normal(seed: &mut u64) -> f64 {
+        let mut even = || {
+            *seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (*seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| even()).sum::<f64>() - 6.0
+    }
+
+    /// Robots whose wheels err as is said, on a curve: the squared error over the covariance has the mean 3, one a freedom.
+    #[test]
+    fn errors_are_as_large_as_the_covariance_says() {
+        let errors = WayErrors {
+            scale: 0.004,
+            walk_m: 0.003,
+            resolution_rad: 0.0,
+        };
+        for robot in [mecanum4(), volksbot(), six_wheels()] {
+            let kinematics = Kinematics::new(&robot).unwrap();
+            let n = robot.wheels.len();
+            let (mut seed, mut sum, runs) = (7, 0.0, 2000);
+            for _ in 0..runs {
+                let mut account = OdometryCovariance::new(kinematics.clone(), errors).unwrap();
+                let scales: Vec<f64> = (0..n).map(|_| errors.scale * normal(&mut seed)).collect();
+                let (mut truth, mut reckoned) = (Pose::default(), Pose::default());
+                let mut rates = vec![0.0; n];
+                for k in 0..150 {
+                    let t = 0.02 * f64::from(k);
+                    let step = Twist::new(0.02, 0.01 * t.sin(), 0.015 * t.cos());
+                    kinematics.wheel_rates(step, &mut rates);
+                    account.count(&reckoned, &rates);
+                    reckoned = reckoned.moved(kinematics.twist(&rates));
+                    for h in 0..n {
+                        let lever_m = kinematics.lever_m()[h];
+                        let way_m = lever_m * rates[h];
+                        let off_m = scales[h] * way_m
+                            + errors.walk_m * way_m.abs().sqrt() * normal(&mut seed);
+                        rates[h] += off_m / lever_m;
+                    }
+                    truth = truth.moved(kinematics.twist(&rates));
+                }
+                let e = Vector3::new(
+                    truth.x_m - reckoned.x_m,
+                    truth.y_m - reckoned.y_m,
+                    wrap_angle(truth.heading_rad - reckoned.heading_rad),
+                );
+                let p = account.covariance(reckoned.heading_rad);
+                sum += e.dot(&(p.try_inverse().unwrap() * e));
+            }
+            let mean = sum / f64::from(runs);
+            println!("mean squared error over covariance: {mean:.3}");
+            // 2000 runs of variance 6: three deviations are 0.16.
+            assert!((mean - 3.0).abs() < 0.17, "{mean}");
+        }
+    }
+
+    /// Nine rollers a wheel: a mecanum robot that goes sideways by eq. (7) is 2 % off, and the covariance knows it.
+    #[test]
+    fn the_rollers_geometry_is_in_it() {
+        let errors = WayErrors::of_rollers(&mecanum4(), 0.0).unwrap();
+        assert!((0.015..0.05).contains(&errors.scale), "{errors:?}");
+        assert!(errors.walk_m > 1e-4 && errors.walk_m < 0.02, "{errors:?}");
+    }
+}

@@ -1,0 +1,160 @@
+//! Tilt from an IMU: a complementary filter for which way is down.
+//!
+//! The gyroscope turns the estimate, the accelerometer pulls it slowly towards what it takes for up, and what it has to pull for long is the
+//! gyroscope's bias: R. Mahony, T. Hamel, J.-M. Pflimlin, "Nonlinear Complementary Filters on the Special Orthogonal Group", IEEE Transactions on
+//! Automatic Control 53(5), 2008, on the direction of gravity alone. With the measured direction m, the estimate u and the error e = m x u,
+//!
+//!   u' = -(omega - b + k_p e) x u,   b' = -k_i e,   k_p = 2 / T, k_i = 1 / T^2,
+//!
+//! which puts both poles on 1 / T: an acceleration passes as tilt through (k_p s + k_i) / (s^2 + k_p s + k_i), and a constant bias leaves no error.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::ControlError;
+use crate::error::positive;
+
+/// Which way is down, by an IMU's gyroscope and accelerometer.
+///
+/// It starts with the first sample's specific force for up. Samples that are not finite change nothing. It allocates nothing.
+///
+/// ```
+/// use ilon_control::TiltFilter;
+/// use nalgebra::Vector3;
+///
+/// let mut tilt = TiltFilter::new(1.0)?;
+/// // At rest on a slope that falls ahead by 5 deg: the accelerometer sees what holds the robot.
+/// let slope = 5_f64.to_radians();
+/// let force = 9.81 * Vector3::new(-slope.sin(), 0.0, slope.cos());
+/// tilt.update(&Vector3::zeros(), &force, 0.01);
+/// let gravity = 9.81 * tilt.down_in_body();
+/// assert!((gravity.x - 9.81 * slope.sin()).abs() < 1e-12);
+/// # Ok::<(), ilon_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct TiltFilter {
+    time_constant_s: f64,
+    /// `None` before the first sample.
+    up: Option<Vector3<f64>>,
+    bias_rad_s: Vector3<f64>,
+}
+
+impl TiltFilter {
+    /// A filter with the time constant T in seconds: shorter follows the accelerometer, and the robot's own accelerations with it; longer the
+    /// gyroscope.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`].
+    pub fn new(time_constant_s: f64) -> Result<Self, ControlError> {
+        Ok(Self {
+            time_constant_s: positive("the tilt filter's time constant in s", time_constant_s)?,
+            up: None,
+            bias_rad_s: Vector3::zeros(),
+        })
+    }
+
+    /// Takes a sample: the rate of turn in rad/s and the specific force in m/s^2, both in the body frame, over the last `dt_s` seconds. A robot
+    /// at rest on level ground feels a specific force of (0, 0, 9.81).
+    pub fn update(
+        &mut self,
+        turn_rad_s: &Vector3<f64>,
+        specific_force_m_s2: &Vector3<f64>,
+        dt_s: f64,
+    ) {
+        let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
+        if !(finite(turn_rad_s) && finite(specific_force_m_s2) && dt_s > 0.0) {
+            return;
+        }
+        let measured = specific_force_m_s2.try_normalize(1e-6);
+        let Some(up) = self.up else {
+            self.up = measured;
+            return;
+        };
+        let (k_p, k_i) = (
+            2.0 / self.time_constant_s,
+            1.0 / (self.time_constant_s * self.time_constant_s),
+        );
+        // Free fall shows no direction.
+        let e = measured.map_or(Vector3::zeros(), |m| m.cross(&up));
+        // A step longer than the time constant takes the measured direction, and no more than that.
+        let pull = k_p.min(1.0 / dt_s);
+        let turn = turn_rad_s - self.bias_rad_s + pull * e;
+        let turned = UnitQuaternion::from_scaled_axis(-dt_s * turn) * up;
+        self.up = Some(turned.normalize());
+        self.bias_rad_s -= k_i.min(0.25 * pull * pull) * dt_s * e;
+    }
+
+    /// The unit vector downwards in the body frame; along -z before the first sample.
+    pub fn down_in_body(&self) -> Vector3<f64> {
+        self.up.map_or(-Vector3::z(), |up| -up)
+    }
+
+    /// The gyroscope's bias across the vertical, as the filter takes it, in rad/s in the body frame.
+    pub fn bias_rad_s(&self) -> Vector3<f64> {
+        self.bias_rad_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ground rolls about x by 0.1 sin(3 t) rad.
+    fn rolling(t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let (angle, rate) = (0.1 * (3.0 * t_s).sin(), 0.3 * (3.0 * t_s).cos());
+        let force = 9.81 * Vector3::new(0.0, angle.sin(), angle.cos());
+        (Vector3::new(rate, 0.0, 0.0), force)
+    }
+
+    #[test]
+    fn a_turning_body_is_followed_and_a_constant_bias_leaves_no_error() {
+        let bias = Vector3::new(0.03, -0.02, 0.0);
+        let mut tilt = TiltFilter::new(0.5).unwrap();
+        let dt_s = 1e-3;
+        let mut worst = 0.0_f64;
+        for k in 0..20_000 {
+            // Samples from the middle of each step: what is left is of second order.
+            let t_s = dt_s * f64::from(k);
+            let (turn, _) = rolling(t_s + 0.5 * dt_s);
+            let (_, force) = rolling(t_s + dt_s);
+            tilt.update(&(turn + bias), &force, dt_s);
+            if t_s > 15.0 {
+                worst = worst.max((tilt.down_in_body() + force / 9.81).norm());
+            }
+        }
+        // exp(-15 / 0.5) of 0.03 rad/s is nothing; the rate at the middle of a step errs by q''' dt^2 / 24 = 1e-7 rad/s, and pulling by
+        // the force before turning with it by 0.3 rad/s * 1e-3 s * k_p dt = 1e-6.
+        assert!(worst < 3e-6, "{worst}");
+        assert!((tilt.bias_rad_s() - bias).norm() < 1e-3);
+    }
+
+    /// A sideways acceleration a for a short while t looks like a tilt of a / g, of which k_p t comes through.
+    #[test]
+    fn a_short_acceleration_passes_as_tilt_by_the_filters_share() {
+        let mut tilt = TiltFilter::new(2.0).unwrap();
+        let still = Vector3::new(0.0, 0.0, 9.81);
+        tilt.update(&Vector3::zeros(), &still, 1e-3);
+        for _ in 0..20 {
+            tilt.update(&Vector3::zeros(), &(still + 0.5 * Vector3::x()), 1e-3);
+        }
+        let share = 0.5 / 9.81 * (2.0 / 2.0) * 0.02;
+        // Second order in t / T, and the angle's own curve: a hundredth.
+        assert!((-tilt.down_in_body().x / share - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn what_is_no_sample_changes_nothing() {
+        let mut tilt = TiltFilter::new(1.0).unwrap();
+        let up = Vector3::new(0.0, 0.0, 9.81);
+        tilt.update(&Vector3::zeros(), &up, 0.01);
+        let before = tilt.clone();
+        tilt.update(&Vector3::new(f64::NAN, 0.0, 0.0), &up, 0.01);
+        tilt.update(
+            &Vector3::zeros(),
+            &Vector3::new(0.0, f64::INFINITY, 0.0),
+            0.01,
+        );
+        tilt.update(&Vector3::zeros(), &up, -1.0);
+        assert_eq!(tilt, before);
+        assert!(TiltFilter::new(0.0).is_err());
+    }
+}

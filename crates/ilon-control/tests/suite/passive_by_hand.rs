@@ -1,0 +1,214 @@
+//! The passive law worked out a second time, from the wheels' places and rollers alone: M by hand, its pseudo-inverse by the normal equations,
+//! loads from a plane by Cramer's rule, and the sharing by trying every set of wheels that could be at the bound.
+
+#[allow(dead_code)]
+use crate::fixtures;
+
+use fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
+use ilon_control::{BodySense, PassiveTorque, PassiveTorqueSettings, TorqueLaw, TorqueRange};
+use ilon_robot::Robot;
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+struct ByHand {
+    /// (n_gamma, u_gamma . b) of each wheel, negative: eq. (8).
+    m: Vec<Vector3<f64>>,
+    levers: Vec<f64>,
+    places: Vec<Vector3<f64>>,
+    mass: f64,
+    center: Vector3<f64>,
+    height: f64,
+}
+
+impl ByHand {
+    fn new(robot: &Robot) -> Self {
+        let wheels = &robot.wheels;
+        let row = |w: &ilon_robot::Wheel| {
+            let (n, u, b) = (
+                w.roller_axis(),
+                w.roller_rolling_direction(),
+                w.position_m(),
+            );
+            -Vector3::new(n.x, n.y, b.x * u.x + b.y * u.y)
+        };
+        let center = robot.center_of_mass_m();
+        Self {
+            m: wheels.iter().map(row).collect(),
+            levers: wheels
+                .iter()
+                .map(|w| w.radius_m * w.gamma_rad.cos())
+                .collect(),
+            places: wheels
+                .iter()
+                .map(|w| Vector3::new(1.0, w.position_m().x, w.position_m().y))
+                .collect(),
+            mass: robot.mass_kg(),
+            center,
+            height: center.z + robot.ride_height_m(),
+        }
+    }
+
+    fn gram(&self) -> Matrix3<f64> {
+        self.m.iter().map(|row| row * row.transpose()).sum()
+    }
+
+    /// M^+ L q.
+    fn rolled(&self, q: &[f64]) -> Vector3<f64> {
+        let right: Vector3<f64> = (0..q.len())
+            .map(|h| self.m[h] * (self.levers[h] * q[h]))
+            .sum();
+        solve(self.gram(), right)
+    }
+
+    /// P L q: what of the wheels' ways is no motion of the body.
+    fn slid(&self, q: &[f64]) -> Vec<f64> {
+        let rolled = self.rolled(q);
+        (0..q.len())
+            .map(|h| self.levers[h] * q[h] - self.m[h].dot(&rolled))
+            .collect()
+    }
+
+    /// a + b x + c y with the weight at the centre of mass, moved downhill by the height.
+    fn loads(&self, g: Vector3<f64>, gravity: f64) -> Vec<f64> {
+        let sum: Matrix3<f64> = self.places.iter().map(|p| p * p.transpose()).sum();
+        let x = gravity * self.center.x + self.height * g.x;
+        let y = gravity * self.center.y + self.height * g.y;
+        let plane = solve(sum, self.mass * Vector3::new(gravity, x, y));
+        self.places.iter().map(|p| plane.dot(p)).collect()
+    }
+
+    /// The least t with |f_h| <= t N_h and M^T f = w: at the least, all wheels but two stand at their bounds.
+    fn share(&self, w: Vector3<f64>, loads: &[f64]) -> Vec<f64> {
+        let n = self.m.len();
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for i in 0..n {
+            for j in i + 1..n {
+                for signs in 0..1_u32 << (n - 2) {
+                    let mut f = vec![0.0; n];
+                    let others = (0..n).filter(|h| *h != i && *h != j);
+                    let mut at_bound = Vector3::zeros();
+                    for (place, h) in others.enumerate() {
+                        f[h] = if signs >> place & 1 == 1 {
+                            loads[h]
+                        } else {
+                            -loads[h]
+                        };
+                        at_bound += self.m[h] * f[h];
+                    }
+                    // w = t at_bound + m_i f_i + m_j f_j.
+                    let columns = Matrix3::from_columns(&[at_bound, self.m[i], self.m[j]]);
+                    if columns.determinant().abs() < 1e-9 {
+                        continue;
+                    }
+                    let found = solve(columns, w);
+                    let t = found.x;
+                    f.iter_mut().for_each(|f| *f *= t);
+                    (f[i], f[j]) = (found.y, found.z);
+                    let holds = (0..n).all(|h| f[h].abs() <= t * loads[h] * (1.0 + 1e-12) + 1e-12);
+                    if holds && best.as_ref().is_none_or(|(least, _)| t < *least) {
+                        best = Some((t, f));
+                    }
+                }
+            }
+        }
+        best.expect("a wrench that the wheels can give").1
+    }
+}
+
+/// Cramer's rule.
+fn solve(a: Matrix3<f64>, b: Vector3<f64>) -> Vector3<f64> {
+    let whole = a.determinant();
+    Vector3::from_fn(|k, _| {
+        let mut with = a;
+        with.set_column(k, &b);
+        with.determinant() / whole
+    })
+}
+
+fn noise(seed: &mut u64) -> f64 {
+    *seed = seed
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+fn robots() -> Vec<Robot> {
+    let mut seed = 3;
+    let five: Vec<_> = (0..5)
+        .map(|k| {
+            let mut r = || noise(&mut seed);
+            let at = 1.2566 * f64::from(k) + 0.2 * r();
+            let mut spec =
+                WheelSpec::new(0.4 * at.cos(), 0.4 * at.sin(), at + 0.3 * r(), 0.7 * r(), 8);
+            spec.radius_m = 0.05 + 0.01 * r();
+            spec
+        })
+        .collect();
+    let mut all = vec![mecanum4(), volksbot(), six_wheels(), robot(9.0, &five)];
+    for robot in &mut all {
+        robot.chassis.mass.center_of_mass_m += Vector3::new(0.02, -0.013, 0.03);
+    }
+    all
+}
+
+#[test]
+fn torques_are_those_of_a_second_derivation() {
+    let mut seed = 11;
+    for robot in robots() {
+        let n = robot.wheels.len();
+        let hand = ByHand::new(&robot);
+        let own = PassiveTorqueSettings {
+            // Out of the way: when it binds is another test's.
+            wheel_limit_n_m: 1e3,
+            ..PassiveTorqueSettings::for_robot(&robot, 9.81, 1e-3, 0.01, 0.0).unwrap()
+        };
+        let mean = hand.levers.iter().sum::<f64>() / n as f64;
+        for _ in 0..40 {
+            let mut law = PassiveTorque::new(&robot, &own).unwrap();
+            let mut random =
+                |size: f64| -> Vec<f64> { (0..n).map(|_| size * noise(&mut seed)).collect() };
+            let (first, second, targets, rates) =
+                (random(3.0), random(3.0), random(2.0), random(2.0));
+            let g = random(1.0);
+            let g = Vector3::new(g[0], g[1], -9.7);
+            let open = vec![TorqueRange::UNLIMITED; n];
+            for angles in [&first, &second] {
+                law.sense(&BodySense {
+                    angles_rad: angles,
+                    gravity_in_body_m_s2: Some(g),
+                });
+                law.update(&targets, &rates, &open, 1e-3);
+            }
+            let got = law.update(&targets, &rates, &open, 0.0).to_vec();
+
+            let d = Vector3::new(
+                own.damping_n_s_m,
+                own.damping_n_s_m,
+                own.heading_damping_n_m_s_rad,
+            );
+            let slower = hand.rolled(&targets) - hand.rolled(&rates);
+            let c = hand.center;
+            let down = hand.mass * Vector3::new(g.x, g.y, c.x * g.y - c.y * g.x);
+            let pushes = hand.share(d.component_mul(&slower) - down, &hand.loads(g, 9.81));
+            let turned: Vec<f64> = first.iter().zip(&second).map(|(a, b)| b - a).collect();
+            let (slid, slides) = (hand.slid(&turned), hand.slid(&rates));
+            let (k_n, d_n) = (own.wheel_stiffness_n_m_rad, own.wheel_damping_n_m_s_rad);
+            for h in 0..n {
+                let between = (k_n * slid[h] + d_n * slides[h]) * hand.levers[h] / (mean * mean);
+                let expected = hand.levers[h] * pushes[h] - between;
+                // Torques of up to some N m, by determinants of sums of ten products.
+                assert!(
+                    (got[h] - expected).abs() < 1e-9,
+                    "{h}: {} {expected}",
+                    got[h]
+                );
+            }
+        }
+        // The pseudo-inverse leaves three wheels nothing to slide against.
+        let p = DMatrix::from_fn(n, n, |_, h| {
+            let mut q = vec![0.0; n];
+            q[h] = 1.0;
+            hand.slid(&q).iter().map(|s| s * s).sum::<f64>()
+        });
+        assert_eq!(p.max() < 1e-20, n == 3);
+    }
+}

@@ -1,0 +1,156 @@
+//! A robot that is compliant by design, an inertial measurement unit, and ground that leans.
+
+use ilon_sim::control::PassiveTorqueSettings;
+use ilon_sim::simulate::Run;
+use ilon_sim::{Error, Plant, Scenario, Simulation, WheelCommand, load_robot};
+use test_case::test_case;
+
+const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+const STAND: &str = "[robot]\nfile = 'mecanum4.urdf'\nroller_bodies = 'near'\n\
+    [reference.hold_pose]\nx_m = 0\ny_m = 0\nheading_deg = 0\n";
+const SPRINGS: &str = "[wheel_loop]\nlaw = 'passive'\npassive = { stiffness_n_m = 600, damping_n_s_m = 120, \
+    heading_stiffness_n_m_rad = 20, heading_damping_n_m_s_rad = 3.5 }\n";
+
+fn scenario(keys: &str) -> Result<Scenario, Error> {
+    let run = "[run]\nduration_s = 5\nphysics_dt_s = 0.001\n";
+    Scenario::from_toml(&format!("{STAND}{keys}{run}"), "passive", ROBOTS)
+}
+
+fn run(keys: &str) -> Run {
+    let scenario = scenario(keys).unwrap();
+    Simulation::new(&scenario).unwrap().run()
+}
+
+/// Where the robot is at a time, in metres.
+fn at(run: &Run, t_s: f64) -> [f64; 2] {
+    let near = |record: &&ilon_sim::trace::Record| record.t_s >= t_s - 1e-9;
+    let record = run.trace.records().iter().find(near).unwrap();
+    [record.truth.pose.x_m, record.truth.pose.y_m]
+}
+
+/// F / K of a push that lasts, and nothing is left of it afterwards.
+#[test]
+fn a_push_moves_the_robot_by_force_over_stiffness() {
+    let run = run(&format!(
+        "{SPRINGS}[[faults]]\npush = {{ impulse_y_n_s = 44, from_s = 0.5, lasts_s = 2.2 }}\n"
+    ));
+    let [_, y_m] = at(&run, 2.69);
+    // Poles at -5 +- 5j 1/s: exp(-5 * 2.19) of it is left to come, 2e-5.
+    assert!((y_m / (20.0 / 600.0) - 1.0).abs() < 1e-3, "{y_m}");
+    let left_m = run.summary.position_error_final_m.unwrap();
+    assert!(left_m < 1e-4, "{left_m}");
+    let rise_j = run.summary.storage_rise_j.unwrap();
+    // A joule went in and out; the ends of rows differ by a physics step of the push.
+    assert!(rise_j < 1e-3, "{rise_j}");
+}
+
+#[test]
+fn an_unknown_slope_costs_its_pull_over_the_stiffness_without_an_imu_and_nothing_with_one() {
+    for slope_deg in [1.0_f64, 5.0, 10.0] {
+        let ground = format!("[world.floor]\nslope_deg = {slope_deg}\n");
+        let keys = format!("{SPRINGS}{ground}");
+        let mass_kg = load_robot(&scenario(&keys).unwrap()).unwrap().mass_kg();
+        let off_m = mass_kg * 9.81 * slope_deg.to_radians().sin() / 600.0;
+        let blind = run(&keys);
+        let [x_m, _] = at(&blind, 4.9);
+        assert!((x_m / off_m - 1.0).abs() < 5e-3, "{x_m} {off_m}");
+        let seeing = run(&format!("{keys}[sensors.imu]\n"));
+        let left_m = seeing.summary.position_error_final_m.unwrap();
+        assert!(left_m < 1e-4, "{left_m}");
+        let last = seeing.trace.records().last().unwrap().imu.unwrap();
+        // Nose down, and felt by what holds the robot.
+        assert!((last.pitch_rad - slope_deg.to_radians()).abs() < 1e-4);
+        assert!((last.force_m_s2.norm() - 9.81).abs() < 1e-3);
+    }
+}
+
+/// Deviations of one sample and biases of a surveying instrument, and of a part for a dollar behind a slow bus.
+#[test_case("accelerometer = { noise = 0.005, bias = 0.01 }\ngyroscope = { noise = 1e-4, bias = 1e-5 }\nrate_hz = 500\n", 0.01; "a good one")]
+#[test_case("accelerometer = { noise = 0.1, bias = 0.2, bias_walk = 0.02 }\ngyroscope = { noise = 0.01, bias = 0.03, bias_walk = 0.003 }\n\
+    rate_hz = 100\nlatency_s = 0.03\nroll_deg = 0.5\n", 0.2; "a cheap one")]
+fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(imu: &str, bias_m_s2: f64) {
+    for seed in [1, 2, 3] {
+        let run = run(&format!(
+            "{SPRINGS}[world.floor]\nslope_deg = 5\n[sensors]\nseed = {seed}\n[sensors.imu]\nx_m = 0.1\nz_m = 0.1\n{imu}"
+        ));
+        // Three deviations of both biases, half a degree of mounting, the gyroscope's bias until the filter has learned it, through the spring.
+        let wrong_m_s2 = 3.0 * 1.5 * bias_m_s2 + 9.81 * 0.5_f64.to_radians() + 9.81 * 0.05;
+        let most_m = 12.0 * wrong_m_s2 / 600.0;
+        let worst_m = run.summary.position_error_max_m.unwrap();
+        assert!(worst_m < most_m, "{worst_m} {most_m}");
+        let slid_j = run.summary.slip_energy_j.unwrap();
+        assert!(slid_j < 1e-2, "{slid_j}");
+    }
+}
+
+/// Gravity leans against the floor's frame, and the gyroscope feels the ground turn.
+#[test]
+fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
+    let run = run(&format!(
+        "{SPRINGS}[[faults]]\ntilt = {{ amplitude_deg = 4, frequency_hz = 0.5, direction_deg = 90, ramp_s = 1 }}\n[sensors.imu]\n"
+    ));
+    for record in run.trace.records() {
+        let since_s = record.t_s;
+        let x = since_s.min(1.0);
+        let built = x * x * (3.0 - 2.0 * x);
+        let lean_rad = 4_f64.to_radians() * built * (std::f64::consts::PI * since_s).sin();
+        // Where the left goes down the robot rolls to the left, which is negative; the filter's gyroscope lags nothing, and what the
+        // robot's own acceleration adds is 20 mm/s^2 of gravity for a fraction of the filter's second.
+        let roll_rad = record.imu.unwrap().roll_rad;
+        assert!(
+            (roll_rad + lean_rad).abs() < 2e-3,
+            "{since_s} {roll_rad} {lean_rad}"
+        );
+    }
+    // What the ground lifts and lowers is counted.
+    let unexplained_j = run.summary.energy.unexplained_j.unwrap();
+    assert!(unexplained_j.abs() < 1e-4, "{unexplained_j}");
+    assert!(run.summary.position_error_max_m.unwrap() < 1e-3);
+}
+
+#[test]
+fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
+    let with = |keys: &str| {
+        Plant::of_scenario(&scenario(keys).unwrap())
+            .err()
+            .unwrap()
+            .to_string()
+    };
+    let late = with(
+        "[sensors.pose]\nlatency_s = 0.1\n[wheel_loop]\nlaw = 'passive'\npassive = { stiffness_n_m = 9000, damping_n_s_m = 120 }\n",
+    );
+    assert!(
+        late.contains("0.1 s old") && late.contains("it is stable"),
+        "{late}"
+    );
+    let stiff = with("[wheel_loop]\nlaw = 'passive'\npassive = { damping_n_s_m = 90000 }\n");
+    assert!(stiff.contains("wheels in the air"), "{stiff}");
+    let fast = with(
+        "[sensors.imu]\nfilter_s = 0.01\n[wheel_loop]\nlaw = 'passive'\npassive = { damping_n_s_m = 10 }\n",
+    );
+    assert!(fast.contains("tilt filter's time constant"), "{fast}");
+    let other = scenario("[wheel_loop]\npassive = { stiffness_n_m = 600 }\n").unwrap_err();
+    assert!(other.to_string().contains("wheel_loop.passive"), "{other}");
+}
+
+/// The guidance's gains are stiffness over damping, and what is left out follows from the mass.
+#[test]
+fn what_is_left_out_follows_from_mass_and_period() {
+    let scenario = scenario("wheel_loop.law = 'passive'\n").unwrap();
+    let plant = Plant::of_scenario(&scenario).unwrap();
+    let resolved = plant.resolved().scenario();
+    let passive = resolved.wheel_loop.passive.as_ref().unwrap();
+    let (k, d) = (
+        passive.stiffness_n_m.unwrap(),
+        passive.damping_n_s_m.unwrap(),
+    );
+    assert_eq!(resolved.guidance.position_gain_per_s, k / d);
+    // A tenth of a second at ten milliseconds, and the wheels' spin on top of 11.4 kg.
+    assert!((d / 10.0 - 12.0).abs() < 1.5, "{d}");
+    let own = PassiveTorqueSettings::for_robot(plant.robot(), 9.81, 1e-3, 0.01, 0.0).unwrap();
+    assert_eq!(k, own.stiffness_n_m);
+    // It runs by a controller's own rates too.
+    let mut plant = plant;
+    plant.advance(WheelCommand::Rates(&[1.0; 4]), 0.5).unwrap();
+    assert!(plant.truth().twist_in_body.vx_m_s > 0.02);
+}
