@@ -21,8 +21,8 @@ mod model;
 pub use angles::roll_pitch_yaw;
 pub use model::{
     Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, Joint,
-    JointKind, JointRole, JointSpring, Looks, MassProperties, Mesh, ModelledRoller, MotorLimits,
-    NotMade, NotTurned, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm,
+    JointKind, JointRole, JointServo, JointSpring, Looks, MassProperties, Mesh, ModelledRoller,
+    MotorLimits, NotMade, NotTurned, Pose, Profile, ProfilePart, Remark, Robot, Roller, RollerForm,
     RollerSurface, RollersAsMade, Scale, StandingPose, Tread, Turned, Twist, Wheel, mean_of_gain,
     wrap_angle,
 };

@@ -5,6 +5,7 @@ pub(crate) mod drive;
 pub(crate) mod energy;
 pub(crate) mod joints;
 pub(crate) mod roller;
+pub(crate) mod servo;
 pub(crate) mod shapes;
 pub(crate) mod shared;
 pub(crate) mod slide;

@@ -5,7 +5,7 @@
 //!
 //! - the loads carry the robot: sum N_h (1, x_h, y_h) is its weight and the moments of that;
 //! - a free joint bears nothing: sum_h l_jh N_h + w_j = 0;
-//! - a sprung one gives way by what it bears: q_j = q_0j + (sum_h l_jh N_h + w_j) / k_j, with q_0j where its spring alone is at rest;
+//! - a sprung one, and a driven one about its target, gives way by what it bears: q_j = q_0j + (sum_h l_jh N_h + w_j) / k_j, with q_0j where its spring alone is at rest;
 //! - the wheels stand on one plane: sum_j l_jh q_j + N_h / k = a + b x_h + c y_h, where k is that of wheels on the ground, far above the springs'.
 //!
 //! What accelerates the robot along the ground pulls on all wheels alike. These are linear in the loads, and the loads are linear in gravity and acceleration.
@@ -36,11 +36,11 @@ impl TreeLoads {
             .collect();
         let wheels = robot.wheels.len();
         let free: Vec<usize> = (0..robot.joints.len())
-            .filter(|joint| robot.joints[*joint].spring().is_none())
+            .filter(|joint| robot.joints[*joint].gives_by().is_none())
             .collect();
         let stiffnesses = robot.joints.iter().zip(&raises).filter_map(|(joint, l)| {
             let most = l.iter().fold(0.0, |most: f64, l| most.max(l * l));
-            (most > 0.0).then_some(joint.spring()?.stiffness / most)
+            (most > 0.0).then_some(joint.gives_by()?.stiffness / most)
         });
         let ground_n_m = GROUND * stiffnesses.fold(1.0, f64::max);
         let size = wheels + 3 + free.len();
@@ -58,7 +58,7 @@ impl TreeLoads {
             }
         }
         for (joint, l) in robot.joints.iter().zip(&raises) {
-            let Some(spring) = joint.spring() else {
+            let Some(spring) = joint.gives_by() else {
                 continue;
             };
             for (i, of_i) in l.iter().enumerate() {
@@ -74,7 +74,7 @@ impl TreeLoads {
         };
         let mut own = DVector::zeros(size);
         for (joint, l) in robot.joints.iter().zip(&raises) {
-            if let Some(spring) = joint.spring() {
+            if let Some(spring) = joint.gives_by() {
                 let rest = spring.rest + spring.preload / spring.stiffness;
                 for (h, l) in l.iter().enumerate() {
                     own[h] -= l * rest;
@@ -91,7 +91,7 @@ impl TreeLoads {
             right[wheels + 2] = -force.z * center_m.y + force.y * center_m.z;
             for (index, (joint, l)) in robot.joints.iter().zip(&raises).enumerate() {
                 let borne = borne_by(robot, index, &field);
-                match joint.spring() {
+                match joint.gives_by() {
                     Some(spring) => {
                         for (h, l) in l.iter().enumerate() {
                             right[h] -= l * borne / spring.stiffness;

@@ -1,5 +1,7 @@
 //! Bodies that move against the chassis, and the joints on which they do: rockers, swing arms, sprung wheels.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Isometry3, Vector3};
 
 use super::{Collision, MassProperties};
@@ -57,6 +59,8 @@ pub enum JointRole {
     Free,
     /// A spring.
     Sprung(JointSpring),
+    /// A servo.
+    Driven(JointServo),
 }
 
 /// A linear spring in a joint: on the body it acts with `preload - stiffness * (position - rest)`.
@@ -68,6 +72,22 @@ pub struct JointSpring {
     pub rest: f64,
     /// What it acts with there, in N m or N.
     pub preload: f64,
+}
+
+/// A position servo in a joint, as a drive with a stiff control loop is: on the body it acts with
+/// `stiffness * (target - position) + damping * (target rate - rate)`, and never with more than its effort.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointServo {
+    /// > 0, in N m/rad or N/m.
+    pub stiffness: f64,
+    /// >= 0, in N m s/rad or N s/m.
+    pub damping: f64,
+    /// The most it acts with, > 0, in N m or N; infinite where there is no limit.
+    pub effort: f64,
+    /// How fast its target moves at most, > 0, in rad/s or m/s; infinite where there is no limit.
+    pub rate_limit: f64,
+    /// Its target until it is given another, in rad or m. A world begins with the joint in equilibrium about it.
+    pub target: f64,
 }
 
 /// A linear gear between two joints, as a mimic joint or a differential bar is: the position of one is factor times that of the other, and an
@@ -91,11 +111,60 @@ impl JointSpring {
     }
 }
 
+impl JointServo {
+    /// The natural frequency that [`JointServo::for_inertia`] gives, in Hz: far above how fast arms move, far below what a control step of
+    /// some milliseconds resolves.
+    pub const FREQUENCY_HZ: f64 = 10.0;
+
+    /// The stiffness that swings an inertia, in kg m^2 or kg, at [`JointServo::FREQUENCY_HZ`].
+    pub fn stiffness_for(inertia: f64) -> f64 {
+        inertia * (TAU * Self::FREQUENCY_HZ).powi(2)
+    }
+
+    /// The damping that is critical for an inertia on a stiffness.
+    pub fn damping_for(inertia: f64, stiffness: f64) -> f64 {
+        2.0 * (inertia * stiffness).sqrt()
+    }
+
+    /// A servo at zero without limits for an inertia, in kg m^2 or kg: critically damped at [`JointServo::FREQUENCY_HZ`].
+    pub fn for_inertia(inertia: f64) -> Self {
+        let stiffness = Self::stiffness_for(inertia);
+        Self {
+            stiffness,
+            damping: Self::damping_for(inertia, stiffness),
+            effort: f64::INFINITY,
+            rate_limit: f64::INFINITY,
+            target: 0.0,
+        }
+    }
+}
+
 impl BodyJoint {
     /// The spring in it, if it is sprung.
     pub fn spring(&self) -> Option<&JointSpring> {
         match &self.role {
             JointRole::Sprung(spring) => Some(spring),
+            JointRole::Free | JointRole::Driven(_) => None,
+        }
+    }
+
+    /// The servo in it, if it is driven.
+    pub fn servo(&self) -> Option<&JointServo> {
+        match &self.role {
+            JointRole::Driven(servo) => Some(servo),
+            JointRole::Free | JointRole::Sprung(_) => None,
+        }
+    }
+
+    /// The spring by which it gives way at rest: its own, or a servo's stiffness about its target; `None` where it gives way freely.
+    pub fn gives_by(&self) -> Option<JointSpring> {
+        match &self.role {
+            JointRole::Sprung(spring) => Some(*spring),
+            JointRole::Driven(servo) => Some(JointSpring {
+                stiffness: servo.stiffness,
+                rest: servo.target,
+                preload: 0.0,
+            }),
             JointRole::Free => None,
         }
     }

@@ -24,7 +24,7 @@ pub use barrel::Barrel;
 pub use collision::{Collision, CollisionShape};
 pub use droop::mean_of_gain;
 pub use joint::{DriveTrain, Joint, MotorLimits};
-pub use linkage::{Body, BodyJoint, Coupling, JointKind, JointRole, JointSpring};
+pub use linkage::{Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring};
 pub use looks::{Looks, Mesh};
 pub use made::{NotMade, RollersAsMade};
 pub use mass::MassProperties;

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::scale::{LEAST_GRAVITY_M_S2, Scale};
-use super::{BodyJoint, Collision, Coupling, MassProperties, Remark, Wheel};
+use super::{BodyJoint, Collision, Coupling, JointKind, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +74,38 @@ impl Robot {
             .iter()
             .map(|w| w.motor.velocity_rad_s)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// What a joint moves by itself while all others are held at zero: the mass along its axis in kg, or the inertia about it in kg m^2, of
+    /// its body and all that hangs by that. Wheels count as points.
+    ///
+    /// # Panics
+    /// Where the robot has no such joint.
+    pub fn inertia_on_joint(&self, index: usize) -> f64 {
+        let joint = &self.joints[index];
+        let joint_from_body = joint.body_from_joint.inverse();
+        let hangs = |carrier: Option<usize>| {
+            std::iter::successors(carrier, |at| self.joints[*at].parent).any(|at| at == index)
+        };
+        let about = |mass_kg: f64, in_body_m: Vector3<f64>, own: f64| match joint.kind {
+            JointKind::Slides => mass_kg,
+            JointKind::Turns => {
+                let at_m = joint_from_body * Point3::from(in_body_m);
+                own + mass_kg * at_m.coords.xy().norm_squared()
+            }
+        };
+        let bodies = self.joints.iter().enumerate();
+        let bodies = bodies.filter(|(at, _)| hangs(Some(*at))).map(|(_, of)| {
+            let axis = (joint_from_body * of.body_from_joint).inverse() * Vector3::z();
+            let own = axis.dot(&(of.body.mass.inertia_kg_m2 * axis));
+            about(of.body.mass.mass_kg, of.center_of_mass_m(), own)
+        });
+        let wheels = self.wheels.iter().filter(|wheel| hangs(wheel.carrier));
+        let wheels = wheels.map(|wheel| {
+            let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
+            about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
+        });
+        bodies.sum::<f64>() + wheels.sum::<f64>()
     }
 
     /// The joints on the way from the chassis to a wheel, that next to the chassis first, by their places among [`Robot::joints`].

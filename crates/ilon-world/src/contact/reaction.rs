@@ -42,6 +42,8 @@ pub(crate) enum Part {
     RateLimit(usize),
     /// What a wheel's motor at its bounds, its gear and its bearing put on it beside what is straight of the motor.
     Drive(usize),
+    /// What a servo at its effort puts on its joint beside what is straight of it.
+    Servo(usize),
     /// Dry friction in a joint between bodies.
     Friction(usize),
     /// A stop of a joint between bodies, and whether it is the one ahead.
@@ -209,6 +211,7 @@ impl Reaction {
             | Part::Slide(..)
             | Part::RateLimit(_)
             | Part::Drive(_)
+            | Part::Servo(_)
             | Part::Friction(_)
             | Part::Stop(..)
             | Part::Coupling(_) => 1,

@@ -74,7 +74,7 @@ pub(crate) struct Reactions {
     before_dt_s: f64,
     /// Energy of treads that left the ground in the step, in J.
     released_j: f64,
-    /// The wheels, each with its body, whose motors reach a bound within the step.
+    /// The wheels and joints, each with its body and by its place in the tree, whose motors and servos reach a bound within the step.
     driven: Vec<(usize, usize)>,
     /// Room for the curve of a drive.
     curve: Curve,

@@ -6,8 +6,9 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 /// Degrees of freedom of a root that floats: three of its centre of mass, three of its turning. Joints come after them.
 pub(crate) const ROOT_DOFS: usize = 6;
 
-/// Joints that may follow one another from the root to a link: a suspension, a rocker, a steered module and its wheel.
-pub(crate) const DEEPEST: usize = 4;
+/// Joints that may follow one another from the root to a link: a suspension, a rocker, a steered module and its wheel; a lift and an arm of six
+/// axes.
+pub(crate) const DEEPEST: usize = 7;
 
 /// A root and its links.
 #[derive(Clone, Debug)]

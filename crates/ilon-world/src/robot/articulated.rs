@@ -12,6 +12,7 @@ use crate::ground::Ground;
 use crate::motor_torque::WheelInertia;
 use crate::reference::Reference;
 use crate::robot::energy::{kinetic_j, potential_j};
+use crate::robot::servo::Servo;
 use crate::robot::shapes::Shapes;
 use crate::robot::shared::{SharedRobot, tree_of};
 use crate::robot::state::State;
@@ -69,6 +70,8 @@ pub(crate) struct Articulated {
     pub is_touched: bool,
     /// What acted in each joint between bodies in the last step, in N m or N; within a step the impulses so far.
     pub joint_forces: Vec<f64>,
+    /// The servos in these joints; of one that nothing drives it does nothing.
+    pub servos: Vec<Servo>,
     /// By how much the rates grew in a second of the last step, by degree of freedom.
     pub gained: Vec<f64>,
     /// Whether it is looked for how it stands at the start, with what is springy taken at the end of each step.
@@ -139,6 +142,7 @@ impl Articulated {
             gained: vec![0.0; dofs],
             sets_out: false,
             joint_forces: vec![0.0; robot.joints.len()],
+            servos: servos_of(&robot),
             chassis_mass: robot.chassis.mass.clone(),
             payloads: Vec::new(),
             pushes: Vec::new(),
@@ -197,6 +201,12 @@ impl Articulated {
         let robot = (&*self.robot, &self.chassis_mass);
         potential_j(robot, &self.state, gravity)
     }
+}
+
+fn servos_of(robot: &Robot) -> Vec<Servo> {
+    let joints = robot.joints.iter().enumerate();
+    let servo = |(index, joint)| Servo::of(joint, robot.inertia_on_joint(index));
+    joints.map(servo).collect()
 }
 
 /// The inertia of a robot's wheels: their hubs' and their rollers' about their axes, and on the ground the share of the robot's mass,

@@ -42,9 +42,13 @@ impl JointForce {
     }
 }
 
-/// The position of each joint of a robot from which its standing is looked for: zero, or the stop nearest to it, and where couplings put it.
+/// The position of each joint of a robot from which its standing is looked for: zero, or a servo's target, or the stop nearest to it, and where
+/// couplings put it.
 pub(crate) fn positions_at_start(robot: &Robot) -> Vec<f64> {
-    let nearest = |joint: &BodyJoint| 0.0_f64.max(joint.limits[0]).min(joint.limits[1]);
+    let nearest = |joint: &BodyJoint| {
+        let target = joint.servo().map_or(0.0, |servo| servo.target);
+        target.max(joint.limits[0]).min(joint.limits[1])
+    };
     let mut positions: Vec<f64> = robot.joints.iter().map(nearest).collect();
     // Each pass settles those that follow what is settled.
     for _ in &robot.couplings {
@@ -57,8 +61,9 @@ pub(crate) fn positions_at_start(robot: &Robot) -> Vec<f64> {
 }
 
 impl Articulated {
-    /// Says what springs and dampers do in the step, and what they lose as their joints gain rate.
+    /// Says what springs, dampers and servos do in the step, and what they lose as their joints gain rate.
     pub fn load_joints(&mut self, dt_s: f64) {
+        self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
             let position = self.before.joint_positions()[index];
             let acts = if self.sets_out {
@@ -66,12 +71,13 @@ impl Articulated {
             } else {
                 JointForce::over(joint, (position, self.before.joint_rates()[index]), dt_s)
             };
-            self.loads.in_joints[index] = acts.force;
-            self.held_n_m_s2[index] = acts.droop * dt_s;
+            let servo = &self.servos[index].straight;
+            self.loads.in_joints[index] = acts.force + servo.torque_n_m;
+            self.held_n_m_s2[index] = (acts.droop + servo.droop_n_m_s) * dt_s;
         }
     }
 
-    /// Counts the impulses of springs and dampers in a step.
+    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are straight.
     pub fn count_springs(&mut self, dt_s: f64) {
         let rates = self.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
@@ -80,6 +86,20 @@ impl Articulated {
             let lost = self.held_n_m_s2[index] * (after - before);
             self.joint_forces[index] += self.loads.in_joints[index] * dt_s - lost;
         }
+    }
+
+    /// Work of the servos in a step as far as they are straight, in J.
+    pub fn servos_did_j(&self, dt_s: f64) -> f64 {
+        let rates = self.before.joint_rates().iter();
+        let rates = rates.zip(self.state.joint_rates());
+        let servos = self.servos.iter().zip(rates);
+        let means = self.middle.joint_rates();
+        servos
+            .zip(means)
+            .map(|((servo, (before, after)), mean)| {
+                servo.straight_impulse(after - before, dt_s) * mean
+            })
+            .sum()
     }
 
     /// Energy that the dampers of the joints took in a step, in J.

@@ -92,10 +92,20 @@ impl World {
     fn count_joints(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             body.count_springs(dt_s);
+            self.energies.motor_j += body.servos_did_j(dt_s);
         }
         for reaction in self.reactions.all() {
-            if let Part::Friction(joint) | Part::Stop(joint, _) = reaction.a.part {
-                self.bodies[reaction.a.body].joint_forces[joint] += reaction.impulse.x;
+            let body = &mut self.bodies[reaction.a.body];
+            match reaction.a.part {
+                Part::Servo(joint) => {
+                    let mean = body.middle.joint_rates()[joint];
+                    self.energies.motor_j += reaction.impulse.x * mean;
+                    body.joint_forces[joint] += reaction.impulse.x;
+                }
+                Part::Friction(joint) | Part::Stop(joint, _) => {
+                    body.joint_forces[joint] += reaction.impulse.x;
+                }
+                _ => {}
             }
         }
     }
@@ -121,6 +131,7 @@ impl World {
                 | Part::Rolling(..)
                 | Part::RateLimit(_)
                 | Part::Drive(_)
+                | Part::Servo(_)
                 | Part::Friction(_)
                 | Part::Coupling(_) => continue,
                 Part::Stop(joint, _) => {

@@ -5,10 +5,10 @@ use ilon_robot::{Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 use super::World;
-use crate::MotorTorque;
 use crate::contact::support::Support;
 use crate::contact::wheel_contact::WheelContact;
 use crate::robot::articulated::Articulated;
+use crate::{MotorTorque, WorldError};
 
 /// Which body of its world: a robot keeps its identity as long as the world exists, and in the world's copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -269,6 +269,43 @@ impl BodyMut<'_> {
         for (motor, torque_n_m) in motors.iter_mut().zip(torques_n_m) {
             *motor = MotorTorque::constant(*torque_n_m);
         }
+    }
+
+    /// Says where the servo of a joint between bodies shall have its target in the steps to come, in rad or m, and how fast that target moves
+    /// then, in rad/s or m/s: 0 of one that stands. The target goes there at the servo's rate limit at most, and stays until it is
+    /// given another.
+    ///
+    /// # Errors
+    /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place is beyond the joint's limits.
+    ///
+    /// # Panics
+    /// Where the robot has no such joint.
+    pub fn aim_joint(&mut self, joint: usize, position: f64, rate: f64) -> Result<(), WorldError> {
+        let robot = self.articulated();
+        let of = &robot.robot.joints[joint];
+        let refused = |reason: String| {
+            Err(WorldError::Joint {
+                joint: of.name.clone(),
+                reason,
+            })
+        };
+        let [lower, upper] = of.limits;
+        if !(position.is_finite() && rate.is_finite()) {
+            return refused("its servo's target must be finite numbers".to_owned());
+        }
+        if !(lower..=upper).contains(&position) {
+            return refused(format!(
+                "its servo cannot go to {position}: its limits are {lower} and {upper}"
+            ));
+        }
+        if robot.aim(joint, position, rate) {
+            return Ok(());
+        }
+        let of = &self.articulated().robot.joints[joint];
+        Err(WorldError::Joint {
+            joint: of.name.clone(),
+            reason: "nothing drives it: give it a servo, the role `driven`".to_owned(),
+        })
     }
 
     /// As [`BodyMut::apply`], with torques that depend on the rates of the wheels within the step.

@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
-use nalgebra::Point3;
 
 use crate::dynamics::DEEPEST;
 use crate::{Settings, WorldError};
@@ -83,6 +82,7 @@ fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
             "its damping and friction must be finite and not below 0",
         );
     }
+    check_servo(joint)?;
     match joint.spring() {
         Some(spring)
             if !(spring.stiffness.is_finite()
@@ -99,13 +99,45 @@ fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
     }
 }
 
-/// Refuses a spring that swings what it moves more than once in a step.
-fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), WorldError> {
-    let joint = &robot.joints[index];
-    let Some(spring) = joint.spring() else {
+/// Refuses a servo that no joint can have, or that no limit lets where it shall be.
+fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
+    let Some(servo) = joint.servo() else {
         return Ok(());
     };
-    let inertia = moved_inertia(robot, index);
+    if !(servo.stiffness.is_finite() && servo.stiffness > 0.0) {
+        return refused(
+            joint,
+            "its servo must have a stiffness that is finite and above 0",
+        );
+    }
+    if !(servo.damping.is_finite() && servo.damping >= 0.0) {
+        return refused(joint, "its servo's damping must be finite and not below 0");
+    }
+    // Not a number is not above anything.
+    if !(servo.effort > 0.0 && servo.rate_limit > 0.0) {
+        return refused(
+            joint,
+            "its servo's effort and rate limit must be above 0: a joint that nothing drives is free, sprung or held",
+        );
+    }
+    let [lower, upper] = joint.limits;
+    if !(servo.target.is_finite() && (lower..=upper).contains(&servo.target)) {
+        let words = format!(
+            "its servo's target of {} is not between its limits of {lower} and {upper}: give it one that is",
+            servo.target
+        );
+        return refused(joint, &words);
+    }
+    Ok(())
+}
+
+/// Refuses a spring or a servo that swings what it moves more than once in a step.
+fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), WorldError> {
+    let joint = &robot.joints[index];
+    let Some(spring) = joint.gives_by() else {
+        return Ok(());
+    };
+    let inertia = robot.inertia_on_joint(index);
     let swings_s = TAU * (inertia / spring.stiffness).sqrt();
     if swings_s >= settings.dt_s {
         return Ok(());
@@ -118,8 +150,13 @@ fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), 
     refused(
         joint,
         &format!(
-            "its spring of {} {} swings the {inertia:.3e} {} that it moves once in {:.3} ms, within a step of {:.3} ms: give it less than \
+            "its {} of {} {} swings the {inertia:.3e} {} that it moves once in {:.3} ms, within a step of {:.3} ms: give it less than \
              {softest:.3e}, or hold the joint, or take shorter steps",
+            if joint.servo().is_some() {
+                "servo"
+            } else {
+                "spring"
+            },
             spring.stiffness,
             unit.0,
             unit.1,
@@ -127,34 +164,6 @@ fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), 
             1e3 * settings.dt_s
         ),
     )
-}
-
-/// What a joint moves by itself: mass along its axis, or inertia about it, of its body and all that hangs by that.
-fn moved_inertia(robot: &Robot, index: usize) -> f64 {
-    let joint = &robot.joints[index];
-    let joint_from_body = joint.body_from_joint.inverse();
-    let hangs = |carrier: Option<usize>| {
-        std::iter::successors(carrier, |at| robot.joints[*at].parent).any(|at| at == index)
-    };
-    let about = |mass_kg: f64, in_body_m: nalgebra::Vector3<f64>, own: f64| match joint.kind {
-        JointKind::Slides => mass_kg,
-        JointKind::Turns => {
-            let at_m = joint_from_body * Point3::from(in_body_m);
-            own + mass_kg * at_m.coords.xy().norm_squared()
-        }
-    };
-    let bodies = robot.joints.iter().enumerate();
-    let bodies = bodies.filter(|(at, _)| hangs(Some(*at))).map(|(_, of)| {
-        let axis = (joint_from_body * of.body_from_joint).inverse() * nalgebra::Vector3::z();
-        let own = axis.dot(&(of.body.mass.inertia_kg_m2 * axis));
-        about(of.body.mass.mass_kg, of.center_of_mass_m(), own)
-    });
-    let wheels = robot.wheels.iter().filter(|wheel| hangs(wheel.carrier));
-    let wheels = wheels.map(|wheel| {
-        let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
-        about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
-    });
-    bodies.sum::<f64>() + wheels.sum::<f64>()
 }
 
 fn check_coupling(robot: &Robot, coupling: &Coupling) -> Result<(), WorldError> {

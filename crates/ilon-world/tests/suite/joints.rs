@@ -414,8 +414,8 @@ fn hostile_trees_are_refused_in_words() {
             robot.joints[0].body.mass.mass_kg = 1e-3;
             robot.joints[0].role = sprung(1e9);
         }),
-        ("at most 4", |robot| {
-            for parent in 0..4 {
+        ("at most 7", |robot| {
+            for parent in 0..7 {
                 let mut next = robot.joints[0].clone();
                 next.parent = Some(if parent == 0 { 0 } else { 3 + parent });
                 robot.joints.push(next);

@@ -11,6 +11,7 @@ mod nap;
 mod play;
 mod reference;
 mod rolling;
+mod servos;
 mod start;
 mod support;
 mod tread;

@@ -1,16 +1,21 @@
 //! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a share of what they pass on.
 
 use super::Reactions;
+use crate::MotorTorque;
 use crate::contact::problem::Law;
 use crate::contact::reaction::Part;
 use crate::contact::scene::{Scene, Scenes};
+use crate::dynamics::ROOT_DOFS;
 use crate::robot::drive::WheelDrive;
 
 impl Reactions {
     /// Whether a wheel's drive is more than a straight line in this step, as far as that is known.
     pub(super) fn needs_drive(&self, scene: &Scene<'_>, wheel: usize) -> bool {
         let gear_loses = scene.robot.wheels[wheel].drive.gear_efficiency < 1.0;
-        gear_loses || self.driven.contains(&(scene.index, wheel))
+        gear_loses
+            || self
+                .driven
+                .contains(&(scene.index, scene.wheels[wheel].joint))
     }
 
     /// Adds the law of a wheel's drive.
@@ -28,27 +33,41 @@ impl Reactions {
         self.hold_joint(scene, Part::Drive(wheel), side, Law::Curve { place }, 0.0);
     }
 
-    /// Finds the motors that the solved step takes off the straight line on which they were solved. Says whether there are any.
+    /// Finds the motors and servos that the solved step takes off the straight line on which they were solved. Says whether there are any.
     pub(super) fn find_bounded_motors(&mut self, scenes: Scenes<'_>) -> bool {
-        /// What rounding makes of a torque, as a share of it.
-        const ROUNDED: f64 = 1e-6;
         let known = self.driven.len();
         for scene in scenes.each() {
             for (wheel, law) in scene.motor_laws.iter().enumerate() {
-                if self.needs_drive(&scene, wheel) {
-                    continue;
+                if !self.needs_drive(&scene, wheel) {
+                    let joint = scene.wheels[wheel].joint;
+                    self.find_bounded(&scene, joint, (law, &scene.motors[wheel]));
                 }
-                let straight = &scene.motors[wheel];
-                let dof = scene.body.dof_of(wheel);
-                let free_rad_s = scene.rates_free[dof] - scene.rates_before[dof];
-                let gained_rad_s = free_rad_s + self.change(scene.index)[dof];
-                let line_n_m = straight.torque_n_m - straight.droop_n_m_s * gained_rad_s;
-                let size_n_m = straight.torque_n_m.abs() + line_n_m.abs();
-                if (law.at_gain(gained_rad_s) - line_n_m).abs() > ROUNDED * size_n_m {
-                    self.driven.push((scene.index, wheel));
+            }
+            for (joint, servo) in scene.body.servos.iter().enumerate() {
+                if !self.driven.contains(&(scene.index, joint)) {
+                    self.find_bounded(&scene, joint, (&servo.law, &servo.straight));
                 }
             }
         }
         self.driven.len() > known
+    }
+
+    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the step was solved.
+    fn find_bounded(
+        &mut self,
+        scene: &Scene<'_>,
+        joint: usize,
+        (law, straight): (&MotorTorque, &MotorTorque),
+    ) {
+        /// What rounding makes of a torque, as a share of it.
+        const ROUNDED: f64 = 1e-6;
+        let dof = ROOT_DOFS + joint;
+        let free_rad_s = scene.rates_free[dof] - scene.rates_before[dof];
+        let gained_rad_s = free_rad_s + self.change(scene.index)[dof];
+        let line_n_m = straight.torque_n_m - straight.droop_n_m_s * gained_rad_s;
+        let size_n_m = straight.torque_n_m.abs() + line_n_m.abs();
+        if (law.at_gain(gained_rad_s) - line_n_m).abs() > ROUNDED * size_n_m {
+            self.driven.push((scene.index, joint));
+        }
     }
 }

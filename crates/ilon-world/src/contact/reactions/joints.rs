@@ -25,11 +25,24 @@ impl Reactions {
                 let side = scene.of_joint(index, 1.0);
                 self.hold_bearing(scene, Part::Friction(index), side, joint.friction);
             }
+            if self.driven.contains(&(scene.index, index)) {
+                self.bound_servo(scene, index);
+            }
             self.stop_joint(scene, index, joint);
         }
         for (index, coupling) in scene.robot.couplings.iter().enumerate() {
             self.couple_joints(scene, index, coupling);
         }
+    }
+
+    /// Keeps a servo within its effort.
+    fn bound_servo(&mut self, scene: &Scene<'_>, index: usize) {
+        let rate = scene.before.joint_rates()[index];
+        let servo = &scene.body.servos[index];
+        servo.fill_curve(rate, scene.dt_s, &mut self.curve);
+        let place = self.problem.add_curve(&self.curve);
+        let side = scene.of_joint(index, 1.0);
+        self.hold_joint(scene, Part::Servo(index), side, Law::Curve { place }, 0.0);
     }
 
     /// Keeps a joint between its stops: it may come no nearer in the step than to the stop itself.

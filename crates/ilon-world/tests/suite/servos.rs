@@ -1,0 +1,402 @@
+//! Arms and lifts that servos drive, against mechanics by hand.
+
+use crate::support;
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use ilon_robot::{JointKind, JointRole, JointServo, Pose, Robot};
+use ilon_world::{Floor, MotorTorque, Settings, World};
+use nalgebra::{Point3, Vector3};
+use support::linked::joint;
+use support::mecanum4;
+
+const G: f64 = 9.81;
+/// The arm's mass, and its middle from its axis.
+const ARM_KG: f64 = 2.0;
+const ARM_M: f64 = 0.4;
+
+fn servo(stiffness: f64, damping: f64) -> JointServo {
+    JointServo {
+        stiffness,
+        damping,
+        ..JointServo::for_inertia(1.0)
+    }
+}
+
+/// The mecanum4 with a body of a mass at a place that moves on a joint above the middle of its chassis.
+fn with(kind: JointKind, axis: Vector3<f64>, at_m: Vector3<f64>, servo: JointServo) -> Robot {
+    let mut robot = mecanum4();
+    let place_m = robot.center_of_mass_m();
+    let law = (kind, JointRole::Driven(servo));
+    let moves = (ARM_KG, place_m + at_m);
+    robot.joints.push(joint("arm", law, (place_m, axis), moves));
+    robot
+}
+
+fn arm(axis: Vector3<f64>, servo: JointServo) -> Robot {
+    with(JointKind::Turns, axis, Vector3::x() * ARM_M, servo)
+}
+
+fn lift(servo: JointServo) -> Robot {
+    with(JointKind::Slides, Vector3::z(), Vector3::zeros(), servo)
+}
+
+fn drawer(servo: JointServo) -> Robot {
+    with(JointKind::Slides, Vector3::x(), Vector3::zeros(), servo)
+}
+
+fn world(robot: &Robot, floor: &Floor, gravity_m_s2: f64, dt_s: f64) -> World {
+    let settings = Settings {
+        dt_s,
+        gravity_m_s2,
+        ..Settings::default()
+    };
+    World::new(robot, floor, Pose::default(), &settings).expect("it stands")
+}
+
+fn ice() -> Floor {
+    Floor {
+        friction: 0.0,
+        ..Floor::default()
+    }
+}
+
+/// Steps with wheels that are held.
+fn step(world: &mut World) {
+    let rates = world.robot().wheel_rates_rad_s().to_vec();
+    let hold = |rate: &f64| MotorTorque::with_droop(-20.0 * rate, 20.0);
+    let motors: Vec<MotorTorque> = rates.iter().map(hold).collect();
+    world.robot_mut().drive(&motors);
+    world.step();
+}
+
+fn assert_near(value: f64, expected: f64, within: f64, what: &str) {
+    assert!(
+        (value - expected).abs() <= within * expected.abs(),
+        "{what}: {value} where {expected} is expected"
+    );
+}
+
+fn at(world: &World) -> f64 {
+    world.robot().joint_positions()[0]
+}
+
+/// An arm held level sags until its servo's stiffness bears m g l, from the first step on.
+#[test]
+fn a_servo_bears_an_arm_by_its_stiffness() {
+    let stiffness = 2000.0;
+    let robot = arm(Vector3::y(), servo(stiffness, 20.0));
+    let mut world = world(&robot, &Floor::default(), G, 1e-3);
+    for _ in 0..200 {
+        step(&mut world);
+    }
+    let (sags, pitch) = (at(&world), world.robot().state().pitch_rad);
+    let borne = world.robot().joint_forces()[0];
+    println!("{sags} {borne} {pitch}");
+    assert_near(
+        borne,
+        -ARM_KG * G * ARM_M * (sags + pitch).cos(),
+        1e-6,
+        "torque",
+    );
+    assert_near(sags, -borne / stiffness, 1e-6, "sag");
+}
+
+/// A load on a slide in weightlessness swings against the rest of the robot at sqrt(K / mu), mu the reduced mass of the two.
+#[test]
+fn a_step_of_the_target_swings_at_the_natural_frequency() {
+    let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
+    let stiffness = reduced_kg * (TAU * 5.0).powi(2);
+    let mut world = world(&drawer(servo(stiffness, 0.0)), &ice(), 0.0, 1e-3);
+    world.robot_mut().aim_joint(0, 0.01, 0.0).expect("driven");
+    let mut passes_s = Vec::new();
+    let mut before = at(&world) - 0.01;
+    while passes_s.len() < 21 {
+        world.step();
+        let now = at(&world) - 0.01;
+        if before * now < 0.0 {
+            passes_s.push(world.time_s() - 1e-3 * now / (now - before));
+        }
+        before = now;
+        assert!(world.time_s() < 5.0);
+    }
+    let frequency_hz = 10.0 / (passes_s[20] - passes_s[0]);
+    println!("{frequency_hz}");
+    // The midpoint rule swings slower by (omega dt)^2 / 12 = 8e-5.
+    assert_near(frequency_hz, 5.0, 2e-4, "frequency");
+}
+
+/// Far from its target a servo pushes with its effort, in steps of any length: the load gains F / mu.
+#[test]
+fn a_servo_at_its_effort_accelerates_by_it() {
+    let reduced_kg = ARM_KG * mecanum4().mass_kg() / (ARM_KG + mecanum4().mass_kg());
+    for (dt_s, aim) in [(1e-3, 1.0), (5e-3, -1.0)] {
+        let strong = JointServo {
+            effort: 3.0,
+            ..servo(1e4, 5000.0)
+        };
+        let mut world = world(&drawer(strong), &ice(), 0.0, dt_s);
+        world.robot_mut().aim_joint(0, aim, 0.0).expect("driven");
+        for _ in 0..20 {
+            world.step();
+            assert_near(world.robot().joint_forces()[0], 3.0 * aim, 1e-9, "force");
+        }
+        let rate_m_s = world.robot().joint_rates()[0];
+        assert_near(
+            rate_m_s,
+            3.0 * aim / reduced_kg * world.time_s(),
+            1e-9,
+            "rate",
+        );
+        // It comes to rest there all the same, and its effort is never passed.
+        for _ in 0..(6.0 / dt_s) as usize {
+            world.step();
+            assert!(world.robot().joint_forces()[0].abs() <= 3.0 * (1.0 + 1e-9));
+        }
+        // Near it the rest dies away as exp(-K t / D).
+        assert_near(at(&world), aim, 1e-4, "place");
+    }
+}
+
+/// The target of a jump moves at the rate limit, and the joint with it.
+#[test]
+fn a_rate_limit_bounds_how_fast_the_joint_follows() {
+    let limited = JointServo {
+        rate_limit: 0.5,
+        ..JointServo::for_inertia(ARM_KG)
+    };
+    let mut world = world(&drawer(limited), &ice(), 0.0, 1e-3);
+    world.robot_mut().aim_joint(0, 0.4, 0.0).expect("driven");
+    let mut fastest_m_s: f64 = 0.0;
+    while world.time_s() < 1.2 {
+        world.step();
+        fastest_m_s = fastest_m_s.max(world.robot().joint_rates()[0]);
+        if (world.time_s() - 0.6).abs() < 1e-6 {
+            // Stiffness and damping act on what is missing to a target that moves: nothing lags behind it.
+            assert_near(at(&world), 0.3, 1e-3, "on its way");
+            assert_near(world.robot().joint_rates()[0], 0.5, 1e-3, "rate");
+        }
+    }
+    println!("{fastest_m_s}");
+    // As it catches up, critically damped, it is faster by exp(-2) at most.
+    assert!(fastest_m_s < 0.5 * 1.136, "{fastest_m_s}");
+    assert_near(at(&world), 0.4, 1e-3, "there");
+}
+
+/// The inertia of a rigid robot about the vertical through a place, in kg m^2.
+fn yaw_inertia(robot: &Robot, about_m: Vector3<f64>) -> f64 {
+    let steiner = |mass_kg: f64, at_m: Vector3<f64>| mass_kg * (at_m - about_m).xy().norm_squared();
+    let chassis = &robot.chassis.mass;
+    let mut sum =
+        chassis.inertia_kg_m2[(2, 2)] + steiner(chassis.mass_kg, chassis.center_of_mass_m);
+    for wheel in &robot.wheels {
+        let in_body = |at_m: Vector3<f64>| (wheel.body_from_hub * Point3::from(at_m)).coords;
+        let up = wheel.body_from_hub.rotation.inverse() * Vector3::z();
+        let hub = &wheel.hub;
+        sum += up.dot(&(hub.inertia_kg_m2 * up));
+        sum += steiner(hub.mass_kg, in_body(hub.center_of_mass_m));
+        for roller in &wheel.rollers {
+            let along = up.dot(&roller.axis_in_hub).powi(2);
+            sum += steiner(roller.mass_kg, in_body(roller.center_in_hub_m))
+                + along * roller.axial_inertia_kg_m2
+                + (1.0 - along) * roller.transverse_inertia_kg_m2;
+        }
+    }
+    sum
+}
+
+/// On ice an arm that swings out turns the base back: I_1 w_1 + (I_2 + mu l^2) w_2 = 0 about what all turns about, the common centre of
+/// mass, with l from the base's centre of mass to the arm's, and mu their reduced mass.
+#[test]
+fn an_arm_that_swings_on_ice_turns_the_base_back() {
+    let robot = arm(
+        Vector3::z(),
+        JointServo::for_inertia(ARM_KG * ARM_M * ARM_M),
+    );
+    let base = mecanum4();
+    let reduced_kg = ARM_KG * base.mass_kg() / (ARM_KG + base.mass_kg());
+    let of_base = yaw_inertia(&base, base.center_of_mass_m());
+    let of_arm = ARM_KG * 0.02 * 0.02 + reduced_kg * ARM_M * ARM_M;
+    let mut world = world(&robot, &ice(), G, 1e-3);
+    world
+        .robot_mut()
+        .aim_joint(0, FRAC_PI_2, 0.0)
+        .expect("driven");
+    let mut fastest_rad_s: f64 = 0.0;
+    while world.time_s() < 1.0 {
+        world.step();
+        fastest_rad_s = fastest_rad_s.max(world.robot().joint_rates()[0]);
+    }
+    let yaw_rad = world.robot().state().pose.heading_rad;
+    let expected_rad = -of_arm / (of_base + of_arm) * at(&world);
+    println!("{yaw_rad} {expected_rad} {fastest_rad_s}");
+    assert!(fastest_rad_s > 5.0);
+    assert_near(yaw_rad, expected_rad, 1e-2, "yaw");
+}
+
+/// What the energy balance of an arm that swings up and out leaves open, and its servo's work, in J.
+fn open_j(dt_s: f64) -> (f64, f64) {
+    let mut robot = arm(Vector3::y(), servo(800.0, 20.0));
+    robot.joints[0].damping = 0.3;
+    robot.joints[0].friction = 0.2;
+    robot.joints[0].role = JointRole::Driven(JointServo {
+        effort: 9.0,
+        ..servo(800.0, 20.0)
+    });
+    let mut world = world(&robot, &Floor::default(), G, dt_s);
+    let stored_j = |world: &World| world.energy().kinetic_j + world.energy().potential_j;
+    let spent_j = |world: &World| {
+        world.slip_energy_j()
+            + world.spin_up_energy_j()
+            + world.impact_energy_j()
+            + world.bearing_energy_j()
+            - world.motor_energy_j()
+    };
+    step(&mut world);
+    let (from_j, before_j) = (stored_j(&world) + spent_j(&world), world.motor_energy_j());
+    let mut strongest: f64 = 0.0;
+    while world.time_s() < 1.2 {
+        let (sin, cos) = (PI * world.time_s().min(1.0)).sin_cos();
+        let (at, rate) = (-0.6 * (1.0 - cos), -0.6 * PI * sin);
+        world.robot_mut().aim_joint(0, at, rate).expect("driven");
+        step(&mut world);
+        strongest = strongest.max(world.robot().joint_forces()[0].abs());
+    }
+    // Its effort bounds it on the way: what damping and friction add is the rest.
+    assert!((9.0..11.0).contains(&strongest), "{strongest}");
+    let open_j = stored_j(&world) + spent_j(&world) - from_j;
+    (open_j.abs(), world.motor_energy_j() - before_j)
+}
+
+#[test]
+fn the_work_of_a_servo_is_in_the_balance() {
+    let (coarse_j, work_j) = open_j(1e-3);
+    let (fine_j, _) = open_j(5e-4);
+    println!("{coarse_j:e} {fine_j:e} of {work_j}");
+    // It raises the arm by l sin 1.2: 7.3 J.
+    assert!(work_j > 7.0, "{work_j}");
+    assert!(coarse_j < 1e-6 * work_j, "{coarse_j} of {work_j}");
+    assert!(
+        fine_j < 0.3 * coarse_j + 1e-8 * work_j,
+        "{fine_j} {coarse_j}"
+    );
+}
+
+/// An arm that swings from ahead to the side tips the robot where the weights' moment passes the wheels' edge: sin q = Y (M + m) / (m l).
+#[test]
+fn an_arm_tips_the_robot_where_its_moment_passes_the_edge() {
+    let edge_m = 0.16;
+    let begins = JointServo {
+        target: 0.7,
+        ..JointServo::for_inertia(2.0)
+    };
+    let mut robot = arm(Vector3::z(), begins);
+    robot.joints[0].body.mass.mass_kg = 8.0;
+    let base_kg = mecanum4().mass_kg();
+    let reach_m = edge_m * (base_kg + 8.0) / 8.0;
+    println!("{base_kg} {reach_m}");
+    // As long as it tips at 60 degrees.
+    let length_m = reach_m / (TAU / 6.0).sin();
+    let mass = robot.joints[0].body.mass.clone();
+    robot.joints[0].body.mass.center_of_mass_m = mass.center_of_mass_m * (length_m / ARM_M);
+    let mut world = world(&robot, &Floor::default(), G, 2e-3);
+    let mut tips = None;
+    while world.time_s() < 20.0 && tips.is_none() {
+        let target = 0.7 + 0.05 * world.time_s();
+        world
+            .robot_mut()
+            .aim_joint(0, target, 0.05)
+            .expect("driven");
+        step(&mut world);
+        let contacts = world.robot().contacts();
+        if contacts.iter().filter(|wheel| !wheel.touching).count() >= 2 {
+            tips = Some(at(&world));
+        }
+    }
+    println!("{tips:?}");
+    assert_near(tips.expect("it tips"), TAU / 6.0, 1e-2, "tips");
+}
+
+/// A servo that is too weak lets its load down to the stop, and bears it with its effort.
+#[test]
+fn a_servo_that_is_too_weak_lets_its_load_down() {
+    let weak = JointServo {
+        effort: 0.5 * ARM_KG * G,
+        ..servo(1e4, 100.0)
+    };
+    let mut robot = lift(weak);
+    robot.joints[0].limits = [-0.05, 0.2];
+    let mut world = world(&robot, &Floor::default(), G, 1e-3);
+    for _ in 0..100 {
+        step(&mut world);
+    }
+    assert_near(at(&world), -0.05, 1e-3, "place");
+    // The stop bears the other half.
+    assert_near(world.robot().joint_forces()[0], ARM_KG * G, 1e-4, "force");
+}
+
+/// Joints that nothing drives, places beyond the limits and numbers that are none are refused with the joint's name; nothing happens then.
+#[test]
+fn what_no_servo_can_do_is_refused_in_words() {
+    let mut robot = lift(servo(1e4, 100.0));
+    robot.joints[0].limits = [0.0, 0.2];
+    let mut stands = world(&robot, &Floor::default(), G, 1e-3);
+    for (position, rate, words) in [
+        (0.3, 0.0, "its limits are 0 and 0.2"),
+        (f64::NAN, 0.0, "finite"),
+        (0.1, f64::INFINITY, "finite"),
+    ] {
+        let refused = stands.robot_mut().aim_joint(0, position, rate).unwrap_err();
+        let refused = refused.to_string();
+        assert!(
+            refused.contains(words) && refused.contains("`arm`"),
+            "{refused}"
+        );
+    }
+    robot.joints[0].role = JointRole::Free;
+    let mut free = world(&robot, &Floor::default(), G, 1e-3);
+    let refused = free.robot_mut().aim_joint(0, 0.1, 0.0).unwrap_err();
+    assert!(
+        refused.to_string().contains("nothing drives it"),
+        "{refused}"
+    );
+    for (spoils, words) in [
+        (
+            JointServo {
+                effort: 0.0,
+                ..servo(1.0, 0.0)
+            },
+            "effort and rate limit must be above 0",
+        ),
+        (
+            JointServo {
+                rate_limit: f64::NAN,
+                ..servo(1.0, 0.0)
+            },
+            "effort and rate limit",
+        ),
+        (
+            JointServo {
+                target: 1.0,
+                ..servo(1.0, 0.0)
+            },
+            "not between its limits",
+        ),
+        (servo(0.0, 0.0), "stiffness"),
+        (servo(1.0, -1.0), "damping"),
+        (servo(1e12, 0.0), "its servo of"),
+    ] {
+        robot.joints[0].role = JointRole::Driven(spoils);
+        let refused = World::new(
+            &robot,
+            &Floor::default(),
+            Pose::default(),
+            &Settings::default(),
+        );
+        let refused = refused.err().expect("refused").to_string();
+        assert!(
+            refused.contains(words) && refused.contains("`arm`"),
+            "{words}: {refused}"
+        );
+    }
+}
