@@ -36,6 +36,7 @@ impl Scenario {
             ));
         }
         self.object_to_solver()?;
+        super::bodies::object(&self.world.bodies)?;
         self.object_to_materials()?;
         self.object_to_windows()?;
         let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
@@ -71,6 +72,13 @@ impl Scenario {
                 "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
                  is a body of its own there",
                 "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+            ));
+        }
+        if !self.world.bodies.is_empty() {
+            return Err(Objection::to(
+                "world.bodies",
+                "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: what pushes what is solved by ilon",
+                "leave the bodies out, or let ilon solve the contacts",
             ));
         }
         let (floor, rollers) = (&self.world.floor, &self.rollers);
