@@ -6,7 +6,9 @@ use crate::session::Session;
 
 /// The whole page, with all that it needs but what comes over its socket.
 pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
-    let scene = Scene::new(session.description(), Frames::live(session.robot()));
+    let description = session.description();
+    let frames = Frames::beside(session.robot(), description.bodies.len(), []);
+    let scene = Scene::new(description, frames);
     let title = session.name().replace('&', "&amp;").replace('<', "&lt;");
     let settings = serde_json::json!({
         "friction": session.friction(),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Priority, Reference, Saturation, Task};
 use ilon_formats::Loaded;
-use ilon_robot::{Looks, Pose, Robot, Twist};
-use ilon_scene::{Contact, Description, Frame, WheelFrame};
+use ilon_robot::{Looks, Pose, Robot, Twist, roll_pitch_yaw};
+use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
 use ilon_sim::Scenario;
 use ilon_sim::simulate::{Decided, Driver, Plant, Recorder, WheelCommand, load, resolve_for};
 use ilon_trace::{Header, Record, WheelSample};
@@ -209,6 +209,7 @@ impl Session {
     pub fn description(&self) -> Description {
         let mut description = Description::of_robot(self.robot(), Some(&self.urdf), &self.looks);
         description.floor.friction = self.friction as f32;
+        description.bodies = shapes_of_bodies(self.header());
         description
     }
 
@@ -408,7 +409,15 @@ impl Session {
                     roller_angles_rad: world.robot().roller_angles_rad(wheel).collect(),
                 }
             });
+        let ids = world.free_bodies().iter().copied();
+        let bodies = ids.take(self.header().bodies.len()).filter_map(|id| {
+            let state = world.free_body(id)?;
+            let [x, y, z] = state.place_m.into();
+            let [roll, pitch, yaw] = roll_pitch_yaw(&state.rotation.to_rotation_matrix());
+            Some([x, y, z, roll, pitch, yaw])
+        });
         Frame {
+            bodies: bodies.collect(),
             t_s: self.t_s,
             pose: truth.pose,
             height_m: truth.height_m,

@@ -7,7 +7,7 @@ use ilon_robot::Robot;
 use ilon_scene::description::Floor;
 use ilon_scene::{
     Description, FrictionChange, GroundBox, Patch, Push, Relief, Scene, Thinning, embed,
-    frames_of_run,
+    frames_of_run, shapes_of_bodies,
 };
 use ilon_trace::{Fault, FaultKind, Header, Rows};
 use serde_json::json;
@@ -81,6 +81,7 @@ pub(crate) fn picture_of<R: Rows>(
     let mut description = Description::of_robot(robot, urdf, &header.looks);
     description.floor = floor(header, relief_m);
     description.pushes = pushes(header);
+    description.bodies = shapes_of_bodies(header);
     let frames = frames_of_run(rows, robot, THINNING)?;
     let remarks = description.robot.remarks.clone();
     let json = embed::data(&Scene::new(description, frames)).ok();
@@ -409,6 +410,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
             EventKind::Fault => ("faults".to_owned(), "limit".to_owned()),
             EventKind::Stance(_) => ("posture".to_owned(), "limit".to_owned()),
             EventKind::Ground => ("ground".to_owned(), "asked".to_owned()),
+            EventKind::Touch => ("bodies".to_owned(), "asked".to_owned()),
             EventKind::Saturated(task) => {
                 let name = header.task_names.get(task).map_or("task", String::as_str);
                 (format!("saturated: {name}"), "guidance".to_owned())
@@ -431,7 +433,8 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
         EventKind::Fault => 0,
         EventKind::Stance(_) => 1,
         EventKind::Ground => 2,
-        EventKind::Saturated(task) => 3 + task,
+        EventKind::Touch => 3,
+        EventKind::Saturated(task) => 4 + task,
         EventKind::Slide(wheel) => 100 + wheel,
         EventKind::Airborne(wheel) => 10_000 + wheel,
     };

@@ -44,6 +44,9 @@ pub struct Description {
     /// Pushes on the chassis.
     #[serde(default)]
     pub pushes: Vec<Push>,
+    /// Free bodies, each in its own frame; where they are comes with the frames.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<Shape>,
     /// A path to be shown from the start, points in the world. The reference of a run comes with its frames.
     #[serde(default)]
     pub reference: Vec<[f32; 2]>,

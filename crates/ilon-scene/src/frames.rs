@@ -26,6 +26,8 @@ pub struct Frame {
     pub wanted: Option<Pose>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelFrame>,
+    /// Free bodies, in the order of [`crate::Description::bodies`]: the place of the middle in metres, and roll, pitch and heading in radians.
+    pub bodies: Vec<[f64; 6]>,
 }
 
 /// A wheel at one instant.
@@ -139,6 +141,7 @@ impl Frame {
             ghost,
             wanted,
             wheels,
+            bodies,
         } = self;
         let mut values = vec![
             *t_s,
@@ -161,6 +164,7 @@ impl Frame {
             values.push(wheel.roller as f64);
             values.extend(&wheel.roller_angles_rad);
         }
+        values.extend(bodies.iter().flatten());
         values.into_iter().map(|x| x as f32).collect()
     }
 
@@ -181,10 +185,15 @@ impl Frames {
         Self::of(robot, [])
     }
 
-    /// Frames of a robot, later ones after earlier ones. A frame of another number of wheels or rollers is left out.
+    /// Frames of a robot without free bodies, later ones after earlier ones. A frame of another number of wheels or rollers is left out.
     pub fn of(robot: &Robot, frames: impl IntoIterator<Item = Frame>) -> Self {
+        Self::beside(robot, 0, frames)
+    }
+
+    /// As [`Frames::of`], beside so many free bodies; a frame of another number of those is left out as well.
+    pub fn beside(robot: &Robot, bodies: usize, frames: impl IntoIterator<Item = Frame>) -> Self {
         let rollers: Vec<usize> = robot.wheels.iter().map(|w| w.rollers.len()).collect();
-        let names = names(&rollers);
+        let names = names(&rollers, bodies);
         let mut values: Vec<Vec<f32>> = vec![Vec::new(); names.len()];
         let mut count = 0;
         for frame in frames {
@@ -209,8 +218,8 @@ impl Frames {
     }
 }
 
-/// All columns of a robot whose wheels have so many rollers.
-fn names(rollers: &[usize]) -> Vec<(String, Kind, Store)> {
+/// All columns of a robot whose wheels have so many rollers, beside so many bodies.
+fn names(rollers: &[usize], bodies: usize) -> Vec<(String, Kind, Store)> {
     use Kind::{Angle, Line, Step};
     use Store::{Exact, Small};
     let of_body = [
@@ -248,6 +257,17 @@ fn names(rollers: &[usize]) -> Vec<(String, Kind, Store)> {
     for (wheel, &rollers) in rollers.iter().enumerate() {
         names.extend(of_wheel.map(|(name, kind)| (format!("w{wheel}_{name}"), kind, Small)));
         names.extend((0..rollers).map(|r| (format!("w{wheel}_r{r}"), Angle, Small)));
+    }
+    let of_free = [
+        ("x", Line, Exact),
+        ("y", Line, Exact),
+        ("z", Line, Exact),
+        ("roll", Angle, Small),
+        ("pitch", Angle, Small),
+        ("yaw", Angle, Small),
+    ];
+    for body in 0..bodies {
+        names.extend(of_free.map(|(name, kind, store)| (format!("b{body}_{name}"), kind, store)));
     }
     names
 }

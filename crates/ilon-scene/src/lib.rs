@@ -62,4 +62,4 @@ pub use description::{
     RollerShape, Scene, Shape, WheelShape,
 };
 pub use frames::{Column, Contact, Frame, Frames, Kind, WheelFrame};
-pub use run::{Rolling, Thinning, frames_of_run};
+pub use run::{Rolling, Thinning, frames_of_run, shapes_of_bodies};

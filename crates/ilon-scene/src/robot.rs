@@ -22,6 +22,7 @@ impl Description {
                 ..Floor::default()
             },
             pushes: Vec::new(),
+            bodies: Vec::new(),
             reference: Vec::new(),
         }
     }

@@ -1,8 +1,9 @@
 //! The frames of a recorded run.
 
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{Header, Projection, Record, Rows, WheelSample};
+use ilon_trace::{BodyHeader, BodyShape, Header, Projection, Record, Rows, WheelSample};
 
+use crate::description::{Form, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
 /// How many frames of a run are kept.
@@ -36,6 +37,23 @@ impl Thinning {
         };
         by_rate.max(rows.div_ceil(self.most.max(1))).max(1)
     }
+}
+
+/// The free bodies of a run, each in its own frame: what [`crate::Description::bodies`] shows.
+pub fn shapes_of_bodies(header: &Header) -> Vec<Shape> {
+    let form = |shape: BodyShape| match shape {
+        BodyShape::Box { size_m } => Form::Box(size_m.map(|side| 0.5 * side as f32)),
+        BodyShape::Cylinder { radius_m, length_m } => {
+            Form::Cylinder([radius_m as f32, length_m as f32])
+        }
+        BodyShape::Sphere { radius_m } => Form::Sphere([radius_m as f32]),
+    };
+    let shape = |body: &BodyHeader| Shape {
+        pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+        form: form(body.shape),
+        color: None,
+    };
+    header.bodies.iter().map(shape).collect()
 }
 
 /// The frames of a run of this robot.
@@ -83,7 +101,8 @@ pub fn frames_of_run<R: Rows>(
             })?;
         }
     }
-    Ok(Frames::of(robot, frames))
+    let bodies = rows.header().bodies.len();
+    Ok(Frames::beside(robot, bodies, frames))
 }
 
 /// The rollers of a robot, as far as its rows have turned them: makes frames of rows as they come.
@@ -130,7 +149,12 @@ fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec
             ..wanted
         }
     };
+    let bodies = record.bodies.iter().take(header.bodies.len()).map(|body| {
+        let [x, y, z] = body.place_m;
+        [x, y, z, body.roll_rad, body.pitch_rad, body.heading_rad]
+    });
     Frame {
+        bodies: bodies.collect(),
         t_s: record.t_s,
         pose: truth.pose,
         height_m: truth.height_m,

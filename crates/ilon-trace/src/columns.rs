@@ -5,8 +5,8 @@ use ilon_robot::Pose;
 use crate::header::Header;
 use crate::projection::Projection;
 use crate::record::{
-    Desired, ImuSample, JointSample, MAX_JOINTS, MAX_TASKS, Record, Storage, Support, TaskShare,
-    WheelSample,
+    BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS, Record,
+    Storage, Support, TaskShare, WheelSample,
 };
 use crate::trace::{RowMut, Trace};
 
@@ -34,12 +34,12 @@ pub(crate) struct Column<T: 'static> {
 const TIME: &str = "t_s";
 
 macro_rules! reals {
-    ($t:ty; $($name:literal => $($path:ident).+,)*) => {
+    ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
             name: $name,
             kind: Kind::Real,
-            get: |source| source.$($path).+,
-            set: |target, value| target.$($path).+ = value,
+            get: |source| source.$($path).+$([$at])?,
+            set: |target, value| target.$($path).+$([$at])? = value,
         }),*]
     };
 }
@@ -153,6 +153,20 @@ static JOINT: [[Column<JointSample>; 3]; 2] = [
     },
 ];
 
+static BODY: [Column<BodySample>; 11] = reals! { BodySample;
+    "x_m" => place_m [0],
+    "y_m" => place_m [1],
+    "z_m" => place_m [2],
+    "roll_rad" => roll_rad,
+    "pitch_rad" => pitch_rad,
+    "heading_rad" => heading_rad,
+    "vx_m_s" => velocity_m_s [0],
+    "vy_m_s" => velocity_m_s [1],
+    "vz_m_s" => velocity_m_s [2],
+    "push_n" => push_n,
+    "work_j" => work_j,
+};
+
 static WHEEL_REALS: [Column<WheelSample>; 18] = reals! { WheelSample;
     "target_rad_s" => target_rad_s,
     "rate_rad_s" => rate_rad_s,
@@ -200,6 +214,7 @@ enum Source {
     Storage(&'static Column<Storage>),
     Task(usize, &'static Column<TaskShare>),
     Joint(usize, &'static Column<JointSample>),
+    Body(usize, &'static Column<BodySample>),
     Wheel(usize, &'static Column<WheelSample>),
     /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
     Roller(usize, usize),
@@ -230,6 +245,7 @@ impl Signal {
             Source::Storage(column) => record.storage.as_ref().map(column.get),
             Source::Task(task, column) => record.tasks.get(*task).map(column.get),
             Source::Joint(joint, column) => record.joints.get(*joint).map(column.get),
+            Source::Body(body, column) => record.bodies.get(*body).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
             Source::Roller(_, roller) => *trace.roller_angles_at(step).get(*roller)?,
         }
@@ -285,6 +301,11 @@ impl Signal {
             }
             Source::Joint(joint, column) => {
                 if let Some(sample) = record.joints.get_mut(*joint) {
+                    (column.set)(sample, value);
+                }
+            }
+            Source::Body(body, column) => {
+                if let Some(sample) = record.bodies.get_mut(*body) {
                     (column.set)(sample, value);
                 }
             }
@@ -360,6 +381,15 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             source: Source::Joint(index, column),
         })
     });
+    let body = header.bodies.iter().enumerate().take(MAX_BODIES);
+    let body = body.flat_map(|(index, of)| {
+        BODY.iter().map(move |column| Signal {
+            name: format!("body_{}_{}", of.name, column.name),
+            kind: column.kind,
+            nullable: false,
+            source: Source::Body(index, column),
+        })
+    });
     let wheel = (0..header.wheels.len()).flat_map(|index| {
         let columns = WHEEL_REALS.iter().chain(&WHEEL_OTHERS);
         columns.map(move |column| Signal {
@@ -377,6 +407,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
         .chain(storage)
         .chain(task)
         .chain(joint)
+        .chain(body)
         .chain(wheel)
         .collect();
     if header.roller_angles {

@@ -78,6 +78,9 @@ pub struct Header {
     /// The ground that the robot drove on; `None` where it is not known.
     #[serde(default)]
     pub ground: Option<Ground>,
+    /// The free bodies that are recorded.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyHeader>,
     /// What went wrong on purpose; `None` where that is not known.
     #[serde(default)]
     pub faults: Option<Vec<Fault>>,
@@ -99,6 +102,42 @@ pub struct JointHeader {
     pub name: String,
     /// Whether it slides, in metres, or turns, in radians.
     pub slides: bool,
+}
+
+/// A free body: something that lies about and can be pushed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyHeader {
+    /// Its name.
+    pub name: String,
+    /// Its shape, around its middle.
+    pub shape: BodyShape,
+    /// Its mass, in kg.
+    pub mass_kg: f64,
+    /// Coulomb's coefficient of friction of its surface.
+    pub friction: f64,
+}
+
+/// The shape of a free body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodyShape {
+    /// A box.
+    Box {
+        /// Its sides along its own axes, in metres.
+        size_m: [f64; 3],
+    },
+    /// A cylinder along its own z axis.
+    Cylinder {
+        /// Its radius, in metres.
+        radius_m: f64,
+        /// Its length, in metres.
+        length_m: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its radius, in metres.
+        radius_m: f64,
+    },
 }
 
 /// The torque of a direct-current motor at its wheel, which falls linearly with the rate.

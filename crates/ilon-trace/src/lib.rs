@@ -55,16 +55,16 @@ pub use error::TraceError;
 pub use fault::{Fault, FaultKind};
 pub use hash::{hash_of_rows, trace_hash};
 pub use header::{
-    Ground, GroundBox, GroundPatch, GroundRelief, Guidance, Header, JointHeader, MotorLine,
-    WheelHeader,
+    BodyHeader, BodyShape, Ground, GroundBox, GroundPatch, GroundRelief, Guidance, Header,
+    JointHeader, MotorLine, WheelHeader,
 };
 pub use ledger::Ledger;
 pub use metrics::{Settings, Summary};
 pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{
-    Desired, ImuSample, JointSample, MAX_JOINTS, MAX_TASKS, Record, Storage, Support, TaskShare,
-    Truth, WheelSample,
+    BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS, Record,
+    Storage, Support, TaskShare, Truth, WheelSample,
 };
 pub use recording::{Recorded, Recording};
 pub use rows::Rows;

@@ -26,6 +26,28 @@ pub struct JointSample {
     pub force: f64,
 }
 
+/// The most free bodies that a trace records: those that stand first in the scenario.
+pub const MAX_BODIES: usize = 12;
+
+/// One free body at one control step, in the world frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodySample {
+    /// Its middle, in metres.
+    pub place_m: [f64; 3],
+    /// Roll, in radians.
+    pub roll_rad: f64,
+    /// Pitch, in radians.
+    pub pitch_rad: f64,
+    /// Heading, in radians.
+    pub heading_rad: f64,
+    /// Velocity of its middle, in m/s.
+    pub velocity_m_s: [f64; 3],
+    /// The size of the force of all robots on it in the last physics step, the mean over it, in N.
+    pub push_n: f64,
+    /// Work that robots have done on it since the start, in J.
+    pub work_j: f64,
+}
+
 /// The signals of one control step, apart from those of each wheel (see [`WheelSample`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record {
@@ -62,6 +84,8 @@ pub struct Record {
     pub tasks: [TaskShare; MAX_TASKS],
     /// The joints between bodies; as many as [`crate::Header::joints`] has are in use, the rest is zero.
     pub joints: [JointSample; MAX_JOINTS],
+    /// The free bodies; as many as [`crate::Header::bodies`] has are in use, the rest is zero.
+    pub bodies: [BodySample; MAX_BODIES],
     /// How much of the acceleration asked of the reference point the torques give, in [0, 1]; 1 where the wheel loops
     /// weigh no tasks.
     pub torque_weight_position: f64,

@@ -1,5 +1,6 @@
 //! Contact: where rollers and chassis are near the ground, and the impulses that follow.
 
+pub(crate) mod beside;
 pub(crate) mod between;
 pub(crate) mod candidates;
 pub(crate) mod handover;
@@ -11,8 +12,10 @@ pub(crate) mod problem;
 pub(crate) mod reaction;
 pub(crate) mod reactions;
 pub(crate) mod response;
+pub(crate) mod round;
 pub(crate) mod row;
 pub(crate) mod scene;
+pub(crate) mod solid;
 pub(crate) mod support;
 pub(crate) mod tread;
 pub(crate) mod turned;

@@ -38,6 +38,14 @@ pub enum WorldError {
         /// What is wrong, and what to do.
         reason: String,
     },
+    /// A free body that cannot be, or cannot begin where it is put.
+    #[error("body `{name}`: {reason}")]
+    FreeBody {
+        /// The body's name.
+        name: String,
+        /// What is wrong, and what to do.
+        reason: String,
+    },
     /// A world shall have no robot.
     #[error("a world of no robots; give it one or more")]
     NoBodies,

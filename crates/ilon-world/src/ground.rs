@@ -9,6 +9,7 @@ use parry3d::bounding_volume::Aabb;
 use rapier3d::prelude::*;
 
 use crate::contact::nearest::{Piece, SolidBox, Triangle};
+use crate::contact::solid::Solid as ContactSolid;
 use crate::engine::convert;
 
 pub(crate) use anchor::{Anchor, Grip};
@@ -98,6 +99,14 @@ impl Ground {
     /// Whether everything below a point of the ground is ground too, as below a plane and the boxes on it; below a relief nothing is.
     pub fn is_solid_below(&self) -> bool {
         self.has_plane
+    }
+
+    /// The parts of the ground that are not the plane.
+    pub fn solids(&self) -> impl Iterator<Item = ContactSolid<'_>> {
+        self.solids.iter().map(|solid| ContactSolid {
+            shape: &solid.shape,
+            floor_from_shape: solid.floor_from_solid,
+        })
     }
 
     /// Whether there is more than a plane.

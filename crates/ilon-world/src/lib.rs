@@ -28,6 +28,7 @@
 //! | floors: friction, nap, boxes, heights | `ground/` |
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
+//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{beside,solid}.rs` |
 //! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/between.rs` |
 //! | what worlds of one robot share | `robot/shared.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
@@ -51,6 +52,7 @@ mod contact;
 mod dynamics;
 mod engine;
 mod error;
+mod free;
 mod ground;
 mod motor_torque;
 mod reference;
@@ -61,6 +63,7 @@ mod world;
 pub use contact::support::Support;
 pub use contact::wheel_contact::WheelContact;
 pub use error::WorldError;
+pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
 pub use robot::energy::Energy;
@@ -68,4 +71,7 @@ pub use robot::shared::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };
-pub use world::{Body, BodyId, BodyMut, BodyState, Payload, PlaceMotion, Push, World};
+pub use world::{
+    Body, BodyId, BodyMut, BodyState, FreeBodyState, InRapier, Payload, PlaceMotion, Push, RayHit,
+    Seen, World,
+};

@@ -6,6 +6,7 @@ mod check;
 mod check_joints;
 pub(crate) mod disturbance;
 mod equilibrium;
+mod free;
 mod in_rapier;
 mod standing;
 #[cfg(test)]
@@ -25,6 +26,8 @@ use crate::robot::shared::SharedRobot;
 use crate::{Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::{Payload, Push};
+use free::Islands;
+pub use free::{FreeBodyState, InRapier, RayHit, Seen};
 
 /// Robots on the ground; in most worlds one.
 ///
@@ -36,8 +39,10 @@ pub use disturbance::{Payload, Push};
 pub struct World {
     ground: Ground,
     settings: Settings,
-    /// What moves on the ground, in the order of identities.
+    /// What moves on the ground: robots in the order of identities, and then the free bodies near them.
     bodies: Vec<Articulated>,
+    /// The other free bodies.
+    islands: Islands,
     /// What the bodies and the ground do to one another.
     reactions: Reactions,
     energies: Energies,
@@ -111,6 +116,7 @@ impl World {
             ground,
             settings: settings.clone(),
             bodies,
+            islands: Islands::default(),
             reactions: Reactions::default(),
             energies: Energies::default(),
             residual_m_s: 0.0,
@@ -122,7 +128,19 @@ impl World {
 
     /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
     pub fn step(&mut self) {
+        self.regroup();
+        self.residual_m_s = 0.0;
+        self.step_together();
+        self.step_islands();
+        self.steps += 1;
+    }
+
+    /// Steps what is solved together.
+    fn step_together(&mut self) {
         for body in &mut self.bodies {
+            if let Some(free) = &mut body.free {
+                free.from_robots = Vector3::zeros();
+            }
             body.asked.copy_from_slice(&body.motors);
             body.rates_asked_rad_s
                 .copy_from_slice(body.state.wheel_rates_rad_s());
@@ -130,7 +148,6 @@ impl World {
             body.support = Support::default();
             body.joint_forces.fill(0.0);
         }
-        self.residual_m_s = 0.0;
         let parts = self.parts();
         let part_s = self.settings.dt_s / f64::from(parts);
         ROOM.with_borrow_mut(|room| {
@@ -140,9 +157,12 @@ impl World {
             }
             self.reactions.swap_room(room);
         });
-        self.steps += 1;
         let dt_s = self.settings.dt_s;
+        self.count_slow(dt_s);
         for body in &mut self.bodies {
+            if let Some(free) = &mut body.free {
+                free.from_robots /= dt_s;
+            }
             for (index, counts) in body.counts.iter().enumerate() {
                 body.acted_n_m[index] = counts.torque_n_m_s / dt_s;
                 let contact = &mut body.contacts[index];

@@ -6,6 +6,7 @@ use super::faults;
 use super::posture::{Posture, Stance};
 use super::shortfall::Means;
 use super::spells::{Spell, Spells};
+use super::touches::Touches;
 use crate::text::{length, speed, time};
 
 /// A wheel slides where it uses this share of its friction limit ...
@@ -44,6 +45,8 @@ pub(crate) enum EventKind {
     Ground,
     /// A task of the guidance did not get what it asked for.
     Saturated(usize),
+    /// The robot pressed on a free body.
+    Touch,
     /// A wheel slid.
     Slide(usize),
     /// A wheel lost the ground.
@@ -63,6 +66,7 @@ pub(crate) struct Watch {
     pub posture: Posture,
     pub faults: faults::Watch,
     pub means: Means,
+    pub touches: Touches,
 }
 
 impl Watch {
@@ -79,6 +83,7 @@ impl Watch {
             posture: Posture::default(),
             faults: faults::Watch::new(header),
             means: Means::default(),
+            touches: Touches::new(header),
         }
     }
 
@@ -87,6 +92,7 @@ impl Watch {
         self.posture.add(header, record, samples);
         self.faults.add(header, record);
         self.means.add(header, record, samples);
+        self.touches.add(header, record);
         for (task, spells) in record.tasks.iter().zip(&mut self.saturated) {
             if task.asked_rad_s > 0.0 && task.weight < 1.0 {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
@@ -173,6 +179,9 @@ impl Watch {
                 lost_j: (spell.energy_j[1] - spell.energy_j[0]).max(0.0),
             });
         };
+        for (spell, text) in self.touches.episodes(header) {
+            push(EventKind::Touch, &spell, text, 0.0);
+        }
         for (index, spells) in self.slides.iter().enumerate() {
             for spell in &spells.found {
                 let slid_m = spell.sum;

@@ -11,6 +11,7 @@ mod posture;
 mod shortfall;
 mod slope;
 mod spells;
+mod touches;
 mod tries;
 
 use ilon_trace::{Guidance, Settings, Summary};
@@ -68,6 +69,7 @@ impl Story {
         let mut lines: Vec<String> = instability.into_iter().collect();
         lines.extend(sentences.take(MOST_OF_A_KIND));
         lines.extend(shown.all.measured.sentence());
+        lines.extend(watch.touches.sentence(header));
 
         let ends_at_m_s = shown.all.ends_at_m_s();
         let slope = slope::sentence(header, summary, &events, ends_at_m_s);

@@ -125,6 +125,10 @@ class Model {
     const { robot, unit: u } = this;
 
     this.ground(state.t, put, arrow, state, colors);
+    (this.data.bodies || []).forEach((part, b) => {
+      const at = ['x', 'y', 'z', 'roll', 'pitch', 'yaw'].map((name) => frames.get(`b${b}_${name}`));
+      if (at.every(Number.isFinite)) shape('solid', part, fromAngles(...at), part.color || colors.box);
+    });
     if (!Number.isFinite(state.at[0])) return layers;
     const { alone } = options;
     if (alone === undefined) {

@@ -3,6 +3,7 @@
 //! A scenario is TOML. Unknown keys are refused, defaults stand beside each field, paths are relative to the file, and
 //! degrees exist here only, in keys that end in `_deg`.
 
+mod bodies;
 mod expect;
 mod faults;
 mod guidance;
@@ -24,6 +25,7 @@ mod validate;
 mod wheels;
 mod world;
 
+pub use bodies::{Body, BoxShape, CylinderShape, SphereShape};
 pub use expect::{Bound, Expect, Must, SignalBound};
 pub(crate) use faults::within;
 pub use faults::{Fault, Frame};

@@ -36,6 +36,7 @@ impl Scenario {
             ));
         }
         self.object_to_solver()?;
+        super::bodies::object(&self.world.bodies)?;
         self.object_to_materials()?;
         self.object_to_windows()?;
         let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
@@ -95,6 +96,13 @@ impl Scenario {
                 format!("faults.{index}"),
                 "ground that leans does not go with `world.solver.contacts` = \"rapier\", where gravity stays as it was built",
                 "leave it out, or let ilon solve the contacts",
+            ));
+        }
+        if !self.world.bodies.is_empty() {
+            return Err(Objection::to(
+                "world.bodies",
+                "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: what pushes what is solved by ilon",
+                "leave the bodies out, or let ilon solve the contacts",
             ));
         }
         let (floor, rollers) = (&self.world.floor, &self.rollers);

@@ -1,8 +1,9 @@
-//! `[world]`: gravity and floor.
+//! `[world]`: gravity, floor, and what lies on it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bodies::Body;
 use super::materials::{Across, Against, Sliding};
 
 /// The world that the robot stands in.
@@ -17,6 +18,9 @@ pub struct World {
     pub floor: Floor,
     /// How the physics is solved; what is left out takes the program's measured defaults.
     pub solver: Solver,
+    /// Bodies that lie about and can be pushed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<Body>,
 }
 
 /// The ground: an endless plane unless it is made rough, and what lies on it.
@@ -241,6 +245,7 @@ impl Default for World {
             gravity_m_s2: 9.81,
             floor: Floor::default(),
             solver: Solver::default(),
+            bodies: Vec::new(),
         }
     }
 }

@@ -8,7 +8,7 @@ use ilon_trace::{Header, MotorLine};
 
 use super::pilot::Pilot;
 use super::resolve::Resolved;
-use super::{faults, floor, stability};
+use super::{bodies, faults, floor, stability};
 use crate::{Error, scenario};
 
 /// By what a robot is seen, for the header of its trace.
@@ -65,6 +65,7 @@ pub(super) fn header(
         urdf: seen.urdf.to_owned(),
         looks: seen.looks,
         ground: Some(floor::ground(scenario, robot)?),
+        bodies: bodies::header(scenario),
         faults: Some(faults::recorded(&scenario.faults, robot)?),
         guidance: pilot
             .follows_reference()

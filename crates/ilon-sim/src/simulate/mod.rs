@@ -1,5 +1,6 @@
 //! The loop: a plant, what drives it, and what records it.
 
+mod bodies;
 mod clock;
 mod command;
 mod defaults;

@@ -8,6 +8,7 @@ use ilon_trace::{Storage, Truth};
 use ilon_world::{Floor, MotorTorque, Payload, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
+use super::bodies;
 use super::clock::Clock;
 use super::command::WheelCommand;
 use super::disturbances::Disturbances;
@@ -152,7 +153,8 @@ impl Plant {
         let scenario = resolved.scenario();
         let physics_dt_s = resolved.physics_dt_s();
         let wheel_count = robot.wheels.len();
-        let world = World::new(robot, floor, start, settings)?;
+        let mut world = World::new(robot, floor, start, settings)?;
+        bodies::put_in(scenario, &mut world)?;
         let drive = Drive::new(resolved, robot)?;
         let section = scenario::Sensors {
             seed,

@@ -9,6 +9,7 @@ use ilon_trace::{
 use ilon_world::World;
 use nalgebra::Vector2;
 
+use super::bodies;
 use super::command::Decided;
 use super::header::{Appearance, header};
 use super::pilot::{Idle, Pilot};
@@ -191,6 +192,7 @@ impl Recorder {
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
             tasks,
             joints: joints(world),
+            bodies: bodies::samples(world),
             torque_weight_position: shares.map_or(1.0, |shares| shares.position),
             torque_weight_heading: shares.map_or(1.0, |shares| shares.heading),
             slip_energy_j: world.slip_energy_j(),

@@ -15,8 +15,9 @@ impl Scenes<'_> {
     ///
     /// parry is asked about each pair of shapes in the frame of the first body's chassis, where f32 is as fine as for the ground.
     pub fn find_between(&self, found: &mut Vec<Candidate>) {
-        for (index, a) in self.each().enumerate() {
-            for b in self.each().skip(index + 1) {
+        let robots = || self.each().filter(|scene| scene.body.free.is_none());
+        for (index, a) in robots().enumerate() {
+            for b in robots().skip(index + 1) {
                 self.find_between_two(&a, &b, found);
             }
         }

@@ -67,7 +67,7 @@ impl Turning {
     };
 
     /// Of a contact in the middle of the step, that changes by this in each half of it.
-    fn in_each_half(half_m_s: Vector3<f64>) -> Self {
+    pub(super) fn in_each_half(half_m_s: Vector3<f64>) -> Self {
         Self {
             came_down_at_m: None,
             until_m_s: half_m_s,
@@ -138,7 +138,7 @@ impl Scene<'_> {
     }
 
     /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
-    fn prediction_m(&self, wheel: usize) -> f64 {
+    pub(super) fn prediction_m(&self, wheel: usize) -> f64 {
         let speed_m_s = self.before.hub_center_velocity_m_s(wheel).norm()
             + self.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
@@ -161,6 +161,31 @@ impl Scene<'_> {
         let reach_m = body.reach_m + prediction_m;
         self.ground
             .pieces_near(&hub.center_m, reach_m, &mut room.pieces);
+        self.find_on_pieces(wheel, (prediction_m, room), found);
+    }
+
+    /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body, as if that were ground.
+    pub(super) fn find_on_piece(
+        &self,
+        wheel: usize,
+        (piece, within_m): (Piece, f64),
+        room: &mut Workspace,
+        found: &mut Vec<Candidate>,
+    ) {
+        room.pieces.clear();
+        room.pieces.push(piece);
+        self.find_on_pieces(wheel, (within_m, room), found);
+    }
+
+    /// The same of the pieces that are laid out.
+    fn find_on_pieces(
+        &self,
+        wheel: usize,
+        (prediction_m, room): (f64, &mut Workspace),
+        found: &mut Vec<Candidate>,
+    ) {
+        let body = &self.wheels[wheel];
+        let hub = &self.middle.hubs()[wheel];
         let on_plane = matches!(room.pieces[..], [Piece::Plane]);
         let gives = body.surface.tread.is_some();
         let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !gives && body.is_round;

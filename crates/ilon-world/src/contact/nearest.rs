@@ -14,6 +14,8 @@ mod tests;
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use crate::contact::round::{SolidBall, SolidCylinder};
+
 /// The search along a roller's axis is over within this, in metres.
 const SETTLED_M: f64 = 1e-13;
 
@@ -26,6 +28,10 @@ pub(crate) enum Piece {
     Box(SolidBox),
     /// A triangle of a surface.
     Triangle(Triangle),
+    /// A free sphere.
+    Ball(SolidBall),
+    /// A free cylinder.
+    Cylinder(SolidCylinder),
 }
 
 /// A solid box.
@@ -54,6 +60,16 @@ pub(crate) struct Foot {
     pub normal: Vector3<f64>,
     /// Distance of the point, in metres, negative inside.
     pub distance_m: f64,
+}
+
+impl From<(Vector3<f64>, Vector3<f64>, f64)> for Foot {
+    fn from((place_m, normal, distance_m): (Vector3<f64>, Vector3<f64>, f64)) -> Self {
+        Self {
+            place_m,
+            normal,
+            distance_m,
+        }
+    }
 }
 
 /// A roller where it stands.
@@ -153,6 +169,8 @@ impl Piece {
                 }
                 outside(place_m, off, triangle.up)
             }
+            Self::Ball(ball) => Foot::from(ball.foot(point_m)),
+            Self::Cylinder(cylinder) => Foot::from(cylinder.foot(point_m)),
         }
     }
 
@@ -168,13 +186,14 @@ impl Piece {
                 }
             }
             Self::Triangle(triangle) => show(triangle.up),
+            Self::Ball(_) | Self::Cylinder(_) => {}
         }
     }
 
     /// Shows the ends of its straight edges, in metres.
     pub fn edges(&self, mut show: impl FnMut(Vector3<f64>, Vector3<f64>)) {
         match self {
-            Self::Plane => {}
+            Self::Plane | Self::Ball(_) | Self::Cylinder(_) => {}
             Self::Box(solid) => {
                 for axis in 0..3 {
                     for (j, k) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
@@ -213,7 +232,7 @@ impl Piece {
 }
 
 impl SolidBox {
-    fn foot(&self, point_m: &Vector3<f64>) -> Foot {
+    pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         let local = self
             .floor_from_box
             .inverse_transform_point(&Point3::from(*point_m))

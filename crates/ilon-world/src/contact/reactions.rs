@@ -28,6 +28,7 @@
 mod driven;
 mod gather;
 mod give;
+mod grouping;
 mod joints;
 mod rolling;
 

@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 use crate::contact::support::Support;
 use crate::contact::wheel_contact::{Taken, WheelContact};
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
+use crate::free::Free;
 use crate::ground::Ground;
 use crate::motor_torque::WheelInertia;
 use crate::reference::Reference;
@@ -90,6 +91,8 @@ pub(crate) struct Articulated {
     pub counts: Vec<WheelCounts>,
     /// What its wheels set against their motors.
     pub wheel_inertia: WheelInertia,
+    /// What it is where it is no robot but a free body.
+    pub free: Option<Box<Free>>,
 }
 
 /// What a wheel did over a step.
@@ -152,6 +155,7 @@ impl Articulated {
             wheel_inertia: wheel_inertia(&robot, 0.0),
             scale,
             spring: ContactSpring::of(settings, &scale),
+            free: None,
             robot,
             tree,
         };

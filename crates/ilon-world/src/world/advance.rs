@@ -52,6 +52,7 @@ impl World {
         }
         self.count_motors(dt_s);
         self.count_joints(dt_s);
+        self.count_pushing();
         self.read_contacts(dt_s);
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
@@ -287,6 +288,10 @@ impl Articulated {
 
     /// Finds where what touches as parry finds it is near the ground, in the middle of the step.
     fn find_shapes(&mut self, ground: &Ground) {
+        if self.free.is_some() {
+            // `contact/beside.rs` looks for it.
+            return;
+        }
         self.shapes.find(&Placed {
             robot: &self.robot,
             chassis_mass: &self.chassis_mass,

@@ -28,9 +28,15 @@ pub struct BodyMut<'a> {
 }
 
 impl World {
-    /// The identities of all bodies, in the order in which the world was given them.
+    /// The identities of all robots, in the order in which the world was given them.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> + use<> {
-        (0..self.bodies.len()).map(BodyId)
+        (0..self.robots()).map(BodyId)
+    }
+
+    /// How many robots there are; they stand before the free bodies.
+    fn robots(&self) -> usize {
+        let robots = self.bodies.iter().take_while(|body| body.free.is_none());
+        robots.count()
     }
 
     /// A body as it is now.
@@ -62,7 +68,7 @@ impl World {
     }
 
     fn checked(&self, BodyId(index): BodyId) -> usize {
-        let count = self.bodies.len();
+        let count = self.robots();
         assert!(index < count, "body {index} of a world of {count}");
         index
     }

@@ -56,9 +56,9 @@ impl Payload {
 /// A push as it stands at the start of the step that it acts in, in the floor's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ActingPush {
-    force_n: Vector3<f64>,
+    pub(super) force_n: Vector3<f64>,
     /// From the chassis's centre of mass to the place pushed.
-    lever_m: Vector3<f64>,
+    pub(super) lever_m: Vector3<f64>,
 }
 
 impl BodyMut<'_> {
@@ -135,6 +135,7 @@ impl World {
     /// places, later ones over earlier ones, with footings for all of the floor's materials. A coefficient below 0 counts as 0.
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.ground.set_friction(friction, patches);
+        self.wake_all();
     }
 
     /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of any length, in place of the one the floor was

@@ -49,7 +49,8 @@ impl World {
 
     /// Kinetic and potential energy of all bodies now.
     pub fn energy(&self) -> Energy {
-        let potential_j = self.potential_j() + (self.energies.springs_j + self.energies.treads_j);
+        let in_contacts_j = self.energies.stored_in_contacts_j(&self.islands);
+        let potential_j = self.potential_j() + in_contacts_j;
         Energy {
             kinetic_j: self.kinetic_j(),
             potential_j,
@@ -57,13 +58,14 @@ impl World {
     }
 
     pub(super) fn kinetic_j(&self) -> f64 {
-        let bodies = self.bodies.iter();
-        bodies.map(Articulated::kinetic_j).sum()
+        let bodies = self.bodies.iter().chain(self.islands.awake());
+        bodies.map(Articulated::kinetic_j).sum::<f64>() + self.islands.asleep_j().0
     }
 
     pub(super) fn potential_j(&self) -> f64 {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        let bodies = self.bodies.iter();
-        bodies.map(|body| body.potential_j(&gravity)).sum()
+        let bodies = self.bodies.iter().chain(self.islands.awake());
+        let awake = bodies.map(|body| body.potential_j(&gravity));
+        awake.sum::<f64>() + self.islands.asleep_j().1
     }
 }

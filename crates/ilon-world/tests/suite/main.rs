@@ -2,6 +2,8 @@
 
 mod bodies;
 mod disturbances;
+mod free;
+mod free_world;
 mod in_turn;
 mod joints;
 mod laws;

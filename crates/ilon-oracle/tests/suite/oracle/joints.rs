@@ -185,17 +185,43 @@ fn explore_bars() {
 #[test]
 #[ignore]
 fn explore_braking() {
-    for case in [braking("arms", on_arms(60.0)), braking("slides", on_slides(60.0))] {
+    for case in [
+        braking("arms", on_arms(60.0)),
+        braking("slides", on_slides(60.0)),
+    ] {
         for (k, h) in [(2e6, 1e-5), (2e7, 4e-6), (2e7, 2e-6)] {
-            let springs = Springs { stiffness_n_m: k, step_s: h };
+            let springs = Springs {
+                stiffness_n_m: k,
+                step_s: h,
+            };
             let course = on_springs(&case, springs);
-            println!("{k:e} {h:e} {:.6?} {:.4?}", means(&course, (0.95, 1.15)), course.end().sums);
-            for t in [0.2, 0.6, 0.8, 1.0, 1.1] { let row = course.at(t); println!("   {t} {:.6?} {:.6?} {:.3?} {:.5?}", row.joints, row.stands, row.loads_n, row.wheels_rad); }
+            println!(
+                "{k:e} {h:e} {:.6?} {:.4?}",
+                means(&course, (0.95, 1.15)),
+                course.end().sums
+            );
+            for t in [0.2, 0.6, 0.8, 1.0, 1.1] {
+                let row = course.at(t);
+                println!(
+                    "   {t} {:.6?} {:.6?} {:.3?} {:.5?}",
+                    row.joints, row.stands, row.loads_n, row.wheels_rad
+                );
+            }
         }
         for dt in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
             let course = in_ilon(&case, dt, None);
-            println!("{dt} {:.6?} {:.4?}", means(&course, (0.95, 1.15)), course.end().sums);
-            for t in [0.2, 0.6, 0.8, 1.0, 1.1] { let row = course.at(t); println!("   {t} {:.6?} {:.6?} {:.3?} {:.5?}", row.joints, row.stands, row.loads_n, row.wheels_rad); }
+            println!(
+                "{dt} {:.6?} {:.4?}",
+                means(&course, (0.95, 1.15)),
+                course.end().sums
+            );
+            for t in [0.2, 0.6, 0.8, 1.0, 1.1] {
+                let row = course.at(t);
+                println!(
+                    "   {t} {:.6?} {:.6?} {:.3?} {:.5?}",
+                    row.joints, row.stands, row.loads_n, row.wheels_rad
+                );
+            }
         }
     }
 }

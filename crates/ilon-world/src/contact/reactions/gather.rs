@@ -51,6 +51,7 @@ impl Reactions {
             }
         }
         scenes.find_between(&mut self.nearby);
+        scenes.find_beside(&mut self.workspace, &mut self.nearby);
     }
 
     /// Collects the laws of all contacts and dry bearings.
@@ -131,11 +132,12 @@ impl Reactions {
             let material = material_of(scene, place.a.part);
             let footing = scene.ground.footing_at(&place.place_m, material);
             let ground = match place.b {
-                Partner::Ground => footing.surface,
+                Partner::Ground if scene.body.free.is_none() => footing.surface,
                 _ => FloorSurface::default(),
             };
             let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
-            let friction = ground.friction_at_speed(footing.friction, contact.before.yz().norm());
+            let grip = scenes.friction_between(place, footing.friction);
+            let friction = ground.friction_at_speed(grip, contact.before.yz().norm());
             let law = Law::Contact {
                 friction,
                 approach_m_s,

@@ -1,0 +1,124 @@
+//! Which free bodies the robot touched, when, and what pushing them took.
+
+use ilon_trace::{Header, Record};
+
+use super::spells::{Spell, Spells};
+use crate::page::escape;
+use crate::text::{energy, percent, time};
+
+/// Watches the free bodies of a run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Touches {
+    /// Of each body: while the robot pressed on it.
+    bodies: Vec<Spells>,
+    /// What robots had done on each in the row before, in J.
+    work_before_j: Vec<f64>,
+    /// Work of the motors so far, in J.
+    motor_j: f64,
+}
+
+impl Touches {
+    pub fn new(header: &Header) -> Self {
+        Self {
+            bodies: vec![Spells::default(); header.bodies.len()],
+            work_before_j: vec![0.0; header.bodies.len()],
+            motor_j: 0.0,
+        }
+    }
+
+    pub fn add(&mut self, header: &Header, record: &Record) {
+        let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
+        self.motor_j = record.motor_energy_j;
+        let before = self.bodies.iter_mut().zip(&mut self.work_before_j);
+        for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
+            let before_j = std::mem::replace(work_j, sample.work_j);
+            if sample.push_n > 0.0 {
+                spells.add(t_s, dt_s, sample.push_n, [before_j, sample.work_j]);
+            }
+        }
+    }
+
+    /// Each time that the robot pressed on a body, with what is said of it.
+    pub fn episodes(&self, header: &Header) -> Vec<(Spell, String)> {
+        let of_all = self.bodies.iter().zip(&header.bodies);
+        let of_body = of_all.flat_map(|(spells, body)| {
+            let say = |spell: &Spell| {
+                let most_n = spell.largest;
+                let took = self.took(spell.energy_j[1] - spell.energy_j[0]);
+                let text = format!(
+                    "the robot presses on `{}` with up to {most_n:.3} N; {took}",
+                    body.name
+                );
+                (*spell, text)
+            };
+            spells.found.iter().map(say)
+        });
+        of_body.collect()
+    }
+
+    /// Which body the robot touched first, and what pushing all of them took; `None` where it touched none.
+    pub fn sentence(&self, header: &Header) -> Option<String> {
+        let of_all = self.bodies.iter().zip(&header.bodies);
+        let firsts = of_all.filter_map(|(spells, body)| Some((spells.found.first()?, &body.name)));
+        let (first, name) = firsts.min_by(|(a, _), (b, _)| a.from_s.total_cmp(&b.from_s))?;
+        let all_j = self.work_before_j.iter().sum();
+        Some(format!(
+            "The robot first touched <b>{}</b> at {}; in all, moving bodies {}.",
+            escape(name),
+            time(first.from_s),
+            self.took(all_j),
+        ))
+    }
+
+    /// What work on bodies took, in words.
+    fn took(&self, work_j: f64) -> String {
+        let took = format!("took {}", energy(work_j));
+        if self.motor_j > 0.0 && work_j > 0.0 {
+            format!(
+                "{took}, {} of the motors' work",
+                percent(work_j / self.motor_j)
+            )
+        } else {
+            took
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_trace::{BodyHeader, BodyShape};
+
+    /// A box is pushed from 1 to 2 s with 5 N at 0.2 m/s, which takes 1 J of the 4 J that the motors give.
+    #[test]
+    fn the_first_touch_and_its_share_are_said() {
+        let header = Header {
+            control_dt_s: 0.01,
+            bodies: vec![BodyHeader {
+                name: "crate".to_owned(),
+                shape: BodyShape::Box { size_m: [0.2; 3] },
+                mass_kg: 1.0,
+                friction: 0.5,
+            }],
+            ..Header::default()
+        };
+        let mut touches = Touches::new(&header);
+        for row in 0..=200 {
+            let t_s = 0.01 * f64::from(row);
+            let mut record = Record {
+                t_s,
+                motor_energy_j: 2.0 * t_s,
+                ..Record::default()
+            };
+            record.bodies[0].push_n = if t_s > 1.0 { 5.0 } else { 0.0 };
+            record.bodies[0].work_j = (t_s - 1.0).max(0.0);
+            touches.add(&header, &record);
+        }
+        let said = touches.sentence(&header).expect("it was touched");
+        assert!(said.contains("<b>crate</b> at 1.0"), "{said}");
+        assert!(said.contains("25"), "{said}");
+        let episodes = touches.episodes(&header);
+        assert_eq!(episodes.len(), 1);
+        assert!(episodes[0].1.contains("up to 5.000 N"), "{}", episodes[0].1);
+    }
+}

@@ -1,0 +1,211 @@
+//! `[[world.bodies]]`: what lies about in the world and can be pushed.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::objection::Objection;
+
+/// A rigid body of uniform density that belongs to no robot. Exactly one of `box`, `cylinder` and `sphere` says its shape.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Its name, which no other body has; the trace's columns carry it.
+    #[schemars(length(min = 1))]
+    pub name: String,
+    /// It is a box with these sides.
+    #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
+    pub cuboid: Option<BoxShape>,
+    /// It is a cylinder, upright unless it is turned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<CylinderShape>,
+    /// It is a sphere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sphere: Option<SphereShape>,
+    /// Its mass, in kg.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub mass_kg: f64,
+    /// Coulomb's coefficient of friction of its surface: on the floor and between two bodies the lower of both holds.
+    #[serde(default = "friction")]
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+    /// That against robots; the same unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub friction_on_robots: Option<f64>,
+    /// x of its middle in the world, in metres.
+    pub x_m: f64,
+    /// y of its middle in the world, in metres.
+    pub y_m: f64,
+    /// Height of its middle above the floor's plane, in metres; left out, it is put down on whatever is beneath it: the floor, a body that stands
+    /// before it in the file, or the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_m: Option<f64>,
+    /// Its heading in the world, in degrees.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// How far it is turned about its own y axis before that, in degrees: 90 lays a cylinder down along x.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// How far it is turned about its own x axis before that, in degrees.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// x of the velocity of its middle in the world at the start, in m/s.
+    #[serde(default)]
+    pub vx_m_s: f64,
+    /// The same along y.
+    #[serde(default)]
+    pub vy_m_s: f64,
+    /// The same along z, upwards.
+    #[serde(default)]
+    pub vz_m_s: f64,
+    /// Its rate about the world's z axis at the start, in rad/s.
+    #[serde(default)]
+    pub omega_rad_s: f64,
+}
+
+/// The sides of a box.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxShape {
+    /// Along its own x, y and z axes, in metres.
+    pub size_m: [f64; 3],
+}
+
+/// The size of a cylinder.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderShape {
+    /// Its radius, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius_m: f64,
+    /// Its length along its own z axis, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub length_m: f64,
+}
+
+/// The size of a sphere.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereShape {
+    /// Its radius, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius_m: f64,
+}
+
+/// Friction of a body of which nothing is said.
+fn friction() -> f64 {
+    0.5
+}
+
+impl Body {
+    /// Refuses a body of no shape or of several.
+    fn object(&self, key: &str) -> Result<(), Objection> {
+        let shapes = [
+            self.cuboid.is_some(),
+            self.cylinder.is_some(),
+            self.sphere.is_some(),
+        ];
+        let name = &self.name;
+        let help = "give it one of box = { size_m = [x, y, z] }, cylinder = { radius_m, length_m } and sphere = { radius_m }";
+        match shapes.iter().filter(|is| **is).count() {
+            1 => {}
+            0 => {
+                return Err(Objection::to(
+                    key,
+                    format!("body `{name}` has no shape"),
+                    help,
+                ));
+            }
+            _ => {
+                let message = format!("body `{name}` has several shapes");
+                return Err(Objection::to(key, message, help));
+            }
+        }
+        let sizes = match self.cuboid {
+            Some(of) if of.size_m.iter().any(|side| *side <= 0.0) => Some(of.size_m),
+            _ => None,
+        };
+        match sizes {
+            None => Ok(()),
+            Some(sides) => Err(Objection::to(
+                format!("{key}.box.size_m"),
+                format!("body `{name}` has the sides {sides:?}, but each must be above 0"),
+                "write its three sides in metres",
+            )),
+        }
+    }
+}
+
+/// Refuses bodies of one name, and of no shape or several.
+pub(super) fn object(bodies: &[Body]) -> Result<(), Objection> {
+    for (index, body) in bodies.iter().enumerate() {
+        let key = format!("world.bodies.{index}");
+        let name = &body.name;
+        let is_plain = |letter: char| letter.is_alphanumeric() || "_-".contains(letter);
+        if name.is_empty() || !name.chars().all(is_plain) {
+            return Err(Objection::to(
+                format!("{key}.name"),
+                format!("the body's name `{name}` cannot stand in the name of a column"),
+                "write letters, digits, _ and -",
+            ));
+        }
+        if bodies[..index].iter().any(|other| other.name == *name) {
+            return Err(Objection::to(
+                format!("{key}.name"),
+                format!("two bodies are called `{name}`"),
+                "give each a name of its own",
+            ));
+        }
+        body.object(&key)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Error, scenario::Scenario};
+
+    const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
+    const BODY: &str = "[[world.bodies]]\nname = \"box\"\nmass_kg = 1\nx_m = 1\ny_m = 0\n";
+
+    /// What is said against a scenario with these bodies, and the text at which it points; nothing where it is taken.
+    fn said(bodies: &str) -> Option<(String, String)> {
+        let text = format!("{RUN}{bodies}");
+        match Scenario::from_toml(&text, "test", "") {
+            Ok(_) => None,
+            Err(Error::Scenario(fault)) => {
+                let span = fault.span.offset()..fault.span.offset() + fault.span.len();
+                Some((fault.message.clone(), text[span].to_owned()))
+            }
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn bodies_without_a_shape_a_name_or_a_size_are_refused() {
+        let refused = |text: String, words: &str| {
+            let (message, _) = said(&text).expect("it makes no sense");
+            assert!(message.contains(words), "{message}");
+        };
+        let cube = format!("{BODY}box = {{ size_m = [0.1, 0.1, 0.1] }}\n");
+        let ball = format!("{BODY}sphere = {{ radius_m = 0.1 }}\n").replace("\"box\"", "\"ball\"");
+        assert_eq!(said(&format!("{cube}{ball}")), None);
+        refused(BODY.to_owned(), "body `box` has no shape");
+        refused(
+            format!("{cube}sphere = {{ radius_m = 0.1 }}\n"),
+            "several shapes",
+        );
+        refused(format!("{cube}{cube}"), "two bodies are called `box`");
+        refused(
+            cube.replace("\"box\"", "\"a b\""),
+            "cannot stand in the name of a column",
+        );
+        refused(cube.replace("0.1, 0.1]", "0, 0.1]"), "each must be above 0");
+        refused(cube.replace("mass_kg = 1", "mass_kg = 0"), "mass_kg");
+        refused(format!("{cube}friction = -1\n"), "friction");
+        refused(
+            format!("{cube}[world.solver]\ncontacts = \"rapier\"\n"),
+            "do not go together",
+        );
+    }
+}

@@ -1,0 +1,170 @@
+//! Where free bodies are near the ground, near robots and near one another.
+
+use nalgebra::{Isometry3, Vector3};
+use rapier3d::prelude::SharedShape;
+
+use crate::contact::candidates::{Candidate, Turning, Workspace, along_frame, frame};
+use crate::contact::reaction::{Part, Partner};
+use crate::contact::scene::{Scene, Scenes};
+use crate::contact::solid::{Bounds, Near, Solid};
+use crate::robot::articulated::Articulated;
+use crate::robot::state::State;
+use crate::world::NEAR;
+
+impl Scenes<'_> {
+    /// Adds the places where free bodies are near anything.
+    pub fn find_beside(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        for scene in self.each().filter(|scene| scene.body.free.is_some()) {
+            let Some(solid) = solids(scene.body, scene.middle).next() else {
+                continue;
+            };
+            let own = (&scene, &solid, solid.bounds());
+            find_ground(own, found);
+            for other in self.each() {
+                if other.body.free.is_none() {
+                    find_robot(&other, own, room, found);
+                } else if other.index < scene.index {
+                    find_between(&other, own, found);
+                }
+            }
+        }
+    }
+
+    /// The friction of a contact where the ground has so much: of free bodies the lowest of what touches, but against robots their own.
+    pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
+        let free = |body: usize| self.bodies[body].free.as_deref();
+        let of_a = free(place.a.body);
+        let Partner::Of(b) = place.b else {
+            return of_a.map_or(of_ground, |of| of.friction.min(of_ground));
+        };
+        match (of_a, free(b.body)) {
+            (Some(one), Some(other)) => one.friction.min(other.friction),
+            (Some(free), None) | (None, Some(free)) => free.friction_on_robots,
+            (None, None) => of_ground,
+        }
+    }
+}
+
+/// A free body, its shape, and what that is within.
+type Own<'a> = (&'a Scene<'a>, &'a Solid<'a>, Bounds);
+
+/// The shapes of a chassis, or of a free body, in a state.
+pub(crate) fn solids<'a>(
+    body: &'a Articulated,
+    state: &State,
+) -> impl Iterator<Item = Solid<'a>> + use<'a> {
+    let chassis_from_body = Isometry3::from(-body.chassis_mass.center_of_mass_m);
+    let floor_from_body = state.floor_from_chassis() * chassis_from_body;
+    let shapes = body.robot.chassis_shapes().iter();
+    shapes.map(
+        move |(body_from_shape, shape): &(Isometry3<f64>, SharedShape)| Solid {
+            shape,
+            floor_from_shape: floor_from_body * body_from_shape,
+        },
+    )
+}
+
+/// The furthest that a place of a chassis may move in a step by the rates of a state, in metres.
+pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
+    let center_m = state.center_m();
+    let reach_m = solids(body, state).map(|solid| {
+        let ball = solid.shape.compute_local_bounding_sphere();
+        let at_m = solid.floor_from_shape.translation.vector - center_m;
+        let off_m = f64::from(ball.center.length() + ball.radius);
+        at_m.norm() + off_m
+    });
+    let turns_m_s = state.angular_rad_s.norm() * reach_m.fold(0.0, f64::max);
+    dt_s * (state.velocity_m_s.norm() + turns_m_s)
+}
+
+/// How near two bodies are looked at for contact, in metres.
+fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
+    let of = |scene: &Scene<'_>| travel_m(scene.body, scene.before, scene.dt_s);
+    NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
+}
+
+fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+    let within_m = NEAR * scene.scale.length_m + travel_m(scene.body, scene.before, scene.dt_s);
+    let around = bounds.grown(within_m);
+    let mut add = |near: Near| found.push(candidate(scene, None, &near));
+    if scene.ground.is_solid_below() && around.least_m.z <= 0.0 {
+        solid.near_plane(within_m, &mut add);
+    }
+    for ground in scene.ground.solids() {
+        if ground.bounds().meets(&around) {
+            solid.near(&ground, within_m, &mut add);
+        }
+    }
+}
+
+fn find_between(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+    let within_m = within_m(a, b);
+    let around = bounds.grown(within_m);
+    for part in solids(a.body, a.middle) {
+        if part.bounds().meets(&around) {
+            part.near(solid, within_m, |near| {
+                found.push(candidate(a, Some(b), &near));
+            });
+        }
+    }
+}
+
+fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
+    find_between(robot, own, found);
+    let (scene, solid, bounds) = own;
+    let Some(piece) = solid.piece() else {
+        return;
+    };
+    let mut of_wheel = Vec::new();
+    for (wheel, hub) in robot.middle.hubs().iter().enumerate() {
+        let travels_m = travel_m(scene.body, scene.before, scene.dt_s);
+        let within_m = robot.prediction_m(wheel) + travels_m;
+        let reach_m = robot.wheels[wheel].reach_m + within_m;
+        if !Bounds::of_ball(&hub.center_m, reach_m).meets(&bounds) {
+            continue;
+        }
+        robot.find_on_piece(wheel, (piece.clone(), within_m), room, &mut of_wheel);
+        found.extend(of_wheel.drain(..).map(|place| Candidate {
+            b: Partner::Of(scene.member(Part::Chassis)),
+            ..place
+        }));
+    }
+}
+
+/// A place of A near a free body, or of a free body near the ground.
+fn candidate(a: &Scene<'_>, b: Option<&Scene<'_>>, near: &Near) -> Candidate {
+    let turning = if near.is_corner {
+        let axes = frame(near.normal, Vector3::x());
+        let gained = |scene: &Scene<'_>| {
+            let then = |state| turning_m_s(scene, state, &near.place_m);
+            then(scene.ahead) - then(scene.before)
+        };
+        let gained_m_s = gained(a) - b.map_or_else(Vector3::zeros, gained);
+        Turning::in_each_half(0.5 * along_frame(&axes, &gained_m_s))
+    } else {
+        Turning::NONE
+    };
+    Candidate {
+        a: a.member(Part::Chassis),
+        b: b.map_or(Partner::Ground, |scene| {
+            Partner::Of(scene.member(Part::Chassis))
+        }),
+        place_m: near.place_m,
+        normal: near.normal,
+        along: Vector3::x(),
+        gap_m: near.gap_m,
+        turning,
+        came_down: false,
+        travel_m_s: Vector3::zeros(),
+        on_barrel: false,
+        gap_ahead_m: near.gap_m,
+    }
+}
+
+/// What the turning of a chassis gives a place of it, which is given as it is in the middle of the step, in the pose of a state, in m/s.
+fn turning_m_s(scene: &Scene<'_>, state: &State, place_m: &Vector3<f64>) -> Vector3<f64> {
+    let turned =
+        state.floor_from_chassis().rotation * scene.middle.floor_from_chassis().rotation.inverse();
+    let lever_m = turned * (place_m - scene.middle.center_m());
+    scene.before.angular_rad_s.cross(&lever_m)
+}

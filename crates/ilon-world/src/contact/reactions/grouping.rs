@@ -1,0 +1,42 @@
+//! Reactions of the last step when bodies come together in one problem, or part: each goes on where it acted.
+
+use super::Reactions;
+use crate::contact::reaction::{Partner, Reaction};
+
+impl Reactions {
+    /// Adds those of other bodies, which now stand behind so many.
+    pub fn append(&mut self, mut other: Self, bodies: usize) {
+        for reaction in &mut other.all {
+            reaction.a.body += bodies;
+            if let Partner::Of(member) = &mut reaction.b {
+                member.body += bodies;
+            }
+        }
+        self.all.append(&mut other.all);
+        self.dt_s = self.dt_s.max(other.dt_s);
+        self.error = self.error.max(other.error);
+    }
+
+    /// Keeps those of some bodies, as they are numbered among these, and gives those of the others. What was between the two is forgotten.
+    pub fn split_off(&mut self, keeps: impl Fn(usize) -> bool) -> Self {
+        let renumbered = |body: usize| (0..body).filter(|of| keeps(*of) == keeps(body)).count();
+        let mut left = Self {
+            dt_s: self.dt_s,
+            error: self.error,
+            ..Self::default()
+        };
+        for mut reaction in std::mem::take(&mut self.all) {
+            let stays = keeps(reaction.a.body);
+            reaction.a.body = renumbered(reaction.a.body);
+            if let Partner::Of(member) = &mut reaction.b {
+                if keeps(member.body) != stays {
+                    continue;
+                }
+                member.body = renumbered(member.body);
+            }
+            let to: &mut Vec<Reaction> = if stays { &mut self.all } else { &mut left.all };
+            to.push(reaction);
+        }
+        left
+    }
+}

@@ -1,0 +1,302 @@
+//! Where two solids are near each other, and where one is near the floor's plane.
+//!
+//! A box, a sphere and a cylinder meet the plane, and a sphere meets all three, in f64 by closed forms. For all other pairs parry says in f32 which
+//! faces, edges and corners are near. Places on a box's surface are then put exactly on it, and normals of faces exactly along its axes: so
+//! a gap is as fine as f64 wherever faces and corners meet, which a contact's stiff spring needs.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
+use parry3d::shape::Shape;
+use rapier3d::prelude::*;
+
+use crate::contact::nearest::{Piece, SolidBox};
+use crate::contact::round::{SolidBall, SolidCylinder};
+use crate::engine::convert;
+
+/// A shape where it stands, in the floor's frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Solid<'a> {
+    pub shape: &'a SharedShape,
+    pub floor_from_shape: Isometry3<f64>,
+}
+
+/// A place where a solid is near another, or near the plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    /// On the other one, in metres.
+    pub place_m: Vector3<f64>,
+    /// Unit vector out of the other one.
+    pub normal: Vector3<f64>,
+    /// Distance in metres, negative in penetration.
+    pub gap_m: f64,
+    /// Whether it is always the same place of the solid while that turns.
+    pub is_corner: bool,
+}
+
+/// A box along the floor's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub least_m: Vector3<f64>,
+    pub most_m: Vector3<f64>,
+}
+
+impl Bounds {
+    /// What holds nothing.
+    pub const NONE: Self = Self {
+        least_m: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        most_m: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// Around a ball.
+    pub fn of_ball(center_m: &Vector3<f64>, radius_m: f64) -> Self {
+        Self {
+            least_m: center_m.add_scalar(-radius_m),
+            most_m: center_m.add_scalar(radius_m),
+        }
+    }
+
+    /// Around both.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            least_m: self.least_m.inf(&other.least_m),
+            most_m: self.most_m.sup(&other.most_m),
+        }
+    }
+
+    /// Further out on all sides.
+    pub fn grown(&self, by_m: f64) -> Self {
+        Self {
+            least_m: self.least_m.add_scalar(-by_m),
+            most_m: self.most_m.add_scalar(by_m),
+        }
+    }
+
+    /// Whether they have a place in common.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|axis| {
+            self.least_m[axis] <= other.most_m[axis] && other.least_m[axis] <= self.most_m[axis]
+        })
+    }
+}
+
+impl Solid<'_> {
+    /// A box around it.
+    pub fn bounds(&self) -> Bounds {
+        // Turned here and moved in f64, so that far from the origin nothing is rounded.
+        let turned = convert::rotation(&self.floor_from_shape.rotation);
+        let around = self
+            .shape
+            .compute_aabb(&Pose::from_parts(Vector::ZERO, turned));
+        let at_m = self.floor_from_shape.translation.vector;
+        Bounds {
+            least_m: at_m + convert::to_f64(around.mins),
+            most_m: at_m + convert::to_f64(around.maxs),
+        }
+    }
+
+    /// As what a roller may be near to; `None` where its shape is another.
+    pub fn piece(&self) -> Option<Piece> {
+        let pose = self.floor_from_shape;
+        if let Some(cuboid) = self.shape.as_cuboid() {
+            return Some(Piece::Box(SolidBox {
+                floor_from_box: pose,
+                half_sides_m: convert::to_f64(cuboid.half_extents),
+            }));
+        }
+        if let Some(ball) = self.shape.as_ball() {
+            return Some(Piece::Ball(SolidBall {
+                center_m: pose.translation.vector,
+                radius_m: f64::from(ball.radius),
+            }));
+        }
+        let cylinder = self.shape.as_cylinder()?;
+        Some(Piece::Cylinder(SolidCylinder {
+            floor_from_cylinder: pose,
+            radius_m: f64::from(cylinder.radius),
+            half_length_m: f64::from(cylinder.half_height),
+        }))
+    }
+
+    fn ball(&self) -> Option<SolidBall> {
+        match self.piece() {
+            Some(Piece::Ball(ball)) => Some(ball),
+            _ => None,
+        }
+    }
+
+    /// How far it is from another, as f32 has it, in metres; 0 where they touch, and infinity where parry cannot tell.
+    pub fn distance_m(&self, other: &Self) -> f64 {
+        let from_other = convert::pose(&self.floor_from_shape.inv_mul(&other.floor_from_shape));
+        let found =
+            parry3d::query::distance(&Pose::IDENTITY, &**self.shape, &from_other, &**other.shape);
+        found.map_or(f64::INFINITY, |found| f64::from(found.distance))
+    }
+
+    /// Shows where it is nearer to the floor's plane than this.
+    pub fn near_plane(&self, within_m: f64, mut show: impl FnMut(Near)) {
+        let mut offer = |place_m: Vector3<f64>, is_corner: bool| {
+            if place_m.z < within_m {
+                show(Near {
+                    place_m: Vector3::new(place_m.x, place_m.y, 0.0),
+                    normal: Vector3::z(),
+                    gap_m: place_m.z,
+                    is_corner,
+                });
+            }
+        };
+        match self.piece() {
+            Some(Piece::Box(solid)) => {
+                for corner in 0..8 {
+                    let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                    let at = Vector3::new(sign(0), sign(1), sign(2));
+                    let at = at.component_mul(&solid.half_sides_m);
+                    offer((solid.floor_from_box * Point3::from(at)).coords, true);
+                }
+            }
+            Some(Piece::Ball(ball)) => offer(ball.center_m - Vector3::z() * ball.radius_m, false),
+            Some(Piece::Cylinder(cylinder)) => cylinder.offer_lowest(offer),
+            _ => {}
+        }
+    }
+
+    /// Shows where it is nearer to another than this.
+    pub fn near(&self, other: &Solid<'_>, within_m: f64, mut show: impl FnMut(Near)) {
+        let mut offer = |place_m, normal, gap_m| {
+            if gap_m < within_m {
+                show(Near {
+                    place_m,
+                    normal,
+                    gap_m,
+                    is_corner: false,
+                });
+            }
+        };
+        if let (Some(ball), Some(piece)) = (self.ball(), other.piece()) {
+            let foot = piece.foot(&ball.center_m);
+            offer(foot.place_m, foot.normal, foot.distance_m - ball.radius_m);
+        } else if let (Some(piece), Some(ball)) = (self.piece(), other.ball()) {
+            let foot = piece.foot(&ball.center_m);
+            let place_m = ball.center_m - ball.radius_m * foot.normal;
+            offer(place_m, -foot.normal, foot.distance_m - ball.radius_m);
+        } else {
+            self.near_by_features(other, within_m, show);
+        }
+    }
+
+    fn near_by_features(&self, other: &Solid<'_>, within_m: f64, mut show: impl FnMut(Near)) {
+        let from_other = self.floor_from_shape.inv_mul(&other.floor_from_shape);
+        let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
+        // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
+        let _ = DefaultQueryDispatcher.contact_manifolds(
+            &convert::pose(&from_other),
+            &**self.shape,
+            &**other.shape,
+            within_m as Real,
+            &mut manifolds,
+            &mut None,
+        );
+        let (own_turn, other_turn) = (
+            self.floor_from_shape.rotation,
+            other.floor_from_shape.rotation,
+        );
+        for manifold in &manifolds {
+            let poses = manifold.subshape_poses.as_deref();
+            let piece = |pose: Option<Pose>| pose.unwrap_or(Pose::IDENTITY);
+            let own_piece = piece(poses.and_then(|poses| poses.pos1));
+            let other_piece = piece(poses.and_then(|poses| poses.pos2));
+            // parry's normals point out of either shape.
+            let out = convert::to_f64(own_piece.rotation * manifold.local_n1);
+            let back = convert::to_f64(other_piece.rotation * manifold.local_n2);
+            let normal = if let Some(axis) = face_axis(&**self.shape, &out) {
+                -(own_turn * axis)
+            } else if let Some(axis) = face_axis(&**other.shape, &back) {
+                other_turn * axis
+            } else {
+                -(own_turn * out).normalize()
+            };
+            let is_corner = !is_round(&**self.shape) && !is_round(&**other.shape);
+            for point in &manifold.points {
+                let own = on_surface(&**self.shape, convert::to_f64(own_piece * point.local_p1));
+                let on_other = convert::to_f64(other_piece * point.local_p2);
+                let on_other = on_surface(&**other.shape, on_other);
+                let own_m = (self.floor_from_shape * Point3::from(own)).coords;
+                let place_m = (other.floor_from_shape * Point3::from(on_other)).coords;
+                let gap_m = normal.dot(&(own_m - place_m));
+                if gap_m < within_m {
+                    show(Near {
+                        place_m,
+                        normal,
+                        gap_m,
+                        is_corner,
+                    });
+                }
+            }
+        }
+    }
+}
+
+impl SolidCylinder {
+    /// Offers its lowest place at each end and, of an end that nearly lies on the plane, a ring of fixed ones.
+    fn offer_lowest(&self, mut offer: impl FnMut(Vector3<f64>, bool)) {
+        /// A cylinder that stands more upright than this, as the cosine of its lean, stands on an end.
+        const STANDS: f64 = 0.9;
+        /// Places on the ring: it tips over a side of that polygon, 4 % nearer to the middle than the rim.
+        const RING: usize = 12;
+        let pose = &self.floor_from_cylinder;
+        let axis = pose.rotation * Vector3::y();
+        let down = -Vector3::z() + axis.z * axis;
+        let end_m = |sign: f64| pose.translation.vector + sign * self.half_length_m * axis;
+        // What leans by nothing has no lowest place on its rim.
+        if let Some(down) = down.try_normalize(1e-9) {
+            for sign in [-1.0, 1.0] {
+                offer(end_m(sign) + self.radius_m * down, false);
+            }
+        }
+        if axis.z.abs() < STANDS {
+            return;
+        }
+        let lower_m = end_m(-1.0_f64.copysign(axis.z));
+        for index in 0..RING {
+            let angle = std::f64::consts::TAU * index as f64 / RING as f64;
+            let (sin, cos) = libm::sincos(angle);
+            let out = pose.rotation * Vector3::new(cos, 0.0, sin);
+            offer(lower_m + self.radius_m * out, true);
+        }
+    }
+}
+
+fn is_round(shape: &dyn Shape) -> bool {
+    shape.as_ball().is_some() || shape.as_cylinder().is_some()
+}
+
+/// The axis of a flat face that a normal of a shape stands on, which f32 has rounded.
+fn face_axis(shape: &dyn Shape, normal: &Vector3<f64>) -> Option<Vector3<f64>> {
+    /// What f32 makes of the direction of an axis.
+    const ROUNDED: f64 = 1e-5;
+    let axis = normal.iamax();
+    let flat = shape.as_cuboid().is_some() || shape.as_cylinder().is_some() && axis == 1;
+    let along = Vector3::ith(axis, 1.0_f64.copysign(normal[axis]));
+    (flat && (normal - along).norm() < ROUNDED).then_some(along)
+}
+
+/// A place of a shape's surface, put exactly on the flat faces that f32 nearly puts it on.
+fn on_surface(shape: &dyn Shape, mut place_m: Vector3<f64>) -> Vector3<f64> {
+    /// What f32 makes of a place, of the shape's size.
+    const ROUNDED: f64 = 1e-5;
+    let mut put = |axis: usize, half_m: Real, size_m: f64| {
+        let half_m = f64::from(half_m);
+        if (place_m[axis].abs() - half_m).abs() < ROUNDED * size_m {
+            place_m[axis] = half_m.copysign(place_m[axis]);
+        }
+    };
+    if let Some(cuboid) = shape.as_cuboid() {
+        let half_m = cuboid.half_extents;
+        let size_m = f64::from(half_m.max_element());
+        put(0, half_m.x, size_m);
+        put(1, half_m.y, size_m);
+        put(2, half_m.z, size_m);
+    } else if let Some(cylinder) = shape.as_cylinder() {
+        put(1, cylinder.half_height, f64::from(cylinder.half_height));
+    }
+    place_m
+}

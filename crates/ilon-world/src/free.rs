@@ -1,0 +1,222 @@
+//! Bodies that belong to no robot: boxes, cylinders and spheres that lie about and can be pushed.
+//!
+//! A free body is one more articulated body without joints: it moves by the same f64 dynamics, and its contacts stand in the same problem as
+//! those of the robots, so that momentum is conserved to rounding and the energy balance closes as it does for a robot.
+
+use std::sync::Arc;
+
+use ilon_robot::{Chassis, Collision, CollisionShape, MassProperties, Robot, Scale};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
+
+use crate::WorldError;
+
+/// A free body of a world, as long as it is not removed, and in the world's copies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FreeBodyId(pub(crate) u32);
+
+/// The shape of a free body, around its middle, which is its centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FreeShape {
+    /// A box with sides along its axes.
+    Box {
+        /// Its sides, in metres.
+        size_m: Vector3<f64>,
+    },
+    /// A cylinder along its z axis.
+    Cylinder {
+        /// Its radius, in metres.
+        radius_m: f64,
+        /// Its length, in metres.
+        length_m: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Its radius, in metres.
+        radius_m: f64,
+    },
+}
+
+/// A free body as it is put into a world: a rigid body of uniform density.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeBody {
+    /// What errors and reports call it.
+    pub name: String,
+    /// Its shape.
+    pub shape: FreeShape,
+    /// Its mass, in kg, > 0.
+    pub mass_kg: f64,
+    /// Coulomb friction coefficient of its surface, >= 0. On the floor and between two free bodies the lower of both coefficients holds.
+    pub friction: f64,
+    /// That against robots, their chassis and rollers, >= 0; `None` where it is the same.
+    pub friction_on_robots: Option<f64>,
+    /// Where its middle is over the floor's plane, in metres.
+    pub place_m: Vector2<f64>,
+    /// The height of its middle over the floor's plane, in metres; `None` where it is put down on whatever is beneath it.
+    pub height_m: Option<f64>,
+    /// How it is turned in the world.
+    pub rotation: UnitQuaternion<f64>,
+    /// Velocity of its middle in the world, in m/s.
+    pub velocity_m_s: Vector3<f64>,
+    /// Its angular velocity in the world, in rad/s.
+    pub angular_rad_s: Vector3<f64>,
+}
+
+/// What an articulated body that is a free one has beside its state.
+#[derive(Clone, Debug)]
+pub(crate) struct Free {
+    pub id: FreeBodyId,
+    pub name: Arc<str>,
+    pub friction: f64,
+    pub friction_on_robots: f64,
+    /// How long it has been slow, in seconds.
+    pub slow_s: f64,
+    /// What robots do to it in a step: impulses so far within it, in N s, and then means over it, in N.
+    pub from_robots: Vector3<f64>,
+    /// Work that robots have done on it, in J.
+    pub work_j: f64,
+}
+
+impl FreeShape {
+    fn collision(&self) -> CollisionShape {
+        match *self {
+            Self::Box { size_m } => CollisionShape::Box {
+                half_extents_m: 0.5 * size_m,
+            },
+            Self::Cylinder { radius_m, length_m } => {
+                CollisionShape::Cylinder { radius_m, length_m }
+            }
+            Self::Sphere { radius_m } => CollisionShape::Sphere { radius_m },
+        }
+    }
+
+    /// Each of its sizes with its name, in metres.
+    fn sizes_m(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Self::Box { size_m } => size_m.iter().map(|side| ("size_m", *side)).collect(),
+            Self::Cylinder { radius_m, length_m } => {
+                vec![("radius_m", radius_m), ("length_m", length_m)]
+            }
+            Self::Sphere { radius_m } => vec![("radius_m", radius_m)],
+        }
+    }
+
+    fn volume_m3(&self) -> f64 {
+        use std::f64::consts::PI;
+        match *self {
+            Self::Box { size_m } => size_m.product(),
+            Self::Cylinder { radius_m, length_m } => PI * radius_m * radius_m * length_m,
+            Self::Sphere { radius_m } => 4.0 / 3.0 * PI * radius_m * radius_m * radius_m,
+        }
+    }
+
+    /// Its inertia about its middle, over its mass, in m^2.
+    fn inertia_m2(&self) -> Matrix3<f64> {
+        let along = match *self {
+            Self::Box { size_m } => {
+                let squares = size_m.component_mul(&size_m) / 12.0;
+                Vector3::repeat(squares.sum()) - squares
+            }
+            Self::Cylinder { radius_m, length_m } => {
+                let across = radius_m * radius_m / 4.0 + length_m * length_m / 12.0;
+                Vector3::new(across, across, 0.5 * radius_m * radius_m)
+            }
+            Self::Sphere { radius_m } => Vector3::repeat(0.4 * radius_m * radius_m),
+        };
+        Matrix3::from_diagonal(&along)
+    }
+}
+
+impl FreeBody {
+    /// A body at rest that is put down on whatever is beneath a place, in metres.
+    pub fn new(name: &str, shape: FreeShape, mass_kg: f64, place_m: Vector2<f64>) -> Self {
+        Self {
+            name: name.to_owned(),
+            shape,
+            mass_kg,
+            friction: 0.5,
+            friction_on_robots: None,
+            place_m,
+            height_m: None,
+            rotation: UnitQuaternion::identity(),
+            velocity_m_s: Vector3::zeros(),
+            angular_rad_s: Vector3::zeros(),
+        }
+    }
+
+    /// Refuses what is no body.
+    pub(crate) fn check(&self) -> Result<(), WorldError> {
+        /// The most that a side may be of another: a plate of 1 m is 1 mm thick.
+        const SLENDER: f64 = 1e3;
+        let refused = |reason: String| {
+            let name = self.name.clone();
+            Err(WorldError::FreeBody { name, reason })
+        };
+        let sizes = self.shape.sizes_m();
+        let above_0 = |value: f64| value.is_finite() && value > 0.0;
+        let positive = sizes.iter().copied().chain([("mass_kg", self.mass_kg)]);
+        for (key, value) in positive {
+            if !above_0(value) {
+                return refused(format!("its {key} is {value}, but must be above 0"));
+            }
+        }
+        for friction in [Some(self.friction), self.friction_on_robots]
+            .into_iter()
+            .flatten()
+        {
+            if !(friction.is_finite() && friction >= 0.0) {
+                return refused(format!("its friction is {friction}, but must be 0 or more"));
+            }
+        }
+        let most_m = sizes.iter().map(|(_, size)| *size).fold(0.0, f64::max);
+        if sizes.iter().any(|(_, size)| *size * SLENDER < most_m) {
+            return refused(format!(
+                "one of its sizes is more than {SLENDER:.0} times another; make the thin one thicker"
+            ));
+        }
+        let place = self.place_m.iter().chain(&self.height_m);
+        let moves = self.velocity_m_s.iter().chain(&self.angular_rad_s);
+        if place.chain(moves).any(|x| !x.is_finite()) {
+            return refused("its place and velocity must be finite numbers".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Whether it does not move when it is put down.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.velocity_m_s == Vector3::zeros() && self.angular_rad_s == Vector3::zeros()
+    }
+
+    /// As a robot that is a chassis alone.
+    pub(crate) fn as_robot(&self) -> Robot {
+        Robot {
+            name: self.name.clone(),
+            chassis: Chassis {
+                name: self.name.clone(),
+                mass: MassProperties {
+                    mass_kg: self.mass_kg,
+                    center_of_mass_m: Vector3::zeros(),
+                    inertia_kg_m2: self.mass_kg * self.shape.inertia_m2(),
+                },
+                collisions: vec![Collision {
+                    body_from_shape: Isometry3::identity(),
+                    shape: self.shape.collision(),
+                }],
+            },
+            joints: Vec::new(),
+            couplings: Vec::new(),
+            wheels: Vec::new(),
+            remarks: Vec::new(),
+        }
+    }
+
+    /// Its own units: half the side of a cube of its volume stands for a wheel's radius, and a quarter of its mass for a wheel's load.
+    pub(crate) fn scale(&self, gravity_m_s2: f64) -> Scale {
+        /// A tenth of the earth's, as of robots.
+        const LEAST_GRAVITY_M_S2: f64 = 0.981;
+        Scale {
+            length_m: 0.5 * libm::cbrt(self.shape.volume_m3()),
+            load_kg: 0.25 * self.mass_kg,
+            gravity_m_s2: gravity_m_s2.max(LEAST_GRAVITY_M_S2),
+        }
+    }
+}

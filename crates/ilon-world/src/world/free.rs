@@ -1,0 +1,200 @@
+//! Free bodies of a world: put in, taken out, read and pushed by their identities.
+
+mod islands;
+mod put_down;
+mod seen;
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::World;
+use super::disturbance::ActingPush;
+use crate::contact::reaction::{Part, Partner};
+use crate::free::{Free, FreeBody, FreeBodyId};
+use crate::robot::articulated::Articulated;
+use crate::robot::shared::SharedRobot;
+use crate::settings::ContactSpring;
+use crate::{ContactSolver, WorldError};
+pub(super) use islands::Islands;
+pub use seen::{InRapier, RayHit, Seen};
+
+/// A free body as it is after the last step, in the world's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FreeBodyState {
+    /// Its middle, in metres.
+    pub place_m: Vector3<f64>,
+    /// How it is turned.
+    pub rotation: UnitQuaternion<f64>,
+    /// Velocity of its middle, in m/s.
+    pub velocity_m_s: Vector3<f64>,
+    /// Its angular velocity, in rad/s.
+    pub angular_rad_s: Vector3<f64>,
+    /// What all robots together did to it in the last step: the mean force, in N.
+    pub force_from_robots_n: Vector3<f64>,
+    /// Work that robots have done on it where they touch it since it was put in, in J: less what it did on them.
+    pub work_of_robots_j: f64,
+    /// Whether it rests, and is left alone until something comes near.
+    pub sleeps: bool,
+}
+
+impl World {
+    /// Puts a free body into the world.
+    ///
+    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and no bounce. Rollers with the shapes of their
+    /// file do not touch it, and rollers with a profile by numbers touch boxes alone.
+    ///
+    /// # Errors
+    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in a robot or in another free body, and where contacts
+    /// are rapier's.
+    pub fn add_body(&mut self, body: &FreeBody) -> Result<FreeBodyId, WorldError> {
+        body.check()?;
+        if self.settings.contacts == ContactSolver::Rapier {
+            return Err(WorldError::NotInRapier {
+                what: format!("free bodies (`{}`)", body.name),
+                remedy: "leave the bodies out",
+            });
+        }
+        let id = self.islands.next_id();
+        let mut built = self.build(body, id);
+        let middle_m = self.put_down(body, &built)?;
+        let at = Isometry3::from_parts(middle_m.into(), body.rotation);
+        for state in [
+            &mut built.state,
+            &mut built.before,
+            &mut built.middle,
+            &mut built.ahead,
+        ] {
+            state.place(at);
+            state.velocity_m_s = body.velocity_m_s;
+            state.angular_rad_s = body.angular_rad_s;
+        }
+        if self.steps > 0 {
+            let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+            self.energies.outside_j += built.kinetic_j() + built.potential_j(&gravity);
+        }
+        self.islands.add(built, body.is_at_rest());
+        Ok(id)
+    }
+
+    fn build(&self, body: &FreeBody, id: FreeBodyId) -> Articulated {
+        let robot = SharedRobot::from(&body.as_robot());
+        let at = Isometry3::from_parts(Vector3::zeros().into(), body.rotation);
+        let mut built = Articulated::build(robot, &self.ground, &at, &self.settings);
+        built.scale = body.scale(self.settings.gravity_m_s2);
+        built.spring = ContactSpring::of(&self.settings, &built.scale);
+        built.free = Some(Box::new(Free {
+            id,
+            name: Arc::from(body.name.as_str()),
+            friction: body.friction,
+            friction_on_robots: body.friction_on_robots.unwrap_or(body.friction),
+            slow_s: 0.0,
+            from_robots: Vector3::zeros(),
+            work_j: 0.0,
+        }));
+        built
+    }
+
+    /// Takes a free body out of the world. Says whether it was there.
+    pub fn remove_body(&mut self, id: FreeBodyId) -> bool {
+        self.wake(id);
+        let gone = match place_among(&self.bodies, id) {
+            Some(at) => {
+                self.reactions.split_off(|body| body != at);
+                Some(self.bodies.remove(at))
+            }
+            None => self.islands.remove(id),
+        };
+        let Some(gone) = gone else {
+            return false;
+        };
+        self.islands.forget(id);
+        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+        self.energies.outside_j -= gone.kinetic_j() + gone.potential_j(&gravity);
+        true
+    }
+
+    /// The identities of all free bodies, in the order in which they were put in.
+    pub fn free_bodies(&self) -> &[FreeBodyId] {
+        self.islands.ids()
+    }
+
+    /// A free body as it is now; `None` where it is not in the world.
+    pub fn free_body(&self, id: FreeBodyId) -> Option<FreeBodyState> {
+        let (body, sleeps) = self.find_body(id)?;
+        let free = body.free.as_ref()?;
+        Some(FreeBodyState {
+            place_m: body.state.center_m(),
+            rotation: body.state.floor_from_chassis().rotation,
+            velocity_m_s: body.state.velocity_m_s,
+            angular_rad_s: body.state.angular_rad_s,
+            force_from_robots_n: if sleeps {
+                Vector3::zeros()
+            } else {
+                free.from_robots
+            },
+            work_of_robots_j: free.work_j,
+            sleeps,
+        })
+    }
+
+    /// What a free body is called; `None` where it is not in the world.
+    pub fn free_body_name(&self, id: FreeBodyId) -> Option<&str> {
+        let (body, _) = self.find_body(id)?;
+        body.free.as_ref().map(|free| &*free.name)
+    }
+
+    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a place counted from its middle in its own
+    /// axes, in metres. Several pushes add up. One that is not in the world is not pushed.
+    pub fn push_body(
+        &mut self,
+        id: FreeBodyId,
+        force_n: Vector3<f64>,
+        place_in_body_m: Vector3<f64>,
+    ) {
+        self.wake(id);
+        let here = place_among(&self.bodies, id).map(|at| &mut self.bodies[at]);
+        if let Some(body) = here.or_else(|| self.islands.awake_mut(id)) {
+            let lever_m = body.state.floor_from_chassis().rotation * place_in_body_m;
+            body.pushes.push(ActingPush { force_n, lever_m });
+        }
+    }
+
+    fn find_body(&self, id: FreeBodyId) -> Option<(&Articulated, bool)> {
+        match place_among(&self.bodies, id) {
+            Some(at) => Some((&self.bodies[at], false)),
+            None => self.islands.find(id),
+        }
+    }
+
+    /// Counts what robots did to free bodies.
+    pub(super) fn count_pushing(&mut self) {
+        for reaction in self.reactions.all() {
+            let (Part::Chassis | Part::Roller(..), Partner::Of(b)) = (reaction.a.part, reaction.b)
+            else {
+                continue;
+            };
+            if self.bodies[reaction.a.body].free.is_some() {
+                continue;
+            }
+            let body = &mut self.bodies[b.body];
+            let normal = reaction.impulse.x * reaction.frame[0];
+            let impulse_n_s = -(normal + reaction.friction_impulse_n_s());
+            let mean_m_s = body.middle.chassis_velocity_m_s(&reaction.at_m);
+            if let Some(free) = &mut body.free {
+                free.from_robots += impulse_n_s;
+                free.work_j += impulse_n_s.dot(&mean_m_s);
+            }
+        }
+    }
+}
+
+fn id_of(body: &Articulated) -> Option<FreeBodyId> {
+    body.free.as_ref().map(|free| free.id)
+}
+
+/// The place of a free body among bodies.
+fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
+    bodies.iter().position(|body| id_of(body) == Some(id))
+}

@@ -1,0 +1,167 @@
+//! Where a free body begins: at the height that is said, if it is free there, or put down on whatever is beneath it.
+
+use nalgebra::Vector3;
+
+use crate::WorldError;
+use crate::contact::beside::solids;
+use crate::contact::nearest::Piece;
+use crate::contact::solid::{Bounds, Solid};
+use crate::free::FreeBody;
+use crate::robot::articulated::Articulated;
+use crate::world::World;
+
+/// How near to touching a body is put down, in metres.
+const PUT_DOWN_M: f64 = 1e-9;
+/// Nearer than this, places are counted in f64, in metres.
+const NEAR_M: f64 = 1e-4;
+/// The least by which a body is lowered at a time, in metres: beside a wall everything is near all the way down.
+const LEAST_LOWERED_M: f64 = 1e-5;
+/// How deep a body may begin in something, in its unit of length: what heights are rounded by.
+const ROUNDED: f64 = 1e-3;
+
+/// What a body would begin in.
+enum Obstacle<'a> {
+    Ground,
+    Robot,
+    Body(&'a str),
+}
+
+impl World {
+    /// Where the middle of a body begins, in metres, which is built somewhere else.
+    pub(super) fn put_down(
+        &self,
+        body: &FreeBody,
+        built: &Articulated,
+    ) -> Result<Vector3<f64>, WorldError> {
+        let at = |height_m: f64| Vector3::new(body.place_m.x, body.place_m.y, height_m);
+        let height_m = match body.height_m {
+            Some(height_m) => height_m,
+            None => self.lowered_m(built, at),
+        };
+        let (gap_m, obstacle) = self.nearest(built, at(height_m));
+        if gap_m >= -ROUNDED * built.scale.length_m {
+            return Ok(at(height_m));
+        }
+        let what = match obstacle {
+            Obstacle::Ground => "the ground".to_owned(),
+            Obstacle::Robot => "the robot".to_owned(),
+            Obstacle::Body(name) => format!("body `{name}`"),
+        };
+        Err(WorldError::FreeBody {
+            name: body.name.clone(),
+            reason: format!(
+                "it would begin {:.1} mm deep in {what}; move it, or leave out its height: then it is put down on what is beneath it",
+                -1e3 * gap_m
+            ),
+        })
+    }
+
+    /// The height at which a body touches what is beneath it.
+    fn lowered_m(&self, built: &Articulated, at: impl Fn(f64) -> Vector3<f64>) -> f64 {
+        let own = self.bounds_at(built, at(0.0));
+        let beneath = self.tops_m(&own).fold(0.0, f64::max);
+        let (mut free_m, mut lower_m) = (beneath - own.least_m.z + NEAR_M, f64::NEG_INFINITY);
+        while free_m - lower_m > PUT_DOWN_M {
+            let gap_m = self.nearest(built, at(free_m)).0;
+            if gap_m < PUT_DOWN_M || !gap_m.is_finite() {
+                break;
+            }
+            let next_m = if lower_m.is_finite() {
+                0.5 * (free_m + lower_m)
+            } else {
+                free_m - gap_m.max(LEAST_LOWERED_M)
+            };
+            if next_m <= lower_m || next_m >= free_m {
+                break;
+            }
+            if self.nearest(built, at(next_m)).0 <= 0.0 {
+                lower_m = next_m;
+            } else {
+                free_m = next_m;
+            }
+        }
+        free_m
+    }
+
+    fn bounds_at(&self, built: &Articulated, middle_m: Vector3<f64>) -> Bounds {
+        solid_at(built, middle_m).map_or(Bounds::NONE, |solid| solid.bounds())
+    }
+
+    /// How high everything reaches that lies over or under bounds, in metres.
+    fn tops_m(&self, own: &Bounds) -> impl Iterator<Item = f64> {
+        let mut column = *own;
+        (column.least_m.z, column.most_m.z) = (f64::NEG_INFINITY, f64::INFINITY);
+        let ground = self.ground.solids().map(|solid| solid.bounds());
+        let bodies = self.bodies.iter().chain(self.islands.bodies());
+        let shapes = bodies.flat_map(|body| {
+            let solids = solids(body, &body.state).map(|solid| solid.bounds());
+            let hubs = body.state.hubs().iter().zip(&body.wheels);
+            let wheels = hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m));
+            solids.chain(wheels).collect::<Vec<_>>()
+        });
+        let tops = ground.chain(shapes).filter(move |of| of.meets(&column));
+        tops.map(|of| of.most_m.z)
+    }
+
+    /// How far a body with its middle at a place is from whatever is nearest, in metres, negative where it is in it; and what that is.
+    fn nearest(&self, built: &Articulated, middle_m: Vector3<f64>) -> (f64, Obstacle<'_>) {
+        let mut nearest = (f64::INFINITY, Obstacle::Ground);
+        let Some(own) = solid_at(built, middle_m) else {
+            return nearest;
+        };
+        let mut offer = |gap_m: f64, obstacle| {
+            if gap_m < nearest.0 {
+                nearest = (gap_m, obstacle);
+            }
+        };
+        if self.ground.is_solid_below() {
+            own.near_plane(f64::INFINITY, |near| offer(near.gap_m, Obstacle::Ground));
+        }
+        for solid in self.ground.solids() {
+            offer(gap_m(&own, &solid), Obstacle::Ground);
+        }
+        let piece = own.piece();
+        for body in self.bodies.iter().chain(self.islands.bodies()) {
+            let obstacle = || match &body.free {
+                Some(free) => Obstacle::Body(&free.name),
+                None => Obstacle::Robot,
+            };
+            for solid in solids(body, &body.state) {
+                offer(gap_m(&own, &solid), obstacle());
+            }
+            if let Some(piece) = &piece {
+                offer(rollers_gap_m(body, piece), obstacle());
+            }
+        }
+        nearest
+    }
+}
+
+/// The shape of a free body with its middle at a place.
+fn solid_at(built: &Articulated, middle_m: Vector3<f64>) -> Option<Solid<'_>> {
+    let mut solid = solids(built, &built.state).next()?;
+    solid.floor_from_shape.translation.vector += middle_m - built.state.center_m();
+    Some(solid)
+}
+
+/// How far two solids are apart, in metres; in f64 where they are near.
+fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
+    let apart_m = own.distance_m(other);
+    if apart_m > NEAR_M {
+        return apart_m;
+    }
+    let mut gap_m = f64::INFINITY;
+    own.near(other, 2.0 * NEAR_M, |near| gap_m = gap_m.min(near.gap_m));
+    if gap_m.is_finite() { gap_m } else { apart_m }
+}
+
+/// How far the rollers of a robot are from a piece, in metres.
+fn rollers_gap_m(robot: &Articulated, piece: &Piece) -> f64 {
+    let hubs = robot.state.hubs().iter().zip(&robot.wheels);
+    let barrels = hubs.flat_map(|(hub, wheel)| {
+        let rollers = wheel.rollers.iter();
+        rollers.filter_map(|roller| roller.placed_barrel(hub))
+    });
+    let gaps = barrels.map(|placed| placed.nearest_to(piece).gap_m);
+    gaps.fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,198 @@
+//! A world as others see it: by rays, and as rapier's sets.
+
+use ilon_robot::RollerForm;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use parry3d::query::Ray;
+use rapier3d::prelude::*;
+
+use super::id_of;
+use crate::contact::beside::solids;
+use crate::contact::solid::Solid;
+use crate::engine::convert;
+use crate::free::FreeBodyId;
+use crate::robot::articulated::Articulated;
+use crate::world::World;
+use crate::world::body::BodyId;
+
+/// What of a world is seen at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Seen {
+    /// The ground and what stands on it for good.
+    Ground,
+    /// A robot: its chassis, or a wheel, as a cylinder of its radius.
+    Robot(BodyId),
+    /// A free body.
+    Free(FreeBodyId),
+}
+
+/// Where a ray meets something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RayHit {
+    /// What it meets.
+    pub seen: Seen,
+    /// How far away, in metres.
+    pub distance_m: f64,
+    /// Where in the world, in metres.
+    pub place_m: Vector3<f64>,
+    /// Unit normal out of what it meets, in the world.
+    pub normal: Vector3<f64>,
+}
+
+/// A world in rapier's sets, as it is after the last step: for its queries, its debug renderer, or a world of one's own.
+///
+/// Robots and free bodies are kinematic bodies with their colliders and velocities: rapier moves none of them. It is a copy, in f32, from
+/// the world's origin.
+#[non_exhaustive]
+pub struct InRapier {
+    /// A body for each chassis, wheel and free body.
+    pub bodies: RigidBodySet,
+    /// Their shapes, and those of the ground, which have no body.
+    pub colliders: ColliderSet,
+    /// What each collider is of.
+    pub seen: Vec<(ColliderHandle, Seen)>,
+}
+
+/// A shape in the world with how it moves: velocity of a place that is given, and of its turning.
+struct Part {
+    shape: SharedShape,
+    floor_from_shape: Isometry3<f64>,
+    velocity_m_s: Vector3<f64>,
+    angular_rad_s: Vector3<f64>,
+}
+
+impl Part {
+    fn still(solid: &Solid<'_>) -> Self {
+        Self {
+            shape: solid.shape.clone(),
+            floor_from_shape: solid.floor_from_shape,
+            velocity_m_s: Vector3::zeros(),
+            angular_rad_s: Vector3::zeros(),
+        }
+    }
+}
+
+impl World {
+    /// The first thing that a ray meets within a distance in metres, from a place in the world along a direction of any length; `None` where it
+    /// meets nothing. A ray that begins in something meets it at once.
+    pub fn cast_ray(
+        &self,
+        from_m: Vector3<f64>,
+        direction: Vector3<f64>,
+        most_m: f64,
+    ) -> Option<RayHit> {
+        let along = direction.try_normalize(0.0)?;
+        let mut nearest: Option<RayHit> = None;
+        self.each_part(|seen, part| {
+            let pose = &part.floor_from_shape;
+            // From the shape, so that f32 is fine far from the origin.
+            let from = pose.inverse_transform_point(&Point3::from(from_m));
+            let ray = Ray::new(
+                convert::vector(&from.coords),
+                convert::vector(&pose.inverse_transform_vector(&along)),
+            );
+            let limit_m = nearest.map_or(most_m, |hit| hit.distance_m);
+            let hit = part
+                .shape
+                .cast_local_ray_and_get_normal(&ray, limit_m as Real, true);
+            let Some(hit) = hit else {
+                return;
+            };
+            let distance_m = f64::from(hit.time_of_impact);
+            if distance_m < limit_m || nearest.is_none() {
+                nearest = Some(RayHit {
+                    seen,
+                    distance_m,
+                    place_m: from_m + distance_m * along,
+                    normal: pose.rotation * convert::to_f64(hit.normal),
+                });
+            }
+        });
+        nearest
+    }
+
+    /// The world as rapier's sets.
+    pub fn in_rapier(&self) -> InRapier {
+        let (mut bodies, mut colliders) = (RigidBodySet::new(), ColliderSet::new());
+        let mut all = Vec::new();
+        self.each_part(|seen, part| {
+            let collider = ColliderBuilder::new(part.shape);
+            let pose = convert::pose(&part.floor_from_shape);
+            let handle = if seen == Seen::Ground {
+                colliders.insert(collider.position(pose))
+            } else {
+                let body = RigidBodyBuilder::kinematic_velocity_based()
+                    .pose(pose)
+                    .linvel(convert::vector(&part.velocity_m_s))
+                    .angvel(convert::vector(&part.angular_rad_s));
+                colliders.insert_with_parent(collider, bodies.insert(body), &mut bodies)
+            };
+            all.push((handle, seen));
+        });
+        InRapier {
+            bodies,
+            colliders,
+            seen: all,
+        }
+    }
+
+    /// Shows every shape of the world.
+    fn each_part(&self, mut show: impl FnMut(Seen, Part)) {
+        if self.ground.is_solid_below() {
+            let plane = SharedShape::halfspace(Vector::Z);
+            let floor_from_shape = Isometry3::identity();
+            show(
+                Seen::Ground,
+                Part::still(&Solid {
+                    shape: &plane,
+                    floor_from_shape,
+                }),
+            );
+        }
+        for solid in self.ground.solids() {
+            show(Seen::Ground, Part::still(&solid));
+        }
+        let all = self.bodies.iter().chain(self.islands.bodies());
+        for (index, body) in all.enumerate() {
+            let seen = id_of(body).map_or(Seen::Robot(BodyId(index)), Seen::Free);
+            for solid in solids(body, &body.state) {
+                let at_m = solid.floor_from_shape.translation.vector;
+                let part = Part {
+                    velocity_m_s: body.state.chassis_velocity_m_s(&at_m),
+                    angular_rad_s: body.state.angular_rad_s,
+                    ..Part::still(&solid)
+                };
+                show(seen, part);
+            }
+            for wheel in 0..body.wheels.len() {
+                show(seen, wheel_of(body, wheel));
+            }
+        }
+    }
+}
+
+/// A wheel as a cylinder around its rollers.
+fn wheel_of(body: &Articulated, wheel: usize) -> Part {
+    let (hub, of) = (&body.state.hubs()[wheel], &body.robot.wheels[wheel]);
+    let half_m = of.rollers.iter().map(|roller| {
+        let along = roller.axis_in_hub.z.abs();
+        let half_m = match roller.form {
+            RollerForm::AsModelled(_) => roller.radius_m,
+            _ => of.barrel(roller).half_length_m,
+        };
+        roller.center_in_hub_m.z.abs() + along * half_m
+    });
+    let half_m = half_m.fold(0.0, f64::max).max(1e-3 * of.radius_m);
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(hub.rotation);
+    let z_to_y = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    Part {
+        shape: SharedShape::cylinder(half_m as Real, of.radius_m as Real),
+        floor_from_shape: Isometry3::from_parts(
+            hub.center_m.into(),
+            UnitQuaternion::from_rotation_matrix(&rotation) * z_to_y,
+        ),
+        velocity_m_s: body.state.hub_center_velocity_m_s(wheel),
+        angular_rad_s: body.state.hub_rate(wheel),
+    }
+}

@@ -1,0 +1,370 @@
+//! Free bodies against closed forms: pushed, hit, carried, sliding, rolling.
+
+use std::f64::consts::FRAC_PI_2;
+
+use ilon_robot::{Collision, CollisionShape, Pose, Robot};
+use ilon_world::{Floor, FreeBody, FreeBodyId, FreeShape, MotorTorque, Push, Settings, World};
+use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
+
+use crate::support::mecanum4;
+
+const G: f64 = 9.81;
+/// The chassis of the robot: 0.4 x 0.24 x 0.1 m, its middle 0.06 m high.
+const FRONT_M: f64 = 0.2;
+const TOP_M: f64 = 0.11;
+
+pub fn robot() -> Robot {
+    let mut robot = mecanum4();
+    robot.chassis.collisions.push(Collision {
+        body_from_shape: Isometry3::translation(0.0, 0.0, 0.06),
+        shape: CollisionShape::Box {
+            half_extents_m: Vector3::new(FRONT_M, 0.12, 0.05),
+        },
+    });
+    robot
+}
+
+pub fn settings(dt_s: f64) -> Settings {
+    Settings {
+        dt_s,
+        ..Settings::default()
+    }
+}
+
+pub fn world(floor: &Floor, dt_s: f64) -> World {
+    World::new(&robot(), floor, Pose::default(), &settings(dt_s)).expect("it stands on a plane")
+}
+
+pub fn cube(name: &str, side_m: f64, mass_kg: f64, x_m: f64, y_m: f64) -> FreeBody {
+    let shape = FreeShape::Box {
+        size_m: Vector3::repeat(side_m),
+    };
+    FreeBody::new(name, shape, mass_kg, Vector2::new(x_m, y_m))
+}
+
+/// Stiff rate loops that hold all wheels at a rate, in rad/s.
+pub fn hold(world: &mut World, rate_rad_s: f64) {
+    const GAIN_N_M_S: f64 = 2.0;
+    let rates = world.robot().wheel_rates_rad_s().iter();
+    let motors: Vec<MotorTorque> = rates
+        .map(|rate| MotorTorque::with_droop(GAIN_N_M_S * (rate_rad_s - rate), GAIN_N_M_S))
+        .collect();
+    world.robot_mut().drive(&motors);
+}
+
+/// What the balance of energy misses, in J: what came in less what is stored and what was lost.
+fn missing_j(world: &World, stored_before_j: f64) -> f64 {
+    let energy = world.energy();
+    let stored_j = energy.kinetic_j + energy.potential_j - stored_before_j;
+    let lost_j = world.slip_energy_j()
+        + world.spin_up_energy_j()
+        + world.impact_energy_j()
+        + world.bearing_energy_j();
+    world.motor_energy_j() + world.outside_energy_j() - stored_j - lost_j
+}
+
+fn stored_j(world: &World) -> f64 {
+    let energy = world.energy();
+    energy.kinetic_j + energy.potential_j
+}
+
+fn place(world: &World, id: FreeBodyId) -> Vector3<f64> {
+    world.free_body(id).expect("it is there").place_m
+}
+
+fn velocity(world: &World, id: FreeBodyId) -> Vector3<f64> {
+    world.free_body(id).expect("it is there").velocity_m_s
+}
+
+/// On a floor without friction nothing takes horizontal momentum: after the hit both move on together, and have what the robot had.
+#[test]
+fn a_robot_hits_a_box_head_on_and_momentum_stays() {
+    let floor = Floor {
+        friction: 0.0,
+        ..Floor::default()
+    };
+    for (dt_s, mass_kg) in [(1e-3, 3.0), (2e-3, 30.0), (5e-4, 0.2)] {
+        let mut world = world(&floor, dt_s);
+        let id = world
+            .add_body(&cube("box", 0.12, mass_kg, 0.4, 0.0))
+            .expect("room");
+        let robot_kg = robot().mass_kg();
+        let pushes = (0.1 / dt_s) as usize;
+        for _ in 0..pushes {
+            world.robot_mut().push(&Push {
+                force_in_world_n: Vector3::new(robot_kg * 5.0, 0.0, 0.0),
+                place_in_body_m: Vector3::new(0.0, 0.0, 0.06),
+            });
+            world.step();
+        }
+        let speed_m_s = world.robot().state().twist_in_body.vx_m_s;
+        assert!((speed_m_s - 0.5).abs() < 1e-9 && velocity(&world, id).x == 0.0);
+        let before = robot_kg * speed_m_s;
+        for _ in 0..(1.5 / dt_s) as usize {
+            world.step();
+        }
+        let after = robot_kg * world.robot().state().twist_in_body.vx_m_s
+            + mass_kg * velocity(&world, id).x;
+        println!("{dt_s} {mass_kg}: {before} {after}");
+        assert!(velocity(&world, id).x > 0.1, "it was hit");
+        assert!((after / before - 1.0).abs() < 1e-6, "{after} of {before}");
+    }
+}
+
+/// To push a box of known friction at a steady speed takes mu m g, and that times the way. Where its face rubs on the robot's, it is pressed down
+/// as well: it would tip forwards, and friction holds it back with as much as it can, F = mu (m g + mu_r F).
+#[test]
+fn pushing_a_box_takes_its_friction() {
+    let of_robot = [0.0, 0.3];
+    for (dt_s, friction, mass_kg) in [(1e-3, 0.3, 2.0), (2e-3, 0.2, 4.0)] {
+        for friction_on_robot in of_robot {
+            let mut world = world(&Floor::default(), dt_s);
+            let mut body = cube("box", 0.2, mass_kg, FRONT_M + 0.1 + 1e-3, 0.0);
+            body.friction = friction;
+            body.friction_on_robots = Some(friction_on_robot);
+            let id = world.add_body(&body).expect("room");
+            let before_j = stored_j(&world);
+            let steps = (1.0 / dt_s) as usize;
+            for _ in 0..steps {
+                hold(&mut world, 4.0);
+                world.step();
+            }
+            let (from, slid_j) = (world.free_body(id).unwrap(), world.slip_energy_j());
+            let mut force_n = 0.0;
+            for _ in 0..steps {
+                hold(&mut world, 4.0);
+                world.step();
+                force_n += world.free_body(id).unwrap().force_from_robots_n.x / steps as f64;
+            }
+            let to = world.free_body(id).unwrap();
+            let way_m = to.place_m.x - from.place_m.x;
+            let work_j = to.work_of_robots_j - from.work_of_robots_j;
+            let expected_n = friction * mass_kg * G / (1.0 - friction * friction_on_robot);
+            let heat_j = world.slip_energy_j() - slid_j;
+            println!("{force_n} of {expected_n} N; {work_j} J over {way_m} m, heat {heat_j}");
+            // The rate loops give way by their droop.
+            assert!((way_m - 0.2).abs() < 4e-3, "{way_m}");
+            assert!(
+                (force_n / expected_n - 1.0).abs() < 5e-3,
+                "{force_n} of {expected_n} N"
+            );
+            assert!((work_j / (expected_n * way_m) - 1.0).abs() < 5e-3);
+            let missing_j = missing_j(&world, before_j);
+            println!("missing {missing_j} of {}", world.motor_energy_j());
+            assert!(missing_j.abs() < 1e-3 * world.motor_energy_j());
+        }
+    }
+}
+
+/// A stack of three boxes that lies on the robot stays while it brakes by less than mu g, and slides on by the difference where it brakes harder.
+#[test]
+fn a_stack_on_the_robot_slides_when_statics_says_so() {
+    const DT_S: f64 = 1e-3;
+    let floor = Floor {
+        friction: 0.9,
+        ..Floor::default()
+    };
+    for brakes in [0.9, 0.98, 1.02, 1.2] {
+        let mut world = world(&floor, DT_S);
+        let mut ids = Vec::new();
+        for name in ["low", "middle", "top"] {
+            let mut body = cube(name, 0.06, 0.5, 0.0, 0.0);
+            body.friction = 0.2;
+            ids.push(world.add_body(&body).expect("it is put on what is there"));
+        }
+        for (at, id) in ids.iter().enumerate() {
+            let height_m = TOP_M + 0.06 * (at as f64 + 0.5);
+            assert!((place(&world, *id).z - height_m).abs() < 1e-6);
+        }
+        let before_j = stored_j(&world);
+        let rate_rad_s = |t_s: f64| {
+            let brakes_m_s2 = brakes * 0.2 * G;
+            let up_m_s = 1.0 * t_s.min(0.6);
+            (up_m_s - brakes_m_s2 * (t_s - 0.8).max(0.0)).max(0.0) / 0.05
+        };
+        let speeds_m_s = |world: &World| {
+            let of_bodies = ids.iter().map(|id| velocity(world, *id).x);
+            let of_robot = world.robot().state().twist_in_body.vx_m_s;
+            of_bodies.chain([of_robot]).collect::<Vec<f64>>()
+        };
+        let (mut from, mut lean) = (Vec::new(), 0.0_f64);
+        for step in 0..930 {
+            hold(&mut world, rate_rad_s((step + 1) as f64 * DT_S));
+            world.step();
+            if step == 849 {
+                // The rate loops have followed into the ramp.
+                from = speeds_m_s(&world);
+            }
+            lean = lean.max(world.robot().state().pitch_rad.abs());
+        }
+        let to = speeds_m_s(&world);
+        let brakes_m_s2: Vec<f64> = from.iter().zip(&to).map(|(a, b)| (a - b) / 0.08).collect();
+        println!("{brakes}: {brakes_m_s2:?} {lean}");
+        let of_robot = brakes_m_s2[3];
+        assert!(
+            (of_robot / (brakes * 0.2 * G) - 1.0).abs() < 5e-3,
+            "{of_robot}"
+        );
+        // All three slide as one: between them the same friction carries less.
+        let expected = of_robot.min(0.2 * G);
+        for of_body in &brakes_m_s2[..3] {
+            assert!(
+                (of_body / expected - 1.0).abs() < 5e-3,
+                "{of_body} {expected}"
+            );
+        }
+        let missing_j = missing_j(&world, before_j);
+        println!("missing {missing_j} of {}", world.motor_energy_j());
+        assert!(missing_j.abs() < 1e-3 * world.slip_energy_j().max(1.0));
+    }
+}
+
+/// On a slope a box stays where tan says so, and slides with g (sin - mu cos) where it does not.
+#[test]
+fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
+    const FRICTION: f64 = 0.3;
+    for (part, dt_s) in [(0.99, 1e-3), (1.01, 1e-3), (1.5, 2e-3)] {
+        let slope_rad = (part * FRICTION).atan();
+        let floor = Floor {
+            slope_rad,
+            ..Floor::default()
+        };
+        let mut world = world(&floor, dt_s);
+        let mut body = cube("box", 0.1, 1.0, 0.0, 1.0);
+        body.friction = FRICTION;
+        body.rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4);
+        let id = world.add_body(&body).expect("room");
+        let from = place(&world, id);
+        let before_j = stored_j(&world);
+        let steps = (0.5 / dt_s) as usize;
+        (0..steps).for_each(|_| world.step());
+        let moved = place(&world, id) - from;
+        let accelerates = G * (slope_rad.sin() - FRICTION * slope_rad.cos());
+        let expected_m = 0.5 * accelerates.max(0.0) * 0.25;
+        println!("{part}: {moved:?} of {expected_m}");
+        assert!((moved.x - expected_m).abs() < 1e-3 * expected_m + 1e-6);
+        assert!(moved.y.abs() < 1e-5);
+        let lost_j = missing_j(&world, before_j).abs();
+        assert!(lost_j < 1e-3 * world.slip_energy_j().max(0.1), "{lost_j}");
+    }
+}
+
+/// Down a slope a sphere rolls with 5/7 g sin and a cylinder with 2/3 g sin, without slip.
+#[test]
+fn a_sphere_and_a_cylinder_roll_as_they_should() {
+    let slope_rad = 0.1_f64;
+    let floor = Floor {
+        slope_rad,
+        ..Floor::default()
+    };
+    let radius_m = 0.07;
+    let lies = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
+    let shapes = [
+        (
+            FreeShape::Sphere { radius_m },
+            5.0 / 7.0,
+            UnitQuaternion::identity(),
+        ),
+        (
+            FreeShape::Cylinder {
+                radius_m,
+                length_m: 0.1,
+            },
+            2.0 / 3.0,
+            lies,
+        ),
+    ];
+    for dt_s in [1e-3, 2e-3] {
+        for (shape, share, rotation) in shapes {
+            let mut world = world(&floor, dt_s);
+            let mut body = FreeBody::new("ball", shape, 1.3, Vector2::new(0.0, 1.0));
+            body.rotation = rotation;
+            let id = world.add_body(&body).expect("room");
+            assert!((place(&world, id).z - radius_m).abs() < 1e-6);
+            let before_j = stored_j(&world);
+            // First it settles on the floor, by less than a micrometre.
+            let steps = (0.1 / dt_s) as usize;
+            (0..steps).for_each(|_| world.step());
+            let from_m_s = velocity(&world, id).x;
+            (0..9 * steps).for_each(|_| world.step());
+            let state = world.free_body(id).unwrap();
+            let gained_m_s = state.velocity_m_s.x - from_m_s;
+            let expected_m_s = share * G * slope_rad.sin() * (9.0 * steps as f64 * dt_s);
+            println!("{share} {dt_s}: {gained_m_s} of {expected_m_s}");
+            // It rolls on a radius that is less by what it is pressed into the floor, 4 * 5.5e-6 of its unit of length: 1.8e-5.
+            const PRESSED: f64 = 2e-5;
+            assert!((gained_m_s / expected_m_s - 1.0).abs() < PRESSED);
+            let slips = state.velocity_m_s.x - radius_m * state.angular_rad_s.y;
+            assert!(slips.abs() < PRESSED * state.velocity_m_s.x, "{slips}");
+            assert!(state.velocity_m_s.y.abs() < 1e-6);
+            let missing_j = missing_j(&world, before_j);
+            assert!(missing_j.abs() < 1e-3, "{missing_j}");
+        }
+    }
+}
+
+/// Rollers alone push a box: the robot has no chassis to touch. What the wheel feels is what the box feels.
+#[test]
+fn rollers_push_a_box_that_stands_before_a_wheel() {
+    let mut world = World::new(
+        &mecanum4(),
+        &Floor::default(),
+        Pose::default(),
+        &settings(1e-3),
+    )
+    .expect("it stands");
+    let mut body = cube("box", 0.1, 1.0, FRONT_M + 0.05 + 2e-3, 0.16);
+    body.friction = 0.3;
+    let id = world.add_body(&body).expect("room");
+    let from = place(&world, id);
+    let before_j = stored_j(&world);
+    for _ in 0..600 {
+        hold(&mut world, 4.0);
+        world.step();
+    }
+    let state = world.free_body(id).unwrap();
+    let moved_m = state.place_m - from;
+    println!(
+        "{moved_m:?} {:?} {}",
+        state.force_from_robots_n, state.work_of_robots_j
+    );
+    assert!(moved_m.x > 0.08 && state.work_of_robots_j > 0.0);
+    let missing_j = missing_j(&world, before_j);
+    println!("missing {missing_j} of {}", world.motor_energy_j());
+    assert!(missing_j.abs() < 1e-3 * world.motor_energy_j());
+}
+
+/// What happens to the left happens mirrored to the right.
+#[test]
+fn a_push_beside_the_middle_is_its_own_mirror_image() {
+    let ends: Vec<_> = [1.0, -1.0]
+        .into_iter()
+        .map(|side| {
+            let mut world = world(&Floor::default(), 1e-3);
+            let mut body = cube("box", 0.12, 2.0, 0.3, 0.04 * side);
+            body.friction = 0.3;
+            body.rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.3 * side);
+            let id = world.add_body(&body).expect("room");
+            for _ in 0..500 {
+                hold(&mut world, 4.0);
+                world.step();
+            }
+            let (state, robot) = (world.free_body(id).unwrap(), world.robot().state());
+            let [_, _, yaw] = ilon_robot::roll_pitch_yaw(&state.rotation.to_rotation_matrix());
+            let pose = robot.pose;
+            [
+                state.place_m.x,
+                side * state.place_m.y,
+                side * yaw,
+                pose.x_m,
+                side * pose.y_m,
+                side * pose.heading_rad,
+            ]
+        })
+        .collect();
+    println!("{ends:?}");
+    assert!((ends[0][2] - 0.3).abs() > 0.01, "it turns");
+    for (left, right) in ends[0].iter().zip(&ends[1]) {
+        assert!((left - right).abs() < 1e-5, "{ends:?}");
+    }
+}

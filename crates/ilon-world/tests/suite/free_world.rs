@@ -1,0 +1,278 @@
+//! Free bodies by their identities: put in, taken out, asleep, copied, seen, refused.
+
+use ilon_robot::Pose;
+use ilon_world::{
+    ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Seen, Settings, World, WorldError,
+};
+use nalgebra::{Vector2, Vector3};
+
+use crate::free::{cube, hold, robot, settings, world};
+
+/// Everything that can be read of a world's free bodies and its robot, as bits.
+fn bits(world: &World) -> Vec<u64> {
+    let mut all = Vec::new();
+    let mut add = |number: f64| all.push(number.to_bits());
+    for id in world.free_bodies() {
+        let state = world.free_body(*id).expect("it is there");
+        state.place_m.iter().for_each(|x| add(*x));
+        state.rotation.coords.iter().for_each(|x| add(*x));
+        state.velocity_m_s.iter().for_each(|x| add(*x));
+        add(state.work_of_robots_j);
+    }
+    let pose = world.robot().state().pose;
+    [pose.x_m, pose.y_m, pose.heading_rad]
+        .into_iter()
+        .for_each(&mut add);
+    add(world.slip_energy_j());
+    all
+}
+
+fn crowded() -> World {
+    let mut world = world(&Floor::default(), 1e-3);
+    for at in 0..4 {
+        let body = cube(
+            &format!("box{at}"),
+            0.08,
+            0.4,
+            0.3 + 0.1 * f64::from(at),
+            0.05,
+        );
+        world.add_body(&body).expect("room");
+    }
+    let ball = FreeShape::Sphere { radius_m: 0.05 };
+    let mut ball = FreeBody::new("ball", ball, 0.5, Vector2::new(0.0, 0.5));
+    ball.velocity_m_s = Vector3::new(0.3, -0.4, 0.0);
+    world.add_body(&ball).expect("room");
+    let can = FreeShape::Cylinder {
+        radius_m: 0.03,
+        length_m: 0.1,
+    };
+    let can = FreeBody::new("can", can, 0.3, Vector2::new(0.0, 0.0));
+    world.add_body(&can).expect("room");
+    world
+}
+
+/// Runs are equal to the bit, and a copy goes on as the original does.
+#[test]
+fn runs_and_copies_are_equal_to_the_bit() {
+    let run = |world: &mut World, steps: usize| {
+        for _ in 0..steps {
+            hold(world, 5.0);
+            world.step();
+        }
+    };
+    let mut first = crowded();
+    run(&mut first, 300);
+    let mut copy = first.clone();
+    run(&mut first, 500);
+    run(&mut copy, 500);
+    assert_eq!(bits(&first), bits(&copy));
+    let mut again = crowded();
+    run(&mut again, 800);
+    assert_eq!(bits(&first), bits(&again));
+}
+
+/// A robot far away from all bodies goes to the bit as it does alone.
+#[test]
+fn bodies_far_away_change_nothing() {
+    let (mut alone, mut beside) = (
+        world(&Floor::default(), 1e-3),
+        world(&Floor::default(), 1e-3),
+    );
+    beside
+        .add_body(&cube("box", 0.1, 1.0, 0.0, 5.0))
+        .expect("room");
+    for _ in 0..400 {
+        for world in [&mut alone, &mut beside] {
+            hold(world, 5.0);
+            world.step();
+        }
+        let [a, b] = [&alone, &beside].map(|world| world.robot().state());
+        assert_eq!(a, b);
+    }
+    assert_eq!(alone.slip_energy_j(), beside.slip_energy_j());
+}
+
+/// What is put down at rest and stays sleeps at once; what would slide or fall does not; what comes near wakes it.
+#[test]
+fn what_rests_sleeps_until_something_comes_near() {
+    let mut world = world(&Floor::default(), 1e-3);
+    let box_ = world
+        .add_body(&cube("box", 0.1, 1.0, 0.5, 0.0))
+        .expect("room");
+    let mut falls = cube("falls", 0.1, 1.0, 0.0, 2.0);
+    falls.height_m = Some(0.2);
+    let falls = world.add_body(&falls).expect("room");
+    hold(&mut world, 6.0);
+    world.step();
+    let sleeps = |world: &World, id| world.free_body(id).expect("it is there").sleeps;
+    assert!(sleeps(&world, box_) && !sleeps(&world, falls));
+    let from = world.free_body(box_).unwrap().place_m;
+    for _ in 0..1500 {
+        hold(&mut world, 6.0);
+        world.step();
+    }
+    assert!(sleeps(&world, falls), "it has come to rest");
+    let height_m = world.free_body(falls).unwrap().place_m.z;
+    assert!((height_m - 0.05).abs() < 1e-5, "{height_m}");
+    assert!(!sleeps(&world, box_));
+    assert!(world.free_body(box_).unwrap().place_m.x > from.x + 0.1);
+}
+
+/// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
+#[test]
+fn taking_away_and_ice_wake_what_sleeps() {
+    let slope_rad = 0.1;
+    let floor = Floor {
+        slope_rad,
+        ..Floor::default()
+    };
+    let mut world = world(&floor, 1e-3);
+    let [low, top] = ["low", "top"].map(|name| {
+        let body = cube(name, 0.1, 1.0, 0.0, 1.0);
+        world.add_body(&body).expect("one on the other")
+    });
+    world.step();
+    assert!(world.free_body(top).unwrap().sleeps);
+    let before_j = world.energy().potential_j - world.outside_energy_j();
+    assert!(world.remove_body(low) && !world.remove_body(low));
+    let now_j = world.energy().potential_j - world.outside_energy_j();
+    assert!((now_j - before_j).abs() < 1e-4, "{now_j} {before_j}");
+    (0..700).for_each(|_| world.step());
+    let state = world.free_body(top).unwrap();
+    assert!((state.place_m.z - 0.05).abs() < 1e-4, "{state:?}");
+    assert!(state.sleeps && world.free_body(low).is_none());
+    let ice = Patch {
+        center_m: Vector2::new(0.0, 1.0),
+        half_sides_m: Vector2::new(2.0, 0.5),
+        friction: 0.02,
+        surface: Default::default(),
+        footings: Vec::new(),
+    };
+    world.set_friction(None, &[ice]);
+    (0..500).for_each(|_| world.step());
+    let slid_m = world.free_body(top).unwrap().place_m.x - state.place_m.x;
+    // g (sin - 0.02 cos) t^2 / 2.
+    let expected_m = 0.5 * 9.81 * (slope_rad.sin() - 0.02 * slope_rad.cos()) * 0.25;
+    assert!(
+        (slid_m / expected_m - 1.0).abs() < 1e-3,
+        "{slid_m} {expected_m}"
+    );
+}
+
+/// Pushed at its middle without friction, a body gains F t / m.
+#[test]
+fn a_push_acts_for_one_step() {
+    let mut world = world(&Floor::default(), 1e-3);
+    let mut body = cube("box", 0.1, 2.0, 0.0, 1.0);
+    body.friction = 0.0;
+    let id = world.add_body(&body).expect("room");
+    (0..100).for_each(|_| world.step());
+    for _ in 0..50 {
+        world.push_body(id, Vector3::new(4.0, 0.0, 0.0), Vector3::zeros());
+        world.step();
+    }
+    (0..50).for_each(|_| world.step());
+    let state = world.free_body(id).unwrap();
+    assert!((state.velocity_m_s.x - 0.1).abs() < 1e-9, "{state:?}");
+    assert!((world.outside_energy_j() - 0.5 * 2.0 * 0.01).abs() < 1e-9);
+}
+
+/// A ray meets what it should, where it should.
+#[test]
+fn rays_see_robots_bodies_and_ground() {
+    let mut floor = Floor::default();
+    floor.boxes.push(GroundBox {
+        center_m: Vector3::new(3.0, 0.0, 0.0),
+        half_sides_m: Vector3::new(0.1, 1.0, 0.3),
+        heading_rad: 0.0,
+    });
+    let mut world = world(&floor, 1e-3);
+    let id = world
+        .add_body(&cube("box", 0.2, 1.0, 1.0, 0.0))
+        .expect("room");
+    let from = Vector3::new(0.5, 0.0, 0.06);
+    let look = |world: &World, x: f64, z: f64| world.cast_ray(from, Vector3::new(x, 0.0, z), 10.0);
+    let ahead = look(&world, 2.0, 0.0).expect("the box");
+    assert_eq!(ahead.seen, Seen::Free(id));
+    assert!((ahead.distance_m - 0.4).abs() < 1e-6 && (ahead.normal.x + 1.0).abs() < 1e-6);
+    let back = look(&world, -1.0, 0.0).expect("the robot");
+    assert_eq!(back.seen, Seen::Robot(world.bodies().next().unwrap()));
+    assert!((back.distance_m - 0.3).abs() < 1e-6);
+    let down = look(&world, 0.0, -1.0).expect("the plane");
+    assert_eq!(down.seen, Seen::Ground);
+    assert!((down.distance_m - 0.06).abs() < 1e-7);
+    assert!(world.remove_body(id));
+    let wall = look(&world, 1.0, 0.0).expect("the wall");
+    assert_eq!(wall.seen, Seen::Ground);
+    assert!((wall.distance_m - 2.4).abs() < 1e-6);
+    assert!(world.cast_ray(from, Vector3::z(), 10.0).is_none());
+    assert!(world.cast_ray(from, Vector3::x(), 2.3).is_none());
+    let sets = world.in_rapier();
+    // A chassis and four wheels; plane and wall have no body.
+    assert_eq!((sets.bodies.len(), sets.colliders.len()), (5, 7));
+}
+
+/// What cannot be, or cannot begin where it is put, is refused with what to do.
+#[test]
+fn what_makes_no_sense_is_refused_in_words() {
+    let mut world = world(&Floor::default(), 1e-3);
+    world
+        .add_body(&cube("first", 0.1, 1.0, 1.0, 0.0))
+        .expect("room");
+    let mut refused = |change: &dyn Fn(&mut FreeBody)| {
+        let mut body = cube("bad", 0.1, 1.0, 0.0, 2.0);
+        change(&mut body);
+        let count = world.free_bodies().len();
+        let error = world.add_body(&body).expect_err("it makes no sense");
+        assert_eq!(world.free_bodies().len(), count);
+        let text = error.to_string();
+        assert!(text.starts_with("body `bad`: "), "{text}");
+        text
+    };
+    let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
+    says(refused(&|body| body.mass_kg = 0.0), "mass_kg is 0");
+    says(refused(&|body| body.mass_kg = f64::NAN), "mass_kg");
+    says(refused(&|body| body.friction = -0.1), "friction");
+    says(
+        refused(&|body| body.velocity_m_s.x = f64::INFINITY),
+        "finite",
+    );
+    says(
+        refused(&|body| body.shape = FreeShape::Sphere { radius_m: -1.0 }),
+        "radius_m is -1",
+    );
+    says(
+        refused(&|body| body.height_m = Some(0.04)),
+        "10.0 mm deep in the ground",
+    );
+    says(
+        refused(&|body| {
+            body.place_m = Vector2::new(0.2, 0.0);
+            body.height_m = Some(0.06);
+        }),
+        "deep in the robot; move it",
+    );
+    says(
+        refused(&|body| {
+            body.place_m = Vector2::new(1.05, 0.0);
+            body.height_m = Some(0.06);
+        }),
+        "deep in body `first`",
+    );
+    // Beside a wheel, where no chassis is.
+    says(
+        refused(&|body| {
+            body.place_m = Vector2::new(0.15, 0.16);
+            body.height_m = Some(0.06);
+        }),
+        "deep in the robot",
+    );
+    let by_rapier = Settings {
+        contacts: ContactSolver::Rapier,
+        ..settings(1e-3)
+    };
+    let mut world = World::new(&robot(), &Floor::default(), Pose::default(), &by_rapier).unwrap();
+    let error = world.add_body(&cube("box", 0.1, 1.0, 1.0, 0.0));
+    assert!(matches!(error, Err(WorldError::NotInRapier { .. })));
+}
