@@ -77,13 +77,15 @@ pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
 pub use actuation::{FallingTorque, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
-    AccelerationLimit, AccelerationLimits, LimitCause, LimitSettings, PushSharing,
+    AccelerationLimit, AccelerationLimits, AccelerationRange, AccelerationUse, LimitCause,
+    LimitSettings, LimitedBy, PushSharing,
 };
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
 pub use error::ControlError;
 pub use estimation::odometry::Odometry;
 pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
+pub use guidance::fastest::Fastest;
 pub use guidance::law::{
     Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
 };

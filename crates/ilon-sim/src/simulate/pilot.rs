@@ -130,8 +130,7 @@ impl Pilot {
         // A twist in open loop, as any twist of a scenario, is the origin's.
         let kinematics = match (&motion, section.reference_point) {
             (Planned::Twist(_) | Planned::Log(_), _) | (_, ReferencePoint::Origin) => kinematics,
-            (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
-            (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
+            (_, point) => kinematics.about(point_m(point, &kinematics))?,
         };
         Ok(Self {
             motion,
@@ -339,6 +338,42 @@ impl Pilot {
         }
     }
 
+    /// The heading that is desired at a time in seconds, in radians, where a reference says one.
+    pub fn desired_heading_rad(&self, t_s: f64) -> Option<f64> {
+        match &self.motion {
+            Planned::Reference(reference) => Some(reference.at(t_s).pose.heading_rad),
+            _ => None,
+        }
+    }
+
+    /// The motion of the body's origin that is planned at a time in seconds: its twist in the body frame, and how that changes, where a
+    /// reference or a twist says it.
+    pub fn planned(&self, t_s: f64) -> Option<(Twist, Twist)> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let desired = reference.at(t_s);
+                let phi = desired.pose.heading_rad;
+                let twist = desired.velocity_in_world.rotated(-phi);
+                let omega = twist.omega_rad_s;
+                // d/dt of components in a frame that turns.
+                let rate = reference.acceleration_in_world(t_s).rotated(-phi)
+                    + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
+                let c = self.reference_point_m();
+                let of_origin = |twist: Twist| {
+                    let omega = twist.omega_rad_s;
+                    twist + Twist::new(omega * c.y, -omega * c.x, 0.0)
+                };
+                Some((of_origin(twist), of_origin(rate)))
+            }
+            Planned::Twist(profile) => {
+                const OVER_S: f64 = 1e-5;
+                let [now, then] = [t_s, t_s + OVER_S].map(|t_s| profile.at(t_s));
+                Some((now, (then + now.scaled(-1.0)).scaled(1.0 / OVER_S)))
+            }
+            Planned::Log(_) | Planned::Own(..) => None,
+        }
+    }
+
     /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
     pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
         match &self.motion {
@@ -348,6 +383,15 @@ impl Pilot {
             }
             Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
+    }
+}
+
+/// A point of the body frame, in metres.
+pub(super) fn point_m(point: ReferencePoint, kinematics: &Kinematics) -> Vector2<f64> {
+    match point {
+        ReferencePoint::Origin => Vector2::zeros(),
+        ReferencePoint::Decoupling => kinematics.decoupling_point_m(),
+        ReferencePoint::At { x_m, y_m } => Vector2::new(x_m, y_m),
     }
 }
 

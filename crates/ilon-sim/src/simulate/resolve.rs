@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{defaults, reference, stability, warnings, wheel_loop};
+use super::{defaults, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -74,6 +74,13 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
     let reference = reference::reference_of(&scenario)?.or(path);
+    let reference = match (&scenario.reference, reference) {
+        (Some(section), Some(path)) if section.timing.is_some() => {
+            let share = section.share_of_limits();
+            Some(limits::fastest(&scenario, robot, &path, share)?)
+        }
+        (_, reference) => reference,
+    };
     // What it would decide says how fast the wheels are asked to turn.
     let pilot = Pilot::new(
         &scenario,
@@ -121,6 +128,9 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     warnings.extend(warnings::of_friction(&scenario));
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
+    if let Driver::Guidance = driver {
+        warnings.extend(limits::remark(&scenario, robot, &pilot));
+    }
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
             warnings.extend(warnings::of_feasibility(&feasibility));
