@@ -5,10 +5,10 @@ use ilon_formats::{Loaded, WheelOutline};
 use ilon_robot::{Robot, RollerSurface, Wheel};
 use serde::Serialize;
 
+use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Floor, Scenario};
 use crate::simulate::Limits;
-use crate::Error;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]

@@ -311,3 +311,6 @@ fn nodes(steps: &[Step], squares: &[f64], end_s: f64) -> Result<Vec<Node>, Contr
     });
     Ok(nodes)
 }
+
+#[cfg(test)]
+mod tests;

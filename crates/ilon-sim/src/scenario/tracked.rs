@@ -74,10 +74,7 @@ impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Entry<'_, A> {
     type Error = A::Error;
     type Variant = Self;
 
-    fn variant_seed<V: DeserializeSeed<'de>>(
-        self,
-        seed: V,
-    ) -> Result<(V::Value, Self), A::Error> {
+    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), A::Error> {
         let variant = seed.deserialize(self.key.as_str().into_deserializer())?;
         Ok((variant, self))
     }

@@ -135,7 +135,9 @@ pub(super) fn motors(scenario: &Scenario, robot: &Robot) -> Result<Vec<Motor>, E
         None => MotorCurve::Flat,
     };
     let wheels = robot.wheels.iter();
-    let motors: Result<_, _> = wheels.map(|wheel| Motor::new(&wheel.motor, curve)).collect();
+    let motors: Result<_, _> = wheels
+        .map(|wheel| Motor::new(&wheel.motor, curve))
+        .collect();
     Ok(motors?)
 }
 

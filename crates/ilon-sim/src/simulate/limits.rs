@@ -30,6 +30,9 @@ pub struct Limits {
     pub sharing: &'static str,
     /// The limits, in each direction and at each speed.
     pub rows: Vec<LimitRow>,
+    /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
+    /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
+    pub acceleration_box: [f64; 3],
     /// What of floor and rollers these limits leave out, though the scenario has it.
     pub left_out: Vec<&'static str>,
 }
@@ -99,7 +102,9 @@ impl Limits {
                 None => Twist::new(0.0, 0.0, turning),
             };
             let top = 1.0 / tops.share(direction);
-            let shares = SHARES_OF_TOP.iter().filter(|share| **share == 0.0 || top.is_finite());
+            let shares = SHARES_OF_TOP
+                .iter()
+                .filter(|share| **share == 0.0 || top.is_finite());
             for share in shares {
                 let speed = if *share == 0.0 { 0.0 } else { share * top };
                 let twist = direction.scaled(speed);
@@ -121,6 +126,7 @@ impl Limits {
                 PushSharing::EqualLoops => "equal_loops",
                 PushSharing::ByGrip => "by_grip",
             },
+            acceleration_box: limiter.box_from_rest()?,
             rows,
             left_out: left_out(scenario, &limiter.robot),
         })
@@ -152,9 +158,14 @@ impl Limits {
 fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
     let guided = scenario.guidance.wheel_rate_limit_rad_s;
     let no_load = scenario.motors.dc.map(|dc| dc.no_load_rate_rad_s);
-    let held = guided.into_iter().chain(no_load).fold(f64::INFINITY, f64::min);
+    let held = guided
+        .into_iter()
+        .chain(no_load)
+        .fold(f64::INFINITY, f64::min);
     let wheels = robot.wheels.iter();
-    wheels.map(|wheel| wheel.motor.velocity_rad_s.min(held)).collect()
+    wheels
+        .map(|wheel| wheel.motor.velocity_rad_s.min(held))
+        .collect()
 }
 
 /// What the limits know nothing of.
@@ -168,12 +179,24 @@ fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
                 || any_surface(|surface| surface.rolling_resistance > 0.0),
             "rolling resistance",
         ),
-        (any_surface(|surface| surface.tread.is_some()), "treads that give"),
+        (
+            any_surface(|surface| surface.tread.is_some()),
+            "treads that give",
+        ),
         (section.creep.is_some_and(|creep| creep > 0.0), "creep"),
-        (section.sliding.is_some(), "friction that falls as a roller slides"),
-        (section.across.is_some() || section.against.is_some(), "the nap of the floor"),
+        (
+            section.sliding.is_some(),
+            "friction that falls as a roller slides",
+        ),
+        (
+            section.across.is_some() || section.against.is_some(),
+            "the nap of the floor",
+        ),
         (!section.patches.is_empty(), "patches of the floor"),
-        (!section.boxes.is_empty() || section.rough.is_some(), "ground that is no plane"),
+        (
+            !section.boxes.is_empty() || section.rough.is_some(),
+            "ground that is no plane",
+        ),
     ];
     let there = all.into_iter().filter(|(is_there, _)| *is_there);
     there.map(|(_, what)| what).collect()
@@ -229,6 +252,38 @@ impl Limiter {
 
     fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
         Ok(self.limits.along(direction, twist, &self.motors)?)
+    }
+
+    /// The box of [`Limits::acceleration_box`].
+    fn box_from_rest(&mut self) -> Result<[f64; 3], Error> {
+        const SHARE: f64 = 0.9;
+        let mut sides = [0.0; 3];
+        for (axis, side) in sides.iter_mut().enumerate() {
+            let mut least = f64::INFINITY;
+            for sign in [1.0, -1.0] {
+                let mut way = [0.0; 3];
+                way[axis] = sign;
+                let found = self.along(Twist::new(way[0], way[1], way[2]), Twist::default())?;
+                least = least.min(found.largest);
+            }
+            *side = least;
+        }
+        if sides.contains(&0.0) {
+            return Ok([0.0; 3]);
+        }
+        let mut share = f64::INFINITY;
+        for corner in 0..8 {
+            let way = |axis: usize| {
+                if corner >> axis & 1 == 1 {
+                    -sides[axis]
+                } else {
+                    sides[axis]
+                }
+            };
+            let found = self.along(Twist::new(way(0), way(1), way(2)), Twist::default())?;
+            share = share.min(found.largest);
+        }
+        Ok(sides.map(|side| SHARE * share * side))
     }
 
     fn limit(&mut self, direction: Twist, twist: Twist) -> Result<Limit, Error> {
@@ -288,7 +343,10 @@ pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Optio
             None => scenario.robot.start().heading_rad,
         };
         limiter.limits.turn_slope(-heading_rad).ok()?;
-        let used = limiter.limits.used(twist_rate, twist, &limiter.motors).ok()?;
+        let used = limiter
+            .limits
+            .used(twist_rate, twist, &limiter.motors)
+            .ok()?;
         if used.share > 1.0 + 1e-9 {
             looks_beyond += 1;
             let (first_s, at_s, worst) = beyond.get_or_insert((t_s, t_s, used));

@@ -7,7 +7,7 @@ use ilon_control::{
     Reference, Task, TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::command::{Commanded, Decided, WheelCommand};
 use super::playback::{Asked, Log, Placing};
@@ -106,7 +106,10 @@ impl Pilot {
         let priority = section.priority.into();
         let wheel_count = kinematics.wheel_count();
         let settings = GuidanceSettings {
-            position_gain: Gain::Scalar(section.position_gain_per_s),
+            position_gain: match section.position_gain_matrix_per_s {
+                Some([[xx, xy], [yx, yy]]) => Gain::Matrix(Matrix2::new(xx, xy, yx, yy)),
+                None => Gain::Scalar(section.position_gain_per_s),
+            },
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
             saturation: match section.saturation {
@@ -134,7 +137,16 @@ impl Pilot {
         };
         Ok(Self {
             motion,
-            guidance: Guidance::new(kinematics, &settings)?,
+            guidance: {
+                let mut guidance = Guidance::new(kinematics, &settings)?;
+                if !section.wheel_rate_limits_rad_s.is_empty() {
+                    guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
+                }
+                match section.capacity_rad_s {
+                    Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
+                    None => guidance,
+                }
+            },
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
                 scenario::Kinematics::Contact => Some(contact_kinematics),
@@ -313,7 +325,7 @@ impl Pilot {
                 let gains = &scenario.guidance;
                 // Feedforward and feedback together.
                 let asked = self.guidance.feasibility(
-                    speed_m_s + gains.position_gain_per_s * off_m,
+                    speed_m_s + gains.position_gain_most_per_s() * off_m,
                     turn_rad_s + gains.heading_gain_per_s * off_rad,
                 );
                 Some(asked.position_rad_s + asked.heading_rad_s)

@@ -57,9 +57,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let kinematics = Kinematics::new(robot)?;
     let contact_kinematics = ContactKinematics::new(robot)?;
 
-    let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
-        Some(limit_rad_s) => limit_rad_s,
-        None => robot.wheel_rate_limit_rad_s(),
+    // Of wheels with limits of their own the fastest says how long steps may be.
+    let of_wheels = scenario.guidance.wheel_rate_limits_rad_s.iter().copied();
+    let limit_rad_s = match of_wheels.reduce(f64::max) {
+        Some(largest_rad_s) => largest_rad_s,
+        None => match scenario.guidance.wheel_rate_limit_rad_s {
+            Some(limit_rad_s) => limit_rad_s,
+            None => robot.wheel_rate_limit_rad_s(),
+        },
     };
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
     if let Some(playback) = &mut scenario.playback

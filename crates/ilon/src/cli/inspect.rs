@@ -147,6 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     ros2::write(
         &loaded,
+        inspection.limits.as_ref(),
         arguments.ros2_controllers.as_deref(),
         arguments.ros2_control.as_deref(),
     )?;

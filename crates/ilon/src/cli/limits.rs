@@ -5,10 +5,10 @@ use ilon_robot::Robot;
 
 use super::options::Settings;
 use super::table::Table;
+use crate::Error;
 use crate::inspect::Inspection;
 use crate::scenario::Scenario;
 use crate::simulate::{Limit, LimitRow, Limits};
-use crate::Error;
 
 /// Which limits are asked for.
 #[derive(Clone, Debug, clap::Args)]
@@ -47,8 +47,7 @@ impl Asked {
             return Ok(inspection);
         }
         let settings = &self.conditions.settings.settings;
-        let scenario =
-            Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
+        let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
         scenario.validate()?;
         let mut robot = robot.clone();
         scenario.motors.apply(&mut robot);
@@ -82,7 +81,10 @@ pub(super) fn text(name: &str, limits: &Limits) -> String {
         limits.friction
     ));
     let words = |words: [&str; 7]| words.map(str::to_owned);
-    table.words("", &words(["speed", "up", "by", "wheel", "down", "by", "wheel"]));
+    table.words(
+        "",
+        &words(["speed", "up", "by", "wheel", "down", "by", "wheel"]),
+    );
     for row in &limits.rows {
         table.words(&row.motion, &cells(row));
     }
