@@ -130,6 +130,15 @@ pub enum ControlError {
         /// Where the path has no tangent.
         reason: String,
     },
+    /// Grip and motors leave no way to go on along a path, however slowly.
+    #[error(
+        "the path cannot be driven from {own_time_s} s of its own time on, however slowly: grip or motors do not suffice to stand there, or to \
+         start"
+    )]
+    CannotBeDriven {
+        /// Where, in the path's own time in seconds.
+        own_time_s: f64,
+    },
     /// Headings at waypoints need a path by waypoints.
     #[error(
         "headings at waypoints need a path by waypoints; give a constant heading, a rate or the tangent instead"

@@ -79,7 +79,8 @@ pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
 pub use actuation::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
-    AccelerationLimit, AccelerationLimits, LimitCause, LimitSettings, PushSharing,
+    AccelerationLimit, AccelerationLimits, AccelerationRange, AccelerationUse, LimitCause,
+    LimitSettings, LimitedBy, PushSharing,
 };
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;
@@ -88,6 +89,7 @@ pub use estimation::odometry::Odometry;
 pub use estimation::odometry_covariance::{OdometryCovariance, WayErrors};
 pub use estimation::pose_filter::{PoseEstimate, PoseFilter, PoseFilterSettings};
 pub use estimation::tilt::TiltFilter;
+pub use guidance::fastest::Fastest;
 pub use guidance::law::{
     Command, Feasibility, Gain, Guidance, GuidanceSettings, Priority, Saturation,
 };

@@ -5,8 +5,10 @@ use ilon_formats::{Loaded, WheelOutline};
 use ilon_robot::{Robot, RollerSurface, Wheel};
 use serde::Serialize;
 
+use crate::Error;
 use crate::roller_drag;
-use crate::scenario::Floor;
+use crate::scenario::{Floor, Scenario};
+use crate::simulate::Limits;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
 #[derive(Clone, Debug, Serialize)]
@@ -40,6 +42,9 @@ pub struct Inspection {
     pub outlines: Vec<WheelOutline>,
     /// What of the file was ignored, repaired, assumed or doubted.
     pub remarks: Vec<String>,
+    /// How hard it may be driven, where that was asked for: [`Inspection::with_limits`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
 }
 
 /// A wheel as it is understood.
@@ -253,7 +258,17 @@ impl Inspection {
                     STANDARD_GRAVITY_M_S2,
                 ))
                 .collect(),
+            limits: None,
         })
+    }
+
+    /// The same with how hard the robot may be driven under a scenario's floor, motors, wheel loops and payloads.
+    ///
+    /// # Errors
+    /// Those of [`Limits::of`].
+    pub fn with_limits(mut self, scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        self.limits = Some(Limits::of(scenario, robot)?);
+        Ok(self)
     }
 }
 

@@ -1,100 +1,100 @@
 //! How hard a robot may be driven: the accelerations at which no wheel slides and no motor lacks torque.
 //!
-//! An acceleration of the body needs a force and a moment of the ground, which the wheels share: push f_h along each roller's axis. Wheel h
-//! bears it while |f_h| <= mu N_h, with the load N_h that the acceleration itself shifts, and while its motor has the torque for the push,
-//! its own inertia and its resistance. How the push is shared is open for N > 3, and the wheels' loops decide it:
+//! An acceleration of the body needs a force and a moment of the ground, which the wheels share. How is open for N > 3, and the wheels' loops
+//! decide it:
 //!
 //! - **Loops of equal gains** ([`PushSharing::EqualLoops`]). While the wheels roll, their rate errors are those of a motion of the body,
 //!   e = R e_nu, so that the torques are tau = R x for some x: among all torques that give the force, R^T tau = F, that is the shortest,
 //!   tau = R (R^T R)^-1 F. A wheel that the acceleration relieves is asked for as much as the others and slides first.
 //! - **By grip** ([`PushSharing::ByGrip`]), as [`PrioritisedTorque`](crate::PrioritisedTorque) does: whatever the set of forces has room for.
+//!
+//! **At the ground.** A wheel holds while the force on it is within mu N, with the load N that the acceleration itself shifts. Across the
+//! roller's axis the ground turns the roller, with g = -(J_r s' + b) / r along u_gamma: s is the roller's spin in space and b the drag of its
+//! bearing. Along the axis it pushes with f; the wheel's balance about its hub axis n, with the torque tau and what the wheel takes for itself, is
+//!
+//!   tau - own = -rho cos(gamma) f + rho (n . n_gamma) g + J_r s' (n . n_gamma).
+//!
+//! All of it is linear in the acceleration while no wheel lifts, and so are the motors' bounds: along a line of accelerations what is left is
+//! found by roots. Where a wheel lifts, or pushes are shared by grip, it is found by halving: what can be given is convex.
+
+mod answers;
+mod search;
 
 use ilon_robot::{Robot, Twist};
-use nalgebra::{Cholesky, Const, Matrix3, Vector2, Vector3};
+use nalgebra::{Cholesky, Const, Matrix3, RowVector3, Vector2, Vector3};
 
 use super::capacity::{Capacity, Moment};
+use super::traction::PushRange;
+use super::wheel_force::{Moving, SLACK_N, Touch, WheelForce, share_of};
 use crate::error::{finite, positive};
 use crate::{ControlError, Motor, TorqueRange};
 
-/// How wheels share what the body needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PushSharing {
-    /// One rate loop a wheel, all of the same gains: [`WheelLoop`](crate::WheelLoop).
-    EqualLoops,
-    /// With the least worst use of grip: [`PrioritisedTorque`](crate::PrioritisedTorque).
-    ByGrip,
-}
-
-/// What the accelerations of a robot are limited by.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitSettings {
-    /// Coulomb's coefficient of friction between rollers and ground.
-    pub friction: f64,
-    /// Gravity in m/s^2.
-    pub gravity_m_s2: f64,
-    /// Slope of the ground in radians, below a right angle; 0 where it is level.
-    pub slope_rad: f64,
-    /// Direction in which it falls, in the body frame, in radians from the x axis.
-    pub downhill_rad: f64,
-    /// How the wheels share what the body needs.
-    pub sharing: PushSharing,
-}
-
-/// What holds an acceleration where it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LimitCause {
-    /// The wheel would slide.
-    Grip,
-    /// Its motor has no more torque.
-    Motor,
-}
-
-/// The largest acceleration along a direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AccelerationLimit {
-    /// It, in the direction's units: m/s^2 for a direction (cos, sin, 0), rad/s^2 for (0, 0, 1). Zero where even standing, or going on
-    /// as it goes, takes more than there is.
-    pub largest: f64,
-    /// The wheel that holds it there, by its place in the robot.
-    pub wheel: usize,
-    /// Why.
-    pub cause: LimitCause,
-}
+pub use answers::{
+    AccelerationLimit, AccelerationRange, AccelerationUse, LimitCause, LimitSettings, LimitedBy,
+    PushSharing,
+};
 
 /// The accelerations of a robot that its motors and its grip allow.
+///
+/// The touching rollers are taken at their middles, below the hubs; rolling resistance, treads and creep are left out. Nothing is allocated
+/// once it is built.
 #[derive(Clone, Debug)]
 pub struct AccelerationLimits {
     capacity: Capacity,
     sharing: PushSharing,
+    share: f64,
+    /// Gravity along the slope in m/s^2.
+    along_slope_m_s2: f64,
     /// R^T R.
     squared: Cholesky<f64, Const<3>>,
+    touches: Vec<Touch>,
     // One a wheel each.
     rates: Vec<f64>,
     towards: Vec<f64>,
     limits: Vec<TorqueRange>,
+    forces: Vec<WheelForce>,
+    before: Vec<WheelForce>,
     pushes_n: Vec<f64>,
 }
 
-/// Largest acceleration that is looked for, in gravities.
-const MOST_GRAVITIES: f64 = 1e3;
+/// A line of accelerations in the body frame.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    base: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+impl Course {
+    fn at(&self, scale: f64) -> Vector3<f64> {
+        self.base + scale * self.along
+    }
+}
+
+/// No more grip than this is ever used.
+const NOTHING: LimitedBy = LimitedBy {
+    wheel: 0,
+    cause: LimitCause::Grip,
+};
 
 impl AccelerationLimits {
     /// The limits of a robot.
     ///
     /// # Errors
     /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`] and [`ControlError::NotFinite`] for settings,
-    /// the first also for a slope of a right angle or more.
+    /// the first also for a slope of a right angle or more, and for what is left of a share beyond 1.
     pub fn new(robot: &Robot, settings: &LimitSettings) -> Result<Self, ControlError> {
         positive("the friction coefficient", settings.friction)?;
         positive("gravity in m/s^2", settings.gravity_m_s2)?;
+        let share = positive("the share of the limits", settings.share)?;
+        positive("what the share of the limits leaves of 2", 2.0 - share)?;
         let slope_rad = finite("the slope in rad", settings.slope_rad)?;
-        let downhill_rad = finite("the direction downhill in rad", settings.downhill_rad)?;
         let across = libm::cos(slope_rad);
         positive("the cosine of the slope", across)?;
-        let along_m_s2 = settings.gravity_m_s2 * libm::sin(slope_rad);
-        let downhill = Vector2::new(libm::cos(downhill_rad), libm::sin(downhill_rad));
-        let capacity = Capacity::new(robot, settings.friction, settings.gravity_m_s2 * across)?
-            .downhill(along_m_s2 * downhill);
+        let capacity = Capacity::new(
+            robot,
+            settings.friction * share,
+            settings.gravity_m_s2 * across,
+        )?;
         let kinematics = capacity.model.kinematics();
         let r = kinematics.rate_matrix();
         let squared: Matrix3<f64> = (r.transpose() * r).fixed_view::<3, 3>(0, 0).into();
@@ -105,15 +105,36 @@ impl AccelerationLimits {
                 value: 0.0,
             })?;
         let n = kinematics.wheel_count();
-        Ok(Self {
+        let levers_m = kinematics.lever_m().iter();
+        let touches = robot.wheels.iter().zip(levers_m);
+        let touches: Result<_, _> = touches.map(|(wheel, m)| Touch::new(wheel, *m)).collect();
+        let mut limits = Self {
+            touches: touches?,
             capacity,
             sharing: settings.sharing,
+            share,
+            along_slope_m_s2: settings.gravity_m_s2 * libm::sin(slope_rad),
             squared,
             rates: vec![0.0; n],
             towards: vec![0.0; n],
             limits: vec![TorqueRange::UNLIMITED; n],
+            forces: vec![WheelForce::default(); n],
+            before: vec![WheelForce::default(); n],
             pushes_n: vec![0.0; n],
-        })
+        };
+        limits.turn_slope(settings.downhill_rad)?;
+        Ok(limits)
+    }
+
+    /// Sets the direction in which the ground falls, in the body frame, in radians from the x axis.
+    ///
+    /// # Errors
+    /// [`ControlError::NotFinite`].
+    pub fn turn_slope(&mut self, downhill_rad: f64) -> Result<(), ControlError> {
+        let (sin, cos) = libm::sincos(finite("the direction downhill in rad", downhill_rad)?);
+        self.capacity
+            .pull_downhill(self.along_slope_m_s2 * Vector2::new(cos, sin));
+        Ok(())
     }
 
     /// The largest acceleration along `direction`, a rate of change of the twist (d/dt of its components in the body frame), while the
@@ -128,14 +149,167 @@ impl AccelerationLimits {
         twist: Twist,
         motors: &[Motor],
     ) -> Result<AccelerationLimit, ControlError> {
+        let range = self.range(Twist::default(), direction, twist, motors)?;
+        if let Some(range) = range.filter(|range| range.least <= 0.0 && range.largest >= 0.0) {
+            return Ok(AccelerationLimit {
+                largest: range.largest,
+                wheel: range.largest_by.wheel,
+                cause: range.largest_by.cause,
+            });
+        }
+        let (moving, course) = self.begin(Twist::default(), direction, twist, motors)?;
+        let by = self.lacking(&moving, course.at(0.0));
+        Ok(AccelerationLimit {
+            largest: 0.0,
+            wheel: by.wheel,
+            cause: by.cause,
+        })
+    }
+
+    /// The numbers a for which the acceleration `base` + a `along` can be had, both rates of change of the twist as in [`Self::along`]; `None`
+    /// where none can. They need not hold zero: a robot on a slope that is too steep to stand on can still go with it.
+    ///
+    /// # Errors
+    /// Those of [`Self::along`].
+    pub fn range(
+        &mut self,
+        base: Twist,
+        along: Twist,
+        twist: Twist,
+        motors: &[Motor],
+    ) -> Result<Option<AccelerationRange>, ControlError> {
+        let (moving, course) = self.begin(base, along, twist, motors)?;
+        let found = match self.sharing {
+            PushSharing::EqualLoops => match self.by_roots(&moving, &course) {
+                Some(interval) => (!interval.is_empty()).then_some(interval),
+                None => self.by_halving(&moving, &course),
+            },
+            PushSharing::ByGrip => self.by_halving(&moving, &course),
+        };
+        Ok(found.map(|found| AccelerationRange {
+            least: found.low,
+            largest: found.high,
+            least_by: found.holds_low,
+            largest_by: found.holds_high,
+        }))
+    }
+
+    /// The share of its grip that each wheel uses at an acceleration, a rate of change of the twist as in [`Self::along`]: 1 where it is
+    /// about to slide, infinite for one in the air that is asked to push. `out` has a number a wheel.
+    ///
+    /// # Errors
+    /// Those of [`Self::along`]; an acceleration of zero is fine.
+    pub fn grip_used(
+        &mut self,
+        twist_rate: Twist,
+        twist: Twist,
+        motors: &[Motor],
+        out: &mut [f64],
+    ) -> Result<(), ControlError> {
+        let n = self.rates.len();
+        if out.len() != n {
+            return Err(mismatch("shares", out.len(), n));
+        }
+        let (moving, nu_rate) = self.begin_at(twist_rate, twist, motors)?;
+        self.fill_asked(&moving, nu_rate);
+        for (out, force) in out.iter_mut().zip(&self.forces) {
+            let [f, g] = force.at_ground_n;
+            *out = share_of(libm::hypot(f, g), force.grip_n / self.share);
+        }
+        Ok(())
+    }
+
+    /// How much an acceleration, a rate of change of the twist as in [`Self::along`], takes of what there is.
+    ///
+    /// # Errors
+    /// Those of [`Self::along`]; an acceleration of zero is fine.
+    pub fn used(
+        &mut self,
+        twist_rate: Twist,
+        twist: Twist,
+        motors: &[Motor],
+    ) -> Result<AccelerationUse, ControlError> {
+        let (moving, nu_rate) = self.begin_at(twist_rate, twist, motors)?;
+        let force = self.fill_asked(&moving, nu_rate);
+        let used = self.largest_use();
+        let ranges = self.forces.iter().map(WheelForce::range);
+        let is_reached = self.capacity.set.outside_n(&force, ranges) <= SLACK_N;
+        if self.sharing == PushSharing::EqualLoops || is_reached {
+            return Ok(used);
+        }
+        // By any more grip, and without motors: the least worst use beyond what there is.
+        const MORE: f64 = 1e3;
+        let open = PushRange {
+            min_n: f64::NEG_INFINITY,
+            max_n: f64::INFINITY,
+        };
+        let capacity = &mut self.capacity;
+        capacity.motor.fill(open);
+        capacity
+            .grips_n
+            .iter_mut()
+            .for_each(|grip_n| *grip_n *= MORE);
+        let grip = MORE
+            * capacity.set.distribute(
+                &force,
+                &capacity.motor,
+                &capacity.grips_n,
+                &mut self.pushes_n,
+            );
+        let share = if grip > 1.0 { grip } else { f64::INFINITY };
+        let cause = if grip > 1.0 {
+            LimitCause::Grip
+        } else {
+            used.by.cause
+        };
+        Ok(AccelerationUse {
+            share: share * self.share,
+            by: LimitedBy { cause, ..used.by },
+        })
+    }
+
+    /// How far the outermost wheel stands from the body's origin, in metres.
+    pub(crate) fn arm_m(&self) -> f64 {
+        let wheels = self.capacity.model.kinematics().wheels().iter();
+        let far = wheels.map(|wheel| wheel.position_m().xy().norm());
+        far.fold(0.0, f64::max)
+    }
+
+    /// The fastest rate of a wheel at a twist, in rad/s.
+    pub(crate) fn fastest_rate_rad_s(&self, twist: Twist) -> f64 {
+        let nu = Vector3::new(twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s);
+        let rows = self.capacity.model.kinematics().rate_matrix().row_iter();
+        let rate = rows.map(|row| (row[0] * nu.x + row[1] * nu.y + row[2] * nu.z).abs());
+        rate.fold(0.0, f64::max)
+    }
+
+    /// Takes in how the robot moves, and an acceleration, which may be zero.
+    fn begin_at(
+        &mut self,
+        twist_rate: Twist,
+        twist: Twist,
+        motors: &[Motor],
+    ) -> Result<(Moving, Vector3<f64>), ControlError> {
+        let still = Twist::default();
+        let (base, along) = match twist_rate == still {
+            true => (still, Twist::new(1.0, 0.0, 0.0)),
+            false => (twist_rate, twist_rate),
+        };
+        let (moving, course) = self.begin(base, along, twist, motors)?;
+        Ok((moving, course.base))
+    }
+
+    /// Takes in how the robot moves, and a line of accelerations.
+    fn begin(
+        &mut self,
+        base: Twist,
+        along: Twist,
+        twist: Twist,
+        motors: &[Motor],
+    ) -> Result<(Moving, Course), ControlError> {
         let n = self.rates.len();
         if motors.len() != n {
-            return Err(ControlError::LengthMismatch {
-                left: "motors",
-                left_count: motors.len(),
-                right: "wheels",
-                right_count: n,
-            });
+            return Err(mismatch("motors", motors.len(), n));
         }
         let vector = |what: &str, t: Twist| {
             let components = [t.vx_m_s, t.vy_m_s, t.omega_rad_s];
@@ -144,117 +318,132 @@ impl AccelerationLimits {
                 .try_for_each(|x| finite(what, *x).map(drop))?;
             Ok(Vector3::from(components))
         };
-        vector("a component of the twist", twist)?;
-        let along = vector("a component of the direction", direction)?;
-        positive("the direction's length", along.norm())?;
-        let kinematics = self.capacity.model.kinematics();
-        kinematics.wheel_rates(direction, &mut self.towards);
-        kinematics.wheel_rates(twist, &mut self.rates);
-        for h in 0..n {
-            if self.rates[h] != 0.0 {
-                self.towards[h] = self.rates[h];
-            }
-            self.limits[h] = motors[h].range(self.rates[h]);
-        }
-        Ok(self.search(along, twist))
-    }
-
-    /// What can be given is convex and holds zero, or nothing along this direction: the largest is found by doubling and halving.
-    fn search(&mut self, along: Vector3<f64>, nu: Twist) -> AccelerationLimit {
-        let (rates, towards) = (
-            std::mem::take(&mut self.rates),
-            std::mem::take(&mut self.towards),
-        );
-        let limits = std::mem::take(&mut self.limits);
-        let moment = Moment {
-            rates: &rates,
-            towards: &towards,
-            limits: &limits,
-            nu,
+        let nu = vector("a component of the twist", twist)?;
+        let base = vector("a component of the acceleration", base)?;
+        let along = vector("a component of the direction", along)?;
+        let length = positive("the direction's length", along.norm())?;
+        // A wheel that stands, or nearly so, is about to turn where the acceleration takes it.
+        let towards = match nu.norm() {
+            0.0 => along,
+            speed => nu + 1e-6 * speed / length * along,
         };
-        self.capacity.begin(&moment);
-        let most = MOST_GRAVITIES * 9.81 / along.norm();
-        let (mut low, mut high) = (0.0, 1e-3 * most);
-        if self.worst(&moment, Vector3::zeros()).0 <= 1.0 {
-            while high < most && self.worst(&moment, high * along).0 <= 1.0 {
-                (low, high) = (high, 2.0 * high);
-            }
-            // Fifty halvings leave 1e-15 of it.
-            for _ in 0..50 {
-                let middle = 0.5 * (low + high);
-                if self.worst(&moment, middle * along).0 <= 1.0 {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-        } else {
-            high = 0.0;
+        let kinematics = self.capacity.model.kinematics();
+        kinematics.wheel_rates(twist, &mut self.rates);
+        let there = Twist::new(towards.x, towards.y, towards.z);
+        kinematics.wheel_rates(there, &mut self.towards);
+        for (h, limit) in self.limits.iter_mut().enumerate() {
+            let range = motors[h].range(self.rates[h]);
+            *limit = self.touches[h].geared(range, self.towards[h]);
+            limit.min_n_m *= self.share;
+            limit.max_n_m *= self.share;
         }
-        let (_, wheel, cause) = self.worst(&moment, high * along);
-        (self.rates, self.towards, self.limits) = (rates, towards, limits);
-        AccelerationLimit {
-            largest: low,
-            wheel,
-            cause,
-        }
+        let moving = Moving { nu, towards };
+        self.with_moment(&moving, |capacity, moment| capacity.begin(moment));
+        Ok((moving, Course { base, along }))
     }
 
-    /// The worst use of grip or motor that an acceleration takes (above 1 where it cannot be had), of which wheel, and of which of the two.
-    fn worst(&mut self, moment: &Moment<'_>, nu_rate: Vector3<f64>) -> (f64, usize, LimitCause) {
-        let force = self.capacity.weigh(moment, nu_rate);
-        let capacity = &self.capacity;
-        match self.sharing {
-            PushSharing::EqualLoops => {
-                let kinematics = capacity.model.kinematics();
-                let r = kinematics.rate_matrix();
-                let mut whole = force;
-                for (row, own) in r.row_iter().zip(&capacity.own_n_m) {
-                    whole += row.transpose() * *own;
-                }
-                let x = self.squared.solve(&whole);
-                for (h, push_n) in self.pushes_n.iter_mut().enumerate() {
-                    let torque_n_m = r.row(h).transpose().dot(&x);
-                    *push_n = (torque_n_m - capacity.own_n_m[h]) / kinematics.lever_m()[h];
-                }
-            }
-            PushSharing::ByGrip => {
-                let (motor, grips_n) = (&capacity.motor, &capacity.grips_n);
-                capacity
-                    .set
-                    .distribute(&force, motor, grips_n, &mut self.pushes_n);
-                // Out of reach the pushes are those at the edge: their wheels name the cause.
-                let reached = self.capacity.within(moment, nu_rate);
-                let (use_of, wheel, cause) = self.largest_use();
-                let use_of = if reached {
-                    use_of.min(1.0)
-                } else {
-                    f64::INFINITY
-                };
-                return (use_of, wheel, cause);
-            }
-        }
-        self.largest_use()
+    fn with_moment<T>(
+        &mut self,
+        moving: &Moving,
+        act: impl FnOnce(&mut Capacity, &Moment<'_>) -> T,
+    ) -> T {
+        let moment = Moment {
+            rates: &self.rates,
+            towards: &self.towards,
+            limits: &self.limits,
+            nu: Twist::new(moving.nu.x, moving.nu.y, moving.nu.z),
+        };
+        act(&mut self.capacity, &moment)
     }
 
-    /// The largest use of what a wheel has, over all pushes.
-    fn largest_use(&self) -> (f64, usize, LimitCause) {
+    /// Fills what each wheel is asked for at an acceleration, where pushes are shared by equal loops; gives the force that the body needs.
+    fn weigh(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
+        let force = self.with_moment(moving, |capacity, moment| capacity.weigh(moment, nu_rate));
         let capacity = &self.capacity;
-        let mut worst = (0.0, 0, LimitCause::Grip);
-        for (h, push_n) in self.pushes_n.iter().enumerate() {
-            let motor = capacity.motor[h];
-            let bound_n = if *push_n >= 0.0 {
-                motor.max_n
-            } else {
-                -motor.min_n
+        let r = capacity.model.kinematics().rate_matrix();
+        let mut whole = force;
+        for (row, own) in r.row_iter().zip(&capacity.own_n_m) {
+            whole += row.transpose() * *own;
+        }
+        let x = self.squared.solve(&whole);
+        for (h, touch) in self.touches.iter().enumerate() {
+            let row: RowVector3<f64> = r.fixed_view::<1, 3>(h, 0).into();
+            let push_n = ((row * x)[0] - capacity.own_n_m[h]) / touch.lever_m;
+            let [beside_n, across_n] = touch.beside_push(moving, nu_rate, (row * nu_rate)[0]);
+            self.forces[h] = WheelForce {
+                push_n,
+                at_ground_n: [push_n + beside_n, across_n],
+                grip_n: capacity.grips_n[h],
+                motor: capacity.motor[h],
+                load_n: capacity.loads_n[h],
             };
-            for (bound_n, cause) in [
-                (capacity.grips_n[h], LimitCause::Grip),
-                (bound_n, LimitCause::Motor),
+        }
+        force
+    }
+
+    /// What an acceleration lacks most.
+    fn lacking(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> LimitedBy {
+        self.fill_asked(moving, nu_rate);
+        self.worst().1
+    }
+
+    /// Fills what each wheel is asked for, pushes shared as the wheels do; gives the force that the body needs.
+    fn fill_asked(&mut self, moving: &Moving, nu_rate: Vector3<f64>) -> Vector3<f64> {
+        let force = self.weigh(moving, nu_rate);
+        if self.sharing == PushSharing::ByGrip {
+            let capacity = &self.capacity;
+            let (motor, grips_n) = (&capacity.motor, &capacity.grips_n);
+            // Out of reach the pushes are those at the edge: their wheels name the cause.
+            capacity
+                .set
+                .distribute(&force, motor, grips_n, &mut self.pushes_n);
+            for (force, push_n) in self.forces.iter_mut().zip(&self.pushes_n) {
+                force.at_ground_n[0] += push_n - force.push_n;
+                force.push_n = *push_n;
+            }
+        }
+        force
+    }
+
+    /// The largest share that a wheel uses of what it has.
+    fn largest_use(&self) -> AccelerationUse {
+        let mut worst = AccelerationUse {
+            share: 0.0,
+            by: NOTHING,
+        };
+        for (wheel, force) in self.forces.iter().enumerate() {
+            let [f, g] = force.at_ground_n;
+            let has_n = match force.push_n >= 0.0 {
+                true => force.motor.max_n,
+                false => -force.motor.min_n,
+            };
+            for (asked_n, has_n, cause) in [
+                (libm::hypot(f, g), force.grip_n, LimitCause::Grip),
+                (force.push_n.abs(), has_n, LimitCause::Motor),
             ] {
-                let use_of = share_of(push_n.abs(), bound_n);
-                if use_of > worst.0 {
-                    worst = (use_of, h, cause);
+                let share = self.share * share_of(asked_n, has_n);
+                if share > worst.share {
+                    let by = LimitedBy { wheel, cause };
+                    worst = AccelerationUse { share, by };
+                }
+            }
+        }
+        worst
+    }
+
+    /// The wheel that lacks most of what it is asked for, and by how much, in N.
+    fn worst(&self) -> (f64, LimitedBy) {
+        let mut worst = (f64::NEG_INFINITY, NOTHING);
+        for (wheel, force) in self.forces.iter().enumerate() {
+            let [f, g] = force.at_ground_n;
+            let motor = force.motor;
+            let lacking_n = (force.push_n - motor.max_n).max(motor.min_n - force.push_n);
+            for (lacks_n, cause) in [
+                (libm::hypot(f, g) - force.grip_n, LimitCause::Grip),
+                (lacking_n, LimitCause::Motor),
+            ] {
+                if lacks_n > worst.0 {
+                    worst = (lacks_n, LimitedBy { wheel, cause });
                 }
             }
         }
@@ -262,12 +451,12 @@ impl AccelerationLimits {
     }
 }
 
-/// A push as a share of its bound; infinite where there is none to be had.
-fn share_of(push_n: f64, bound_n: f64) -> f64 {
-    match push_n {
-        0.0 if bound_n >= 0.0 => 0.0,
-        _ if bound_n <= 0.0 => f64::INFINITY,
-        _ => push_n / bound_n,
+fn mismatch(left: &'static str, left_count: usize, wheels: usize) -> ControlError {
+    ControlError::LengthMismatch {
+        left,
+        left_count,
+        right: "wheels",
+        right_count: wheels,
     }
 }
 

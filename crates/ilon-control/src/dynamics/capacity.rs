@@ -79,10 +79,9 @@ impl Capacity {
         })
     }
 
-    /// The same on a slope, with gravity along it in the body frame, in m/s^2; what is across it was given when this was built.
-    pub fn downhill(mut self, downhill_m_s2: Vector2<f64>) -> Self {
+    /// Sets gravity along the ground, in the body frame, in m/s^2; what is across it was given when this was built.
+    pub fn pull_downhill(&mut self, downhill_m_s2: Vector2<f64>) {
         self.downhill_m_s2 = downhill_m_s2;
-        self
     }
 
     /// Works out what does not depend on the acceleration: to be called before others at a new moment.

@@ -2,7 +2,9 @@
 
 pub(crate) mod acceleration_limits;
 pub(crate) mod capacity;
+mod interval;
 pub(crate) mod loads;
 pub(crate) mod model;
 pub(crate) mod traction;
 mod tree_loads;
+mod wheel_force;

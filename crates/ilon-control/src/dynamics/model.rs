@@ -308,19 +308,20 @@ fn wheel_about_center(wheel: &Wheel) -> (f64, Matrix3<f64>) {
 }
 
 /// What a wheel and its touching roller add by turning.
-struct WheelSpin {
+#[derive(Clone, Debug)]
+pub(super) struct WheelSpin {
     /// J_h: the wheel about its axis, without the touching roller's turn about its own, in kg m^2.
     wheel_inertia_kg_m2: f64,
     /// t_h: the touching roller's spin against its hub per twist, in rad/s.
-    roller: RowVector3<f64>,
+    pub roller: RowVector3<f64>,
     /// n . n_gamma: the hub axis's share along the roller's axis.
-    roller_on_axis: f64,
-    roller_inertia_kg_m2: f64,
-    roller_damping_n_m_s: f64,
-    roller_friction_n_m: f64,
+    pub roller_on_axis: f64,
+    pub roller_inertia_kg_m2: f64,
+    pub roller_damping_n_m_s: f64,
+    pub roller_friction_n_m: f64,
 }
 
-fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
+pub(super) fn wheel_spin(wheel: &Wheel) -> Result<WheelSpin, ControlError> {
     // All rollers of a wheel are alike in any robot that rolls; the first stands for the one that touches.
     let Some(roller) = wheel.rollers.first() else {
         return Err(ControlError::NoRollers {

@@ -126,6 +126,24 @@ impl TractionSet {
             .all(|normal| Self::excess(&force, normal, ranges.clone()).0 <= slack_n)
     }
 
+    /// By how much a generalised force (N, N, N m) lies outside of what the ranges give, in N; below zero inside.
+    pub fn outside_n(
+        &self,
+        force: &Vector3<f64>,
+        ranges: impl Iterator<Item = PushRange> + Clone,
+    ) -> f64 {
+        let crossed = ranges.clone().map(|range| range.min_n - range.max_n);
+        let crossed = crossed.fold(f64::NEG_INFINITY, f64::max);
+        if crossed > 0.0 {
+            return crossed;
+        }
+        let force = self.scaled(force);
+        let excesses = self.normals.iter();
+        excesses
+            .map(|normal| Self::excess(&force, normal, ranges.clone()).0)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// The pushes that give a force within `motor` with the least worst use t of the grips: fills `out` in N and
     /// returns t, at most 1. The force must be reachable at t = 1.
     pub fn distribute(

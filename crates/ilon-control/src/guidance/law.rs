@@ -103,6 +103,10 @@ pub struct Guidance {
     k_r: Matrix2<f64>,
     k_phi: f64,
     limit_rad_s: f64,
+    /// c_1 of eq. (34), in rad/s.
+    capacity_rad_s: f64,
+    /// What each wheel's rate counts in the norm of a task: q'_max over the wheel's own limit; 1 of all where they are alike.
+    weights: Vec<f64>,
     saturation: Saturation,
     command: Command,
     /// Wheel rates of each task in turn, N numbers a task.
@@ -129,6 +133,8 @@ impl Guidance {
             k_r,
             k_phi: positive("the heading gain in 1/s", settings.heading_gain)?,
             limit_rad_s,
+            capacity_rad_s: limit_rad_s,
+            weights: vec![1.0; count],
             saturation: settings.saturation,
             command: Command {
                 wheel_rates_rad_s: vec![0.0; count],
@@ -138,6 +144,50 @@ impl Guidance {
             },
             task_rates: Vec::with_capacity(4 * count),
         })
+    }
+
+    /// The same with a limit of its own for each wheel, in rad/s, in place of the one for all: the norm of a task is then that of
+    /// q'_j / q'max_j, in units of the least limit, so that eqs. (33) to (35) hold for each wheel by its own limit.
+    ///
+    /// # Errors
+    /// [`ControlError::LengthMismatch`], [`ControlError::NotPositive`].
+    pub fn with_wheel_limits(mut self, limits_rad_s: &[f64]) -> Result<Self, ControlError> {
+        let count = self.kinematics.wheel_count();
+        if limits_rad_s.len() != count {
+            return Err(ControlError::LengthMismatch {
+                left: "limits of wheel rates",
+                left_count: limits_rad_s.len(),
+                right: "wheels",
+                right_count: count,
+            });
+        }
+        for limit_rad_s in limits_rad_s {
+            positive("a wheel's rate limit in rad/s", *limit_rad_s)?;
+        }
+        self.limit_rad_s = limits_rad_s.iter().copied().fold(f64::INFINITY, f64::min);
+        let of_least = |limit_rad_s: &f64| self.limit_rad_s / limit_rad_s;
+        self.weights = limits_rad_s.iter().map(of_least).collect();
+        self.capacity_rad_s = self.limit_rad_s;
+        Ok(self)
+    }
+
+    /// The same with less than the wheels' limit to share out among the tasks: c_1 of eq. (34), in rad/s. What is left is for whoever else
+    /// commands the wheels. Of effect under [`Saturation::Prioritised`] alone.
+    ///
+    /// # Errors
+    /// [`ControlError::NotPositive`]; [`ControlError::TooLarge`] beyond the limit.
+    pub fn with_capacity(mut self, capacity_rad_s: f64) -> Result<Self, ControlError> {
+        let what = "the capacity of the tasks in rad/s";
+        let value = positive(what, capacity_rad_s)?;
+        if value > self.limit_rad_s {
+            return Err(ControlError::TooLarge {
+                what: what.to_owned(),
+                value,
+                most: self.limit_rad_s,
+            });
+        }
+        self.capacity_rad_s = value;
+        Ok(self)
     }
 
     /// The kinematics that it commands by.
@@ -183,13 +233,14 @@ impl Guidance {
         let worst = |of: &dyn Fn(f64, f64, f64) -> f64| {
             rates
                 .row_iter()
-                .map(|row| of(row[0], row[1], row[2]))
+                .zip(&self.weights)
+                .map(|(row, weight)| weight * of(row[0], row[1], row[2]))
                 .fold(0.0, f64::max)
         };
         Feasibility {
             position_rad_s: worst(&|x, y, _| libm::hypot(x, y)) * speed_m_s.abs(),
             heading_rad_s: worst(&|_, _, a| a.abs()) * heading_rate_rad_s.abs(),
-            limit_rad_s: self.limit_rad_s,
+            limit_rad_s: self.capacity_rad_s,
         }
     }
 
@@ -242,7 +293,7 @@ impl Guidance {
     /// Eq. (33), or one of its alternatives, over the wheel rates of the tasks.
     fn combine(&mut self, tasks: &[Task], contact: Option<&ContactKinematics>) -> &Command {
         let count = self.kinematics.wheel_count();
-        let q_max = self.limit_rad_s;
+        let (q_max, weights) = (self.limit_rad_s, &self.weights);
         let command = &mut self.command;
         self.task_rates.resize(tasks.len() * count, 0.0);
         command.tasks.clear();
@@ -259,17 +310,19 @@ impl Guidance {
             command.tasks.push(TaskShare {
                 name: task.name,
                 twist_in_body: task.twist_in_body,
-                asked_rad_s: infinity_norm(rates),
-                capacity_rad_s: q_max,
+                asked_rad_s: infinity_norm(rates, weights),
+                capacity_rad_s: self.capacity_rad_s,
                 weight: 1.0,
             });
         }
 
         match self.saturation {
-            Saturation::Prioritised(_) => share_capacity(q_max, &mut command.tasks),
+            Saturation::Prioritised(_) => {
+                share_capacity(self.capacity_rad_s, &mut command.tasks);
+            }
             Saturation::Scale => {
                 map.wheel_rates(command.twist_in_body, &mut command.wheel_rates_rad_s);
-                let asked_rad_s = infinity_norm(&command.wheel_rates_rad_s);
+                let asked_rad_s = infinity_norm(&command.wheel_rates_rad_s, weights);
                 // Nothing asked for is nothing held back: weight 1, unlike sigma(0, c).
                 let weight = if asked_rad_s == 0.0 {
                     1.0
@@ -300,9 +353,10 @@ impl Guidance {
         }
         if self.saturation != Saturation::None {
             // For Clip this is the law. For the others (35) holds already, and it only takes off the last rounding.
-            let before = infinity_norm(&command.wheel_rates_rad_s);
-            for rate in &mut command.wheel_rates_rad_s {
-                *rate = rate.clamp(-q_max, q_max);
+            let before = infinity_norm(&command.wheel_rates_rad_s, weights);
+            for (rate, weight) in command.wheel_rates_rad_s.iter_mut().zip(weights) {
+                let limit_rad_s = q_max / weight;
+                *rate = rate.clamp(-limit_rad_s, limit_rad_s);
             }
             if self.saturation == Saturation::Clip && before > q_max {
                 command.saturated_twist_in_body = map.twist(&command.wheel_rates_rad_s);
@@ -352,9 +406,13 @@ fn moved(twist: Twist, offset_m: Vector2<f64>) -> Twist {
     twist + Twist::new(-omega * offset_m.y, omega * offset_m.x, 0.0)
 }
 
-/// The largest amount of all; not finite where one of them is not.
-fn infinity_norm(rates: &[f64]) -> f64 {
-    rates.iter().fold(0.0, |norm: f64, rate| {
+/// The largest amount of all, each by its weight; not finite where one of them is not.
+fn infinity_norm(rates: &[f64], weights: &[f64]) -> f64 {
+    let weighted = rates
+        .iter()
+        .zip(weights)
+        .map(|(rate, weight)| rate * weight);
+    weighted.fold(0.0, |norm: f64, rate| {
         // f64::max would drop a NaN.
         if rate.is_nan() {
             f64::NAN
@@ -432,6 +490,65 @@ mod tests {
                 assert!(command.tasks.iter().any(TaskShare::is_saturated));
             }
         }
+    }
+
+    /// Wheels of unequal limits: none is exceeded, the one that binds is used up, and a wheel that may turn faster does.
+    #[test]
+    fn eq_35_holds_for_each_wheel_by_its_own_limit() {
+        let first = Saturation::Prioritised(Priority::Position);
+        let kinematics = Kinematics::new(&volksbot()).unwrap();
+        let limits = [4.0, 9.0, 6.0];
+        let law = Guidance::new(kinematics, &settings(first, 5.0)).unwrap();
+        let mut law = law.with_wheel_limits(&limits).unwrap();
+        let (mut used_up, mut beyond_least) = (0, 0);
+        for k in 0..500 {
+            let x = |i: u32| 4.0 * (((k * i) as f64 * 0.754_877_666).fract() - 0.5);
+            let task = |name, twist_in_body| Task {
+                name,
+                twist_in_body,
+            };
+            let tasks = [
+                task("first", Twist::new(0.2 * x(1), 0.2 * x(2), 0.0)),
+                task("second", Twist::new(0.0, 0.0, 3.0 * x(3))),
+            ];
+            let command = law.command(&tasks);
+            let rates = &command.wheel_rates_rad_s;
+            for (rate, limit) in rates.iter().zip(limits) {
+                assert!(rate.abs() <= limit);
+                beyond_least += usize::from(rate.abs() > 4.0);
+            }
+            let asked: f64 = command.tasks[0].asked_rad_s;
+            let share = rates
+                .iter()
+                .zip(limits)
+                .map(|(rate, limit)| rate.abs() / limit);
+            used_up += usize::from(share.fold(0.0, f64::max) > 1.0 - 1e-12);
+            // The first task comes first by the same norm.
+            assert_eq!(command.tasks[0].weight, sigma(asked, 4.0));
+        }
+        assert!(used_up > 5 && beyond_least > 50, "{used_up} {beyond_least}");
+    }
+
+    /// c_1 below the limit is what all tasks together may take.
+    #[test]
+    fn eq_34_a_capacity_below_the_limit_leaves_the_rest() {
+        let first = Saturation::Prioritised(Priority::Position);
+        let kinematics = Kinematics::new(&mecanum4()).unwrap();
+        let law = Guidance::new(kinematics, &settings(first, 10.0)).unwrap();
+        let mut part = law.clone().with_capacity(6.0).unwrap();
+        let tasks = [Task {
+            name: "only",
+            twist_in_body: Twist::new(3.0, 1.0, 2.0),
+        }];
+        let command = part.command(&tasks);
+        let most = command
+            .wheel_rates_rad_s
+            .iter()
+            .fold(0.0, |most: f64, q| most.max(q.abs()));
+        assert!((most - 6.0).abs() < 1e-12, "{most}");
+        assert_eq!(command.tasks[0].capacity_rad_s, 6.0);
+        assert!(law.clone().with_capacity(10.1).is_err());
+        assert!(law.with_capacity(0.0).is_err());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use nalgebra::{Vector1, Vector2};
 
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
+use crate::guidance::pace::Pace;
 use crate::guidance::spline::{Motion, Spline};
 
 /// What the guidance is asked to do at one moment.
@@ -26,6 +27,8 @@ pub struct Desired {
 pub struct Reference {
     path: Path,
     heading: Heading,
+    /// How its own time passes, where that is not as it does.
+    pace: Option<Pace>,
 }
 
 /// The reference heading phi_d(t).
@@ -244,12 +247,84 @@ impl Reference {
                 }
             }
         }
-        Ok(Self { path, heading })
+        Ok(Self {
+            path,
+            heading,
+            pace: None,
+        })
     }
 
     /// The reference at a time in seconds: r_d and phi_d of eqs. (13), (17), with their derivatives, in the world
     /// frame. Before time zero it is that of time zero.
     pub fn at(&self, t_s: f64) -> Desired {
+        let Some(pace) = &self.pace else {
+            return self.at_own(t_s);
+        };
+        let (own_s, passes) = pace.at(t_s, |own_s| self.flow(own_s));
+        let desired = self.at_own(own_s);
+        Desired {
+            velocity_in_world: desired.velocity_in_world.scaled(passes),
+            ..desired
+        }
+    }
+
+    /// The rate of change of the reference's velocity at a time in seconds, in the world frame, in m/s^2 and rad/s^2: a difference
+    /// quotient over what follows. At a step of the velocity, which no robot can follow, it is that of what comes after.
+    pub fn acceleration_in_world(&self, t_s: f64) -> Twist {
+        const OVER_S: f64 = 1e-5;
+        /// What grows faster is a step.
+        const STEP: f64 = 1e3;
+        let quotient = |t_s: f64| {
+            let [now, then] = [t_s, t_s + OVER_S].map(|t_s| self.at(t_s).velocity_in_world);
+            (then + now.scaled(-1.0)).scaled(1.0 / OVER_S)
+        };
+        let found = quotient(t_s.max(0.0));
+        if found.linear_m_s().norm() < STEP && found.omega_rad_s.abs() < STEP {
+            return found;
+        }
+        let after = quotient(t_s.max(0.0) + OVER_S);
+        match after.linear_m_s().norm() < STEP && after.omega_rad_s.abs() < STEP {
+            true => after,
+            false => Twist::default(),
+        }
+    }
+
+    /// The same path with its own time passing at another pace.
+    pub(super) fn at_pace(&self, pace: Pace) -> Self {
+        Self {
+            pace: Some(pace),
+            ..self.clone()
+        }
+    }
+
+    /// The times between which the path is one smooth piece each, in its own time, in seconds; of a path without end one lap.
+    pub(super) fn pieces(&self) -> Pieces<'_> {
+        match &self.path {
+            Path::Hold { .. } => Pieces::None,
+            Path::Line {
+                length_m,
+                speed_m_s,
+                ..
+            } => Pieces::Line(length_m / speed_m_s),
+            Path::Circle { rate_rad_s, .. } | Path::FigureEight { rate_rad_s, .. } => {
+                Pieces::Lap(TAU / rate_rad_s.abs())
+            }
+            Path::Waypoints { positions, .. } => Pieces::Between(positions.times_s()),
+        }
+    }
+
+    /// How fast something moves with the reference in its own time, in m/s: its point, or one an arm away that turns with it.
+    pub(super) fn flow_on(&self, own_s: f64, arm_m: f64) -> f64 {
+        let v = self.at_own(own_s).velocity_in_world;
+        libm::hypot(v.linear_m_s().norm(), arm_m * v.omega_rad_s)
+    }
+
+    fn flow(&self, own_s: f64) -> f64 {
+        self.flow_on(own_s, self.pace.as_ref().map_or(0.0, Pace::arm_m))
+    }
+
+    /// The reference in its own time: at a pace of one.
+    pub(super) fn at_own(&self, t_s: f64) -> Desired {
         let t_s = t_s.max(0.0);
         let r_d = self.path.at(t_s);
         let (heading_rad, omega_rad_s) = match &self.heading {
@@ -288,7 +363,7 @@ impl Reference {
     /// # Errors
     /// [`ControlError::Negative`] for a time below zero.
     pub fn arc_length_m(&self, t_s: f64) -> Result<f64, ControlError> {
-        let t_s = not_negative("the time in s", t_s)?;
+        let t_s = self.own_time_s(not_negative("the time in s", t_s)?);
         Ok(match &self.path {
             Path::Hold { .. } => 0.0,
             Path::Line {
@@ -320,7 +395,15 @@ impl Reference {
 
     /// The unit tangent t_d of eq. (15), in the world frame; `None` where the path never moves.
     pub fn tangent(&self, t_s: f64) -> Option<Vector2<f64>> {
-        self.path.direction(t_s.max(0.0)).try_normalize(0.0)
+        let own_s = self.own_time_s(t_s.max(0.0));
+        self.path.direction(own_s).try_normalize(0.0)
+    }
+
+    fn own_time_s(&self, t_s: f64) -> f64 {
+        match &self.pace {
+            Some(pace) => pace.at(t_s, |own_s| self.flow(own_s)).0,
+            None => t_s,
+        }
     }
 
     /// The largest reference speed in m/s and heading rate in rad/s up to a time, found on `samples` equal steps:
@@ -337,6 +420,18 @@ impl Reference {
             )
         })
     }
+}
+
+/// Where a path is smooth, in its own time.
+pub(super) enum Pieces<'a> {
+    /// It does not move.
+    None,
+    /// From zero to this, in seconds.
+    Line(f64),
+    /// Again and again, each lap as long, in seconds.
+    Lap(f64),
+    /// Between these times, in seconds.
+    Between(&'a [f64]),
 }
 
 impl Path {

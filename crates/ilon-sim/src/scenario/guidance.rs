@@ -22,10 +22,33 @@ pub struct Guidance {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_rate_limit_rad_s: Option<f64>,
+    /// Gain on the position error as a symmetric positive definite matrix in the world frame, in 1/s, in place of `position_gain_per_s`:
+    /// `[[xx, xy], [xy, yy]]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_gain_matrix_per_s: Option<[[f64; 2]; 2]>,
+    /// What the tasks may take together, c_1 of equation (34), in rad/s: at most the wheel rate limit, which it is unless given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub capacity_rad_s: Option<f64>,
+    /// The largest rate of each wheel, in rad/s, in the order of the robot's wheels, in place of one for all: tasks then count by the share
+    /// that they take of each wheel's own limit.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wheel_rate_limits_rad_s: Vec<f64>,
     /// Which kinematics turns a twist into wheel rates.
     pub kinematics: Kinematics,
     /// The point of the body that follows the reference.
     pub reference_point: ReferencePoint,
+}
+
+impl Guidance {
+    /// The largest gain on a position error in any direction, in 1/s.
+    pub fn position_gain_most_per_s(&self) -> f64 {
+        match self.position_gain_matrix_per_s {
+            // The larger eigenvalue of a symmetric matrix.
+            Some([[xx, xy], [_, yy]]) => 0.5 * (xx + yy) + libm::hypot(0.5 * (xx - yy), xy),
+            None => self.position_gain_per_s,
+        }
+    }
 }
 
 /// A point of the body.
@@ -92,6 +115,9 @@ impl Default for Guidance {
             position_gain_per_s: 1.0,
             heading_gain_per_s: 1.0,
             wheel_rate_limit_rad_s: None,
+            position_gain_matrix_per_s: None,
+            capacity_rad_s: None,
+            wheel_rate_limits_rad_s: Vec::new(),
             kinematics: Kinematics::default(),
             reference_point: ReferencePoint::default(),
         }

@@ -142,10 +142,7 @@ impl Scenario {
         };
         from_there(&mut moved.robot.file);
         moved.robot.packages.values_mut().for_each(from_there);
-        if let Some(super::Reference::Waypoints {
-            file: Some(file), ..
-        }) = &mut moved.reference
-        {
+        if let Some(file) = moved.reference.as_mut().and_then(super::Tracked::file_mut) {
             from_there(file);
         }
         if let Some(playback) = &mut moved.playback {

@@ -21,6 +21,7 @@ mod rollers;
 mod run;
 mod sensors;
 mod setting;
+mod tracked;
 mod validate;
 mod wheels;
 mod world;
@@ -34,7 +35,7 @@ pub use joints::{Joint, JointRole};
 pub use keys::nearest;
 pub(crate) use keys::{SIZES, is_computable, is_computable_with_sign};
 pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
-pub use motion::{Heading, Motion, Reference, Scheduled, Twist};
+pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
 pub use robot::{Gamma, Robot, RollerBodies, Rollers, Wheels};
 pub use rollers::{RollerSurface, Tread};
@@ -62,7 +63,7 @@ pub struct Scenario {
     pub world: World,
     /// A path in time for the guidance to track (closed loop). Either this or `twist`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reference: Option<Reference>,
+    pub reference: Option<Tracked>,
     /// A body twist turned into wheel rates without feedback of the pose (open loop). Either this or `reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<Twist>,

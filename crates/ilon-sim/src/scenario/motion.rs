@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug)]
 pub enum Motion<'a> {
     /// Closed loop: the guidance tracks a reference.
-    Tracked(&'a Reference),
+    Tracked(&'a Tracked),
     /// Open loop: a twist becomes wheel rates.
     OpenLoop(&'a Twist),
     /// What a log says.
@@ -19,7 +19,7 @@ pub enum Motion<'a> {
 /// A position and a heading in time, for the guidance to track.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
-#[schemars(rename = "ReferenceSection")]
+#[schemars(rename = "ReferencePath")]
 pub enum Reference {
     /// A straight line at constant speed, held at its end.
     Line {
@@ -113,6 +113,64 @@ pub enum Reference {
         /// Heading in degrees.
         heading_deg: f64,
     },
+}
+
+/// `[reference]`: a path, and how its time passes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tracked {
+    /// When the robot is where on its path; left out, as the path's own speeds and times say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timing: Option<Timing>,
+    /// Of a path as fast as grip allows: the share of grip, torques and wheel rates that it may take, above 0 and at most 1; 0.9 unless given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_of_limits: Option<f64>,
+    /// The path.
+    #[serde(flatten)]
+    pub path: Reference,
+}
+
+/// When a robot is where on its path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Timing {
+    /// In the least time within a share of what grip, motors and wheel rates allow, from rest and, where the path ends, to rest. The path's
+    /// own speeds and times then have no effect, but for the sense of a circle.
+    #[serde(rename = "as fast as grip allows")]
+    AsFastAsGripAllows,
+}
+
+impl Tracked {
+    /// The share of the limits where none is given.
+    const SHARE: f64 = 0.9;
+
+    /// A path in its own time.
+    pub fn as_made(path: Reference) -> Self {
+        Self {
+            timing: None,
+            share_of_limits: None,
+            path,
+        }
+    }
+
+    /// The file of waypoints that it names, if it names one.
+    pub fn file(&self) -> Option<&PathBuf> {
+        match &self.path {
+            Reference::Waypoints { file, .. } => file.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn file_mut(&mut self) -> Option<&mut PathBuf> {
+        match &mut self.path {
+            Reference::Waypoints { file, .. } => file.as_mut(),
+            _ => None,
+        }
+    }
+
+    /// The share of grip, torques and wheel rates that the fastest timing may take.
+    pub fn share_of_limits(&self) -> f64 {
+        self.share_of_limits.unwrap_or(Self::SHARE)
+    }
 }
 
 /// Where the robot looks while it follows a path: a Swedish robot may look anywhere.

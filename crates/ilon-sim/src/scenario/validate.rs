@@ -164,7 +164,7 @@ impl Scenario {
         match self.motion() {
             Some(Motion::OpenLoop(twist)) => object_to_schedule(twist),
             Some(Motion::Played(playback)) => playback.object(),
-            Some(Motion::Tracked(_)) => Ok(()),
+            Some(Motion::Tracked(tracked)) => object_to_timing(tracked),
             None => {
                 let stand = [
                     self.reference.is_some(),
@@ -338,6 +338,21 @@ impl Scenario {
     pub(crate) fn check_step(&self, physics_dt_s: f64) -> Result<(), Error> {
         Ok(self.object_to_step(physics_dt_s)?)
     }
+}
+
+fn object_to_timing(tracked: &super::Tracked) -> Result<(), Objection> {
+    let (key, message) = match (&tracked.path, tracked.timing, tracked.share_of_limits) {
+        (super::Reference::HoldPose { .. }, Some(_), _) => (
+            "reference.timing",
+            "`reference.timing` is of a path, and a pose that is held has none",
+        ),
+        (_, None, Some(_)) => (
+            "reference.share_of_limits",
+            "`reference.share_of_limits` has no effect without `reference.timing`",
+        ),
+        _ => return Ok(()),
+    };
+    Err(Objection::to(key, message, "leave it out"))
 }
 
 fn object_to_schedule(twist: &super::Twist) -> Result<(), Objection> {

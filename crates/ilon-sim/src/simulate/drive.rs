@@ -12,7 +12,7 @@ use super::command::WheelCommand;
 use super::resolve::Resolved;
 use super::wheel_loop::{dynamic_model, passive_settings, pid};
 use crate::Error;
-use crate::scenario::{self, WheelLaw};
+use crate::scenario::{self, Scenario, WheelLaw};
 
 /// The wheel loops of a robot and its motors.
 #[derive(Clone)]
@@ -65,20 +65,7 @@ impl Drive {
                 )?)
             }
         };
-        let curve = match scenario.motors.dc {
-            Some(dc) => MotorCurve::dc(DcMotor {
-                stall_torque_n_m: dc.stall_torque_n_m,
-                no_load_rate_rad_s: dc.no_load_rate_rad_s,
-                current_limit_n_m: dc.current_limit_n_m.unwrap_or(f64::INFINITY),
-                regenerates: dc.regeneration,
-            })?,
-            None => MotorCurve::Flat,
-        };
-        let motors: Vec<Motor> = robot
-            .wheels
-            .iter()
-            .map(|wheel| Motor::new(&wheel.motor, curve))
-            .collect::<Result<_, _>>()?;
+        let motors = motors(scenario, robot)?;
         Ok(Self {
             law,
             targets_rad_s: vec![0.0; motors.len()],
@@ -152,6 +139,24 @@ impl Drive {
         let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
         MotorTorque::with_droop(-per_rate_n_m_s * rate_rad_s, per_rate_n_m_s)
     }
+}
+
+/// The motors of a scenario's robot.
+pub(super) fn motors(scenario: &Scenario, robot: &Robot) -> Result<Vec<Motor>, Error> {
+    let curve = match scenario.motors.dc {
+        Some(dc) => MotorCurve::dc(DcMotor {
+            stall_torque_n_m: dc.stall_torque_n_m,
+            no_load_rate_rad_s: dc.no_load_rate_rad_s,
+            current_limit_n_m: dc.current_limit_n_m.unwrap_or(f64::INFINITY),
+            regenerates: dc.regeneration,
+        })?,
+        None => MotorCurve::Flat,
+    };
+    let wheels = robot.wheels.iter();
+    let motors: Result<_, _> = wheels
+        .map(|wheel| Motor::new(&wheel.motor, curve))
+        .collect();
+    Ok(motors?)
 }
 
 /// The rates of a robot's wheels, in rad/s, one a wheel.

@@ -7,7 +7,7 @@ use ilon_control::{
     Reference, Task, TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist, wrap_angle};
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::command::{Commanded, Decided, WheelCommand};
 use super::playback::{Asked, Log, Placing};
@@ -106,7 +106,10 @@ impl Pilot {
         let priority = section.priority.into();
         let wheel_count = kinematics.wheel_count();
         let settings = GuidanceSettings {
-            position_gain: Gain::Scalar(section.position_gain_per_s),
+            position_gain: match section.position_gain_matrix_per_s {
+                Some([[xx, xy], [yx, yy]]) => Gain::Matrix(Matrix2::new(xx, xy, yx, yy)),
+                None => Gain::Scalar(section.position_gain_per_s),
+            },
             heading_gain: section.heading_gain_per_s,
             wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
             saturation: match section.saturation {
@@ -130,12 +133,20 @@ impl Pilot {
         // A twist in open loop, as any twist of a scenario, is the origin's.
         let kinematics = match (&motion, section.reference_point) {
             (Planned::Twist(_) | Planned::Log(_), _) | (_, ReferencePoint::Origin) => kinematics,
-            (_, ReferencePoint::Decoupling) => kinematics.about(kinematics.decoupling_point_m())?,
-            (_, ReferencePoint::At { x_m, y_m }) => kinematics.about(Vector2::new(x_m, y_m))?,
+            (_, point) => kinematics.about(point_m(point, &kinematics))?,
         };
         Ok(Self {
             motion,
-            guidance: Guidance::new(kinematics, &settings)?,
+            guidance: {
+                let mut guidance = Guidance::new(kinematics, &settings)?;
+                if !section.wheel_rate_limits_rad_s.is_empty() {
+                    guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
+                }
+                match section.capacity_rad_s {
+                    Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
+                    None => guidance,
+                }
+            },
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
                 scenario::Kinematics::Contact => Some(contact_kinematics),
@@ -314,7 +325,7 @@ impl Pilot {
                 let gains = &scenario.guidance;
                 // Feedforward and feedback together.
                 let asked = self.guidance.feasibility(
-                    speed_m_s + gains.position_gain_per_s * off_m,
+                    speed_m_s + gains.position_gain_most_per_s() * off_m,
                     turn_rad_s + gains.heading_gain_per_s * off_rad,
                 );
                 Some(asked.position_rad_s + asked.heading_rad_s)
@@ -339,6 +350,42 @@ impl Pilot {
         }
     }
 
+    /// The heading that is desired at a time in seconds, in radians, where a reference says one.
+    pub fn desired_heading_rad(&self, t_s: f64) -> Option<f64> {
+        match &self.motion {
+            Planned::Reference(reference) => Some(reference.at(t_s).pose.heading_rad),
+            _ => None,
+        }
+    }
+
+    /// The motion of the body's origin that is planned at a time in seconds: its twist in the body frame, and how that changes, where a
+    /// reference or a twist says it.
+    pub fn planned(&self, t_s: f64) -> Option<(Twist, Twist)> {
+        match &self.motion {
+            Planned::Reference(reference) => {
+                let desired = reference.at(t_s);
+                let phi = desired.pose.heading_rad;
+                let twist = desired.velocity_in_world.rotated(-phi);
+                let omega = twist.omega_rad_s;
+                // d/dt of components in a frame that turns.
+                let rate = reference.acceleration_in_world(t_s).rotated(-phi)
+                    + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
+                let c = self.reference_point_m();
+                let of_origin = |twist: Twist| {
+                    let omega = twist.omega_rad_s;
+                    twist + Twist::new(omega * c.y, -omega * c.x, 0.0)
+                };
+                Some((of_origin(twist), of_origin(rate)))
+            }
+            Planned::Twist(profile) => {
+                const OVER_S: f64 = 1e-5;
+                let [now, then] = [t_s, t_s + OVER_S].map(|t_s| profile.at(t_s));
+                Some((now, (then + now.scaled(-1.0)).scaled(1.0 / OVER_S)))
+            }
+            Planned::Log(_) | Planned::Own(..) => None,
+        }
+    }
+
     /// The feasibility conditions (36)-(37) over the run; `None` in open loop.
     pub fn feasibility(&self, duration_s: f64) -> Option<Feasibility> {
         match &self.motion {
@@ -348,6 +395,15 @@ impl Pilot {
             }
             Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
+    }
+}
+
+/// A point of the body frame, in metres.
+pub(super) fn point_m(point: ReferencePoint, kinematics: &Kinematics) -> Vector2<f64> {
+    match point {
+        ReferencePoint::Origin => Vector2::zeros(),
+        ReferencePoint::Decoupling => kinematics.decoupling_point_m(),
+        ReferencePoint::At { x_m, y_m } => Vector2::new(x_m, y_m),
     }
 }
 

@@ -19,9 +19,9 @@ pub(super) fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Err
         .transpose()
 }
 
-fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Reference, Error> {
+fn reference(section: &scenario::Tracked, scenario: &Scenario) -> Result<Reference, Error> {
     use scenario::Reference as Section;
-    let reference = match section {
+    let reference = match &section.path {
         Section::Line {
             from_x_m,
             from_y_m,
@@ -72,6 +72,9 @@ fn reference(section: &scenario::Reference, scenario: &Scenario) -> Result<Refer
             heading,
         } => {
             let heading = heading_of(heading);
+            // A path that is timed afresh needs some times of its own all the same.
+            let untimed = section.timing.is_some() && times_s.is_empty() && file.is_none();
+            let speed_m_s = &speed_m_s.or(untimed.then_some(1.0));
             let listed = waypoints::Listed {
                 points_m,
                 times_s,

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 use super::pilot::{Idle, Pilot};
 use super::playback::Log;
-use super::{defaults, reference, stability, warnings, wheel_loop};
+use super::{defaults, limits, reference, stability, warnings, wheel_loop};
 use crate::Error;
 use crate::roller_drag;
 use crate::scenario::{Contacts, Drives, RollerBodies, Scenario, Step};
@@ -57,9 +57,14 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     let kinematics = Kinematics::new(robot)?;
     let contact_kinematics = ContactKinematics::new(robot)?;
 
-    let limit_rad_s = match scenario.guidance.wheel_rate_limit_rad_s {
-        Some(limit_rad_s) => limit_rad_s,
-        None => robot.wheel_rate_limit_rad_s(),
+    // Of wheels with limits of their own the fastest says how long steps may be.
+    let of_wheels = scenario.guidance.wheel_rate_limits_rad_s.iter().copied();
+    let limit_rad_s = match of_wheels.reduce(f64::max) {
+        Some(largest_rad_s) => largest_rad_s,
+        None => match scenario.guidance.wheel_rate_limit_rad_s {
+            Some(limit_rad_s) => limit_rad_s,
+            None => robot.wheel_rate_limit_rad_s(),
+        },
     };
     scenario.guidance.wheel_rate_limit_rad_s = limit_rad_s.is_finite().then_some(limit_rad_s);
     if let Some(playback) = &mut scenario.playback
@@ -75,6 +80,13 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     }
     let path = log.as_ref().and_then(|log| log.reference()).transpose()?;
     let reference = reference::reference_of(&scenario)?.or(path);
+    let reference = match (&scenario.reference, reference) {
+        (Some(section), Some(path)) if section.timing.is_some() => {
+            let share = section.share_of_limits();
+            Some(limits::fastest(&scenario, robot, &path, share)?)
+        }
+        (_, reference) => reference,
+    };
     // What it would decide says how fast the wheels are asked to turn.
     let pilot = Pilot::new(
         &scenario,
@@ -122,6 +134,9 @@ pub fn resolve_for(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result
     warnings.extend(warnings::of_friction(&scenario));
     warnings.extend(warnings::of_what_comes_too_late(&scenario));
     warnings.extend(warnings::of_heading(&scenario));
+    if let Driver::Guidance = driver {
+        warnings.extend(limits::remark(&scenario, robot, &pilot));
+    }
     match pilot.feasibility(scenario.run.duration_s) {
         Some(feasibility) => {
             warnings.extend(warnings::of_feasibility(&feasibility));

@@ -109,6 +109,24 @@ impl Simulation {
         Self::of(&resolved, &loaded.robot, seen, Some(Box::new(controller)))
     }
 
+    /// Puts a robot into the scenario's world under a controller of one's own, whatever file the scenario names.
+    ///
+    /// # Errors
+    /// Where the scenario asks for something that cannot be.
+    pub fn with_robot_and_controller(
+        scenario: &Scenario,
+        robot: &Robot,
+        controller: impl Controller + 'static,
+    ) -> Result<Self, Error> {
+        let resolved = resolve_for(scenario, robot, Driver::Own)?;
+        Self::of(
+            &resolved,
+            robot,
+            Appearance::default(),
+            Some(Box::new(controller)),
+        )
+    }
+
     /// A plant, what drives it, and what records it.
     fn of(
         resolved: &Resolved,

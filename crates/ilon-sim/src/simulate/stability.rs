@@ -37,7 +37,7 @@ pub(super) fn guidance(scenario: &Scenario) -> Guidance {
         None => (periods + SLACK).floor() as u32,
     };
     Guidance {
-        position_gain_per_s: scenario.guidance.position_gain_per_s,
+        position_gain_per_s: scenario.guidance.position_gain_most_per_s(),
         heading_gain_per_s: scenario.guidance.heading_gain_per_s,
         unstable_from: unstable_from(periods_old),
     }

@@ -8,7 +8,7 @@ use crate::check::Draft;
 use crate::file::StudyFile;
 use crate::hash::Hash;
 use ilon_sim::Error;
-use ilon_sim::scenario::{Expect, Reference, Scenario, Setting};
+use ilon_sim::scenario::{Expect, Scenario, Setting, Tracked};
 use ilon_sim::simulate::load_file;
 
 /// The fingerprint of a study.
@@ -22,12 +22,7 @@ pub(super) fn of(study: &Draft, fixed: &[Setting], files: &FileAccess) -> Result
         hash.feed(&scenario.to_toml()?);
         let mut robots = vec![scenario.robot.file.clone()];
         let mut read = Vec::new();
-        if let Some(Reference::Waypoints {
-            file: Some(file), ..
-        }) = &scenario.reference
-        {
-            read.push(file.clone());
-        }
+        read.extend(scenario.reference.as_ref().and_then(Tracked::file).cloned());
         read.extend(scenario.playback.as_ref().map(|log| log.file.clone()));
         let varied = study.axes.iter().filter(|axis| axis.key.ends_with("file"));
         for axis in varied {

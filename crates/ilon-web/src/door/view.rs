@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_robot::Robot;
 use ilon_sim::Scenario;
-use ilon_sim::scenario::Reference;
+use ilon_sim::scenario::Tracked;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -39,10 +39,7 @@ pub(super) fn beside_its_files(scenario: &Scenario) -> Scenario {
         }
     };
     name(&mut beside.robot.file);
-    if let Some(Reference::Waypoints {
-        file: Some(file), ..
-    }) = &mut beside.reference
-    {
+    if let Some(file) = beside.reference.as_mut().and_then(Tracked::file_mut) {
         name(file);
     }
     if let Some(playback) = &mut beside.playback {

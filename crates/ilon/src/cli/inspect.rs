@@ -13,7 +13,7 @@ use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::robot::Reading;
 use super::table::Table;
-use super::{console, gallery, open, reserve, ros2};
+use super::{console, gallery, limits, open, reserve, ros2};
 use crate::cli::failure::Failure;
 use crate::drawing;
 use crate::inspect::{Inspection, TreadInspection};
@@ -29,6 +29,8 @@ pub(super) struct Arguments {
     reading: Reading,
     #[command(flatten)]
     sandbox: Sandbox,
+    #[command(flatten)]
+    limits: limits::Asked,
     /// Draw the robot from above, with the axes of its rollers, as an SVG.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
@@ -80,6 +82,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let claim = |out: &PathBuf| reserve::file(out, flag, std::slice::from_ref(path));
         out.as_ref().map(claim).transpose()
     };
+    if arguments.limits.are_idle() {
+        return Err(Failure::usage(
+            "--set changes the conditions of --limits, which is not there",
+            "add --limits",
+        ));
+    }
     let _svg = claimed(&arguments.svg, "--svg")?;
     let _urdf = claimed(&arguments.urdf, "--urdf")?;
     let _controllers = claimed(&arguments.ros2_controllers, "--ros2-controllers")?;
@@ -122,6 +130,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         remedy::diagnosed(fault, path, &options, &Flags { command })
     })?;
     let inspection = Inspection::of_loaded(&loaded)?;
+    let inspection = arguments
+        .limits
+        .add_to(inspection, &loaded.robot, &options.files)?;
     if let Some(svg) = &arguments.svg {
         ilon_trace::file::write_text(
             svg,
@@ -136,6 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     ros2::write(
         &loaded,
+        inspection.limits.as_ref(),
         arguments.ros2_controllers.as_deref(),
         arguments.ros2_control.as_deref(),
     )?;
@@ -144,7 +156,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             .map_err(|error| Failure::encode("the inspection", &error))?;
         console::data(&(json + "\n"))?;
     } else {
-        console::lines(&text(&inspection))?;
+        match &inspection.limits {
+            Some(limits) => console::lines(&limits::text(&inspection.name, limits))?,
+            None => console::lines(&text(&inspection))?,
+        }
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             let path = path.display().to_string();
             console::lines(&format!("\ndrawn in {}\n", one_line(&path)))?;

@@ -29,6 +29,8 @@ mod generate;
 mod identify;
 #[cfg(feature = "command")]
 mod inspect;
+#[cfg(feature = "command")]
+mod limits;
 #[cfg(all(feature = "command", feature = "live"))]
 mod live;
 #[cfg(feature = "command")]

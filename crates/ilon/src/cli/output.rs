@@ -14,7 +14,7 @@ use super::context;
 use super::reserve::{self, Claim};
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
-use crate::scenario::Reference;
+use crate::scenario::Tracked;
 use crate::simulate::{Run, Simulation, load_robot};
 use crate::{Scenario, report};
 
@@ -89,10 +89,7 @@ impl KeepingUp {
 /// The files that a scenario names, itself first.
 pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
     let mut inputs = vec![path.to_owned(), scenario.resolve(&scenario.robot.file)];
-    if let Some(Reference::Waypoints {
-        file: Some(file), ..
-    }) = &scenario.reference
-    {
+    if let Some(file) = scenario.reference.as_ref().and_then(Tracked::file) {
         inputs.push(scenario.resolve(file));
     }
     if let Some(playback) = &scenario.playback {

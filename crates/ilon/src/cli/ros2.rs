@@ -8,10 +8,12 @@ use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;
 use crate::ros2_control::{DriveParameters, yaml};
+use crate::simulate::Limits;
 
 /// Writes what is wanted. A robot that no controller can drive is refused before anything is written.
 pub(super) fn write(
     loaded: &Loaded,
+    limits: Option<&Limits>,
     controllers: Option<&Path>,
     control: Option<&Path>,
 ) -> Result<(), Failure> {
@@ -23,7 +25,7 @@ pub(super) fn write(
                 "command its wheels each by itself, as a forward_command_controller does; `--ros2-control` writes the block for them",
             )
         })?;
-        write_text(path, &yaml(robot, &drive))?;
+        write_text(path, &yaml(robot, &drive, limits))?;
     }
     if let Some(path) = control {
         let urdf = robot_description(robot, &loaded.urdf);

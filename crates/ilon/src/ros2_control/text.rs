@@ -5,9 +5,11 @@ use std::fmt::Write;
 use ilon_robot::Robot;
 
 use super::fit::{Controller, DriveParameters};
+use crate::simulate::Limits;
 
-/// The parameters as YAML for `ros2_control_node`, and the speeds that the wheels allow for Nav2's MPPI controller.
-pub fn yaml(robot: &Robot, drive: &DriveParameters) -> String {
+/// The parameters as YAML for `ros2_control_node`, and the speeds that the wheels allow for Nav2's MPPI controller; with limits also the
+/// accelerations for it and for Nav2's velocity smoother.
+pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> String {
     let name = one_line(&robot.name);
     let mut text = format!(
         "# Controllers of ros2_controllers (Jazzy and later) for the robot \"{name}\", made by ilon {version}.\n\
@@ -70,6 +72,33 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters) -> String {
         }
     }
     text.push_str(&mppi(robot, drive));
+    if let Some(limits) = limits {
+        text.push_str(&accelerations(drive, limits));
+    }
+    text
+}
+
+/// The accelerations for Nav2. The controllers of ros2_controllers for mecanum and omni wheels have no such parameters.
+fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
+    let [x, y, yaw] = limits.acceleration_box;
+    let mppi = match drive.box_within() {
+        // The keys of the controller stand above.
+        Some(_) => "",
+        None => "controller_server:\n  ros__parameters:\n    FollowPath:\n",
+    };
+    let mut text = format!(
+        "{mppi}      # Accelerations without slip or lack of torque on a floor of friction {friction}, of which every corner of the box can be had\n      \
+         # from rest, less a tenth.\n      ax_max: {x:.4}\n      ax_min: {:.4}\n      ay_max: {y:.4}\n      ay_min: {:.4}\n      az_max: {yaw:.4}\n",
+        -x,
+        -y,
+        friction = limits.friction
+    );
+    let _ = write!(
+        text,
+        "\n# The same for Nav2's velocity smoother: x, y and yaw.\nvelocity_smoother:\n  ros__parameters:\n    \
+         max_accel: [{x:.4}, {y:.4}, {yaw:.4}]\n    max_decel: [{:.4}, {:.4}, {:.4}]\n",
+        -x, -y, -yaw
+    );
     text
 }
 

@@ -1,0 +1,125 @@
+//! What a wheel is asked for by an acceleration, at its hub and on the ground.
+
+use ilon_robot::Wheel;
+use nalgebra::Vector3;
+
+use super::model::{WheelSpin, wheel_spin};
+use super::traction::PushRange;
+use crate::{ControlError, TorqueRange};
+
+/// A billionth of a newton is rounding.
+pub(super) const SLACK_N: f64 = 1e-9;
+
+/// How the robot moves, as components in the body frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moving {
+    pub nu: Vector3<f64>,
+    /// Against this dry friction acts.
+    pub towards: Vector3<f64>,
+}
+
+/// A wheel's roller on the ground.
+#[derive(Clone, Debug)]
+pub(super) struct Touch {
+    spin: WheelSpin,
+    roller_radius_m: f64,
+    /// rho cos(gamma).
+    pub lever_m: f64,
+    radius_m: f64,
+    gear_efficiency: f64,
+}
+
+/// What a wheel is asked for, and what it has, in N.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WheelForce {
+    /// What the hub is pushed with by its torque, positive where a positive torque pushes.
+    pub push_n: f64,
+    /// The ground's force along the roller's axis in the same sense, and across it.
+    pub at_ground_n: [f64; 2],
+    pub grip_n: f64,
+    pub motor: PushRange,
+    pub load_n: f64,
+}
+
+impl Touch {
+    /// Of a wheel with its lever rho cos(gamma) in m.
+    pub fn new(wheel: &Wheel, lever_m: f64) -> Result<Self, ControlError> {
+        Ok(Self {
+            spin: wheel_spin(wheel)?,
+            roller_radius_m: wheel.rollers.first().map_or(1.0, |roller| roller.radius_m),
+            lever_m,
+            radius_m: wheel.radius_m,
+            gear_efficiency: wheel.drive.gear_efficiency,
+        })
+    }
+
+    /// By how much the ground's force along the roller's axis differs from the hub's push, and its force across, in N: what turns the
+    /// roller, while the hub gains `hub_rate_rad_s2`.
+    pub fn beside_push(
+        &self,
+        moving: &Moving,
+        nu_rate: Vector3<f64>,
+        hub_rate_rad_s2: f64,
+    ) -> [f64; 2] {
+        let spin = &self.spin;
+        let dot = |v: &Vector3<f64>| (spin.roller * v)[0];
+        let gained = dot(&nu_rate) + spin.roller_on_axis * hub_rate_rad_s2;
+        let inertia_n_m = spin.roller_inertia_kg_m2 * gained;
+        let towards = dot(&moving.towards);
+        let dry_n_m = match towards == 0.0 {
+            true => 0.0,
+            false => libm::copysign(spin.roller_friction_n_m, towards),
+        };
+        let drag_n_m = spin.roller_damping_n_m_s * dot(&moving.nu) + dry_n_m;
+        let across_n = (inertia_n_m + drag_n_m) / self.roller_radius_m;
+        let beside_n =
+            spin.roller_on_axis / self.lever_m * (self.radius_m * across_n - inertia_n_m);
+        [beside_n, across_n]
+    }
+
+    /// The torques that the wheel's gear passes on of a motor's where it turns towards a rate: a share where it drives, more where it
+    /// brakes.
+    pub fn geared(&self, range: TorqueRange, towards: f64) -> TorqueRange {
+        let efficiency = self.gear_efficiency;
+        let passed = |torque_n_m: f64| {
+            if efficiency >= 1.0 || torque_n_m == 0.0 {
+                torque_n_m
+            } else if torque_n_m * towards >= 0.0 {
+                efficiency * torque_n_m
+            } else {
+                // At a half and below the gear locks itself: it brakes with whatever it takes.
+                torque_n_m / (2.0 - 1.0 / efficiency).max(0.0)
+            }
+        };
+        TorqueRange {
+            min_n_m: passed(range.min_n_m),
+            max_n_m: passed(range.max_n_m),
+        }
+    }
+}
+
+impl WheelForce {
+    /// The pushes that grip and motor allow.
+    pub fn range(&self) -> PushRange {
+        let [f, g] = self.at_ground_n;
+        let offset_n = f - self.push_n;
+        let left = self.grip_n * self.grip_n - g * g;
+        // Crossed where what turns the roller alone takes more than the grip.
+        let along_n = libm::copysign(libm::sqrt(left.abs()), left);
+        self.motor.within(PushRange {
+            min_n: -along_n - offset_n,
+            max_n: along_n - offset_n,
+        })
+    }
+}
+
+/// A force as a share of its bound; infinite where there is none to be had.
+pub(super) fn share_of(force_n: f64, bound_n: f64) -> f64 {
+    if force_n <= SLACK_N {
+        0.0
+    } else if bound_n <= 0.0 {
+        f64::INFINITY
+    } else {
+        force_n / bound_n
+    }
+}

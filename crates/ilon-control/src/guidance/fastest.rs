@@ -1,0 +1,316 @@
+//! The least time for a path within the accelerations that grip and motors allow.
+//!
+//! A path is measured by sigma, the way of its point and of an arm that turns with it, so that a turn on the spot is movement too. With
+//! the twist of the body's origin nu = sigma' B(sigma), in body components,
+//!
+//!   nu' = sigma'' B + sigma'^2 dB/dsigma,
+//!
+//! which is linear in (sigma'', x = sigma'^2). On a grid of sigma with steps d, x grows by 2 d sigma''. A pass from the end finds at each
+//! node the largest x from which the rest can still be driven; a pass from the start then takes as much as there is at each node, without
+//! leaving these (Pham and Pham, "A new approach to time-optimal path parameterization based on reachability analysis", IEEE Transactions
+//! on Robotics 34(3), 2018).
+
+use ilon_robot::Twist;
+use nalgebra::Vector2;
+
+use super::pace::{Node, Pace, length_m};
+use super::reference::{Pieces, Reference};
+use crate::error::{finite, positive};
+use crate::{AccelerationLimits, ControlError, Motor};
+
+/// Pieces of a grid between two waypoints, of a line, and of a lap.
+const PER_PIECE: usize = 60;
+const PER_LAP: usize = 240;
+/// More laps are not looked at.
+const MOST_LAPS: usize = 64;
+
+/// Under what a path is driven as fast as it can be.
+#[derive(Debug)]
+pub struct Fastest<'a> {
+    /// What the robot can: with the share of it that may be used.
+    pub limits: &'a mut AccelerationLimits,
+    /// Its motors, one a wheel.
+    pub motors: &'a [Motor],
+    /// The largest wheel rate, in rad/s; infinite for none.
+    pub wheel_rate_limit_rad_s: f64,
+    /// The point of the body that follows the path, in the body frame, in metres.
+    pub reference_point_m: Vector2<f64>,
+    /// The direction in the world in which the ground falls, in radians; of no effect on level ground.
+    pub downhill_in_world_rad: f64,
+}
+
+/// A step of the grid.
+struct Step {
+    own_s: f64,
+    own_until_s: f64,
+    length_m: f64,
+    /// B in its middle, and by how much it changes per metre.
+    direction: Twist,
+    bend: Twist,
+    heading_rad: f64,
+    /// Whether the robot stands where the step begins.
+    from_rest: bool,
+    /// Largest x that the wheels' rates allow.
+    most: f64,
+}
+
+impl Reference {
+    /// The same path in the least time: from rest, and to rest where the path ends. A circle or an eight goes on lap after lap; one whose
+    /// laps do not come to be alike, as under a heading that turns by itself, is worked out until `until_s` in seconds and rests then.
+    /// Speeds and times that the path was made with have no effect, but for the sense of a circle.
+    ///
+    /// The heading belongs to the path: one of a rate turns by its angle per own time of the path. Where a heading along the tangent
+    /// jumps in rate, as at inner waypoints, the jump is spread over the sixtieth part of the way to the next.
+    ///
+    /// # Errors
+    /// [`ControlError::CannotBeDriven`] where the limits leave no way to go on; [`ControlError::NotPositive`], [`ControlError::NotFinite`] and
+    /// those of [`AccelerationLimits::range`].
+    pub fn as_fast_as_possible(
+        &self,
+        under: &mut Fastest<'_>,
+        until_s: f64,
+    ) -> Result<Self, ControlError> {
+        if under.wheel_rate_limit_rad_s != f64::INFINITY {
+            positive(
+                "the wheel rate limit in rad/s",
+                under.wheel_rate_limit_rad_s,
+            )?;
+        }
+        finite("the direction downhill in rad", under.downhill_in_world_rad)?;
+        finite("the time until which laps are worked out in s", until_s)?;
+        let arm_m = under.limits.arm_m();
+        let mut ends = |knots: &[f64]| under_ends(self, under, knots, arm_m);
+        match self.pieces() {
+            Pieces::None => return Ok(self.clone()),
+            Pieces::Line(end_s) => ends(&[0.0, end_s]),
+            Pieces::Between(times_s) => ends(times_s),
+            Pieces::Lap(lap_s) => self.laps(under, lap_s, until_s, arm_m),
+        }
+        .map(|pace| self.at_pace(pace))
+    }
+
+    fn laps(
+        &self,
+        under: &mut Fastest<'_>,
+        lap_s: f64,
+        until_s: f64,
+        arm_m: f64,
+    ) -> Result<Pace, ControlError> {
+        let mut laps = 3;
+        loop {
+            let mut steps = Vec::new();
+            under.add_steps(
+                self,
+                (0.0, laps as f64 * lap_s),
+                laps * PER_LAP,
+                arm_m,
+                &mut steps,
+            );
+            let squares = under.squares(&steps, f64::INFINITY)?;
+            let nodes = nodes(&steps, &squares, laps as f64 * lap_s)?;
+            // Lap after lap the same, but for the last, which need not think of another.
+            let [before, after] = [laps - 2, laps - 1].map(|lap| nodes[lap * PER_LAP].flow_m_s);
+            if (after - before).abs() < 1e-6 * after {
+                let kept = nodes[..=(laps - 1) * PER_LAP].to_vec();
+                return Ok(Pace::new(kept, Some((laps - 2) * PER_LAP), arm_m));
+            }
+            let is_enough = nodes.last().is_some_and(|last| last.t_s >= until_s);
+            if is_enough || laps >= MOST_LAPS {
+                return Ok(Pace::new(nodes, None, arm_m));
+            }
+            laps *= 2;
+        }
+    }
+}
+
+/// From rest to rest through pieces of a path.
+fn under_ends(
+    path: &Reference,
+    under: &mut Fastest<'_>,
+    knots: &[f64],
+    arm_m: f64,
+) -> Result<Pace, ControlError> {
+    let mut steps = Vec::new();
+    for piece in knots.windows(2) {
+        under.add_steps(path, (piece[0], piece[1]), PER_PIECE, arm_m, &mut steps);
+    }
+    let end_s = knots.last().copied().unwrap_or(0.0);
+    let squares = under.squares(&steps, 0.0)?;
+    Ok(Pace::new(nodes(&steps, &squares, end_s)?, None, arm_m))
+}
+
+impl Fastest<'_> {
+    /// Adds a piece of a path to a grid.
+    fn add_steps(
+        &self,
+        path: &Reference,
+        (from_s, to_s): (f64, f64),
+        count: usize,
+        arm_m: f64,
+        steps: &mut Vec<Step>,
+    ) {
+        let flow = |own_s: f64| path.flow_on(own_s, arm_m);
+        let part_s = (to_s - from_s) / count as f64;
+        let whole_m: f64 = (0..count)
+            .map(|k| {
+                length_m(
+                    from_s + k as f64 * part_s,
+                    from_s + (k + 1) as f64 * part_s,
+                    &flow,
+                )
+            })
+            .sum();
+        if whole_m <= 0.0 {
+            return;
+        }
+        let mean_m_s = whole_m / (to_s - from_s);
+        // A little inside of the ends: in a stop nothing moves, and at a waypoint one piece ends and another begins.
+        let b = |own_s: f64| {
+            self.direction(
+                path,
+                own_s.clamp(from_s + 1e-6 * part_s, to_s - 1e-6 * part_s),
+                arm_m,
+            )
+        };
+        for k in 0..count {
+            let (start_s, end_s) = (from_s + k as f64 * part_s, from_s + (k + 1) as f64 * part_s);
+            let length_m = length_m(start_s, end_s, &flow);
+            let (first, last) = (b(start_s), b(end_s));
+            let direction = (first + last).scaled(0.5);
+            let rests = flow(start_s) < 1e-6 * mean_m_s;
+            if let Some(before) = steps.last_mut().filter(|_| k == 0 && !rests) {
+                // What jumps at a waypoint is spread over the step before it.
+                let end = before.direction + before.bend.scaled(0.5 * before.length_m);
+                let jump = first + end.scaled(-1.0);
+                before.bend = before.bend + jump.scaled(1.0 / before.length_m);
+                before.direction = before.direction + jump.scaled(0.5);
+            }
+            steps.push(Step {
+                own_s: start_s,
+                own_until_s: end_s,
+                length_m,
+                bend: (last + first.scaled(-1.0)).scaled(1.0 / length_m),
+                heading_rad: path.at_own(0.5 * (start_s + end_s)).pose.heading_rad,
+                from_rest: rests || steps.is_empty(),
+                most: self.most_square(direction),
+                direction,
+            });
+        }
+    }
+
+    /// B at a time: the twist of the body's origin per metre of sigma.
+    fn direction(&self, path: &Reference, own_s: f64, arm_m: f64) -> Twist {
+        let desired = path.at_own(own_s);
+        let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
+        // The origin goes round the point that follows.
+        let (c, omega) = (self.reference_point_m, twist.omega_rad_s);
+        let of_origin = twist + Twist::new(omega * c.y, -omega * c.x, 0.0);
+        of_origin.scaled(1.0 / path.flow_on(own_s, arm_m))
+    }
+
+    /// Largest x at which the tasks of position and heading together leave all wheels within their limit, as the guidance weighs them.
+    fn most_square(&self, direction: Twist) -> f64 {
+        let (c, omega) = (self.reference_point_m, direction.omega_rad_s);
+        let heading = Twist::new(omega * c.y, -omega * c.x, omega);
+        let position = direction + heading.scaled(-1.0);
+        let asked_rad_s = [position, heading].map(|task| self.limits.fastest_rate_rad_s(task));
+        let share = asked_rad_s.iter().sum::<f64>() / self.wheel_rate_limit_rad_s;
+        // Of a path that asks nothing of the wheels no speed is known to be too large.
+        1.0 / (share * share).max(1e-12)
+    }
+
+    /// x at each node, the last included, of which it is at most `end`.
+    fn squares(&mut self, steps: &[Step], end: f64) -> Result<Vec<f64>, ControlError> {
+        let mut reach = vec![end; steps.len() + 1];
+        for (i, step) in steps.iter().enumerate().rev() {
+            reach[i] = self.reach(step, reach[i + 1])?;
+        }
+        let mut x = 0.0;
+        let mut squares = vec![0.0];
+        for (i, step) in steps.iter().enumerate() {
+            let to_next = (reach[i + 1] - x) / (2.0 * step.length_m);
+            let gains = self.gains(step, x)?;
+            // At the edge of what can be had rounding leaves nothing.
+            let gain = gains.map_or(to_next.min(0.0), |(_, most)| most.min(to_next));
+            x = (x + 2.0 * step.length_m * gain).max(0.0);
+            squares.push(x);
+        }
+        Ok(squares)
+    }
+
+    /// The largest x with which a step can begin that may end with `next` at most.
+    fn reach(&mut self, step: &Step, next: f64) -> Result<f64, ControlError> {
+        let mut is_fine = |x: f64| {
+            let gains = self.gains(step, x)?;
+            Ok::<_, ControlError>(gains.is_some_and(|(least, most)| {
+                let needed = (next - x) / (2.0 * step.length_m);
+                least <= needed && most >= -x / (2.0 * step.length_m)
+            }))
+        };
+        if !is_fine(0.0)? {
+            return Err(ControlError::CannotBeDriven {
+                own_time_s: step.own_s,
+            });
+        }
+        if step.from_rest {
+            return Ok(0.0);
+        }
+        if is_fine(step.most)? {
+            return Ok(step.most);
+        }
+        let (mut low, mut high) = (0.0, step.most);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if is_fine(middle)? {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Ok(low)
+    }
+
+    /// The least and the largest sigma'' at an x.
+    fn gains(&mut self, step: &Step, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
+        self.limits
+            .turn_slope(self.downhill_in_world_rad - step.heading_rad)?;
+        let twist = step.direction.scaled(libm::sqrt(x));
+        let found = self
+            .limits
+            .range(step.bend.scaled(x), step.direction, twist, self.motors)?;
+        Ok(found.map(|range| (range.least, range.largest)))
+    }
+}
+
+/// The nodes of a pace from x at each of them.
+fn nodes(steps: &[Step], squares: &[f64], end_s: f64) -> Result<Vec<Node>, ControlError> {
+    let mut t_s = 0.0;
+    let mut nodes = Vec::with_capacity(squares.len());
+    for (step, pair) in steps.iter().zip(squares.windows(2)) {
+        let flows = [pair[0], pair[1]].map(libm::sqrt);
+        nodes.push(Node {
+            t_s,
+            own_s: step.own_s,
+            own_until_s: step.own_until_s,
+            flow_m_s: flows[0],
+            gain_m_s2: (pair[1] - pair[0]) / (2.0 * step.length_m),
+        });
+        t_s += 2.0 * step.length_m / (flows[0] + flows[1]);
+        if !t_s.is_finite() {
+            return Err(ControlError::CannotBeDriven {
+                own_time_s: step.own_s,
+            });
+        }
+    }
+    nodes.push(Node {
+        t_s,
+        own_s: end_s,
+        own_until_s: end_s,
+        flow_m_s: squares.last().map_or(0.0, |x| libm::sqrt(*x)),
+        gain_m_s2: 0.0,
+    });
+    Ok(nodes)
+}
+
+#[cfg(test)]
+mod tests;

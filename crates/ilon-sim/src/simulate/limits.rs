@@ -1,0 +1,404 @@
+//! How hard a scenario's robot may be driven: which accelerations neither grip nor motors forbid.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use ilon_control::{
+    AccelerationLimit, AccelerationLimits, AccelerationUse, Fastest, Kinematics, LimitCause,
+    LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
+};
+use ilon_robot::{Robot, Twist};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::drive::motors;
+use super::floor::floor;
+use super::pilot::{Pilot, point_m};
+use crate::Error;
+use crate::scenario::{Fault, Scenario, WheelLaw};
+
+/// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Limits {
+    /// Coulomb's coefficient of friction that they are for.
+    pub friction: f64,
+    /// Angle by which the floor falls, in degrees.
+    pub slope_deg: f64,
+    /// The direction in which it falls, from where the robot looks, counter-clockwise, in degrees.
+    pub downhill_deg: f64,
+    /// How the wheels share what the body needs: `"equal_loops"` of wheel loops by themselves, or `"by_grip"`.
+    pub sharing: &'static str,
+    /// The limits, in each direction and at each speed.
+    pub rows: Vec<LimitRow>,
+    /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
+    /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
+    pub acceleration_box: [f64; 3],
+    /// What of floor and rollers these limits leave out, though the scenario has it.
+    pub left_out: Vec<&'static str>,
+}
+
+/// The limits of one motion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LimitRow {
+    /// The motion's name, such as `"ahead"` or `"turning left"`.
+    pub motion: String,
+    /// Its direction from where the robot looks, counter-clockwise, in degrees; `None` of a turn on the spot.
+    pub direction_deg: Option<f64>,
+    /// How fast the robot moves that way, in m/s, or turns, in rad/s.
+    pub speed: f64,
+    /// The limit on speeding up.
+    pub speeding_up: Limit,
+    /// The limit on slowing down; the same as speeding up the other way where the robot stands.
+    pub slowing_down: Limit,
+}
+
+/// One limit, and what makes it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Limit {
+    /// The largest acceleration, in m/s^2, or rad/s^2 of a turn; zero where the motion itself takes more than there is.
+    pub largest: f64,
+    /// The wheel that slides first, or whose motor has no more torque.
+    pub wheel: String,
+    /// `"grip"` or `"motor"`.
+    pub cause: &'static str,
+}
+
+/// The motions that are looked at: name, direction in eighths of a turn, and sense of turning.
+const MOTIONS: [(&str, Option<i32>, f64); 10] = [
+    ("ahead", Some(0), 0.0),
+    ("ahead and left", Some(1), 0.0),
+    ("left", Some(2), 0.0),
+    ("back and left", Some(3), 0.0),
+    ("back", Some(4), 0.0),
+    ("back and right", Some(-3), 0.0),
+    ("right", Some(-2), 0.0),
+    ("ahead and right", Some(-1), 0.0),
+    ("turning left", None, 1.0),
+    ("turning right", None, -1.0),
+];
+
+/// At which shares of its top speed a motion is looked at.
+const SHARES_OF_TOP: [f64; 3] = [0.0, 0.5, 0.9];
+
+impl Limits {
+    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
+    /// are on from the beginning. The robot is as [`load_robot`](super::load_robot) gives it.
+    ///
+    /// # Errors
+    /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
+    pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
+        let mut limiter = Limiter::new(scenario, robot, 1.0)?;
+        let tops = SpeedLimits::new(&Kinematics::new(robot)?, &top_rates(scenario, robot));
+        let mut rows = Vec::new();
+        for (motion, eighths, turning) in MOTIONS {
+            let angle_rad = eighths.map(|eighths| FRAC_PI_4 * f64::from(eighths));
+            let direction = match angle_rad {
+                Some(angle_rad) => {
+                    let (sin, cos) = libm::sincos(angle_rad);
+                    Twist::new(cos, sin, 0.0)
+                }
+                None => Twist::new(0.0, 0.0, turning),
+            };
+            let top = 1.0 / tops.share(direction);
+            let shares = SHARES_OF_TOP
+                .iter()
+                .filter(|share| **share == 0.0 || top.is_finite());
+            for share in shares {
+                let speed = if *share == 0.0 { 0.0 } else { share * top };
+                let twist = direction.scaled(speed);
+                rows.push(LimitRow {
+                    motion: motion.to_owned(),
+                    direction_deg: eighths.map(|eighths| 45.0 * f64::from(eighths)),
+                    speed,
+                    speeding_up: limiter.limit(direction, twist)?,
+                    slowing_down: limiter.limit(direction.scaled(-1.0), twist)?,
+                });
+            }
+        }
+        let section = &scenario.world.floor;
+        Ok(Self {
+            friction: limiter.friction,
+            slope_deg: section.slope_deg,
+            downhill_deg: 0.0 - scenario.robot.heading_deg,
+            sharing: match limiter.sharing {
+                PushSharing::EqualLoops => "equal_loops",
+                PushSharing::ByGrip => "by_grip",
+            },
+            acceleration_box: limiter.box_from_rest()?,
+            rows,
+            left_out: left_out(scenario, &limiter.robot),
+        })
+    }
+
+    /// The limit on speeding up from rest by direction, without turning: `count` directions evenly from ahead on, counter-clockwise, each
+    /// as its angle in radians and the acceleration in m/s^2.
+    ///
+    /// # Errors
+    /// Like [`Self::of`].
+    pub fn by_direction(
+        scenario: &Scenario,
+        robot: &Robot,
+        count: usize,
+    ) -> Result<Vec<(f64, f64)>, Error> {
+        let mut limiter = Limiter::new(scenario, robot, 1.0)?;
+        let angles = (0..count).map(|k| 2.0 * PI * k as f64 / count as f64);
+        angles
+            .map(|angle_rad| {
+                let (sin, cos) = libm::sincos(angle_rad);
+                let found = limiter.along(Twist::new(cos, sin, 0.0), Twist::default())?;
+                Ok((angle_rad, found.largest))
+            })
+            .collect()
+    }
+}
+
+/// Rates up to which wheels are driven, in rad/s: of motor, guidance and a DC motor's line.
+fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
+    let guided = scenario.guidance.wheel_rate_limit_rad_s;
+    let no_load = scenario.motors.dc.map(|dc| dc.no_load_rate_rad_s);
+    let held = guided
+        .into_iter()
+        .chain(no_load)
+        .fold(f64::INFINITY, f64::min);
+    let wheels = robot.wheels.iter();
+    wheels
+        .map(|wheel| wheel.motor.velocity_rad_s.min(held))
+        .collect()
+}
+
+/// What the limits know nothing of.
+fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
+    let section = &scenario.world.floor;
+    let any_surface =
+        |of: fn(&ilon_robot::RollerSurface) -> bool| robot.wheels.iter().any(|w| of(&w.surface));
+    let all = [
+        (
+            section.rolling_resistance.is_some_and(|r| r > 0.0)
+                || any_surface(|surface| surface.rolling_resistance > 0.0),
+            "rolling resistance",
+        ),
+        (
+            any_surface(|surface| surface.tread.is_some()),
+            "treads that give",
+        ),
+        (section.creep.is_some_and(|creep| creep > 0.0), "creep"),
+        (
+            section.sliding.is_some(),
+            "friction that falls as a roller slides",
+        ),
+        (
+            section.across.is_some() || section.against.is_some(),
+            "the nap of the floor",
+        ),
+        (!section.patches.is_empty(), "patches of the floor"),
+        (
+            !section.boxes.is_empty() || section.rough.is_some(),
+            "ground that is no plane",
+        ),
+    ];
+    let there = all.into_iter().filter(|(is_there, _)| *is_there);
+    there.map(|(_, what)| what).collect()
+}
+
+/// The limits of a scenario's robot, to be asked.
+pub(super) struct Limiter {
+    limits: AccelerationLimits,
+    motors: Vec<Motor>,
+    /// With its payloads.
+    robot: Robot,
+    friction: f64,
+    sharing: PushSharing,
+}
+
+impl Limiter {
+    /// Of a scenario and a robot, for a share of grip and torques.
+    ///
+    /// # Errors
+    /// Like [`Limits::of`].
+    pub fn new(scenario: &Scenario, robot: &Robot, share: f64) -> Result<Self, Error> {
+        let robot = laden(scenario, robot);
+        let floor = floor(scenario, &robot)?;
+        let pairs = floor.footings.iter().map(|footing| footing.friction);
+        let friction = pairs.fold(floor.friction, f64::min);
+        if friction <= 0.0 {
+            return Err(Error::invalid(
+                "on a floor without friction no acceleration can be had",
+                "give `world.floor.friction` a value above 0",
+            ));
+        }
+        let sharing = match scenario.wheel_loop.law {
+            WheelLaw::Pid | WheelLaw::ComputedTorque => PushSharing::EqualLoops,
+            WheelLaw::PrioritisedTorque => PushSharing::ByGrip,
+        };
+        let settings = LimitSettings {
+            friction,
+            gravity_m_s2: scenario.world.gravity_m_s2,
+            slope_rad: floor.slope_rad,
+            // The floor falls towards +x of the world.
+            downhill_rad: -scenario.robot.start().heading_rad,
+            sharing,
+            share,
+        };
+        Ok(Self {
+            limits: AccelerationLimits::new(&robot, &settings)?,
+            motors: motors(scenario, &robot)?,
+            robot,
+            friction,
+            sharing,
+        })
+    }
+
+    fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {
+        Ok(self.limits.along(direction, twist, &self.motors)?)
+    }
+
+    /// The box of [`Limits::acceleration_box`].
+    fn box_from_rest(&mut self) -> Result<[f64; 3], Error> {
+        const SHARE: f64 = 0.9;
+        let mut sides = [0.0; 3];
+        for (axis, side) in sides.iter_mut().enumerate() {
+            let mut least = f64::INFINITY;
+            for sign in [1.0, -1.0] {
+                let mut way = [0.0; 3];
+                way[axis] = sign;
+                let found = self.along(Twist::new(way[0], way[1], way[2]), Twist::default())?;
+                least = least.min(found.largest);
+            }
+            *side = least;
+        }
+        if sides.contains(&0.0) {
+            return Ok([0.0; 3]);
+        }
+        let mut share = f64::INFINITY;
+        for corner in 0..8 {
+            let way = |axis: usize| {
+                if corner >> axis & 1 == 1 {
+                    -sides[axis]
+                } else {
+                    sides[axis]
+                }
+            };
+            let found = self.along(Twist::new(way(0), way(1), way(2)), Twist::default())?;
+            share = share.min(found.largest);
+        }
+        Ok(sides.map(|side| SHARE * share * side))
+    }
+
+    fn limit(&mut self, direction: Twist, twist: Twist) -> Result<Limit, Error> {
+        let found = self.along(direction, twist)?;
+        Ok(Limit {
+            largest: found.largest,
+            wheel: self.robot.wheels[found.wheel].name.clone(),
+            cause: match found.cause {
+                LimitCause::Grip => "grip",
+                LimitCause::Motor => "motor",
+            },
+        })
+    }
+}
+
+/// The path of a scenario in the least time within a share of what its robot can.
+///
+/// # Errors
+/// Like [`Limits::of`], and where there is no way along the path.
+pub(super) fn fastest(
+    scenario: &Scenario,
+    robot: &Robot,
+    path: &Reference,
+    share: f64,
+) -> Result<Reference, Error> {
+    let mut limiter = Limiter::new(scenario, robot, share)?;
+    let kinematics = Kinematics::new(robot)?;
+    let limit_rad_s = top_rates(scenario, robot)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let mut under = Fastest {
+        limits: &mut limiter.limits,
+        motors: &limiter.motors,
+        wheel_rate_limit_rad_s: share * limit_rad_s,
+        reference_point_m: point_m(scenario.guidance.reference_point, &kinematics),
+        // The floor falls towards +x.
+        downhill_in_world_rad: 0.0,
+    };
+    Ok(path.as_fast_as_possible(&mut under, scenario.run.duration_s)?)
+}
+
+/// Times at which a motion is looked at.
+const LOOKS: usize = 2000;
+
+/// Of a planned motion that takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a
+/// speed, which would take any amount, are left to the wheel loops.
+pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Option<String> {
+    // What is wrong with a scenario is said elsewhere.
+    let mut limiter = Limiter::new(scenario, robot, 1.0).ok()?;
+    let mut beyond: Option<(f64, f64, AccelerationUse)> = None;
+    let mut looks_beyond = 0;
+    for look in 0..=LOOKS {
+        let t_s = scenario.run.duration_s * look as f64 / LOOKS as f64;
+        let (twist, twist_rate) = pilot.planned(t_s)?;
+        let heading_rad = match pilot.desired_heading_rad(t_s) {
+            Some(heading_rad) => heading_rad,
+            None => scenario.robot.start().heading_rad,
+        };
+        limiter.limits.turn_slope(-heading_rad).ok()?;
+        let used = limiter
+            .limits
+            .used(twist_rate, twist, &limiter.motors)
+            .ok()?;
+        if used.share > 1.0 + 1e-9 {
+            looks_beyond += 1;
+            let (first_s, at_s, worst) = beyond.get_or_insert((t_s, t_s, used));
+            let _ = first_s;
+            if used.share > worst.share {
+                (*at_s, *worst) = (t_s, used);
+            }
+        }
+    }
+    let (first_s, at_s, worst) = beyond?;
+    let wheel = &limiter.robot.wheels[worst.by.wheel].name;
+    let (of_what, then) = match worst.by.cause {
+        LimitCause::Grip => ("grip on the floor", "it slides"),
+        LimitCause::Motor => ("motor's torque", "the robot falls behind"),
+    };
+    let needs = match worst.share.is_finite() {
+        true => format!("needs {:.0} % of its {of_what}", 100.0 * worst.share),
+        false => format!("needs more than its {of_what}"),
+    };
+    Some(format!(
+        "the motion asks for more than there is for {:.1} % of the run, first at {first_s:.2} s: at {at_s:.2} s wheel `{wheel}` {needs}, so that \
+         {then}; ask for less acceleration",
+        100.0 * f64::from(looks_beyond) / (LOOKS + 1) as f64
+    ))
+}
+
+/// The robot with the payloads that are on it when the run begins.
+fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
+    let mut robot = robot.clone();
+    let empty_m = robot.chassis.mass.center_of_mass_m;
+    for fault in &scenario.faults {
+        if let Fault::Payload {
+            mass_kg,
+            x_m,
+            y_m,
+            z_m,
+            ..
+        } = *fault
+            && fault.is_on(0.0)
+        {
+            let at_m = Vector3::new(
+                x_m.unwrap_or(empty_m.x),
+                y_m.unwrap_or(empty_m.y),
+                z_m.unwrap_or(empty_m.z),
+            );
+            let mass = &mut robot.chassis.mass;
+            let whole_kg = mass.mass_kg + mass_kg;
+            let center_m = (mass.mass_kg * mass.center_of_mass_m + mass_kg * at_m) / whole_kg;
+            let load = ilon_robot::MassProperties::point(mass_kg, at_m);
+            mass.inertia_kg_m2 = mass.inertia_about(&center_m) + load.inertia_about(&center_m);
+            (mass.mass_kg, mass.center_of_mass_m) = (whole_kg, center_m);
+        }
+    }
+    robot
+}

@@ -1,0 +1,2 @@
+#[path = "suite/limits.rs"]
+mod limits;
