@@ -1,7 +1,8 @@
 //! What a page can ask, and what comes of it. Requests and replies are JSON; what is large or no text is asked for as bytes.
 //!
 //! A page puts files, opens a scenario among them, advances it by control periods until it is done, and takes what the command would
-//! write. One run is under way at a time, one is finished, and one is kept beside it to be compared.
+//! write. Or a person drives: what comes of it is a scenario that does the same again. One run is under way at a time, one is finished, and
+//! one is kept beside it to be compared.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

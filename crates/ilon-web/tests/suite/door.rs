@@ -186,7 +186,10 @@ fn what_was_driven_a_log_does_again_to_the_bit() {
     for (scenario, settings) in [
         (LATERAL, vec!["run.physics_dt_s=0.002"]),
         ("/scenarios/mecanum4_circle.toml", vec![]),
-        ("/scenarios/mecanum4_wet_floor.toml", vec!["guidance.kinematics=contact"]),
+        (
+            "/scenarios/mecanum4_wet_floor.toml",
+            vec!["guidance.kinematics=contact"],
+        ),
     ] {
         let mut door = door();
         let open = json!({ "do": "drive", "scenario": scenario, "settings": settings });
@@ -221,7 +224,10 @@ fn what_was_driven_a_log_does_again_to_the_bit() {
         let control_dt_s = said["ok"]["control_dt_s"].as_f64().expect("a period");
         let driven_s = f64::from(periods.iter().sum::<u32>()) * control_dt_s;
         let again_s = said["ok"]["duration_s"].as_f64().expect("a duration");
-        assert!((again_s - driven_s).abs() < 1e-9, "{again_s} s of {driven_s} s");
+        assert!(
+            (again_s - driven_s).abs() < 1e-9,
+            "{again_s} s of {driven_s} s"
+        );
         let again = frames_after(&mut door, &periods, |_, _| ());
         assert!(driven == again, "{scenario}");
         // And the robot did move.
@@ -246,4 +252,33 @@ fn a_drive_refuses_what_is_no_drive() {
     assert!(ask(&mut door, &huge).0["fault"].is_object());
     // One that has not begun.
     assert!(ask(&mut door, &end).0["fault"].is_object());
+}
+
+#[test]
+fn links_of_the_book_open_what_they_say() {
+    let mut door = door();
+    let docs = assets().join("../docs");
+    let mut found = 0;
+    for page in std::fs::read_dir(docs).expect("the book") {
+        let text = std::fs::read_to_string(page.expect("a page").path()).unwrap_or_default();
+        for link in text.split("playground/index.html#").skip(1) {
+            let link = link.split(')').next().expect("a link");
+            let mut scenario = None;
+            let mut settings = Vec::new();
+            let mut act = "open";
+            for part in link.split('&') {
+                match part.split_once('=') {
+                    Some(("scenario", name)) => scenario = Some(format!("/scenarios/{name}.toml")),
+                    Some(("set", setting)) => settings.push(setting.to_owned()),
+                    _ if part == "drive" => act = "drive",
+                    _ => panic!("{link}"),
+                }
+            }
+            let open = json!({ "do": act, "scenario": scenario, "settings": settings });
+            let (said, _) = ask(&mut door, &open);
+            assert!(said["fault"].is_null(), "{link}: {said:#}");
+            found += 1;
+        }
+    }
+    assert!(found > 10, "{found} links");
 }

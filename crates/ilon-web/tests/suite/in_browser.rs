@@ -117,6 +117,56 @@ fn it_is_served_run_and_read_at_every_width() {
 }
 
 #[test]
+fn it_is_of_use_before_the_simulator_is_there() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    browser.call("Network.enable", json!({}));
+    let blocked = json!({ "urls": ["*ilon.wasm"] });
+    browser.call("Network.setBlockedURLs", blocked);
+    browser.call("Page.navigate", json!({ "url": serve(folder) }));
+    until(
+        &mut browser,
+        "document.documentElement?.dataset.ready === 'yes'",
+    );
+    let found = browser.eval(
+        "[document.querySelectorAll('.slider').length > 5, document.getElementById('scenario').options.length > 50,
+          !document.getElementById('run').disabled, !document.getElementById('drive').disabled,
+          document.getElementById('broken').options.length > 3, document.querySelector('#live canvas').width > 300,
+          document.getElementById('state').textContent]",
+    );
+    let expected = json!([
+        true,
+        true,
+        true,
+        true,
+        true,
+        true,
+        "The simulator could not be loaded."
+    ]);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_link_that_a_person_wrote_is_run() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let settings = ["run.duration_s=1", "world.floor.friction=0.2"];
+    let link = format!(
+        "{}#scenario=mecanum4_forward&set={}",
+        serve(folder),
+        settings.join("&set=")
+    );
+    open(&mut browser, &link);
+    let settings: Vec<_> = settings.iter().map(|text| text.parse().unwrap()).collect();
+    let path = assets().join("scenarios/mecanum4_forward.toml");
+    let here = ilon_sim::run(&Scenario::load_with(path, &settings).unwrap()).unwrap();
+    assert_eq!(hash(&mut browser), here.summary.trace_hash);
+    assert_silent(&browser);
+}
+
+#[test]
 fn it_opens_from_a_disk() {
     let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
         return;
@@ -342,7 +392,11 @@ fn a_robot_is_driven_by_keys_and_sticks_and_what_it_did_is_a_scenario() {
     until_it_moves(&mut browser, [0, 1, 0]);
     assert_fits(&mut browser, "a drive at 390 px");
     let wheels = browser.eval("document.querySelector('#wheels table').innerText");
-    assert_eq!(wheels.as_str().unwrap().matches("mm/s").count(), 4, "{wheels}");
+    assert_eq!(
+        wheels.as_str().unwrap().matches("mm/s").count(),
+        4,
+        "{wheels}"
+    );
 
     browser.eval("document.getElementById('end_drive').click()");
     until(
