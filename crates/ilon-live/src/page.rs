@@ -15,8 +15,9 @@ pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
         "reference": session.has_reference(),
     });
     Ok(include_str!("page.html")
-        .replace("{{style}}", embed::STYLE)
-        .replace("{{script}}", &embed::script())
+        .replace("{{style}}", &[embed::STYLE, embed::DRIVE_STYLE].concat())
+        .replace("{{how}}", embed::HOW_TO_DRIVE)
+        .replace("{{script}}", &embed::driving_script())
         .replace("{{live}}", include_str!("page.js"))
         .replace("{{settings}}", &settings.to_string())
         .replace("{{data}}", &embed::data(&scene)?)

@@ -19,9 +19,26 @@ const PARTS: [&str; 7] = [
     ),
 ];
 
-/// The script: it defines `ilonScene(canvas, data, options)` and no other name. Comment lines and indentation are left out.
+/// The style sheet of what [`driving_script`] adds.
+pub const DRIVE_STYLE: &str = include_str!("web/drive.css");
+
+/// How a person drives, for beside the robot.
+pub const HOW_TO_DRIVE: &str = "<kbd>W</kbd> <kbd>S</kbd> ahead and back, <kbd>A</kbd> <kbd>D</kbd> to the sides (or the arrows), \
+     <kbd>Q</kbd> <kbd>E</kbd> turn, <kbd>Space</kbd> stops; or the two sticks in the picture, or those of a gamepad: left drives, right turns.";
+
+/// The script: it defines `ilonScene(canvas, data, options)` and no other name.
 pub fn script() -> String {
-    let lines = PARTS.iter().flat_map(|part| part.lines()).map(str::trim);
+    joined(&PARTS)
+}
+
+/// The script, and what drives beside it: it defines `ilonDrive(stage, tell, options)`, `ilonWheels(box, scene)` and `ilonFigures(box)` too.
+pub fn driving_script() -> String {
+    joined(&[&PARTS[..], &[include_str!("web/drive.js")]].concat())
+}
+
+/// Parts as one script without comment lines and indentation.
+fn joined(parts: &[&str]) -> String {
+    let lines = parts.iter().flat_map(|part| part.lines()).map(str::trim);
     let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
     let code: Vec<&str> = code.collect();
     format!(

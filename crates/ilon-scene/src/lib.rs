@@ -27,7 +27,7 @@
 //! | [`outline`] | the exact outline of a roller |
 //! | [`frames`] | one instant, and many of them in few bytes |
 //! | [`run`] | the frames of a recorded run |
-//! | [`embed`] | how it comes into a page |
+//! | [`embed`] | how it, and what drives it by hand, come into a page |
 //!
 //! ```
 //! use ilon_formats::LoadRobot;

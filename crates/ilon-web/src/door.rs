@@ -1,7 +1,8 @@
 //! What a page can ask, and what comes of it. Requests and replies are JSON; what is large or no text is asked for as bytes.
 //!
 //! A page puts files, opens a scenario among them, advances it by control periods until it is done, and takes what the command would
-//! write. One run is under way at a time, one is finished, and one is kept beside it to be compared.
+//! write. Or a person drives: what comes of it is a scenario that does the same again. One run is under way at a time, one is finished, and
+//! one is kept beside it to be compared.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -18,10 +19,12 @@ use ilon_trace::Rows;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+mod drive;
 mod fault;
 mod room;
 mod view;
 
+use drive::Drive;
 pub use fault::Fault;
 
 /// What can be asked.
@@ -39,6 +42,20 @@ pub enum Request {
         /// Keys that are otherwise than in the file, as `--set` takes them.
         settings: Vec<String>,
     },
+    /// Puts the robot of a scenario into its world as [`Request::Open`] does, for a person to drive.
+    Drive {
+        /// The path of the scenario among the files.
+        scenario: PathBuf,
+        /// Keys that are otherwise than in the file.
+        settings: Vec<String>,
+    },
+    /// Asks the robot that is driven for a twist in the body frame, in m/s, m/s and rad/s, until the next.
+    Steer {
+        /// Ahead, to the left, and the yaw rate.
+        twist: [f64; 3],
+    },
+    /// Ends a drive: gives `path` and `text` of a scenario that does the same again, and the `files` that it needs.
+    EndDrive,
     /// Goes on by some control periods, or to the end.
     Advance {
         /// How many.
@@ -97,6 +114,8 @@ struct Running {
     rolling: Rolling,
     /// The rows that have turned the rollers.
     seen: usize,
+    /// Where a person drives.
+    drive: Option<Drive>,
 }
 
 /// A run that is over.
@@ -133,7 +152,10 @@ impl Door {
                 "scenario": Scenario::json_schema(),
                 "robot": Spec::json_schema(),
             }))),
-            Request::Open { scenario, settings } => self.open(&scenario, &settings),
+            Request::Open { scenario, settings } => self.open(&scenario, &settings, false),
+            Request::Drive { scenario, settings } => self.open(&scenario, &settings, true),
+            Request::Steer { twist } => self.steer(twist),
+            Request::EndDrive => self.end_drive(),
             Request::Advance { periods } => self.advance(periods),
             Request::Frame => self.frame(),
             Request::Finish { command } => self.finish(command),
@@ -147,7 +169,12 @@ impl Door {
         }
     }
 
-    fn open(&mut self, path: &std::path::Path, settings: &[String]) -> Result<Reply, Fault> {
+    fn open(
+        &mut self,
+        path: &std::path::Path,
+        settings: &[String],
+        is_driven: bool,
+    ) -> Result<Reply, Fault> {
         // What it held is given back before anything new is made.
         self.running = None;
         let settings: Vec<Setting> = settings
@@ -157,8 +184,13 @@ impl Door {
         let files = self.files.iter();
         let files = FileAccess::of_memory(files.map(|(path, bytes)| (path.clone(), bytes.clone())));
         let scenario = Scenario::load_within(path, &settings, &files)?;
-        room::admit(&scenario)?;
-        let simulation = Simulation::new(&scenario)?;
+        let (drive, simulation) = if is_driven {
+            let (drive, simulation) = Drive::begin(path, scenario.clone())?;
+            (Some(drive), simulation)
+        } else {
+            room::admit(&scenario)?;
+            (None, Simulation::new(&scenario)?)
+        };
         room::admit(simulation.scenario())?;
         let robot = simulation.plant().robot();
         let header = &simulation.trace().header;
@@ -181,14 +213,34 @@ impl Door {
             rolling: Rolling::of(robot),
             simulation,
             seen: 0,
+            drive,
         });
         Ok(Reply::Said(said))
     }
 
+    fn steer(&mut self, twist: [f64; 3]) -> Result<Reply, Fault> {
+        let running = self.running.as_mut().ok_or_else(Fault::none_open)?;
+        let drive = running.drive.as_mut().ok_or_else(Fault::none_driven)?;
+        drive.steer(&mut running.simulation, twist)?;
+        Ok(Reply::Said(Value::Null))
+    }
+
+    fn end_drive(&mut self) -> Result<Reply, Fault> {
+        let Running {
+            simulation, drive, ..
+        } = self.running.take().ok_or_else(Fault::none_open)?;
+        let drive = drive.ok_or_else(Fault::none_driven)?;
+        Ok(Reply::Said(drive.end(&simulation)?))
+    }
+
     fn advance(&mut self, periods: u32) -> Result<Reply, Fault> {
-        let Running { simulation, .. } = self.running.as_mut().ok_or_else(Fault::none_open)?;
+        let Running {
+            simulation, drive, ..
+        } = self.running.as_mut().ok_or_else(Fault::none_open)?;
         let control_dt_s = simulation.scenario().run.control_dt_s;
-        let until_s = simulation.progress().time_s + (f64::from(periods) - 0.5) * control_dt_s;
+        // Up to the beginning of a control period, whose step is not taken yet.
+        let passed = (simulation.progress().time_s / control_dt_s).round();
+        let until_s = (passed + f64::from(periods) - 1e-6) * control_dt_s;
         while !simulation.is_done() && simulation.progress().time_s < until_s {
             simulation.step();
         }
@@ -197,6 +249,7 @@ impl Door {
             "t_s": progress.time_s,
             "duration_s": progress.duration_s,
             "done": simulation.is_done(),
+            "figures": drive.as_ref().map(|drive| drive.figures(simulation)),
         })))
     }
 

@@ -3,7 +3,7 @@
 //! | file | is |
 //! |---|---|
 //! | `index.html` | the page with its style and scripts: those of the report, and what the playground adds |
-//! | `examples.js` | the shipped robots and scenarios, as text |
+//! | `examples.js` | the shipped robots and scenarios, as text, and what the simulator says of the first before it is there itself |
 //! | `ilon.wasm` | the simulator |
 //! | `ilon.wasm.js` | the same for a page that was opened from a disk, which may load scripts and nothing else |
 
@@ -16,13 +16,17 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use ilon_report::page::{Head, Parts, Section, json_in_script, page};
 use ilon_scene::embed;
+use serde_json::json;
+
+use crate::door::Door;
 
 const STYLE: &str = include_str!("../web/playground.css");
-const SCRIPT: [&str; 5] = [
+const SCRIPT: [&str; 6] = [
     include_str!("../web/simulator.js"),
     include_str!("../web/settings.js"),
     include_str!("../web/link.js"),
     include_str!("../web/outcome.js"),
+    include_str!("../web/drive.js"),
     include_str!("../web/playground.js"),
 ];
 const WORKER: &str = include_str!("../web/worker.js");
@@ -60,9 +64,10 @@ pub fn html() -> String {
         lead: String::new(),
         body: body.to_owned(),
     };
+    let result = include_str!("../web/result.html").replace("{{how}}", embed::HOW_TO_DRIVE);
     let sections = [
         section("choose", "Choose", include_str!("../web/setup.html")),
-        section("result", "Result", include_str!("../web/result.html")),
+        section("result", "Result", &result),
     ];
     // A string of JSON is one of JavaScript. The examples come with a script of their own, which runs once the page is read.
     let worker = json_in_script(&serde_json::Value::from(WORKER).to_string());
@@ -73,9 +78,9 @@ pub fn html() -> String {
     let footer = "<p>ilon is free software: <code>pip install ilon</code> or <code>cargo install ilon</code> give the command, which runs \
                   the same scenarios to the same bits.</p>";
     let parts = Parts {
-        styles: &[embed::STYLE, STYLE],
+        styles: &[embed::STYLE, embed::DRIVE_STYLE, STYLE],
         before: &[],
-        after: &[&embed::script(), &script],
+        after: &[&embed::driving_script(), &script],
     };
     let page = page(&head, &sections, footer, &parts);
     // The browser loads them while it shows the page.
@@ -86,7 +91,11 @@ pub fn html() -> String {
     )
 }
 
-/// The shipped files as a script that sets `ilonExamples`: a text for each path.
+/// The scenario that is shown first.
+const FIRST: &str = "/scenarios/mecanum4_lateral.toml";
+
+/// The shipped files as a script that sets `ilonExamples`: a text for each path, and `ilonFirst`: what the door says of schemas and of the
+/// first scenario, so that a page is of use while the simulator still comes.
 fn examples(assets: &Path) -> io::Result<String> {
     let mut files = BTreeMap::new();
     for folder in ["robots", "scenarios"] {
@@ -101,9 +110,22 @@ fn examples(assets: &Path) -> io::Result<String> {
             }
         }
     }
-    let json = serde_json::to_string(&files)?;
+    let mut door = Door::default();
+    for (path, text) in &files {
+        door.put(path.clone(), text.clone().into_bytes());
+    }
+    let mut ask = |request: serde_json::Value| {
+        let said = door.ask(request.to_string().as_bytes());
+        let said: serde_json::Value = serde_json::from_slice(&said)?;
+        let ok = said.get("ok").filter(|ok| !ok.is_null()).cloned();
+        ok.ok_or_else(|| io::Error::other(said["fault"]["message"].to_string()))
+    };
+    let schemas = ask(json!({ "do": "schemas" }))?;
+    let opened = ask(json!({ "do": "open", "scenario": FIRST, "settings": [] }))?;
+    let first = json!({ "schemas": schemas, "opened": opened });
     Ok(format!(
-        "window.ilonExamples = {};\n",
-        json_in_script(&json)
+        "window.ilonExamples = {};\nwindow.ilonFirst = {};\n",
+        json_in_script(&serde_json::to_string(&files)?),
+        json_in_script(&first.to_string())
     ))
 }

@@ -42,6 +42,10 @@ if (act === 'hashes') {
   said = Array.from({ length: Number(rest[1]) }, () => {
     run(rest[0]);
     ask({ do: 'take', what: 'report' });
+    ask({ do: 'drive', scenario: `/scenarios/${rest[0]}.toml`, settings: [] });
+    ask({ do: 'steer', twist: [0.3, 0, 0.2] });
+    ask({ do: 'advance', periods: 100 });
+    ask({ do: 'end_drive' });
     return exports.memory.buffer.byteLength;
   });
 } else {

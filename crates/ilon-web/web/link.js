@@ -23,10 +23,21 @@ async function linkOf(what) {
 // The most that a link may unfold to, in characters: a small one can be made to hold gigabytes.
 const MOST_UNFOLDED = 4e6;
 
+// A link that a person can write: `#scenario=mecanum4_lateral&set=world.floor.friction=0.2`, with `&drive` to be driven.
+function fromWords() {
+  const words = new URLSearchParams(location.hash.slice(1));
+  const name = words.get('scenario');
+  if (name === null) return null;
+  const path = `/scenarios/${name}.toml`;
+  if (examples[path] === undefined) throw new Error(`There is no example scenario ${name}.`);
+  const pairs = words.getAll('set').map((setting) => [setting.split('=', 1)[0], setting.slice(setting.indexOf('=') + 1)]);
+  return { path, text: examples[path], settings: Object.fromEntries(pairs), drive: words.has('drive') };
+}
+
 // What a link asks for; null where it asks for nothing.
 async function fromLink() {
   const packed = /[#&]run=([\w-]+)/.exec(location.hash);
-  if (!packed) return null;
+  if (!packed) return fromWords();
   const reader = new Blob([fromBase64(packed[1])]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
   const parts = [];
   let size = 0;

@@ -7,6 +7,7 @@ function showOutcome(tookS) {
   find('hash').textContent = ended.hash;
   find('command').textContent = command;
   find('shared').textContent = '';
+  find('log').hidden = !last.log;
   find('compare').hidden = !kept;
   find('compare').setAttribute('aria-pressed', 'false');
   showPage(report, 'The report of the run');

@@ -74,7 +74,7 @@ function fillScenarios() {
   const mine = own.paths.filter((path) => path.endsWith('.toml'));
   if (mine.length) {
     const group = Object.assign(document.createElement('optgroup'), { label: 'your own' });
-    group.append(...mine.map((path) => option(path, path.slice(OWN.length))));
+    group.append(...mine.map((path) => option(path, path.startsWith(OWN) ? path.slice(OWN.length) : nameOf(path).replaceAll('_', ' '))));
     groups.set('', group);
   }
   select.replaceChildren(...groups.values());
@@ -246,17 +246,31 @@ async function choose(path, text, settings) {
   await look(true);
 }
 
-async function run() {
-  if (running) return;
+function begin_running() {
   running = true;
   asked += 1;
   hideFault();
-  const [begun, command] = [performance.now(), commandOf()];
-  find('run').disabled = true;
+  find('run').disabled = find('drive').disabled = true;
   find('stop').hidden = find('progress').hidden = false;
   find('progress').value = 0;
-  say('Running');
+}
+
+function end_running() {
+  running = false;
+  find('run').disabled = find('drive').disabled = false;
+  find('stop').hidden = find('progress').hidden = true;
+  if (last) { find('report').hidden = false; find('live').hidden = true; }
+}
+
+async function run() {
+  if (running) return;
+  begin_running();
+  const command = commandOf();
+  say(compiledYet ? 'Running' : 'Loading the simulator');
   try {
+    await simulator.start();
+    const begun = performance.now();
+    say('Running');
     await simulator.put([[chosen.path, bytesOf(chosen.text)]]);
     const what = { scenario: chosen.path, settings: settingsOf(), command };
     const ended = await simulator.call('run', what, ({ opened: said, progress, frame }) => {
@@ -267,7 +281,7 @@ async function run() {
       if (scene && !find('live').hidden && frame.length) scene.push(frame.slice().buffer);
     });
     if (ended.stopped) { say('Stopped.'); return; }
-    last = { ...what, text: chosen.text, settings: { ...chosen.settings }, ended: ended.finished, report: ended.bytes };
+    last = { ...what, text: chosen.text, settings: { ...chosen.settings }, log: logOf(chosen.path), ended: ended.finished, report: ended.bytes };
     document.documentElement.dataset.memory = ended.memory;
     document.documentElement.dataset.runs = 1 + Number(document.documentElement.dataset.runs || 0);
     showOutcome((performance.now() - begun) / 1000);
@@ -275,10 +289,7 @@ async function run() {
     showFault(error);
     say('No result.');
   } finally {
-    running = false;
-    find('run').disabled = false;
-    find('stop').hidden = find('progress').hidden = true;
-    if (last) { find('report').hidden = false; find('live').hidden = true; }
+    end_running();
   }
 }
 
@@ -327,6 +338,7 @@ function listen() {
   const on = (id, name, listener) => find(id).addEventListener(name, listener);
   on('setup', 'submit', (event) => { event.preventDefault(); run(); });
   on('stop', 'click', () => simulator.stop());
+  listenToDrive();
   on('scenario', 'change', () => {
     const path = find('scenario').value;
     choose(path, examples[path] ?? new TextDecoder().decode(simulator.files.get(path)));
@@ -384,39 +396,56 @@ function listen() {
   addEventListener('hashchange', () => openLink().catch(showFault));
 }
 
+// Takes over a scenario with the files that it needs.
+async function takeOver({ path, text, settings, files = [] }) {
+  const given = [...files, ...(examples[path] === undefined ? [[path, text]] : [])];
+  await simulator.put(given.map(([name, content]) => [name, bytesOf(content)]));
+  own.paths = [...new Set([...own.paths, ...given.map(([name]) => name)])];
+  own.robots = [...new Set([...own.robots, ...files.map(([name]) => name).filter((name) => ROBOT_ENDINGS.test(name) && name !== path)])];
+  await choose(path, text, settings);
+}
+
 // Takes over what a link holds; whether there was something.
 async function openLink() {
   const what = await fromLink();
   if (!what) return false;
-  await simulator.put((what.files || []).map(([path, text]) => [path, bytesOf(text)]));
-  own.paths = [...new Set([...own.paths, ...(what.files || []).map(([path]) => path), ...(what.path.startsWith(OWN) ? [what.path] : [])])];
-  own.robots = own.paths.filter((path) => ROBOT_ENDINGS.test(path) && path !== what.path);
-  await choose(what.path, what.text, what.settings);
-  await run();
+  await takeOver(what);
+  await (what.drive ? drive() : run());
   return true;
 }
 
+// What a page knows of what can be asked for.
+function know({ scenario, robot }) {
+  known = new Map([...keysOf(scenario, scenario, ''), ...keysOf(robot, robot, 'robot.spec')]);
+  kinds = faultsOf(scenario);
+  find('keys').replaceChildren(...[...known.keys()].map((key) => option(key, '')));
+  fillFaults();
+}
+
+// The simulator is large and comes last: what it says of the first scenario came with the page, so that all can be chosen meanwhile.
 async function begin() {
   listen();
   // Where one thing stands above the other, the result comes before what could be changed.
   find('changes').open = !matchMedia('(max-width: 960px)').matches;
-  find('text').value = chosen.text = examples[FIRST_SCENARIO] || '';
+  const { schemas, opened: first } = window.ilonFirst;
+  know(schemas);
+  find('text').value = chosen.text = examples[FIRST_SCENARIO];
+  find('says').textContent = headOf(chosen.text);
   fillScenarios();
   fillRobots();
+  showSettings();
+  if (!location.hash) adopt(first);
+  find('run').disabled = find('drive').disabled = false;
+  document.documentElement.dataset.usable = 'yes';
+  let touched = false;
+  const touch = () => { touched = true; };
+  for (const name of ['input', 'change', 'submit', 'click']) find('setup').addEventListener(name, touch, { once: true });
   try {
-    await simulator.start();
-    const { said } = await simulator.call('ask', { request: { do: 'schemas' } });
-    known = new Map([...keysOf(said.scenario, said.scenario, ''), ...keysOf(said.robot, said.robot, 'robot.spec')]);
-    kinds = faultsOf(said.scenario);
-    find('keys').replaceChildren(...[...known.keys()].map((key) => option(key, '')));
-    fillFaults();
-    find('run').disabled = false;
-    if (await openLink()) return;
-    await choose(FIRST_SCENARIO, chosen.text);
-    await run();
+    const [isLinked] = await Promise.all([openLink(), simulator.start()]);
+    if (!isLinked && !touched) await run();
   } catch (error) {
     showFault(error);
-    say('The simulator could not be loaded.');
+    say(compiledYet ? 'It cannot be opened.' : 'The simulator could not be loaded.');
   } finally {
     document.documentElement.dataset.ready = 'yes';
   }

@@ -2,6 +2,7 @@
 
 // The module is compiled once, whatever happens to its instances.
 let compiled = null;
+let compiledYet = false;
 
 // A page from a disk may load scripts, but no other files.
 function fromDisk() {
@@ -56,6 +57,7 @@ class Simulator {
 
   async begin() {
     const module = await compile();
+    compiledYet = true;
     const url = URL.createObjectURL(new Blob([WORKER], { type: 'text/javascript' }));
     this.worker = new Worker(url);
     URL.revokeObjectURL(url);
@@ -94,6 +96,11 @@ class Simulator {
     const under = [...this.waiting.keys()].filter((id) => id <= calls);
     worker.postMessage({ act: 'stop' });
     setTimeout(() => { if (this.worker === worker && under.some((id) => this.waiting.has(id))) this.end('stopped'); }, 700);
+  }
+
+  // Says what a robot that is driven shall do. No answer comes, and none is waited for.
+  steer(twist) {
+    if (this.worker) this.worker.postMessage({ act: 'steer', twist });
   }
 
   // Adds files, here and in the worker.

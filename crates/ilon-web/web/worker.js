@@ -53,6 +53,43 @@ async function run({ scenario, settings, command }, tell) {
   return { finished: said, bytes, memory: exports.memory.buffer.byteLength };
 }
 
+// What a person who drives asks for, and when that was said.
+let steered = { twist: [0, 0, 0], at: 0 };
+const STAND = [0, 0, 0];
+// Who says nothing for as long stops the robot, in milliseconds; as a live run does.
+const WATCHDOG_MS = 500;
+// What the simulation falls behind further is left out, so that it does not hurry afterwards.
+const BEHIND_MS = 200;
+const PICTURE_MS = 15;
+
+// Simulates by the clock on the wall while a person drives; gives the scenario that does the same again.
+async function drive({ scenario, settings }, tell) {
+  const opened = ask({ do: 'drive', scenario, settings }).said;
+  tell({ opened });
+  const period = 1000 * opened.control_dt_s;
+  stopped = false;
+  let due = performance.now();
+  let cost = period / 2;
+  let [since, passed, factor] = [due, 0, 1];
+  while (!stopped) {
+    const now = performance.now();
+    due = Math.max(due, now - BEHIND_MS);
+    const periods = Math.min(Math.floor((now - due) / period), Math.max(1, Math.floor(40 / cost)));
+    if (periods > 0 && now - due >= PICTURE_MS) {
+      ask({ do: 'steer', twist: now - steered.at < WATCHDOG_MS ? steered.twist : STAND });
+      const { said } = ask({ do: 'advance', periods });
+      due += periods * period;
+      passed += periods * period;
+      cost += 0.2 * ((performance.now() - now) / periods - cost);
+      if (now - since > 1000) [factor, since, passed] = [passed / (now - since), now, 0];
+      tell({ progress: said, figures: { ...said.figures, real_time_factor: factor }, frame: ask({ do: 'frame' }).bytes });
+      if (said.done) break;
+    }
+    await new Promise((go) => { setTimeout(go, 4); });
+  }
+  return { driven: ask({ do: 'end_drive' }).said };
+}
+
 const acts = {
   async start({ module }) {
     exports = (await WebAssembly.instantiate(module, {})).exports;
@@ -73,10 +110,12 @@ const acts = {
   },
   ask: ({ request }) => ask(request),
   run,
+  drive,
 };
 
 onmessage = async ({ data }) => {
   if (data.act === 'stop') { stopped = true; return; }
+  if (data.act === 'steer') { steered = { twist: data.twist, at: performance.now() }; return; }
   const tell = (what) => postMessage({ id: data.id, ...what });
   try {
     tell({ end: true, ...await acts[data.act](data, tell) });

@@ -5,7 +5,7 @@
 >>> run.trace["truth_x_m"]
 >>> run.report()
 
-`run` goes through a whole scenario, `sweep` through many under keys that vary; `Simulation` is driven step by step; `gymnasium.make("ilon/Track-v0")` is a task to learn.
+`run` goes through a whole scenario, `sweep` through many under keys that vary; `live` lets a person drive in a browser; `Simulation` is driven step by step; `gymnasium.make("ilon/Track-v0")` is a task to learn.
 Lengths are in metres, angles in radians, and names that could be doubted carry their unit. Frames: x forward, y left, z up.
 """
 
@@ -35,6 +35,7 @@ from .errors import (
     TraceError,
     WorldError,
 )
+from .livedrive import Live, live
 from .runs import Report, Run, run
 from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
 from .tools import Check, Comparison, Inspection, check, compare, generate, identify, inspect
@@ -50,6 +51,7 @@ __all__ = [
     "Error",
     "Inspection",
     "Imu",
+    "Live",
     "Observation",
     "Outcome",
     "ReadError",
@@ -71,6 +73,7 @@ __all__ = [
     "generate",
     "identify",
     "inspect",
+    "live",
     "merge_sweeps",
     "run",
     "schema",

@@ -212,6 +212,11 @@ impl Pilot {
         }
     }
 
+    /// Asks for a twist of the body's origin, in the body frame, from the next decision on, in place of the scenario's twist.
+    pub fn steer(&mut self, twist_in_body: Twist) {
+        self.motion = Planned::Twist(TwistProfile::of(twist_in_body));
+    }
+
     /// Commands the rates of a twist of the body's origin.
     fn command_twist(&mut self, twist_in_body: Twist) {
         let task = Task {

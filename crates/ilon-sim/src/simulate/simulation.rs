@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::Loaded;
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Twist};
 use ilon_trace::{Recorded, Recording, Sink, Summary, Trace, TraceError};
 use ilon_world::World;
 
@@ -17,7 +17,7 @@ use super::recorder::Recorder;
 use super::resolve::{Driver, Resolved, resolve, resolve_for};
 use super::run::{Progress, Run};
 use super::warnings;
-use crate::scenario::Scenario;
+use crate::scenario::{self, Scenario};
 use crate::{Error, judge};
 
 /// Runs a scenario.
@@ -125,6 +125,34 @@ impl Simulation {
             Appearance::default(),
             Some(Box::new(controller)),
         )
+    }
+
+    /// Puts the scenario's robot into its world, at rest, for a person to [`steer`](Self::steer). What the scenario asks of the robot does not
+    /// count, nor what it expects.
+    ///
+    /// # Errors
+    /// Like [`run`].
+    pub fn steered(scenario: &Scenario) -> Result<Self, Error> {
+        let scenario = Scenario {
+            reference: None,
+            playback: None,
+            twist: Some(scenario::Twist::default()),
+            expect: scenario::Expect::default(),
+            ..scenario.clone()
+        };
+        let loaded = load(&scenario)?;
+        let seen = Appearance::of(&loaded);
+        // Nobody knows how fast the wheels will be asked to turn.
+        let resolved = resolve_for(&scenario, &loaded.robot, Driver::Own)?;
+        let mut steered = Self::of(&resolved, &loaded.robot, seen, None)?;
+        steered.steer(Twist::default());
+        Ok(steered)
+    }
+
+    /// Asks a [`steered`](Self::steered) robot for a twist of its body's origin, in the body frame, from the next control period on. It becomes wheel
+    /// rates as that of `[twist]` does.
+    pub fn steer(&mut self, twist_in_body: Twist) {
+        self.pilot.steer(twist_in_body);
     }
 
     /// A plant, what drives it, and what records it.

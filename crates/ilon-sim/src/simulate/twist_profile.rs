@@ -32,6 +32,15 @@ impl TwistProfile {
         }
     }
 
+    /// One twist at all times.
+    pub fn of(twist: Twist) -> Self {
+        Self {
+            changes: vec![(f64::NEG_INFINITY, twist)],
+            ramp_s: 0.0,
+            settle_s: 0.0,
+        }
+    }
+
     /// The twist in the body frame at a time in seconds.
     pub fn at(&self, t_s: f64) -> Twist {
         let mut twist = Twist::default();

@@ -30,6 +30,10 @@ impl Fault {
     pub(super) fn none_open() -> Self {
         Self::of_page("no scenario is open")
     }
+
+    pub(super) fn none_driven() -> Self {
+        Self::of_page("no robot is driven")
+    }
 }
 
 impl<E: Into<ilon_sim::Error>> From<E> for Fault {

@@ -163,3 +163,122 @@ fn a_robot_in_short_is_changed_by_keys_of_the_scenario() {
         "{said:.800}"
     );
 }
+
+/// Frames of the open scenario after so many control periods each.
+fn frames_after(
+    door: &mut ilon_web::door::Door,
+    periods: &[u32],
+    mut steer: impl FnMut(&mut ilon_web::door::Door, usize),
+) -> Vec<Vec<u8>> {
+    let mut frames = Vec::new();
+    for (index, periods) in periods.iter().enumerate() {
+        steer(door, index);
+        let (said, _) = ask(door, &json!({ "do": "advance", "periods": periods }));
+        assert!(said["fault"].is_null(), "{said}");
+        frames.push(ask(door, &json!({ "do": "frame" })).1);
+    }
+    frames
+}
+
+#[test]
+fn what_was_driven_a_log_does_again_to_the_bit() {
+    // Of an open loop, of a guidance that follows a path, of a controller by contact, with faults, and of a log.
+    for (scenario, settings) in [
+        (LATERAL, vec!["run.physics_dt_s=0.002"]),
+        ("/scenarios/mecanum4_circle.toml", vec![]),
+        (
+            "/scenarios/mecanum4_wet_floor.toml",
+            vec!["guidance.kinematics=contact"],
+        ),
+    ] {
+        let mut door = door();
+        let open = json!({ "do": "drive", "scenario": scenario, "settings": settings });
+        let (said, _) = ask(&mut door, &open);
+        assert!(said["fault"].is_null(), "{scenario}: {said:.900}");
+        let periods = [3, 1, 1, 40, 7, 1, 60, 2];
+        let twists = [
+            [0.0, 0.0, 0.0],
+            [0.4, 0.0, 0.0],
+            [0.4, 0.0, 0.0],
+            [0.1, -0.3, 1.0 / 3.0],
+            [-0.0, 0.2, -0.0],
+            [1e9, 0.0, 0.0],
+            [0.0, 0.0, -0.7],
+            [0.2, 0.1, 0.1],
+        ];
+        let driven = frames_after(&mut door, &periods, |door, index| {
+            let steer = json!({ "do": "steer", "twist": twists[index] });
+            assert!(ask(door, &steer).0["fault"].is_null());
+        });
+        let (ended, _) = ask(&mut door, &json!({ "do": "end_drive" }));
+        let ended = &ended["ok"];
+        let text = |value: &serde_json::Value| value.as_str().expect("text").to_owned();
+        for file in ended["files"].as_array().expect("files") {
+            door.put(text(&file[0]), text(&file[1]).into_bytes());
+        }
+        let path = text(&ended["path"]);
+        door.put(path.clone(), text(&ended["text"]).into_bytes());
+        let open = json!({ "do": "open", "scenario": path, "settings": [] });
+        let (said, _) = ask(&mut door, &open);
+        assert!(said["fault"].is_null(), "{said:.900}\n{ended:#}");
+        let control_dt_s = said["ok"]["control_dt_s"].as_f64().expect("a period");
+        let driven_s = f64::from(periods.iter().sum::<u32>()) * control_dt_s;
+        let again_s = said["ok"]["duration_s"].as_f64().expect("a duration");
+        assert!(
+            (again_s - driven_s).abs() < 1e-9,
+            "{again_s} s of {driven_s} s"
+        );
+        let again = frames_after(&mut door, &periods, |_, _| ());
+        assert!(driven == again, "{scenario}");
+        // And the robot did move.
+        assert!(driven[3] != driven[7]);
+    }
+}
+
+#[test]
+fn a_drive_refuses_what_is_no_drive() {
+    let mut door = door();
+    let steer = json!({ "do": "steer", "twist": [0.1, 0.0, 0.0] });
+    let end = json!({ "do": "end_drive" });
+    for request in [&steer, &end] {
+        assert!(ask(&mut door, request).0["fault"].is_object());
+    }
+    let open = json!({ "do": "open", "scenario": LATERAL, "settings": [] });
+    ask(&mut door, &open);
+    assert!(ask(&mut door, &steer).0["fault"].is_object());
+    let drive = json!({ "do": "drive", "scenario": LATERAL, "settings": [] });
+    ask(&mut door, &drive);
+    let huge = json!({ "do": "steer", "twist": [null, 0.0, 0.0] });
+    assert!(ask(&mut door, &huge).0["fault"].is_object());
+    // One that has not begun.
+    assert!(ask(&mut door, &end).0["fault"].is_object());
+}
+
+#[test]
+fn links_of_the_book_open_what_they_say() {
+    let mut door = door();
+    let docs = assets().join("../docs");
+    let mut found = 0;
+    for page in std::fs::read_dir(docs).expect("the book") {
+        let text = std::fs::read_to_string(page.expect("a page").path()).unwrap_or_default();
+        for link in text.split("playground/index.html#").skip(1) {
+            let link = link.split(')').next().expect("a link");
+            let mut scenario = None;
+            let mut settings = Vec::new();
+            let mut act = "open";
+            for part in link.split('&') {
+                match part.split_once('=') {
+                    Some(("scenario", name)) => scenario = Some(format!("/scenarios/{name}.toml")),
+                    Some(("set", setting)) => settings.push(setting.to_owned()),
+                    _ if part == "drive" => act = "drive",
+                    _ => panic!("{link}"),
+                }
+            }
+            let open = json!({ "do": act, "scenario": scenario, "settings": settings });
+            let (said, _) = ask(&mut door, &open);
+            assert!(said["fault"].is_null(), "{link}: {said:#}");
+            found += 1;
+        }
+    }
+    assert!(found > 10, "{found} links");
+}

@@ -117,6 +117,56 @@ fn it_is_served_run_and_read_at_every_width() {
 }
 
 #[test]
+fn it_is_of_use_before_the_simulator_is_there() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    browser.call("Network.enable", json!({}));
+    let blocked = json!({ "urls": ["*ilon.wasm"] });
+    browser.call("Network.setBlockedURLs", blocked);
+    browser.call("Page.navigate", json!({ "url": serve(folder) }));
+    until(
+        &mut browser,
+        "document.documentElement?.dataset.ready === 'yes'",
+    );
+    let found = browser.eval(
+        "[document.querySelectorAll('.slider').length > 5, document.getElementById('scenario').options.length > 50,
+          !document.getElementById('run').disabled, !document.getElementById('drive').disabled,
+          document.getElementById('broken').options.length > 3, document.querySelector('#live canvas').width > 300,
+          document.getElementById('state').textContent]",
+    );
+    let expected = json!([
+        true,
+        true,
+        true,
+        true,
+        true,
+        true,
+        "The simulator could not be loaded."
+    ]);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_link_that_a_person_wrote_is_run() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let settings = ["run.duration_s=1", "world.floor.friction=0.2"];
+    let link = format!(
+        "{}#scenario=mecanum4_forward&set={}",
+        serve(folder),
+        settings.join("&set=")
+    );
+    open(&mut browser, &link);
+    let settings: Vec<_> = settings.iter().map(|text| text.parse().unwrap()).collect();
+    let path = assets().join("scenarios/mecanum4_forward.toml");
+    let here = ilon_sim::run(&Scenario::load_with(path, &settings).unwrap()).unwrap();
+    assert_eq!(hash(&mut browser), here.summary.trace_hash);
+    assert_silent(&browser);
+}
+
+#[test]
 fn it_opens_from_a_disk() {
     let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
         return;
@@ -287,4 +337,104 @@ fn every_shipped_scenario_gives_the_same_trace_hash_in_the_browser() {
         run(&mut browser);
         assert_eq!(hash(&mut browser), hashes()[&name], "{name}");
     }
+}
+
+/// A key of letters, down or up.
+fn press(browser: &mut Browser, kind: &str, letter: &str) {
+    let code = format!("Key{}", letter.to_uppercase());
+    browser.call(
+        "Input.dispatchKeyEvent",
+        json!({ "type": kind, "key": letter, "code": code, "text": if kind == "keyDown" { letter } else { "" } }),
+    );
+}
+
+/// Waits until the robot moves so, as the page says: `sign` of ahead, left and turning, where it is not zero.
+fn until_it_moves(browser: &mut Browser, sign: [i32; 3]) {
+    until(
+        browser,
+        &format!(
+            "(() => {{ const [tile] = [...document.querySelectorAll('#figures div')].filter((t) => t.textContent.startsWith('Real'));
+              const real = tile ? tile.textContent.match(/-?[\\d.]+/g).map(Number) : [];
+              return {sign:?}.every((sign, index) => sign === 0 || real[index] * sign > [0.1, 0.1, 10][index]); }})()"
+        ),
+    );
+}
+
+#[test]
+fn a_robot_is_driven_by_keys_and_sticks_and_what_it_did_is_a_scenario() {
+    let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
+        return;
+    };
+    let url = serve(folder);
+    browser.size(390, 844);
+    open(&mut browser, &url);
+    browser.eval("document.getElementById('drive').click()");
+    until(
+        &mut browser,
+        "document.documentElement.dataset.driving === 'yes'",
+    );
+    for (letter, sign) in [("w", [1, 0, 0]), ("d", [0, -1, 0]), ("q", [0, 0, 1])] {
+        press(&mut browser, "keyDown", letter);
+        until_it_moves(&mut browser, sign);
+        press(&mut browser, "keyUp", letter);
+    }
+    // A stick, to its left.
+    let at = browser.eval(
+        "(() => { const { x, y, width, height } = document.querySelector('.ilon-stick-move').getBoundingClientRect(); return [x + width / 2, y + height / 2, width]; })()",
+    );
+    let [x, y, width] = [0, 1, 2].map(|index| at[index].as_f64().expect("a place"));
+    for (kind, x) in [("mousePressed", x), ("mouseMoved", x - width / 2.0)] {
+        browser.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1 }),
+        );
+    }
+    until_it_moves(&mut browser, [0, 1, 0]);
+    assert_fits(&mut browser, "a drive at 390 px");
+    let wheels = browser.eval("document.querySelector('#wheels table').innerText");
+    assert_eq!(
+        wheels.as_str().unwrap().matches("mm/s").count(),
+        4,
+        "{wheels}"
+    );
+
+    browser.eval("document.getElementById('end_drive').click()");
+    until(
+        &mut browser,
+        "document.documentElement.dataset.runs === '2'",
+    );
+    until(&mut browser, ANSWERED);
+    let found = hash(&mut browser);
+    // The same, computed here, of the files that are handed out.
+    let here = tempfile::tempdir().unwrap();
+    for below in ["robots", "scenarios"] {
+        std::fs::create_dir(here.path().join(below)).unwrap();
+    }
+    let put = |name: &str, text: &str| std::fs::write(here.path().join(name), text).unwrap();
+    put("robots/mecanum4.urdf", &shipped("robots/mecanum4.urdf"));
+    let text = browser.eval("document.getElementById('text').value");
+    put(
+        "scenarios/mecanum4_lateral_driven.toml",
+        text.as_str().unwrap(),
+    );
+    let log = browser.eval(
+        "(() => { const old = URL.createObjectURL; let taken; URL.createObjectURL = (blob) => { taken = blob; return old(blob); };
+           document.getElementById('log').click(); URL.createObjectURL = old; return taken.text(); })()",
+    );
+    put(
+        "scenarios/mecanum4_lateral_driven.csv",
+        log.as_str().unwrap(),
+    );
+    let scenario = Scenario::load(here.path().join("scenarios/mecanum4_lateral_driven.toml"));
+    let again = ilon_sim::run(&scenario.unwrap()).unwrap();
+    assert_eq!(found, again.summary.trace_hash);
+
+    browser.eval("document.getElementById('share').click()");
+    until(&mut browser, "location.hash.startsWith('#run=')");
+    let link = browser.eval("location.href");
+    let mut other = Browser::start().expect("another browser");
+    open(&mut other, link.as_str().unwrap());
+    assert_eq!(hash(&mut other), found);
+    assert_silent(&browser);
+    assert_silent(&other);
 }

@@ -1,0 +1,142 @@
+//! A robot that a person drives, and the scenario in which a log does the same again, to the bit.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use ilon_robot::Twist;
+use ilon_sim::scenario::{Drives, Playback, Step};
+use ilon_sim::{Scenario, Simulation};
+use serde_json::{Value, json};
+
+use super::fault::Fault;
+
+/// The longest drive, in seconds.
+const LONGEST_S: f64 = 120.0;
+/// The largest twist that is taken, whatever the wheels can do: m/s and rad/s.
+const MOST_M_S: f64 = 20.0;
+const MOST_RAD_S: f64 = 50.0;
+
+/// What a person asked of a robot so far.
+pub(super) struct Drive {
+    /// The scenario as it was opened; what it asks of the robot does not count.
+    scenario: Scenario,
+    path: PathBuf,
+    /// What is chosen for a robot of which nobody knows how fast its wheels will be asked to turn.
+    physics_dt_s: f64,
+    split_dt_s: Option<f64>,
+    control_dt_s: f64,
+    /// From when on which twist was asked for, in seconds; nothing of what holds on.
+    rows: Vec<(f64, Twist)>,
+}
+
+impl Drive {
+    /// Puts the robot of a scenario into its world, to be driven.
+    pub fn begin(path: &Path, mut scenario: Scenario) -> Result<(Self, Simulation), Fault> {
+        scenario.run.duration_s = LONGEST_S;
+        let simulation = Simulation::steered(&scenario)?;
+        let resolved = simulation.plant().resolved();
+        let drive = Self {
+            path: path.to_owned(),
+            physics_dt_s: resolved.physics_dt_s(),
+            split_dt_s: resolved.scenario().world.solver.split_dt_s,
+            control_dt_s: resolved.control_dt_s(),
+            rows: vec![(0.0, Twist::default())],
+            scenario,
+        };
+        Ok((drive, simulation))
+    }
+
+    /// Asks for a twist (m/s, m/s, rad/s in the body frame) from the next control period on.
+    pub fn steer(&mut self, simulation: &mut Simulation, asked: [f64; 3]) -> Result<(), Fault> {
+        if !asked.iter().all(|part| part.is_finite()) {
+            return Err(Fault::of_page("a twist that is no number is not taken"));
+        }
+        let [vx, vy, omega] = asked;
+        // No negative zero: text and sum tell it from zero.
+        let within = |part: f64, most: f64| part.clamp(-most, most) + 0.0;
+        let twist = Twist::new(
+            within(vx, MOST_M_S),
+            within(vy, MOST_M_S),
+            within(omega, MOST_RAD_S),
+        );
+        self.hold(self.next_s(simulation), twist);
+        simulation.steer(twist);
+        Ok(())
+    }
+
+    /// When the next control period begins, in seconds.
+    fn next_s(&self, simulation: &Simulation) -> f64 {
+        // A step of physics may end a rounding beyond the period.
+        let periods = simulation.progress().time_s / self.control_dt_s;
+        let next_s = (periods - 1e-6).ceil().max(0.0) * self.control_dt_s;
+        // As a person would write it; a log's times are nanoseconds.
+        (next_s * 1e9).round() / 1e9
+    }
+
+    fn hold(&mut self, from_s: f64, twist: Twist) {
+        self.rows.pop_if(|(last_s, _)| *last_s >= from_s);
+        if self.rows.last().is_none_or(|(_, last)| *last != twist) {
+            self.rows.push((from_s, twist));
+        }
+    }
+
+    /// What a page shows of it in figures, as a live run does.
+    pub fn figures(&self, simulation: &Simulation) -> Value {
+        let values = |twist: Twist| [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
+        let asked = self
+            .rows
+            .last()
+            .map_or_else(Twist::default, |(_, last)| *last);
+        json!({
+            "t_s": simulation.progress().time_s,
+            "asked": values(asked),
+            "real": values(simulation.plant().truth().twist_in_body),
+        })
+    }
+
+    /// Ends it: gives path and text of a scenario that does the same again, and of the log that drives it.
+    pub fn end(mut self, simulation: &Simulation) -> Result<Value, Fault> {
+        let end_s = self.next_s(simulation);
+        if end_s <= 0.0 {
+            return Err(Fault::of_page("the robot was not driven"));
+        }
+        self.hold(end_s, Twist::default());
+        // A log says how long its last row holds.
+        if self.rows.last().is_none_or(|(last_s, _)| *last_s < end_s) {
+            self.rows.push((end_s, Twist::default()));
+        }
+        let mut log = "t_s,vx_m_s,vy_m_s,omega_rad_s\n".to_owned();
+        for (t_s, twist) in &self.rows {
+            let Twist {
+                vx_m_s,
+                vy_m_s,
+                omega_rad_s,
+            } = twist;
+            // A `String` takes whatever is written.
+            let _ = writeln!(log, "{t_s},{vx_m_s},{vy_m_s},{omega_rad_s}");
+        }
+        let name = self.scenario.name.trim_end_matches("_driven").to_owned();
+        let beside = |ending: &str| self.path.with_file_name(format!("{name}_driven.{ending}"));
+        let (path, log_path) = (beside("toml"), beside("csv"));
+        let mut again = self.scenario;
+        (again.reference, again.twist) = (None, None);
+        again.playback = Some(Playback {
+            file: log_path.file_name().unwrap_or_default().into(),
+            drives: Drives::Twist,
+            topic: None,
+            pose_topic: None,
+            names: Default::default(),
+            from_s: 0.0,
+            angle_gain_per_s: None,
+        });
+        again.expect = Default::default();
+        again.run.duration_s = end_s;
+        again.run.physics_dt_s = Step::Seconds(self.physics_dt_s);
+        again.world.solver.split_dt_s = self.split_dt_s;
+        let text = format!(
+            "# {name}, driven by hand for {end_s:.1} s.\n\n{}",
+            again.to_toml()?
+        );
+        Ok(json!({ "path": path, "text": text, "files": [[log_path, log]] }))
+    }
+}
