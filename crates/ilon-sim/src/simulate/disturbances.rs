@@ -16,12 +16,21 @@ pub(super) struct Disturbances {
     payloads: Vec<(Payload, Fault)>,
     /// What was put on from outside the scenario.
     put_on: Option<Payload>,
+    /// What acts from outside the scenario until it is changed.
+    wrench: Option<Wrench>,
     seizures: Vec<Seizure>,
     patches: Vec<TimedPatch>,
     frictions: Vec<Fault>,
     /// What holds now of payloads and friction, so that the world is told of changes alone.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
+}
+
+/// A force and a moment on the chassis.
+#[derive(Clone, Copy)]
+pub(super) struct Wrench {
+    pub force: Push,
+    pub moment_in_world_n_m: Vector3<f64>,
 }
 
 /// An impulse on the chassis, spread evenly over a time.
@@ -61,6 +70,7 @@ impl Disturbances {
             pushes: Vec::new(),
             payloads: Vec::new(),
             put_on: None,
+            wrench: None,
             seizures: Vec::new(),
             frictions: Vec::new(),
             carried: Vec::new(),
@@ -136,6 +146,11 @@ impl Disturbances {
         self.put_on = payload;
     }
 
+    /// Lets a wrench act from now on, in place of the one before.
+    pub fn hold(&mut self, wrench: Option<Wrench>) {
+        self.wrench = wrench;
+    }
+
     /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);
@@ -145,6 +160,10 @@ impl Disturbances {
             if let Some(push) = push.during(t_s, dt_s, world) {
                 world.robot_mut().push(&push);
             }
+        }
+        if let Some(wrench) = &self.wrench {
+            world.robot_mut().push(&wrench.force);
+            world.robot_mut().turn(wrench.moment_in_world_n_m);
         }
     }
 
