@@ -17,7 +17,7 @@ mod write;
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
-pub use atomic::{clear_unfinished, is_stream, write_atomically, write_text};
+pub use atomic::{clear_unfinished, is_stream, write_atomically, write_bytes, write_text};
 pub use format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 pub use lock::OutputLock;
 pub use read::TraceFile;

@@ -17,6 +17,8 @@ pub(super) struct Disturbances {
     payloads: Vec<(Payload, Fault)>,
     /// What was put on from outside the scenario.
     put_on: Option<Payload>,
+    /// What acts from outside the scenario until it is changed.
+    wrench: Option<Wrench>,
     seizures: Vec<Seizure>,
     patches: Vec<TimedPatch>,
     frictions: Vec<Fault>,
@@ -26,6 +28,13 @@ pub(super) struct Disturbances {
     /// What holds now of payloads and friction, so that the world is told of changes alone.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
+}
+
+/// A force and a moment on the chassis.
+#[derive(Clone, Copy)]
+pub(super) struct Wrench {
+    pub force: Push,
+    pub moment_in_world_n_m: Vector3<f64>,
 }
 
 /// An impulse on the chassis, spread evenly over a time.
@@ -65,6 +74,7 @@ impl Disturbances {
             pushes: Vec::new(),
             payloads: Vec::new(),
             put_on: None,
+            wrench: None,
             seizures: Vec::new(),
             frictions: Vec::new(),
             tilts: Tilts::new(&scenario.faults),
@@ -142,6 +152,11 @@ impl Disturbances {
         self.put_on = payload;
     }
 
+    /// Lets a wrench act from now on, in place of the one before.
+    pub fn hold(&mut self, wrench: Option<Wrench>) {
+        self.wrench = wrench;
+    }
+
     /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);
@@ -150,7 +165,7 @@ impl Disturbances {
         if self.tilts.is_any() {
             let gravity = self
                 .gravity_m_s2
-                .get_or_insert_with(|| world.gravity_in_floor());
+                .get_or_insert_with(|| world.gravity_in_world_m_s2());
             // As in the middle of the step, so that a step is of second order.
             let turned = self.tilts.turned(t_s + 0.5 * dt_s);
             world.lean(&(turned.inverse() * *gravity));
@@ -159,6 +174,10 @@ impl Disturbances {
             if let Some(push) = push.during(t_s, dt_s, world) {
                 world.robot_mut().push(&push);
             }
+        }
+        if let Some(wrench) = &self.wrench {
+            world.robot_mut().push(&wrench.force);
+            world.robot_mut().turn(wrench.moment_in_world_n_m);
         }
     }
 

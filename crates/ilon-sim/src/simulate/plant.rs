@@ -5,13 +5,13 @@ use std::sync::Arc;
 use ilon_control::{BodySense, Desired, Kinematics, TorqueShares};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{Storage, Truth};
-use ilon_world::{Floor, MotorTorque, Payload, Settings, SharedRobot, World};
+use ilon_world::{Floor, MotorTorque, Payload, Push, Settings, SharedRobot, World};
 use nalgebra::Vector3;
 
 use super::bodies;
 use super::clock::Clock;
 use super::command::WheelCommand;
-use super::disturbances::Disturbances;
+use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
@@ -31,6 +31,8 @@ pub struct Outcome {
     pub torques_n_m: Vec<f64>,
     /// By how much the laws of contact were broken at worst, in m/s: the speed at which something moves that should not.
     pub contact_residual_m_s: f64,
+    /// The acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the time.
+    pub acceleration_in_world_m_s2: [f64; 3],
     /// How much of each task the wheel loops' law could give in the last step; `None` of a law that weighs none.
     pub torque_shares: Option<TorqueShares>,
 }
@@ -237,6 +239,7 @@ impl Plant {
         let steps = self.steps_in(period_s)?;
         self.outcome.torques_n_m.fill(0.0);
         self.outcome.contact_residual_m_s = 0.0;
+        let before_m_s = self.velocity_in_world_m_s();
         for _ in 0..steps {
             self.actuate(command);
             self.step();
@@ -250,6 +253,8 @@ impl Plant {
             watch(&self.world, self.clock.physics_dt_s());
         }
         self.outcome.torque_shares = self.drive.shares();
+        let gained_m_s = self.velocity_in_world_m_s() - before_m_s;
+        self.outcome.acceleration_in_world_m_s2 = (gained_m_s / period_s).into();
         if !self.is_finite() {
             return Err(Error::Diverged {
                 t_s: self.clock.time_s(),
@@ -269,10 +274,7 @@ impl Plant {
         place_in_body_m: Option<[f64; 3]>,
         lasts_s: f64,
     ) -> Result<(), Error> {
-        let place_in_body_m = place_in_body_m.map_or_else(
-            || self.plan.robot.chassis.mass.center_of_mass_m,
-            Vector3::from,
-        );
+        let place_in_body_m = self.place_or_center(place_in_body_m);
         let force_in_world_n = Vector3::from(force_in_world_n);
         let mut numbers = force_in_world_n.iter().chain(&place_in_body_m);
         let can_be =
@@ -290,6 +292,67 @@ impl Plant {
         self.disturbances
             .push(now_s, force_in_world_n, place_in_body_m, lasts_s);
         Ok(())
+    }
+
+    /// Lets a force in N and a moment in N m act on the chassis from now on until they are changed, both in the world frame, the force at a
+    /// place in the body frame in metres, or without one at the chassis's centre of mass: what another simulator's bodies put on the robot.
+    /// Pushes come on top, and a reset ends it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a number is not finite; what acted before goes on then.
+    pub fn set_wrench(
+        &mut self,
+        force_in_world_n: [f64; 3],
+        moment_in_world_n_m: [f64; 3],
+        place_in_body_m: Option<[f64; 3]>,
+    ) -> Result<(), Error> {
+        let place_in_body_m = self.place_or_center(place_in_body_m);
+        let numbers = force_in_world_n.iter().chain(&moment_in_world_n_m);
+        if !numbers
+            .chain(&place_in_body_m)
+            .all(|number| number.is_finite())
+        {
+            return Err(Error::invalid(
+                format!(
+                    "{force_in_world_n:?} N and {moment_in_world_n_m:?} N m cannot act on the robot"
+                ),
+                "give finite newtons, newton metres and metres",
+            ));
+        }
+        let acts = force_in_world_n != [0.0; 3] || moment_in_world_n_m != [0.0; 3];
+        self.disturbances.hold(acts.then(|| Wrench {
+            force: Push {
+                force_in_world_n: force_in_world_n.into(),
+                place_in_body_m,
+            },
+            moment_in_world_n_m: moment_in_world_n_m.into(),
+        }));
+        Ok(())
+    }
+
+    /// Lets the rollers of a wheel find a share of the ground's friction from now on; 1 for all of it. A reset ends it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a wheel that the robot does not have, and a share that is negative or no number.
+    pub fn set_grip(&mut self, wheel: usize, share: f64) -> Result<(), Error> {
+        let wheels = self.motors.len();
+        if wheel >= wheels || !(share.is_finite() && share >= 0.0) {
+            return Err(Error::invalid(
+                format!("wheel {wheel} cannot have {share} of the floor's friction"),
+                format!(
+                    "wheels count from 0 to {}; give a finite share of 0 or more",
+                    wheels - 1
+                ),
+            ));
+        }
+        self.world.robot_mut().set_grip(wheel, share);
+        Ok(())
+    }
+
+    /// A place in the body frame, or where none is given the chassis's centre of mass without payload.
+    fn place_or_center(&self, place_in_body_m: Option<[f64; 3]>) -> Vector3<f64> {
+        let center_m = self.plan.robot.chassis.mass.center_of_mass_m;
+        place_in_body_m.map_or(center_m, Vector3::from)
     }
 
     /// Whether a command is one that this robot can be given.
@@ -401,13 +464,25 @@ impl Plant {
     /// # Errors
     /// [`Error::Invalid`] for a mass that is negative or no number.
     pub fn carry(&mut self, mass_kg: f64) -> Result<(), Error> {
+        self.carry_at(mass_kg, None)
+    }
+
+    /// Like [`Plant::carry`], at a place in the body frame, in metres.
+    ///
+    /// # Errors
+    /// Like [`Plant::carry`], and for a place that is nowhere.
+    pub fn carry_at(
+        &mut self,
+        mass_kg: f64,
+        place_in_body_m: Option<[f64; 3]>,
+    ) -> Result<(), Error> {
         if !(mass_kg.is_finite() && mass_kg >= 0.0) {
             return Err(Error::invalid(
                 format!("the robot cannot carry {mass_kg} kg"),
                 "give a finite mass of 0 kg or more",
             ));
         }
-        let place_in_body_m = self.plan.robot.chassis.mass.center_of_mass_m;
+        let place_in_body_m = self.place_or_center(place_in_body_m);
         let payload = (mass_kg > 0.0).then(|| Payload::new(mass_kg, place_in_body_m));
         self.disturbances.carry(payload.transpose()?);
         Ok(())
@@ -444,6 +519,12 @@ impl Plant {
         }
     }
 
+    /// Velocity of the body frame's origin in the world frame, in m/s.
+    fn velocity_in_world_m_s(&self) -> Vector3<f64> {
+        let body = self.world.robot().state();
+        body.world_from_body * body.velocity_in_body_m_s
+    }
+
     fn is_finite(&self) -> bool {
         let Truth {
             pose,
@@ -464,6 +545,11 @@ impl Plant {
             twist_in_body.omega_rad_s,
         ];
         numbers.into_iter().all(f64::is_finite)
+    }
+
+    /// What came of the last advance; nothing but zeros before the first.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
     }
 
     /// The world as it is now: contacts, energies, rollers.

@@ -130,9 +130,16 @@ pub fn write_atomically(
 /// # Errors
 /// [`TraceError::Io`]; `path` is then as it was.
 pub fn write_text(path: &Path, text: &str) -> Result<(), TraceError> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes bytes to a file so that nobody ever sees half of it, see [`write_atomically`].
+///
+/// # Errors
+/// [`TraceError::Io`]; `path` is then as it was.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), TraceError> {
     write_atomically(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(io_error("write", path))
+        file.write_all(bytes).map_err(io_error("write", path))
     })
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct WheelBody {
     pub reach_m: f64,
     /// What the rollers touch the ground with.
     pub surface: Surface,
+    /// What share of the ground's friction its rollers find: 1, or what was set from outside.
+    pub grip: f64,
     /// Whether its rollers make a circle of its outline, wherever they are on their axles.
     pub is_round: bool,
     /// Whether its rollers can slide along their axles.
@@ -101,6 +103,7 @@ impl WheelBody {
             joint,
             reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
             surface: Surface::of(&wheel.surface, scale),
+            grip: 1.0,
             is_round: wheel.is_round() && play_m == 0.0,
             has_play: play_m > 0.0,
             rollers,

@@ -91,6 +91,12 @@ pub struct BodyState {
     pub pitch_rad: f64,
     /// Velocity of the body frame's origin and yaw rate, in the body frame.
     pub twist_in_body: Twist,
+    /// How the body is turned in the world: roll, pitch and heading in one.
+    pub world_from_body: UnitQuaternion<f64>,
+    /// Velocity of the body frame's origin along all axes of the body frame, in m/s.
+    pub velocity_in_body_m_s: Vector3<f64>,
+    /// Rates about all axes of the body frame, in rad/s.
+    pub angular_in_body_rad_s: Vector3<f64>,
 }
 
 /// How a place on a chassis is turned and moves: what a sensor there feels.
@@ -129,6 +135,9 @@ impl<'a> Body<'a> {
             roll_rad,
             pitch_rad,
             twist_in_body: Twist::new(velocity_in_body.x, velocity_in_body.y, angular_in_body.z),
+            world_from_body: floor_from_body.rotation,
+            velocity_in_body_m_s: velocity_in_body,
+            angular_in_body_rad_s: angular_in_body,
         }
     }
 

@@ -59,6 +59,8 @@ pub(crate) struct ActingPush {
     pub(super) force_n: Vector3<f64>,
     /// From the chassis's centre of mass to the place pushed.
     pub(super) lever_m: Vector3<f64>,
+    /// A moment beside the force's own.
+    pub(super) moment_n_m: Vector3<f64>,
 }
 
 impl BodyMut<'_> {
@@ -70,6 +72,16 @@ impl BodyMut<'_> {
         robot.pushes.push(ActingPush {
             force_n: push.force_in_world_n,
             lever_m: floor_from_body * (push.place_in_body_m - center_m),
+            moment_n_m: Vector3::zeros(),
+        });
+    }
+
+    /// Turns the chassis with a pure moment in the world frame, in N m, during the next step, and only then. It adds up with all pushes.
+    pub fn turn(&mut self, moment_in_world_n_m: Vector3<f64>) {
+        self.articulated().pushes.push(ActingPush {
+            force_n: Vector3::zeros(),
+            lever_m: Vector3::zeros(),
+            moment_n_m: moment_in_world_n_m,
         });
     }
 
@@ -95,6 +107,14 @@ impl BodyMut<'_> {
         robot.wheel_inertia = wheel_inertia(&robot.robot, carried_kg);
         robot.payloads = payloads.to_vec();
         robot.weigh(moved_m);
+    }
+
+    /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it. Below 0
+    /// counts as 0. A wheel that the robot does not have changes nothing, and where rapier moves the robot nothing is changed.
+    pub fn set_grip(&mut self, wheel: usize, share: f64) {
+        if let Some(hub) = self.articulated().wheels.get_mut(wheel) {
+            hub.grip = share.max(0.0);
+        }
     }
 
     /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have changes nothing.
@@ -153,11 +173,6 @@ impl World {
         self.energies.outside_j += self.potential_j() - before_j;
     }
 
-    /// The acceleration of gravity in the floor's frame now, in m/s^2.
-    pub fn gravity_in_floor(&self) -> Vector3<f64> {
-        self.ground.gravity_in_floor(self.settings.gravity_m_s2)
-    }
-
     /// Energy that pushes, payloads and ground that leans have brought since the start, in J; negative where they took some.
     pub fn outside_energy_j(&self) -> f64 {
         self.energies.outside_j
@@ -170,7 +185,7 @@ impl Articulated {
         let mut sum = (Vector3::zeros(), Vector3::zeros());
         for push in &self.pushes {
             sum.0 += push.force_n;
-            sum.1 += push.lever_m.cross(&push.force_n);
+            sum.1 += push.lever_m.cross(&push.force_n) + push.moment_n_m;
         }
         sum
     }
@@ -181,7 +196,7 @@ impl Articulated {
         let work_j = |push: &ActingPush| {
             let mean = &self.middle;
             let of_place = mean.velocity_m_s + mean.angular_rad_s.cross(&push.lever_m);
-            push.force_n.dot(&of_place) * dt_s
+            (push.force_n.dot(&of_place) + push.moment_n_m.dot(&mean.angular_rad_s)) * dt_s
         };
         self.pushes.iter().map(work_j).sum()
     }

@@ -157,7 +157,11 @@ impl World {
         let here = place_among(&self.bodies, id).map(|at| &mut self.bodies[at]);
         if let Some(body) = here.or_else(|| self.islands.awake_mut(id)) {
             let lever_m = body.state.floor_from_chassis().rotation * place_in_body_m;
-            body.pushes.push(ActingPush { force_n, lever_m });
+            body.pushes.push(ActingPush {
+                force_n,
+                lever_m,
+                moment_n_m: Vector3::zeros(),
+            });
         }
     }
 

@@ -1,5 +1,7 @@
 //! What can be read of a world as a whole: its time, and where energy is and went.
 
+use nalgebra::Vector3;
+
 use super::World;
 use crate::robot::articulated::Articulated;
 use crate::robot::energy::Energy;
@@ -47,6 +49,11 @@ impl World {
         self.energies.bearing_j
     }
 
+    /// The acceleration of gravity in the world frame, in m/s^2: on a slope it leans, for the world's frame is the floor's.
+    pub fn gravity_in_world_m_s2(&self) -> Vector3<f64> {
+        self.ground.gravity_in_floor(self.settings.gravity_m_s2)
+    }
+
     /// Kinetic and potential energy of all bodies now.
     pub fn energy(&self) -> Energy {
         let in_contacts_j = self.energies.stored_in_contacts_j(&self.islands);
@@ -63,7 +70,7 @@ impl World {
     }
 
     pub(super) fn potential_j(&self) -> f64 {
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
+        let gravity = self.gravity_in_world_m_s2();
         let bodies = self.bodies.iter().chain(self.islands.awake());
         let awake = bodies.map(|body| body.potential_j(&gravity));
         awake.sum::<f64>() + self.islands.asleep_j().1

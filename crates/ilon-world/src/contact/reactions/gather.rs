@@ -30,6 +30,14 @@ fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
     }
 }
 
+/// What share of the ground's friction a part of a body finds.
+fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
+    match part {
+        Part::Roller(wheel, _) => scene.wheels[wheel].grip,
+        _ => 1.0,
+    }
+}
+
 /// The direction of a nap among the tangents of a contact; `None` where the ground there stands upright along it.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
     /// Ground that is steeper than this, as the cosine of an angle, has no nap.
@@ -137,7 +145,8 @@ impl Reactions {
             };
             let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
             let grip = scenes.friction_between(place, footing.friction);
-            let friction = ground.friction_at_speed(grip, contact.before.yz().norm());
+            let friction = ground.friction_at_speed(grip, contact.before.yz().norm())
+                * grip_of(scene, place.a.part);
             let law = Law::Contact {
                 friction,
                 approach_m_s,

@@ -1,0 +1,198 @@
+//! Whatever a caller does wrong, as far as it can be known, is a code with words, and changes nothing.
+
+use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ilon_c::plant::*;
+use ilon_c::state::{IlonPose, IlonState, IlonWheel};
+use ilon_c::status::IlonStatus;
+
+use crate::support::{Owned, last_error, must, scenario};
+
+fn owned() -> Owned {
+    Owned::load(&scenario("mecanum4_lateral.toml"))
+}
+
+#[test]
+fn bad_commands_are_refused_and_change_nothing() {
+    let plant = owned();
+    let before = plant.state();
+    let period_s = plant.about().control_dt_s;
+    let cases: [(&[f64], f64, IlonStatus); 9] = [
+        (&[1.0; 3], period_s, IlonStatus::Count),
+        (&[1.0; 5], period_s, IlonStatus::Count),
+        (&[], period_s, IlonStatus::Count),
+        (&[1.0, 1.0, f64::NAN, 1.0], period_s, IlonStatus::Value),
+        (&[1.0, f64::INFINITY, 1.0, 1.0], period_s, IlonStatus::Value),
+        (&[1.0; 4], 0.0, IlonStatus::Value),
+        (&[1.0; 4], -period_s, IlonStatus::Value),
+        (&[1.0; 4], f64::NAN, IlonStatus::Value),
+        (&[1.0; 4], 1e300, IlonStatus::Value),
+    ];
+    for (rates, period_s, wanted) in cases {
+        assert_eq!(
+            plant.advance(rates, period_s),
+            wanted,
+            "{rates:?} for {period_s}"
+        );
+        assert!(!last_error().is_empty());
+        assert_eq!(plant.state(), before);
+    }
+    // Null where an array is wanted, and a count that no memory has.
+    for (at, count, wanted) in [
+        (ptr::null(), 4, IlonStatus::Pointer),
+        (ptr::dangling(), usize::MAX, IlonStatus::Count),
+        (ptr::without_provenance(9), 4, IlonStatus::Pointer),
+    ] {
+        // SAFETY: what is refused is not read.
+        let status = unsafe { ilon_plant_advance_rates(plant.0, at, count, period_s) };
+        assert_eq!(status, wanted, "{at:?}, {count}");
+    }
+}
+
+#[test]
+fn bad_disturbances_are_refused_and_change_nothing() {
+    let plant = owned();
+    assert_eq!(
+        plant.wrench([f64::NAN, 0.0, 0.0], [0.0; 3]),
+        IlonStatus::Value
+    );
+    assert_eq!(
+        plant.wrench([0.0; 3], [0.0, f64::INFINITY, 0.0]),
+        IlonStatus::Value
+    );
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        assert_eq!(ilon_plant_set_friction(plant.0, bad), IlonStatus::Value);
+        assert_eq!(ilon_plant_set_grip(plant.0, 0, bad), IlonStatus::Value);
+        // SAFETY: null is the centre of mass, and three numbers live here.
+        unsafe {
+            assert_eq!(
+                ilon_plant_set_payload(plant.0, bad, ptr::null()),
+                IlonStatus::Value
+            );
+            let place = [0.0, f64::NAN, 0.0];
+            assert_eq!(
+                ilon_plant_set_payload(plant.0, 1.0, place.as_ptr()),
+                IlonStatus::Value
+            );
+            let pose = IlonPose {
+                x_m: f64::NAN,
+                ..IlonPose::default()
+            };
+            assert_eq!(
+                ilon_plant_reset(plant.0, 0, &raw const pose),
+                IlonStatus::Value
+            );
+        }
+    }
+    assert_eq!(ilon_plant_set_grip(plant.0, 4, 1.0), IlonStatus::Value);
+    let fresh = owned();
+    must(plant.advance(&[2.0; 4], 0.1));
+    must(fresh.advance(&[2.0; 4], 0.1));
+    assert_eq!(plant.state(), fresh.state());
+}
+
+#[test]
+fn arrays_that_do_not_fit_are_refused() {
+    let plant = owned();
+    let mut wheels = [IlonWheel::default(); 8];
+    let mut name = [0; 64];
+    // SAFETY: arrays and buffer live here, and are as long as said or longer.
+    unsafe {
+        for count in [0, 3, 5] {
+            let status = ilon_plant_wheels(plant.0, wheels.as_mut_ptr(), count);
+            assert_eq!(status, IlonStatus::Count);
+        }
+        assert_eq!(
+            ilon_plant_wheels(plant.0, ptr::null_mut(), 4),
+            IlonStatus::Pointer
+        );
+        assert_eq!(wheels, [IlonWheel::default(); 8], "nothing was written");
+        let short = ilon_plant_wheel_name(plant.0, 0, name.as_mut_ptr(), 4);
+        assert_eq!(short, IlonStatus::Count);
+        let no_wheel = ilon_plant_wheel_name(plant.0, 4, name.as_mut_ptr(), 64);
+        assert_eq!(no_wheel, IlonStatus::Count);
+        must(ilon_plant_joints(plant.0, ptr::null_mut(), 0));
+    }
+}
+
+#[test]
+fn texts_and_files_that_make_no_sense_are_refused_in_words() {
+    let mut plant = 7;
+    // SAFETY: texts and handle live here; null is refused.
+    unsafe {
+        let load = |path: *const _, plant| ilon_plant_load(path, plant);
+        assert_eq!(load(ptr::null(), &raw mut plant), IlonStatus::Pointer);
+        assert_eq!(load(c"\xff".as_ptr(), &raw mut plant), IlonStatus::Pointer);
+        assert_eq!(
+            load(c"nowhere.toml".as_ptr(), &raw mut plant),
+            IlonStatus::Scenario
+        );
+        assert!(last_error().contains("nowhere.toml"), "{}", last_error());
+        let parse =
+            |text: &std::ffi::CStr, plant| ilon_plant_parse(text.as_ptr(), c".".as_ptr(), plant);
+        assert_eq!(parse(c"robot = 3", &raw mut plant), IlonStatus::Scenario);
+        let lost = c"robot.file = \"none.urdf\"\ntwist = {}";
+        assert_eq!(parse(lost, &raw mut plant), IlonStatus::Scenario);
+    }
+    assert_eq!(plant, 7, "nothing was written");
+}
+
+#[test]
+fn handles_that_were_freed_or_are_of_another_kind_are_refused() {
+    let plant = owned();
+    let (mut snapshot, mut other) = (0, 0);
+    let mut state = IlonState::default();
+    // SAFETY: the handles live here.
+    unsafe {
+        must(ilon_plant_snapshot(plant.0, &raw mut snapshot));
+        must(ilon_plant_snapshot(plant.0, &raw mut other));
+        assert_eq!(
+            ilon_plant_state(snapshot, &raw mut state),
+            IlonStatus::Handle
+        );
+        assert_eq!(ilon_plant_snapshot(0, &raw mut other), IlonStatus::Handle);
+        assert_eq!(
+            ilon_plant_snapshot(plant.0, ptr::null_mut()),
+            IlonStatus::Pointer
+        );
+    }
+    assert_eq!(ilon_plant_restore(plant.0, plant.0), IlonStatus::Handle);
+    must(ilon_snapshot_free(snapshot));
+    assert_eq!(ilon_snapshot_free(snapshot), IlonStatus::Handle);
+    assert_eq!(ilon_plant_restore(plant.0, snapshot), IlonStatus::Handle);
+    must(ilon_plant_restore(plant.0, other));
+    let foreign = Owned::load(&scenario("volksbot_forward.toml"));
+    assert_eq!(ilon_plant_restore(foreign.0, other), IlonStatus::Value);
+    must(ilon_snapshot_free(other));
+}
+
+/// While one thread advances, a second one is refused, and both a third plant and the first thread go on undisturbed.
+#[test]
+fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
+    let (shared, alone) = (owned(), owned());
+    let done = AtomicBool::new(false);
+    let busy = std::thread::scope(|scope| {
+        let second = scope.spawn(|| {
+            let mut busy = 0;
+            while !done.load(Ordering::Relaxed) {
+                let mut state = IlonState::default();
+                // SAFETY: it lives here.
+                match unsafe { ilon_plant_state(shared.0, &raw mut state) } {
+                    IlonStatus::Busy => busy += 1,
+                    status => must(status),
+                }
+            }
+            busy
+        });
+        for _ in 0..20 {
+            // A second one may hold it for a moment.
+            while shared.advance(&[2.0; 4], 0.02) == IlonStatus::Busy {}
+        }
+        done.store(true, Ordering::Relaxed);
+        second.join().unwrap()
+    });
+    assert!(busy > 0);
+    (0..20).for_each(|_| must(alone.advance(&[2.0; 4], 0.02)));
+    assert_eq!(shared.state(), alone.state());
+}

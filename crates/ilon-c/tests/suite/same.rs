@@ -1,0 +1,180 @@
+//! What goes through the border comes out to the bit.
+
+use ilon_c::plant::*;
+use ilon_c::state::{IlonEnergies, IlonWheel};
+use ilon_sim::{Plant, Scenario, Simulation, WheelCommand};
+
+use crate::support::{Owned, must, scenario};
+
+/// Rates commanded of the wheels in every control period of a run, driven again from outside at that period: the same motion.
+fn retraces(name: &str) {
+    let scenario_ = Scenario::load(scenario(name)).unwrap();
+    let run = Simulation::new(&scenario_).unwrap().run();
+    let plant = Owned::load(&scenario(name));
+    let period_s = plant.about().control_dt_s;
+    assert_eq!(run.trace.header.record_every, 1, "a row each period");
+    for (record, wheels) in run.trace.steps().take(400) {
+        let (state, truth) = (plant.state(), record.truth);
+        let got = [
+            state.position_m[0],
+            state.position_m[1],
+            state.position_m[2],
+            state.heading_rad,
+            state.velocity_in_body_m_s[0],
+            state.velocity_in_body_m_s[1],
+            state.angular_in_body_rad_s[2],
+        ];
+        let wanted = [
+            truth.pose.x_m,
+            truth.pose.y_m,
+            truth.height_m,
+            truth.pose.heading_rad,
+            truth.twist_in_body.vx_m_s,
+            truth.twist_in_body.vy_m_s,
+            truth.twist_in_body.omega_rad_s,
+        ];
+        assert_eq!(
+            got.map(f64::to_bits),
+            wanted.map(f64::to_bits),
+            "at {} s",
+            record.t_s
+        );
+        let rates: Vec<f64> = wheels.iter().map(|wheel| wheel.target_rad_s).collect();
+        must(plant.advance(&rates, period_s));
+    }
+}
+
+#[test]
+fn a_run_of_a_twist_is_retraced_to_the_bit() {
+    retraces("mecanum4_lateral.toml");
+}
+
+#[test]
+fn a_run_of_the_papers_guidance_is_retraced_to_the_bit() {
+    retraces("volksbot_position_first.toml");
+}
+
+#[test]
+fn wheels_and_energies_are_the_plants() {
+    let path = scenario("mecanum4_lateral.toml");
+    let owned = Owned::load(&path);
+    let mut plant = Plant::of_scenario(&Scenario::load(&path).unwrap()).unwrap();
+    let rates = [-4.0, 4.0, 4.5, -4.0];
+    must(owned.advance(&rates, 0.2));
+    let outcome = plant.advance(WheelCommand::Rates(&rates), 0.2).unwrap();
+    let torques = outcome.torques_n_m.clone();
+    let mut wheels = [IlonWheel::default(); 4];
+    let mut energies = IlonEnergies::default();
+    // SAFETY: both live here.
+    unsafe {
+        must(ilon_plant_wheels(owned.0, wheels.as_mut_ptr(), 4));
+        must(ilon_plant_energies(owned.0, &raw mut energies));
+    }
+    let robot = plant.world().robot();
+    for (index, wheel) in wheels.iter().enumerate() {
+        assert_eq!(wheel.torque_n_m, torques[index]);
+        assert_eq!(wheel.rate_rad_s, robot.wheel_rates_rad_s()[index]);
+        assert_eq!(wheel.normal_force_n, robot.contacts()[index].normal_force_n);
+    }
+    assert_eq!(energies.slip_j, plant.world().slip_energy_j());
+    assert_eq!(energies.kinetic_j, plant.world().energy().kinetic_j);
+}
+
+/// A robot that coasts on ice under a force: m a = F, and the IMU's numbers say so.
+#[test]
+fn the_acceleration_is_that_of_the_force() {
+    let owned = Owned::load(&scenario("mecanum4_lateral.toml"));
+    must(ilon_plant_set_friction(owned.0, 0.0));
+    must(owned.advance(&[0.0; 4], 0.2));
+    let before = owned.state();
+    must(owned.wrench([6.0, -2.0, 0.0], [0.0; 3]));
+    must(owned.advance(&[0.0; 4], 0.01));
+    let state = owned.state();
+    let weight_n = before.wheels_load_n;
+    let mass_kg = -weight_n / before.gravity_in_world_m_s2[2];
+    for (axis, force_n) in [6.0, -2.0].into_iter().enumerate() {
+        let off = state.acceleration_in_world_m_s2[axis] * mass_kg - force_n;
+        // The force acts at the centre of mass of the chassis, not at the origin: while the body pitches on its springy contacts the origin
+        // moves by some micrometres more or less.
+        assert!(
+            off.abs() < 0.02 * 6.0,
+            "{off} N off along {axis}: {state:?}"
+        );
+    }
+    let mut energies = IlonEnergies::default();
+    // SAFETY: it lives here.
+    must(unsafe { ilon_plant_energies(owned.0, &raw mut energies) });
+    let travelled_m = state.position_m[0] - before.position_m[0];
+    assert!(energies.outside_j > 0.0 && travelled_m > 0.0);
+}
+
+/// A couple of opposite forces is a moment: both turn the robot alike.
+#[test]
+fn a_moment_is_a_couple_of_forces() {
+    let turned = |act: &dyn Fn(&mut Plant)| {
+        let scenario = Scenario::load(scenario("mecanum4_lateral.toml")).unwrap();
+        let mut plant = Plant::of_scenario(&scenario).unwrap();
+        act(&mut plant);
+        plant.advance(WheelCommand::Rates(&[0.0; 4]), 0.5).unwrap();
+        (
+            plant.truth().pose.heading_rad,
+            plant.world().outside_energy_j(),
+        )
+    };
+    let moment = turned(&|plant| plant.set_wrench([0.0; 3], [0.0, 0.0, 3.0], None).unwrap());
+    let couple = turned(&|plant| {
+        // A pair in the world frame at places of the body: while it turns by a small angle alpha its moment is less by 1 - cos alpha.
+        plant
+            .push([0.0, 15.0, 0.0], Some([0.1, 0.0, 0.06]), 0.5)
+            .unwrap();
+        plant
+            .push([0.0, -15.0, 0.0], Some([-0.1, 0.0, 0.06]), 0.5)
+            .unwrap();
+    });
+    assert!(moment.0 > 1e-4, "{moment:?}");
+    let share = moment.0 * moment.0;
+    assert!(
+        (moment.0 / couple.0 - 1.0).abs() < share + 1e-9,
+        "{moment:?} {couple:?}"
+    );
+    assert!(
+        (moment.1 / couple.1 - 1.0).abs() < 2.0 * share + 1e-9,
+        "{moment:?} {couple:?}"
+    );
+}
+
+/// Grip is a share of friction: on all wheels alike it is another floor, on one it is that wheel's alone; a reset ends it.
+#[test]
+fn grip_is_a_share_of_friction() {
+    let path = scenario("mecanum4_lateral.toml");
+    let drive = |owned: &Owned| {
+        must(owned.advance(&[-9.0, 9.0, 9.0, -9.0], 0.3));
+        owned.state()
+    };
+    let all = Owned::load(&path);
+    (0..4).for_each(|wheel| must(ilon_plant_set_grip(all.0, wheel, 0.5)));
+    let floor = Owned::load(&path);
+    must(ilon_plant_set_friction(
+        floor.0,
+        0.5 * floor.about().floor_friction,
+    ));
+    let whole = Owned::load(&path);
+    let (by_grip, by_floor, plain) = (drive(&all), drive(&floor), drive(&whole));
+    assert_eq!(by_grip, by_floor);
+    assert_ne!(by_grip.position_m, plain.position_m);
+
+    let one = Owned::load(&path);
+    must(ilon_plant_set_grip(one.0, 0, 0.0));
+    must(one.advance(&[-9.0, 9.0, 9.0, -9.0], 0.3));
+    let mut wheels = [IlonWheel::default(); 4];
+    // SAFETY: it lives here.
+    must(unsafe { ilon_plant_wheels(one.0, wheels.as_mut_ptr(), 4) });
+    assert_eq!(
+        (wheels[0].friction, wheels[0].force_in_body_n),
+        (0.0, [0.0; 2])
+    );
+    assert!(wheels[1].friction > 0.0);
+    // SAFETY: null is the scenario's start.
+    must(unsafe { ilon_plant_reset(one.0, one.about().seed, std::ptr::null()) });
+    assert_eq!(drive(&one), plain);
+}
