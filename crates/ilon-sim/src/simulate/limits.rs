@@ -230,7 +230,7 @@ impl Limiter {
         }
         let sharing = match scenario.wheel_loop.law {
             WheelLaw::Pid | WheelLaw::ComputedTorque => PushSharing::EqualLoops,
-            WheelLaw::PrioritisedTorque => PushSharing::ByGrip,
+            WheelLaw::PrioritisedTorque | WheelLaw::Passive => PushSharing::ByGrip,
         };
         let settings = LimitSettings {
             friction,

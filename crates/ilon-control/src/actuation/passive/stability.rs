@@ -11,7 +11,7 @@
 //! against 2 for K T / D where the mass does not matter, so that what is let through is stable. f has no pole on the right; by Mikhailov all
 //! roots lie on the left if and only if its argument grows by pi as s = j omega goes from 0 to infinity.
 
-use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
+use nalgebra::{Complex, DMatrix, Matrix3};
 
 use super::{PassiveTorqueSettings, body_inertia, mean_lever_m};
 use crate::error::{not_negative, positive};
@@ -242,6 +242,8 @@ impl Loop {
 /// The three dampings along a diagonal are what the loops are made of.
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     fn of(inertia: f64, damping: f64, delay_s: f64) -> Loop {
