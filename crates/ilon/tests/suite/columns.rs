@@ -10,7 +10,8 @@ use ilon::control::{ContactKinematics, Kinematics};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
 use ilon::simulate::Simulation;
 use ilon::trace::{
-    Desired, JointSample, MAX_JOINTS, Record, Support, TaskShare, Trace, Truth, WheelSample,
+    BodySample, Desired, JointSample, MAX_BODIES, MAX_JOINTS, Record, Support, TaskShare, Trace,
+    Truth, WheelSample,
 };
 use ilon::world::{BodyState, Energy, WheelContact};
 use ilon_formats::LoadRobot;
@@ -152,10 +153,19 @@ fn every_signal_of_the_robot_is_what_happened() {
             contact_residual_m_s,
             support,
             joints,
+            bodies,
+            imu,
+            storage,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         // This robot is one body with wheels.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
+        assert_eq!(
+            bodies,
+            [BodySample::default(); MAX_BODIES],
+            "nothing stands beside it"
+        );
+        assert_eq!((imu, storage), (None, None), "no such sensor, no such law");
         let Truth {
             pose,
             height_m,
