@@ -12,13 +12,13 @@ use crate::free::Free;
 use crate::ground::Ground;
 use crate::motor_torque::WheelInertia;
 use crate::reference::Reference;
+use crate::robot::carried::{ActingPush, Payload};
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::shapes::Shapes;
 use crate::robot::shared::{SharedRobot, tree_of};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 use crate::settings::ContactSpring;
-use crate::world::disturbance::{ActingPush, Payload};
 use crate::{ContactSolver, MotorTorque, Settings};
 
 /// A robot as one articulated body of a world: chassis, wheels and rollers, in f64.
