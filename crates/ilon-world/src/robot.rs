@@ -1,6 +1,7 @@
 //! The robot in the world: its bodies in rapier, its state in f64, its wheels and their rollers, its energy.
 
 pub(crate) mod articulated;
+pub(crate) mod carried;
 pub(crate) mod drive;
 pub(crate) mod energy;
 pub(crate) mod joints;

@@ -25,6 +25,10 @@ pub fn contact_relaxation_s(scale: &Scale) -> f64 {
     RELAXATION * scale.time_s()
 }
 
+/// How near to anything a chassis is looked at for contact, in wheel radii; the distance that it moves in a step comes on top where that
+/// is known.
+pub(crate) const NEAR: f64 = 0.02;
+
 /// The spring of a robot's contacts, with its damper.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactSpring {

@@ -4,7 +4,7 @@ mod advance;
 mod body;
 mod check;
 mod check_joints;
-pub(crate) mod disturbance;
+mod disturbance;
 mod equilibrium;
 mod free;
 mod in_rapier;
@@ -22,11 +22,12 @@ use crate::contact::reactions::Reactions;
 use crate::contact::support::Support;
 use crate::ground::Ground;
 use crate::robot::articulated::{Articulated, WheelCounts};
+pub use crate::robot::carried::Payload;
 use crate::robot::shared::SharedRobot;
 use crate::{Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
-pub use disturbance::{Payload, Push};
-use free::Islands;
+pub use disturbance::Push;
+use free::islands::Islands;
 pub use free::{FreeBodyState, InRapier, RayHit, Seen};
 
 /// Robots on the ground; in most worlds one.
@@ -187,7 +188,3 @@ impl World {
         }
     }
 }
-
-/// How near to anything a chassis is looked at for contact, in wheel radii; the distance that it moves in a step comes on top where that
-/// is known.
-pub(crate) const NEAR: f64 = 0.02;

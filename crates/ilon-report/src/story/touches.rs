@@ -8,7 +8,7 @@ use crate::text::{energy, percent, time};
 
 /// Watches the free bodies of a run.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Touches {
+pub(crate) struct Touches {
     /// Of each body: while the robot pressed on it.
     bodies: Vec<Spells>,
     /// What robots had done on each in the row before, in J.

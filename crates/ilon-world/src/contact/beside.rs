@@ -9,7 +9,7 @@ use crate::contact::scene::{Scene, Scenes};
 use crate::contact::solid::{Bounds, Near, Solid};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
-use crate::world::NEAR;
+use crate::settings::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where free bodies are near anything.

@@ -8,7 +8,7 @@ use crate::contact::candidates::{Candidate, Turning};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::engine::convert;
-use crate::world::NEAR;
+use crate::settings::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.

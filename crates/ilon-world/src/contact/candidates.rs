@@ -10,7 +10,7 @@ use crate::contact::scene::Scene;
 use crate::contact::turned::PlacedTurned;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;
-use crate::world::NEAR;
+use crate::settings::NEAR;
 
 /// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
 ///

@@ -12,6 +12,7 @@ use crate::free::Free;
 use crate::ground::Ground;
 use crate::motor_torque::WheelInertia;
 use crate::reference::Reference;
+use crate::robot::carried::{ActingPush, Payload};
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::servo::Servo;
 use crate::robot::shapes::Shapes;
@@ -19,7 +20,6 @@ use crate::robot::shared::{SharedRobot, tree_of};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 use crate::settings::ContactSpring;
-use crate::world::disturbance::{ActingPush, Payload};
 use crate::{ContactSolver, MotorTorque, Settings};
 
 /// A robot as one articulated body of a world: chassis, wheels and rollers, in f64.

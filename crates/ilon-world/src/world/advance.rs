@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::{Energies, NEAR, World};
+use super::{Energies, World};
 use crate::ContactSolver;
 use crate::contact::reaction::Part;
 use crate::contact::reactions::Reactions;
@@ -15,6 +15,7 @@ use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::robot::drive::WheelDrive;
 use crate::robot::shapes::Placed;
+use crate::settings::NEAR;
 
 /// What a contact may be in the ground beyond its start at the end of a step that moves on with the mean of the rates, in
 /// wheel radii. Where one would be deeper, it has landed, and the step moves on with the rates after it. 5 um for wheels of 50 mm.

@@ -3,12 +3,12 @@
 //! Whatever energy enters or leaves that way is counted, so that the balance
 //! motors + outside = stored + slip + bearings stays one.
 
-use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
 use super::{BodyMut, World};
+use crate::Patch;
 use crate::robot::articulated::{Articulated, wheel_inertia};
-use crate::{Patch, WorldError};
+use crate::robot::carried::{ActingPush, Payload, loaded};
 
 /// A force on the chassis for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,50 +17,6 @@ pub struct Push {
     pub force_in_world_n: Vector3<f64>,
     /// Where on the chassis it acts, in the body frame, in metres.
     pub place_in_body_m: Vector3<f64>,
-}
-
-/// A mass fixed to the chassis: a point, so that what is large is given as several.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Payload {
-    mass_kg: f64,
-    place_in_body_m: Vector3<f64>,
-}
-
-impl Payload {
-    /// A payload of a mass in kg at a place in the body frame, in metres.
-    ///
-    /// # Errors
-    /// [`WorldError::Setting`] for a mass that is not above 0, or a place that is nowhere.
-    pub fn new(mass_kg: f64, place_in_body_m: Vector3<f64>) -> Result<Self, WorldError> {
-        if !(mass_kg.is_finite() && mass_kg > 0.0) {
-            return Err(WorldError::Setting {
-                name: "mass_kg",
-                value: mass_kg,
-                range: "finite and above 0",
-            });
-        }
-        if let Some(bad) = place_in_body_m.iter().find(|x| !x.is_finite()) {
-            return Err(WorldError::Setting {
-                name: "place_in_body_m",
-                value: *bad,
-                range: "finite",
-            });
-        }
-        Ok(Self {
-            mass_kg,
-            place_in_body_m,
-        })
-    }
-}
-
-/// A push as it stands at the start of the step that it acts in, in the floor's frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ActingPush {
-    pub(super) force_n: Vector3<f64>,
-    /// From the chassis's centre of mass to the place pushed.
-    pub(super) lever_m: Vector3<f64>,
-    /// A moment beside the force's own.
-    pub(super) moment_n_m: Vector3<f64>,
 }
 
 impl BodyMut<'_> {
@@ -200,12 +156,4 @@ impl Articulated {
         };
         self.pushes.iter().map(work_j).sum()
     }
-}
-
-/// A chassis and what it carries, as one rigid body.
-fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
-    let carried = payloads.iter();
-    let carried = carried.map(|load| MassProperties::point(load.mass_kg, load.place_in_body_m));
-    let parts: Vec<MassProperties> = [bare.clone()].into_iter().chain(carried).collect();
-    MassProperties::merged(&parts).unwrap_or_else(|| bare.clone())
 }

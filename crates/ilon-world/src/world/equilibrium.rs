@@ -7,10 +7,11 @@
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Energies, NEAR, World};
+use super::{Energies, World};
 use crate::contact::reactions::Reactions;
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
+use crate::settings::NEAR;
 
 /// Most steps; a soft spring takes some hundred.
 const MOST_STEPS: usize = 4000;

@@ -1,6 +1,7 @@
 //! Free bodies of a world: put in, taken out, read and pushed by their identities.
 
-mod islands;
+mod grouping;
+pub(super) mod islands;
 mod put_down;
 mod seen;
 
@@ -9,14 +10,14 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::World;
-use super::disturbance::ActingPush;
 use crate::contact::reaction::{Part, Partner};
 use crate::free::{Free, FreeBody, FreeBodyId};
 use crate::robot::articulated::Articulated;
+use crate::robot::carried::ActingPush;
 use crate::robot::shared::SharedRobot;
 use crate::settings::ContactSpring;
 use crate::{ContactSolver, WorldError};
-pub(super) use islands::Islands;
+use islands::place_among;
 pub use seen::{InRapier, RayHit, Seen};
 
 /// A free body as it is after the last step, in the world's frame.
@@ -192,13 +193,4 @@ impl World {
             }
         }
     }
-}
-
-fn id_of(body: &Articulated) -> Option<FreeBodyId> {
-    body.free.as_ref().map(|free| free.id)
-}
-
-/// The place of a free body among bodies.
-fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
-    bodies.iter().position(|body| id_of(body) == Some(id))
 }

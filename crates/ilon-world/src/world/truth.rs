@@ -56,8 +56,8 @@ impl World {
 
     /// Kinetic and potential energy of all bodies now.
     pub fn energy(&self) -> Energy {
-        let in_contacts_j = self.energies.stored_in_contacts_j(&self.islands);
-        let potential_j = self.potential_j() + in_contacts_j;
+        let in_contacts_j = self.energies.springs_j + self.energies.treads_j;
+        let potential_j = self.potential_j() + (in_contacts_j + self.islands.springs_j());
         Energy {
             kinetic_j: self.kinetic_j(),
             potential_j,

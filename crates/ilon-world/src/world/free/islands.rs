@@ -1,32 +1,22 @@
-//! Which bodies are solved together, and which sleep.
+//! Free bodies that are not near a robot: which are solved together, and which sleep.
 //!
 //! Robots and the free bodies near them are one problem; free bodies near one another and far from robots are an island of their own. So a
 //! step costs what moves, and not what lies about. An island in which all has been slow for a while sleeps as it is, with its contacts, until
 //! something that is awake comes near, pushes it, or changes the floor: then it goes on from there.
 
 use std::collections::BTreeMap;
-use std::mem::swap;
 
 use parry3d::bounding_volume::Aabb;
 use parry3d::partitioning::Bvh;
 
-use super::{id_of, place_among};
 use crate::contact::beside::{solids, travel_m};
 use crate::contact::reactions::Reactions;
 use crate::contact::solid::Bounds;
 use crate::engine::convert;
 use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
-use crate::world::{Energies, NEAR, ROOM, World};
+use crate::settings::NEAR;
 
-/// Slower than this, in a body's unit of speed, is slow: 0.1 mm/s for a cube of 0.2 m.
-const SLOW: f64 = 1e-4;
-/// What has been slow for so long sleeps, in seconds.
-const SLEEPS_AFTER_S: f64 = 0.5;
-/// Steps between two looks at what has come apart.
-const LOOKS_EVERY: u64 = 16;
-/// Steps in which bodies that are put down at rest may show that they do not stay.
-const TRIED: usize = 50;
 /// What has come apart is further from each other than what comes together by this factor.
 const APART: f64 = 3.0;
 
@@ -36,25 +26,25 @@ pub(in crate::world) struct Islands {
     next: u32,
     /// Of all free bodies, in order.
     ids: Vec<FreeBodyId>,
-    awake: Vec<Island>,
-    asleep: BTreeMap<u32, Island>,
+    pub(super) awake: Vec<Island>,
+    pub(super) asleep: BTreeMap<u32, Island>,
     /// Where each body that sleeps does so.
-    homes: BTreeMap<FreeBodyId, u32>,
+    pub(super) homes: BTreeMap<FreeBodyId, u32>,
     next_home: u32,
     /// Around each island that sleeps.
-    tree: Bvh,
+    pub(super) tree: Bvh,
     /// Kinetic and potential energy of all that sleeps, in J.
     asleep_j: (f64, f64),
 }
 
 /// Free bodies that are solved together.
 #[derive(Clone)]
-struct Island {
-    bodies: Vec<Articulated>,
-    reactions: Reactions,
-    springs_j: f64,
+pub(super) struct Island {
+    pub bodies: Vec<Articulated>,
+    pub reactions: Reactions,
+    pub springs_j: f64,
     /// Whether all has been put down at rest, and has not been tried yet.
-    is_new: bool,
+    pub is_new: bool,
     /// While it sleeps.
     kinetic_j: f64,
     potential_j: f64,
@@ -81,14 +71,9 @@ impl Islands {
     pub fn add(&mut self, body: Articulated, at_rest: bool) {
         self.ids.push(self.next_id());
         self.next += 1;
-        self.awake.push(Island {
-            bodies: vec![body],
-            reactions: Reactions::default(),
-            springs_j: 0.0,
-            is_new: at_rest,
-            kinetic_j: 0.0,
-            potential_j: 0.0,
-        });
+        let mut island = Island::of(vec![body], Reactions::default());
+        island.is_new = at_rest;
+        self.awake.push(island);
     }
 
     /// A body that is here, and whether it sleeps.
@@ -146,7 +131,7 @@ impl Islands {
     }
 
     /// Lets what sleeps in a place go on.
-    fn wake(&mut self, home: u32) -> Option<Island> {
+    pub(super) fn wake(&mut self, home: u32) -> Option<Island> {
         let mut island = self.asleep.remove(&home)?;
         self.tree.remove(home);
         for body in &mut island.bodies {
@@ -159,7 +144,7 @@ impl Islands {
         Some(island)
     }
 
-    fn let_sleep(&mut self, mut island: Island, (kinetic_j, potential_j): (f64, f64)) {
+    pub(super) fn let_sleep(&mut self, mut island: Island, (kinetic_j, potential_j): (f64, f64)) {
         let home = self.next_home;
         self.next_home += 1;
         (island.kinetic_j, island.potential_j) = (kinetic_j, potential_j);
@@ -186,227 +171,27 @@ impl Islands {
 }
 
 impl Island {
-    fn is_slow_for(&self, time_s: f64) -> bool {
+    /// Bodies with what acts on them.
+    pub fn of(bodies: Vec<Articulated>, reactions: Reactions) -> Self {
+        Self {
+            bodies,
+            reactions,
+            springs_j: 0.0,
+            is_new: false,
+            kinetic_j: 0.0,
+            potential_j: 0.0,
+        }
+    }
+
+    pub fn is_slow_for(&self, time_s: f64) -> bool {
         let mut free = self.bodies.iter().filter_map(|body| body.free.as_ref());
         free.all(|free| free.slow_s >= time_s)
     }
 }
 
-impl World {
-    /// Finds out which bodies are to be solved together in the coming step, and wakes what something comes near to.
-    pub(in crate::world) fn regroup(&mut self) {
-        if self.islands.is_empty() {
-            return;
-        }
-        if self.steps.is_multiple_of(LOOKS_EVERY) {
-            self.take_apart();
-        }
-        self.put_together();
-        self.try_new();
-    }
-
-    /// Steps all islands that are awake, and lets those sleep that have come to rest.
-    pub(in crate::world) fn step_islands(&mut self) {
-        for at in 0..self.islands.awake.len() {
-            self.exchange(at);
-            self.step_together();
-            self.exchange(at);
-        }
-        let mut at = 0;
-        while at < self.islands.awake.len() {
-            if self.islands.awake[at].is_slow_for(SLEEPS_AFTER_S) {
-                self.lay_down(at);
-            } else {
-                at += 1;
-            }
-        }
-    }
-
-    /// Says how long each free body among the bodies has been slow.
-    pub(in crate::world) fn count_slow(&mut self, dt_s: f64) {
-        for body in &mut self.bodies {
-            let slow = is_slow(body);
-            if let Some(free) = &mut body.free {
-                free.slow_s = if slow { free.slow_s + dt_s } else { 0.0 };
-            }
-        }
-    }
-
-    /// Wakes the island of a body.
-    pub(in crate::world) fn wake(&mut self, id: FreeBodyId) {
-        if let Some(home) = self.islands.homes.get(&id).copied() {
-            let woken = self.islands.wake(home);
-            self.islands.awake.extend(woken);
-        }
-    }
-
-    /// Wakes all that sleeps.
-    pub(in crate::world) fn wake_all(&mut self) {
-        while let Some(home) = self.islands.asleep.keys().next().copied() {
-            let woken = self.islands.wake(home);
-            self.islands.awake.extend(woken);
-        }
-    }
-
-    fn lay_down(&mut self, at: usize) {
-        let island = self.islands.awake.remove(at);
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        let all = island.bodies.iter();
-        let kinetic_j = all.clone().map(Articulated::kinetic_j).sum();
-        let potential_j: f64 = all.map(|body| body.potential_j(&gravity)).sum();
-        let potential_j = potential_j + island.springs_j;
-        self.islands.let_sleep(island, (kinetic_j, potential_j));
-    }
-
-    /// Puts an island in the robots' place, or back.
-    fn exchange(&mut self, at: usize) {
-        let island = &mut self.islands.awake[at];
-        swap(&mut self.bodies, &mut island.bodies);
-        swap(&mut self.reactions, &mut island.reactions);
-        swap(&mut self.energies.springs_j, &mut island.springs_j);
-    }
-
-    /// Joins what comes near to each other, until nothing does.
-    fn put_together(&mut self) {
-        let dt_s = self.settings.dt_s;
-        loop {
-            let robots = near(&self.bodies, dt_s, 1.0);
-            let all = self.islands.awake.iter();
-            let islands: Vec<Vec<Bounds>> = all.map(|of| near(&of.bodies, dt_s, 1.0)).collect();
-            let woken = self.woken_by(std::iter::once(&robots).chain(&islands));
-            if !woken.is_empty() {
-                for home in woken {
-                    let island = self.islands.wake(home);
-                    self.islands.awake.extend(island);
-                }
-                continue;
-            }
-            if let Some(at) = islands.iter().position(|of| meet(of, &robots)) {
-                let island = self.islands.awake.remove(at);
-                self.energies.springs_j += island.springs_j;
-                absorb(
-                    (&mut self.bodies, &mut self.reactions),
-                    (island.bodies, island.reactions),
-                );
-                continue;
-            }
-            let pair = (0..islands.len()).find_map(|one| {
-                let mut others = one + 1..islands.len();
-                let other = others.find(|other| meet(&islands[one], &islands[*other]))?;
-                Some((one, other))
-            });
-            let Some((one, other)) = pair else {
-                return;
-            };
-            let island = self.islands.awake.remove(other);
-            let into = &mut self.islands.awake[one];
-            into.springs_j += island.springs_j;
-            into.is_new &= island.is_new;
-            absorb(
-                (&mut into.bodies, &mut into.reactions),
-                (island.bodies, island.reactions),
-            );
-        }
-    }
-
-    /// The places of what sleeps and is near to something that is awake.
-    fn woken_by<'a>(&self, awake: impl Iterator<Item = &'a Vec<Bounds>>) -> Vec<u32> {
-        let mut woken = Vec::new();
-        if self.islands.asleep.is_empty() {
-            return woken;
-        }
-        for bounds in awake.flatten() {
-            let around = rounded(bounds);
-            for home in self.islands.tree.intersect_aabb(&around) {
-                let island = &self.islands.asleep[&home];
-                let asleep = near(&island.bodies, self.settings.dt_s, 1.0);
-                if asleep.iter().any(|of| of.meets(bounds)) && !woken.contains(&home) {
-                    woken.push(home);
-                }
-            }
-        }
-        woken.sort_unstable();
-        woken
-    }
-
-    /// Parts what has come apart.
-    fn take_apart(&mut self) {
-        let only_robots = self.bodies.iter().all(|body| body.free.is_none());
-        if only_robots && self.islands.awake.is_empty() {
-            return;
-        }
-        let dt_s = self.settings.dt_s;
-        let mut parts = Vec::new();
-        let here = Island {
-            bodies: std::mem::take(&mut self.bodies),
-            reactions: std::mem::take(&mut self.reactions),
-            springs_j: 0.0,
-            is_new: false,
-            kinetic_j: 0.0,
-            potential_j: 0.0,
-        };
-        let robots = here.split(dt_s, &mut parts);
-        (self.bodies, self.reactions) = (robots.bodies, robots.reactions);
-        for island in std::mem::take(&mut self.islands.awake) {
-            let first = island.split(dt_s, &mut parts);
-            parts.push(first);
-        }
-        self.islands.awake = parts;
-    }
-
-    /// Lets islands sleep at once that were put down at rest, if they stay where they are.
-    fn try_new(&mut self) {
-        let mut at = 0;
-        while at < self.islands.awake.len() {
-            let island = &mut self.islands.awake[at];
-            let is_pushed = island.bodies.iter().any(|body| !body.pushes.is_empty());
-            if !std::mem::take(&mut island.is_new) || is_pushed {
-                at += 1;
-                continue;
-            }
-            let put_down = self.islands.awake[at].clone();
-            let (energies, residual_m_s) = (self.energies, self.residual_m_s);
-            self.exchange(at);
-            let before_j = self.energy_here_j();
-            let dt_s = self.settings.dt_s;
-            let stays = ROOM.with_borrow_mut(|room| {
-                self.reactions.swap_room(room);
-                let stays = (0..TRIED).all(|step| {
-                    self.advance(dt_s);
-                    // First it settles into its contacts.
-                    step < TRIED / 2 || self.bodies.iter().all(is_slow)
-                });
-                self.reactions.swap_room(room);
-                stays
-            });
-            let sank_j = before_j - self.energy_here_j();
-            let before = put_down.bodies.iter().zip(&self.bodies);
-            let stays = stays && before.into_iter().all(|(then, now)| has_stayed(then, now));
-            self.exchange(at);
-            self.energies = energies;
-            self.residual_m_s = residual_m_s;
-            if stays {
-                self.energies.impact_j += sank_j;
-                self.lay_down(at);
-            } else {
-                self.islands.awake[at] = put_down;
-                at += 1;
-            }
-        }
-    }
-
-    /// Energy of the bodies that are being stepped, in J.
-    fn energy_here_j(&self) -> f64 {
-        let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
-        let all = self.bodies.iter();
-        let of_all = all.map(|body| body.kinetic_j() + body.potential_j(&gravity));
-        of_all.sum::<f64>() + self.energies.springs_j
-    }
-}
-
 impl Island {
     /// Splits off what is apart from its first body and from all robots, as islands.
-    fn split(mut self, dt_s: f64, parts: &mut Vec<Self>) -> Self {
+    pub fn split(mut self, dt_s: f64, parts: &mut Vec<Self>) -> Self {
         loop {
             let bounds = near(&self.bodies, dt_s, APART);
             let robots = self.bodies.iter().take_while(|body| body.free.is_none());
@@ -434,22 +219,14 @@ impl Island {
                 if linked { &mut kept } else { &mut left }.push(body);
             }
             self.bodies = kept;
-            let left = Self {
-                bodies: left,
-                reactions,
-                springs_j: 0.0,
-                is_new: false,
-                kinetic_j: 0.0,
-                potential_j: 0.0,
-            };
-            let first = left.split(dt_s, parts);
+            let first = Self::of(left, reactions).split(dt_s, parts);
             parts.push(first);
         }
     }
 }
 
 /// Appends bodies with what acted on them.
-fn absorb(
+pub(super) fn absorb(
     (bodies, reactions): (&mut Vec<Articulated>, &mut Reactions),
     (more, of_more): (Vec<Articulated>, Reactions),
 ) {
@@ -457,17 +234,14 @@ fn absorb(
     bodies.extend(more);
 }
 
-fn is_slow(body: &Articulated) -> bool {
-    let turns_m_s = body.state.angular_rad_s.norm() * body.scale.length_m;
-    body.state.velocity_m_s.norm() + turns_m_s < SLOW * body.scale.speed_m_s()
+/// The identity of a free body; `None` of a robot.
+pub(super) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
+    body.free.as_ref().map(|free| free.id)
 }
 
-/// Whether a body is where it was but for what its contacts give.
-fn has_stayed(then: &Articulated, now: &Articulated) -> bool {
-    /// In its unit of length.
-    const SETTLES: f64 = 1e-4;
-    let moved_m = (now.state.center_m() - then.state.center_m()).norm();
-    moved_m < SETTLES * now.scale.length_m
+/// The place of a free body among bodies.
+pub(super) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
+    bodies.iter().position(|body| id_of(body) == Some(id))
 }
 
 /// A box around a body, its wheels and all.
@@ -481,7 +255,7 @@ fn bounds(body: &Articulated) -> Bounds {
 }
 
 /// Around each of some bodies, as far as it may be near to another in the coming step; some times as far.
-fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
+pub(super) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     let around = |body: &Articulated| {
         let rates = body.state.wheel_rates_rad_s().iter().zip(&body.wheels);
         let rims_m_s = rates.map(|(rate, wheel)| rate.abs() * wheel.reach_m);
@@ -493,13 +267,13 @@ fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     bodies.iter().map(around).collect()
 }
 
-fn meet(some: &[Bounds], others: &[Bounds]) -> bool {
+pub(super) fn meet(some: &[Bounds], others: &[Bounds]) -> bool {
     some.iter()
         .any(|one| others.iter().any(|other| one.meets(other)))
 }
 
 /// As f32 has it, and no smaller.
-fn rounded(bounds: &Bounds) -> Aabb {
+pub(super) fn rounded(bounds: &Bounds) -> Aabb {
     /// More than the rounding of a coordinate, of its size.
     const ROUNDED: f64 = 1e-6;
     let far_m = bounds.least_m.amax().max(bounds.most_m.amax());
@@ -508,11 +282,4 @@ fn rounded(bounds: &Bounds) -> Aabb {
         convert::vector(&grown.least_m),
         convert::vector(&grown.most_m),
     )
-}
-
-impl Energies {
-    /// What the islands have is not among the robots' own.
-    pub(in crate::world) fn stored_in_contacts_j(&self, islands: &Islands) -> f64 {
-        self.springs_j + self.treads_j + islands.springs_j()
-    }
 }

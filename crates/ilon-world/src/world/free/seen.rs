@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::query::Ray;
 use rapier3d::prelude::*;
 
-use super::id_of;
+use super::islands::id_of;
 use crate::contact::beside::solids;
 use crate::contact::solid::Solid;
 use crate::engine::convert;

@@ -1,0 +1,58 @@
+//! What a chassis carries, and what pushes it.
+
+use ilon_robot::MassProperties;
+use nalgebra::Vector3;
+
+use crate::WorldError;
+
+/// A mass fixed to the chassis: a point, so that what is large is given as several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Payload {
+    pub(crate) mass_kg: f64,
+    pub(crate) place_in_body_m: Vector3<f64>,
+}
+
+impl Payload {
+    /// A payload of a mass in kg at a place in the body frame, in metres.
+    ///
+    /// # Errors
+    /// [`WorldError::Setting`] for a mass that is not above 0, or a place that is nowhere.
+    pub fn new(mass_kg: f64, place_in_body_m: Vector3<f64>) -> Result<Self, WorldError> {
+        if !(mass_kg.is_finite() && mass_kg > 0.0) {
+            return Err(WorldError::Setting {
+                name: "mass_kg",
+                value: mass_kg,
+                range: "finite and above 0",
+            });
+        }
+        if let Some(bad) = place_in_body_m.iter().find(|x| !x.is_finite()) {
+            return Err(WorldError::Setting {
+                name: "place_in_body_m",
+                value: *bad,
+                range: "finite",
+            });
+        }
+        Ok(Self {
+            mass_kg,
+            place_in_body_m,
+        })
+    }
+}
+
+/// A push as it stands at the start of the step that it acts in, in the floor's frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ActingPush {
+    pub force_n: Vector3<f64>,
+    /// From the chassis's centre of mass to the place pushed.
+    pub lever_m: Vector3<f64>,
+    /// A moment beside the force's own.
+    pub moment_n_m: Vector3<f64>,
+}
+
+/// A chassis and what it carries, as one rigid body.
+pub(crate) fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
+    let carried = payloads.iter();
+    let carried = carried.map(|load| MassProperties::point(load.mass_kg, load.place_in_body_m));
+    let parts: Vec<MassProperties> = [bare.clone()].into_iter().chain(carried).collect();
+    MassProperties::merged(&parts).unwrap_or_else(|| bare.clone())
+}
