@@ -26,6 +26,8 @@ pub struct Frame {
     pub wanted: Option<Pose>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelFrame>,
+    /// Where each joint between bodies stands, in rad or m.
+    pub joints: Vec<f64>,
 }
 
 /// A wheel at one instant.
@@ -122,6 +124,11 @@ impl Frame {
                     ..WheelFrame::default()
                 })
                 .collect(),
+            joints: robot
+                .joints
+                .iter()
+                .map(|joint| joint.servo().map_or(0.0, |servo| servo.target))
+                .collect(),
             ..Self::default()
         }
     }
@@ -139,6 +146,7 @@ impl Frame {
             ghost,
             wanted,
             wheels,
+            joints,
         } = self;
         let mut values = vec![
             *t_s,
@@ -161,6 +169,7 @@ impl Frame {
             values.push(wheel.roller as f64);
             values.extend(&wheel.roller_angles_rad);
         }
+        values.extend(joints);
         values.into_iter().map(|x| x as f32).collect()
     }
 
@@ -181,10 +190,10 @@ impl Frames {
         Self::of(robot, [])
     }
 
-    /// Frames of a robot, later ones after earlier ones. A frame of another number of wheels or rollers is left out.
+    /// Frames of a robot, later ones after earlier ones. A frame of another number of wheels, rollers or joints is left out.
     pub fn of(robot: &Robot, frames: impl IntoIterator<Item = Frame>) -> Self {
         let rollers: Vec<usize> = robot.wheels.iter().map(|w| w.rollers.len()).collect();
-        let names = names(&rollers);
+        let names = names(&rollers, robot.joints.len());
         let mut values: Vec<Vec<f32>> = vec![Vec::new(); names.len()];
         let mut count = 0;
         for frame in frames {
@@ -209,8 +218,8 @@ impl Frames {
     }
 }
 
-/// All columns of a robot whose wheels have so many rollers.
-fn names(rollers: &[usize]) -> Vec<(String, Kind, Store)> {
+/// All columns of a robot whose wheels have so many rollers, and with so many joints between its bodies.
+fn names(rollers: &[usize], joints: usize) -> Vec<(String, Kind, Store)> {
     use Kind::{Angle, Line, Step};
     use Store::{Exact, Small};
     let of_body = [
@@ -249,6 +258,7 @@ fn names(rollers: &[usize]) -> Vec<(String, Kind, Store)> {
         names.extend(of_wheel.map(|(name, kind)| (format!("w{wheel}_{name}"), kind, Small)));
         names.extend((0..rollers).map(|r| (format!("w{wheel}_r{r}"), Angle, Small)));
     }
+    names.extend((0..joints).map(|joint| (format!("j{joint}"), Line, Small)));
     names
 }
 

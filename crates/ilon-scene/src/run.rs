@@ -1,7 +1,7 @@
 //! The frames of a recorded run.
 
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{Header, Projection, Record, Rows, WheelSample};
+use ilon_trace::{Header, JointSample, Projection, Record, Rows, WheelSample};
 
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
 
@@ -130,7 +130,15 @@ fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec
             ..wanted
         }
     };
+    let joints = header.joints.len();
+    let position = |joint| {
+        record
+            .joints
+            .get(joint)
+            .map_or(0.0, |of: &JointSample| of.position)
+    };
     Frame {
+        joints: (0..joints).map(position).collect(),
         t_s: record.t_s,
         pose: truth.pose,
         height_m: truth.height_m,

@@ -9,6 +9,7 @@ mod faults;
 mod floor;
 mod fusion;
 mod header;
+mod joint_targets;
 mod load;
 mod pilot;
 mod plant;
