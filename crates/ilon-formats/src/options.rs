@@ -189,6 +189,18 @@ pub struct JointOptions {
     pub friction_n: Option<f64>,
     /// Dry friction, >= 0, in N m; left out, the file's.
     pub friction_n_m: Option<f64>,
+    /// The most that a servo acts with, > 0, in N; left out, the file's limit.
+    pub effort_n: Option<f64>,
+    /// The most that a servo acts with, > 0, in N m; left out, the file's limit.
+    pub effort_n_m: Option<f64>,
+    /// How fast a servo's target moves at most, > 0, in m/s; left out, the file's limit.
+    pub rate_limit_m_s: Option<f64>,
+    /// How fast a servo's target moves at most, > 0, in rad/s; left out, the file's limit.
+    pub rate_limit_rad_s: Option<f64>,
+    /// A servo's target until it is given another, in m; left out, 0.
+    pub target_m: Option<f64>,
+    /// A servo's target until it is given another, in rad; left out, 0.
+    pub target_rad: Option<f64>,
 }
 
 /// What acts in a joint beside its damping and friction.
@@ -199,16 +211,31 @@ pub enum RoleOption {
     Free,
     /// A spring.
     Sprung,
+    /// A servo, whose stiffness and damping are left out or the spring's keys.
+    Driven,
     /// It does not move: its body is a part of what carries it.
     Held,
 }
 
+/// The numbers of [`JointOptions`], in the units of their joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct JointNumbers {
+    pub stiffness: Option<f64>,
+    pub damping: Option<f64>,
+    pub rest: Option<f64>,
+    pub preload: Option<f64>,
+    pub friction: Option<f64>,
+    pub effort: Option<f64>,
+    pub rate_limit: Option<f64>,
+    pub target: Option<f64>,
+}
+
 impl JointOptions {
-    /// Stiffness, damping, rest, preload and friction in the units of a joint that slides or turns.
+    /// Its numbers in the units of a joint that slides or turns.
     ///
     /// # Errors
     /// In words, where one is given in the other's unit, or out of its range.
-    pub(crate) fn numbers(&self, slides: bool) -> Result<[Option<f64>; 5], String> {
+    pub(crate) fn numbers(&self, slides: bool) -> Result<JointNumbers, String> {
         let pairs = [
             (
                 ("stiffness_n_m", self.stiffness_n_m),
@@ -227,8 +254,14 @@ impl JointOptions {
                 ("friction_n", self.friction_n),
                 ("friction_n_m", self.friction_n_m),
             ),
+            (("effort_n", self.effort_n), ("effort_n_m", self.effort_n_m)),
+            (
+                ("rate_limit_m_s", self.rate_limit_m_s),
+                ("rate_limit_rad_s", self.rate_limit_rad_s),
+            ),
+            (("target_m", self.target_m), ("target_rad", self.target_rad)),
         ];
-        let mut numbers = [None; 5];
+        let mut numbers = [None; 8];
         for (index, (of_slide, of_turn)) in pairs.into_iter().enumerate() {
             let (own, other) = if slides {
                 (of_slide, of_turn)
@@ -243,7 +276,7 @@ impl JointOptions {
                 ));
             }
             let (least, range) = match index {
-                0 => (f64::MIN_POSITIVE, "finite and above 0"),
+                0 | 5 | 6 => (f64::MIN_POSITIVE, "finite and above 0"),
                 1 | 4 => (0.0, "finite and not below 0"),
                 _ => (f64::MIN, "finite"),
             };
@@ -254,6 +287,25 @@ impl JointOptions {
             }
             numbers[index] = own.1;
         }
-        Ok(numbers)
+        let [
+            stiffness,
+            damping,
+            rest,
+            preload,
+            friction,
+            effort,
+            rate_limit,
+            target,
+        ] = numbers;
+        Ok(JointNumbers {
+            stiffness,
+            damping,
+            rest,
+            preload,
+            friction,
+            effort,
+            rate_limit,
+            target,
+        })
     }
 }

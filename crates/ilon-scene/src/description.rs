@@ -68,6 +68,9 @@ pub struct RobotShape {
     pub nose: [f32; 3],
     /// The chassis, in the body frame.
     pub chassis: Vec<Shape>,
+    /// The bodies on joints of their own, parents before their children.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyShape>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelShape>,
     /// Outlines of rollers: points `[z, r]` along and across the axis, from one end to the other. Rollers share them.
@@ -118,14 +121,34 @@ pub struct PlacedMesh {
     pub scale: [f32; 3],
 }
 
+/// A body on a joint: a rocker, an arm, a lift.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct BodyShape {
+    /// The name of its joint.
+    pub name: String,
+    /// Which body carries it, by its place among [`RobotShape::bodies`]; the chassis where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parent: Option<usize>,
+    /// Pose of the joint in the body frame while all joints stand at zero; it moves about its z axis, or along it.
+    pub body_from_joint: [f32; 7],
+    /// Whether it slides.
+    pub slides: bool,
+    /// The body, in the body frame while all joints stand at zero.
+    pub shapes: Vec<Shape>,
+}
+
 /// A wheel: hub and rollers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct WheelShape {
     /// The name of its joint.
     pub name: String,
-    /// Pose of the hub frame in the body frame at wheel angle zero.
+    /// Pose of the hub frame in the body frame at wheel angle zero, and while all joints stand at zero.
     pub body_from_hub: [f32; 7],
+    /// Which body carries it, by its place among [`RobotShape::bodies`]; the chassis where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub carrier: Option<usize>,
     /// The wheel's radius.
     pub radius_m: f32,
     /// The angle gamma from the hub axis to the rolling direction of the lowest roller.

@@ -28,6 +28,8 @@ pub struct Frame {
     pub wheels: Vec<WheelFrame>,
     /// Free bodies, in the order of [`crate::Description::bodies`]: the place of the middle in metres, and roll, pitch and heading in radians.
     pub bodies: Vec<[f64; 6]>,
+    /// Where each joint between bodies stands, in rad or m.
+    pub joints: Vec<f64>,
 }
 
 /// A wheel at one instant.
@@ -124,6 +126,11 @@ impl Frame {
                     ..WheelFrame::default()
                 })
                 .collect(),
+            joints: robot
+                .joints
+                .iter()
+                .map(|joint| joint.servo().map_or(0.0, |servo| servo.target))
+                .collect(),
             ..Self::default()
         }
     }
@@ -142,6 +149,7 @@ impl Frame {
             wanted,
             wheels,
             bodies,
+            joints,
         } = self;
         let mut values = vec![
             *t_s,
@@ -165,6 +173,7 @@ impl Frame {
             values.extend(&wheel.roller_angles_rad);
         }
         values.extend(bodies.iter().flatten());
+        values.extend(joints);
         values.into_iter().map(|x| x as f32).collect()
     }
 
@@ -185,7 +194,7 @@ impl Frames {
         Self::of(robot, [])
     }
 
-    /// Frames of a robot without free bodies, later ones after earlier ones. A frame of another number of wheels or rollers is left out.
+    /// Frames of a robot without free bodies, later ones after earlier ones. A frame of another number of wheels, rollers or joints is left out.
     pub fn of(robot: &Robot, frames: impl IntoIterator<Item = Frame>) -> Self {
         Self::beside(robot, 0, frames)
     }
@@ -193,7 +202,7 @@ impl Frames {
     /// As [`Frames::of`], beside so many free bodies; a frame of another number of those is left out as well.
     pub fn beside(robot: &Robot, bodies: usize, frames: impl IntoIterator<Item = Frame>) -> Self {
         let rollers: Vec<usize> = robot.wheels.iter().map(|w| w.rollers.len()).collect();
-        let names = names(&rollers, bodies);
+        let names = names(&rollers, bodies, robot.joints.len());
         let mut values: Vec<Vec<f32>> = vec![Vec::new(); names.len()];
         let mut count = 0;
         for frame in frames {
@@ -218,8 +227,8 @@ impl Frames {
     }
 }
 
-/// All columns of a robot whose wheels have so many rollers, beside so many bodies.
-fn names(rollers: &[usize], bodies: usize) -> Vec<(String, Kind, Store)> {
+/// All columns of a robot whose wheels have so many rollers, beside so many free bodies, and with so many joints between its own.
+fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Kind, Store)> {
     use Kind::{Angle, Line, Step};
     use Store::{Exact, Small};
     let of_body = [
@@ -269,6 +278,7 @@ fn names(rollers: &[usize], bodies: usize) -> Vec<(String, Kind, Store)> {
     for body in 0..bodies {
         names.extend(of_free.map(|(name, kind, store)| (format!("b{body}_{name}"), kind, store)));
     }
+    names.extend((0..joints).map(|joint| (format!("j{joint}"), Line, Small)));
     names
 }
 

@@ -1,10 +1,13 @@
 //! The robot's shapes, from its model and from what its file shows.
 
-use ilon_robot::{Collision, CollisionShape, Looks, Mesh, Robot, Roller, RollerForm, Wheel};
+use ilon_robot::{
+    Collision, CollisionShape, JointKind, Looks, Mesh, Robot, Roller, RollerForm, Wheel,
+};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::description::{
-    Description, Floor, Form, PlacedMesh, RobotShape, RollerShape, Shape, WheelShape, pose,
+    BodyShape, Description, Floor, Form, PlacedMesh, RobotShape, RollerShape, Shape, WheelShape,
+    pose,
 };
 use crate::outline;
 use crate::visuals::{self, Visuals};
@@ -86,6 +89,7 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
         WheelShape {
             name: wheel.name.clone(),
             body_from_hub: pose(&wheel.body_from_hub),
+            carrier: wheel.carrier,
             radius_m: wheel.radius_m as f32,
             gamma_rad: wheel.gamma_rad as f32,
             rollers: rollers.collect(),
@@ -103,8 +107,10 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
         }
     });
     let mut wheels: Vec<WheelShape> = wheels.collect();
+    let mut bodies = bodies(robot, visuals);
     let hubs = wheels.iter_mut().flat_map(|wheel| &mut wheel.hub);
-    let meshes = meshes(chassis.iter_mut().chain(hubs), looks);
+    let of_bodies = bodies.iter_mut().flat_map(|body| &mut body.shapes);
+    let meshes = meshes(chassis.iter_mut().chain(hubs).chain(of_bodies), looks);
     // From here on shapes refer to the meshes of the scene.
     let looks = &looks.with_meshes(meshes);
     let corners: Vec<Vector3<f64>> = chassis.iter().flat_map(|s| corners(s, looks)).collect();
@@ -129,12 +135,32 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &Looks) -> RobotShape {
             (furthest(2) + 0.02 * reach_m) as f32,
         ],
         chassis,
+        bodies,
         wheels,
         lathes,
         meshes: looks.meshes.clone(),
         meshes_left_out: left_out,
         remarks,
     }
+}
+
+/// The bodies on joints, as their file shows them, or else by their collision shapes.
+fn bodies(robot: &Robot, visuals: &Visuals) -> Vec<BodyShape> {
+    let body = |(index, joint): (usize, &ilon_robot::BodyJoint)| {
+        let mut shapes = visuals.bodies.get(index).cloned().unwrap_or_default();
+        if shapes.is_empty() {
+            let collisions = joint.body.collisions.iter();
+            shapes = collisions.flat_map(shapes_of_collision).collect();
+        }
+        BodyShape {
+            name: joint.name.clone(),
+            parent: joint.parent,
+            body_from_joint: pose(&joint.body_from_joint),
+            slides: joint.kind == JointKind::Slides,
+            shapes,
+        }
+    };
+    robot.joints.iter().enumerate().map(body).collect()
 }
 
 /// A mesh that reaches further than so many times the robot's wheels is in other units than metres.

@@ -1,7 +1,9 @@
 //! The frames of a recorded run.
 
 use ilon_robot::{Pose, Robot};
-use ilon_trace::{BodyHeader, BodyShape, Header, Projection, Record, Rows, WheelSample};
+use ilon_trace::{
+    BodyHeader, BodyShape, Header, JointSample, Projection, Record, Rows, WheelSample,
+};
 
 use crate::description::{Form, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
@@ -153,8 +155,16 @@ fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec
         let [x, y, z] = body.place_m;
         [x, y, z, body.roll_rad, body.pitch_rad, body.heading_rad]
     });
+    let joints = header.joints.len();
+    let position = |joint| {
+        record
+            .joints
+            .get(joint)
+            .map_or(0.0, |of: &JointSample| of.position)
+    };
     Frame {
         bodies: bodies.collect(),
+        joints: (0..joints).map(position).collect(),
         t_s: record.t_s,
         pose: truth.pose,
         height_m: truth.height_m,

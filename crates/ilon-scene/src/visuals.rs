@@ -14,10 +14,21 @@ use crate::description::{Form, PlacedMesh, Shape, pose};
 pub(crate) struct Visuals {
     /// In the body frame.
     pub(crate) chassis: Vec<Shape>,
+    /// Of the body on each joint, in the body frame while all joints stand at zero.
+    pub(crate) bodies: Vec<Vec<Shape>>,
     /// Of each wheel, in its hub frame.
     pub(crate) hubs: Vec<Vec<Shape>>,
     /// How many meshes of chassis and hubs are left out.
     pub(crate) meshes: usize,
+}
+
+/// What a link is a part of.
+#[derive(Clone, Copy)]
+enum Of {
+    Chassis,
+    /// The body on a joint.
+    Body(usize),
+    Wheel(usize),
 }
 
 /// Reads them from a text that the robot was read from. What is not well formed shows nothing.
@@ -71,6 +82,7 @@ impl<'a, 'input> File<'a, 'input> {
 
     fn visuals(&self, robot: &Robot) -> Visuals {
         let mut visuals = Visuals {
+            bodies: vec![Vec::new(); robot.joints.len()],
             hubs: vec![Vec::new(); robot.wheels.len()],
             ..Visuals::default()
         };
@@ -79,31 +91,40 @@ impl<'a, 'input> File<'a, 'input> {
         let rollers = robot.wheels.iter().flat_map(|w| &w.rollers);
         let rollers: HashSet<&str> = rollers.map(|r| r.name.as_str()).collect();
 
-        // Which body a link belongs to: the chassis, or a wheel.
+        let joints = robot.joints.iter().enumerate();
+        let joints: HashMap<&str, usize> = joints.map(|(i, j)| (j.name.as_str(), i)).collect();
+        // Which body a link belongs to: the chassis, that of a joint, or a wheel.
         let roots = self.links.keys().filter(|l| !self.children.contains(*l));
-        let mut waiting: Vec<(&str, Isometry3<f64>, Option<usize>)> =
-            roots.map(|l| (*l, Isometry3::identity(), None)).collect();
+        let mut waiting: Vec<(&str, Isometry3<f64>, Of)> = roots
+            .map(|l| (*l, Isometry3::identity(), Of::Chassis))
+            .collect();
         let mut seen = HashSet::new();
-        while let Some((link, body_from_link, wheel)) = waiting.pop() {
+        while let Some((link, body_from_link, of)) = waiting.pop() {
             // A loop would never end; no robot is read from a file with one.
             let Some(node) = self.links.get(link).filter(|_| seen.insert(link)) else {
                 continue;
             };
-            let carrier_from_link = match wheel {
-                Some(wheel) => robot.wheels[wheel].body_from_hub.inverse() * body_from_link,
-                None => body_from_link,
+            let carrier_from_link = match of {
+                Of::Wheel(wheel) => robot.wheels[wheel].body_from_hub.inverse() * body_from_link,
+                Of::Chassis | Of::Body(_) => body_from_link,
             };
             let shown = self.shown(*node, &carrier_from_link, &mut visuals.meshes);
-            match wheel {
-                Some(wheel) => visuals.hubs[wheel].extend(shown),
-                None => visuals.chassis.extend(shown),
+            match of {
+                Of::Chassis => visuals.chassis.extend(shown),
+                Of::Body(joint) => visuals.bodies[joint].extend(shown),
+                Of::Wheel(wheel) => visuals.hubs[wheel].extend(shown),
             }
             for joint in self.below.get(link).into_iter().flatten() {
                 let name = joint.attribute("name").unwrap_or_default();
                 let end = child(*joint, "child").and_then(|n| n.attribute("link"));
                 if let Some(end) = end.filter(|_| !rollers.contains(name)) {
-                    let of = wheel.or_else(|| wheels.get(name).copied());
-                    waiting.push((end, body_from_link * origin(*joint), of));
+                    let below = match (of, wheels.get(name), joints.get(name)) {
+                        (Of::Wheel(_), ..) => of,
+                        (_, Some(wheel), _) => Of::Wheel(*wheel),
+                        (_, None, Some(joint)) => Of::Body(*joint),
+                        (_, None, None) => of,
+                    };
+                    waiting.push((end, body_from_link * origin(*joint), below));
                 }
             }
         }

@@ -3,7 +3,7 @@
 //! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names, and every joint one of its
 //! child link. A URDF hangs links by their joints: here a link's frame is that of the joint above it.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
@@ -13,7 +13,7 @@ use super::choice::with_most_wheels;
 use super::malformed::of_xml;
 use super::writer::{JointOf, ShapeOf, Writer, escaped};
 use crate::error::{Fault, RobotError};
-use crate::model::Remark;
+use crate::model::{JointSpring, Remark};
 use crate::urdf::Prepared;
 use crate::xml;
 
@@ -48,6 +48,7 @@ pub(super) fn converted(file: &str, text: &str) -> Result<Prepared, RobotError> 
         };
         let mut prepared = Prepared::as_it_is(file, "");
         let (urdf, origins) = reader.write(file, text, &mut prepared.remarks)?;
+        prepared.springs = reader.springs();
         prepared.text = urdf.into();
         prepared.origins = origins;
         if models.len() > 1 {
@@ -368,6 +369,21 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             },
         );
         Ok(())
+    }
+
+    /// The springs in its joints: on the body they act with -stiffness (q - reference).
+    fn springs(&self) -> BTreeMap<String, JointSpring> {
+        let spring = |node: Node| {
+            let moves = node.attribute("type") != Some("ball");
+            let dynamics = child(child(node, "axis").filter(|_| moves)?, "dynamics")?;
+            let spring = JointSpring {
+                stiffness: number_of(dynamics, "spring_stiffness").filter(|k| *k > 0.0)?,
+                rest: number_of(dynamics, "spring_reference").unwrap_or(0.0),
+                preload: 0.0,
+            };
+            Some((node.attribute("name")?.to_owned(), spring))
+        };
+        self.all("joint").filter_map(spring).collect()
     }
 
     /// The axis in the joint's frame.

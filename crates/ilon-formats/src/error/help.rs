@@ -97,7 +97,7 @@ impl Fault {
                 "join them by fixed joints, so that one root is left, or remove what does not belong"
             }
             Self::JointRole { .. } => {
-                "a joint that carries wheels may be `free`, `sprung` with a stiffness, or `held`"
+                "a joint between bodies may be `free`, `sprung` with a stiffness, `driven` by a servo, or `held`"
             }
             Self::NoMass => "add an `<inertial>` with mass and inertia",
             Self::TooFewWheels { .. } => {

@@ -7,6 +7,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
+use super::asked_joint::{Role, asked, refused};
 use super::check;
 use super::from_options::Given;
 use super::loading::Loading;
@@ -14,11 +15,12 @@ use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
 use crate::error::{Fault, RobotError};
-use crate::options::{JointOptions, RoleOption};
-use ilon_robot::{Body, BodyJoint, Coupling, JointKind, JointRole, JointSpring, Remark, Wheel};
+use ilon_robot::{
+    Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Wheel,
+};
 
 /// Joints that may follow one another from the chassis to a wheel's own.
-const DEEPEST: usize = 3;
+const DEEPEST: usize = 6;
 
 /// The joints of the file that move bodies, parents before their children.
 #[derive(Debug, Default)]
@@ -26,19 +28,54 @@ pub(super) struct Linkage {
     joints: Vec<(usize, Role)>,
 }
 
-#[derive(Clone, Debug)]
-struct Role {
-    role: JointRole,
-    damping: f64,
-    friction: f64,
-    /// Why it moves, in words.
-    why: String,
-}
-
 impl Linkage {
     /// The joints, by their numbers in the tree.
     pub(super) fn joints(&self) -> impl Iterator<Item = usize> {
         self.joints.iter().map(|(joint, _)| *joint)
+    }
+
+    /// Gives the servos of a robot their gains: where they are left out, those that swing what the joint moves while all others are held at
+    /// [`JointServo::FREQUENCY_HZ`], critically damped.
+    pub(super) fn set_gains(&self, robot: &mut Robot) -> Vec<Remark> {
+        let mut remarks = Vec::new();
+        for (index, (_, role)) in self.joints.iter().enumerate() {
+            let inertia = robot.inertia_on_joint(index);
+            let joint = &mut robot.joints[index];
+            let JointRole::Driven(servo) = &mut joint.role else {
+                continue;
+            };
+            let [stiffness, damping] = role.gains;
+            servo.stiffness = stiffness.unwrap_or(JointServo::stiffness_for(inertia));
+            servo.damping = damping.unwrap_or(JointServo::damping_for(inertia, servo.stiffness));
+            let [n, rad, of] = match joint.kind {
+                JointKind::Turns => ["N m", "rad", "kg m^2"],
+                JointKind::Slides => ["N", "m", "kg"],
+            };
+            let chosen = match role.gains {
+                [None, None] => format!(
+                    ", which swing the {inertia:.4} {of} that it moves at {} Hz, critically damped",
+                    JointServo::FREQUENCY_HZ
+                ),
+                [Some(_), None] => ", which is critical".to_owned(),
+                _ => String::new(),
+            };
+            let most = |value: f64, unit: &str| {
+                if value.is_finite() {
+                    format!("{value} {unit}")
+                } else {
+                    "no limit".to_owned()
+                }
+            };
+            let words = format!(
+                "driven: a servo of {:.5} {n}/{rad} and {:.5} {n} s/{rad}{chosen}; effort: {}, rate: {}",
+                servo.stiffness,
+                servo.damping,
+                most(servo.effort, n),
+                most(servo.rate_limit, &format!("{rad}/s")),
+            );
+            remarks.push(Remark::new(format!("joint `{}`", joint.name), words));
+        }
+        remarks
     }
 
     fn place_of(&self, joint: usize) -> Option<usize> {
@@ -48,7 +85,7 @@ impl Linkage {
 
 /// Decides which joints move.
 pub(super) fn decide(
-    loading: &Loading,
+    loading: &mut Loading,
     candidates: &[Candidate],
     given: &[Given],
 ) -> Result<Linkage, RobotError> {
@@ -68,6 +105,18 @@ pub(super) fn decide(
     for (joint, above) in from_the_top(tree) {
         let is_wheel = wheels_and_rollers.contains(&joint);
         let in_wheel = above.iter().any(|at| wheels_and_rollers.contains(at));
+        if is_wheel
+            && loading
+                .source
+                .prepared
+                .springs
+                .contains_key(&tree.joints[joint].name)
+        {
+            let subject = format!("joint `{}`", tree.joints[joint].name);
+            let words =
+                "the file's spring in it is not simulated: it is a wheel's or a roller's own joint";
+            loading.remarks.push(Remark::new(subject, words));
+        }
         if is_wheel || in_wheel || tree.joints[joint].motion == Motion::Fixed {
             continue;
         }
@@ -79,7 +128,15 @@ pub(super) fn decide(
         let options = loading.options.joints.get(&tree.joints[joint].name);
         let role = match options {
             Some(options) => asked(loading, joint, options)?,
-            None => default_role(tree, joint, &carried, &driven),
+            None => match loading
+                .source
+                .prepared
+                .springs
+                .get(&tree.joints[joint].name)
+            {
+                Some(spring) => sprung(loading, joint, spring),
+                None => default_role(tree, joint, &carried, &driven),
+            },
         };
         let Some(role) = role else { continue };
         check_joint(loading, joint)?;
@@ -156,8 +213,10 @@ pub(super) fn assemble(
             damping: role.damping,
             friction: role.friction,
         });
-        let subject = format!("joint `{}`", of.name);
-        loading.remarks.push(Remark::new(subject, role.why.clone()));
+        if !role.why.is_empty() {
+            let subject = format!("joint `{}`", of.name);
+            loading.remarks.push(Remark::new(subject, role.why.clone()));
+        }
     }
     for wheel in wheels {
         let hub = tree
@@ -248,11 +307,48 @@ fn default_role(
         role: JointRole::Free,
         damping: of.losses.damping_n_m_s,
         friction: of.losses.friction_n_m,
+        gains: [None; 2],
         why: format!(
             "free: nothing drives it (effort 0), and it carries wheels on both sides of its axis ({}), between {:.4} and {:.4} rad",
             named(tree, carried),
             of.travel[0],
             of.travel[1]
+        ),
+    })
+}
+
+/// The spring that the file gives a joint; `None` where nothing can swing on it, which is remarked.
+fn sprung(loading: &mut Loading, joint: usize, spring: &JointSpring) -> Option<Role> {
+    let tree = loading.tree;
+    let of = &tree.joints[joint];
+    let [n, rad] = if of.slides {
+        ["N", "m"]
+    } else {
+        ["N m", "rad"]
+    };
+    let has_mass = tree.links[of.child].mass.is_some();
+    if !has_mass || of.travel[0] >= of.travel[1] {
+        let why = if has_mass {
+            "its limits leave it no way"
+        } else {
+            "it moves a link without mass"
+        };
+        let words = format!(
+            "the file's spring of {} {n}/{rad} does nothing: {why}",
+            spring.stiffness
+        );
+        let subject = format!("joint `{}`", of.name);
+        loading.remarks.push(Remark::new(subject, words));
+        return None;
+    }
+    Some(Role {
+        role: JointRole::Sprung(*spring),
+        damping: of.losses.damping_n_m_s,
+        friction: of.losses.friction_n_m,
+        gains: [None; 2],
+        why: format!(
+            "sprung, {} {n}/{rad} about {} {rad}, with {} {n} s/{rad} of damping: as the file says",
+            spring.stiffness, spring.rest, of.losses.damping_n_m_s
         ),
     })
 }
@@ -263,69 +359,6 @@ fn named(tree: &Tree, joints: &[usize]) -> String {
         .map(|joint| format!("`{}`", tree.joints[*joint].name))
         .collect();
     names.join(", ")
-}
-
-/// What a person asks of a joint; `None` where it shall be held.
-fn asked(
-    loading: &Loading,
-    joint: usize,
-    options: &JointOptions,
-) -> Result<Option<Role>, RobotError> {
-    let of = &loading.tree.joints[joint];
-    let fail = |words: String| Err(refused(loading, joint, words));
-    if of.motion == Motion::Other && !of.slides {
-        return fail(
-            "it floats or moves in a plane; give it a role where it turns or slides along one axis"
-                .to_owned(),
-        );
-    }
-    let [stiffness, damping, rest, preload, friction] = match options.numbers(of.slides) {
-        Ok(numbers) => numbers,
-        Err(words) => return fail(words),
-    };
-    let unit = if of.slides { "n_m" } else { "n_m_rad" };
-    let role = match (options.role, stiffness) {
-        (Some(RoleOption::Held), None) if damping.or(rest).or(preload).or(friction).is_none() => {
-            return Ok(None);
-        }
-        (Some(RoleOption::Held), _) => {
-            return fail("it is held, and what it is given else says how it moves: leave that out, or make it `sprung`".to_owned());
-        }
-        (Some(RoleOption::Sprung), None) => {
-            return fail(format!(
-                "it is sprung without a stiffness: gravity would run it to its stop; give it `stiffness_{unit}`"
-            ));
-        }
-        (Some(RoleOption::Free), None) if rest.or(preload).is_none() => JointRole::Free,
-        (Some(RoleOption::Free), _) => {
-            return fail(
-                "it is free, and has a spring: leave the spring out, or make it `sprung`"
-                    .to_owned(),
-            );
-        }
-        (Some(RoleOption::Sprung) | None, Some(stiffness)) => JointRole::Sprung(JointSpring {
-            stiffness,
-            rest: rest.unwrap_or(0.0),
-            preload: preload.unwrap_or(0.0),
-        }),
-        (None, None) => {
-            return fail(format!(
-                "nobody says what it does: give it a `role`, or `stiffness_{unit}`"
-            ));
-        }
-    };
-    let says = if let JointRole::Sprung(spring) = role {
-        let unit = if of.slides { "N/m" } else { "N m/rad" };
-        format!("sprung, {} {unit}", spring.stiffness)
-    } else {
-        "free".to_owned()
-    };
-    Ok(Some(Role {
-        role,
-        damping: damping.unwrap_or(of.losses.damping_n_m_s),
-        friction: friction.unwrap_or(of.losses.friction_n_m),
-        why: format!("{says}: as it was asked for"),
-    }))
 }
 
 /// Refuses what is asked of joints that are not there, or that are wheels and rollers.
@@ -360,11 +393,4 @@ fn check_joint(loading: &Loading, joint: usize) -> Result<(), RobotError> {
         "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
     );
     Err(refused(loading, joint, words))
-}
-
-fn refused(loading: &Loading, joint: usize, reason: String) -> RobotError {
-    let name = &loading.tree.joints[joint].name;
-    loading
-        .source
-        .joint_error(name, Fault::JointRole { reason })
 }

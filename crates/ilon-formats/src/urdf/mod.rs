@@ -7,6 +7,7 @@
 //! says so ([`infer`]), and the whole is checked ([`check`]). Faults are errors, all of a stage at once ([`faults`]); what is
 //! ignored, assumed or doubted is remarked. [`visual_meshes`] reads what is only seen. [`repair`] changes the text where an error can be repaired.
 
+mod asked_joint;
 mod body;
 mod candidates;
 mod check;
@@ -88,7 +89,7 @@ pub(crate) fn read(prepared: &Prepared, options: &LoadOptions) -> Result<Read, R
     };
     let candidates = recognise::find(&tree);
     let (given, rollers, inferred) = bare_wheels(&mut loading, &candidates)?;
-    let linkage = linkage::decide(&loading, &candidates, &given)?;
+    let linkage = linkage::decide(&mut loading, &candidates, &given)?;
     let wheels = wheels(&mut loading, &candidates, &given, rollers.as_ref())?;
     let robot = assemble(loading, wheels, (&candidates, &given), &linkage)?;
     Ok(Read {
@@ -320,8 +321,7 @@ fn assemble(
         ..
     } = loading;
     remarks.extend(source.ignored_elements());
-    source.place(&mut remarks);
-    let robot = Robot {
+    let mut robot = Robot {
         name: source
             .robot()
             .attribute("name")
@@ -331,8 +331,11 @@ fn assemble(
         joints,
         couplings,
         wheels,
-        remarks,
+        remarks: Vec::new(),
     };
+    remarks.extend(linkage.set_gains(&mut robot));
+    source.place(&mut remarks);
+    robot.remarks = remarks;
     Ok((robot, outlines))
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::model::{DriveTrain, Remark};
+use crate::model::{DriveTrain, JointSpring, Remark};
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +29,8 @@ pub(crate) struct Prepared {
     pub(crate) remarks: Vec<Remark>,
     /// What is known of the drives beyond what URDF can say, by their joints.
     pub(crate) drives: BTreeMap<String, DriveTrain>,
+    /// Springs, of which URDF knows nothing, by their joints.
+    pub(crate) springs: BTreeMap<String, JointSpring>,
     /// Macros that were defined and not called.
     pub(crate) uncalled_macros: Vec<String>,
     /// Files beside it that include it.
@@ -51,6 +53,7 @@ impl Prepared {
             origins: Vec::new(),
             remarks: Vec::new(),
             drives: BTreeMap::new(),
+            springs: BTreeMap::new(),
             uncalled_macros: Vec::new(),
             callers: Vec::new(),
             sizes: Vec::new(),

@@ -1,7 +1,7 @@
 //! Joints that are neither a wheel's nor a roller's: which of them move, what is read of them, and which are refused.
 
 use ilon_formats::{JointOptions, LoadOptions, LoadRobot, Loaded, RoleOption};
-use ilon_robot::{JointKind, JointRole, Robot};
+use ilon_robot::{JointKind, JointRole, JointServo, JointSpring, Robot};
 use nalgebra::Vector3;
 use test_case::test_case;
 
@@ -169,4 +169,154 @@ fn a_mimic_joint_is_coupled_to_the_joint_that_it_follows() {
         ("bar_joint", "rock")
     );
     assert_eq!((coupling.factor, coupling.offset), (-0.5, 0.01));
+}
+
+const DRIVEN: &str = r#"<limit lower="-0.1" upper="0.1" effort="5" velocity="2"/>"#;
+
+/// A servo has the limits of the file and the gains of what it moves, so that naming the role is enough.
+#[test]
+fn a_driven_joint_has_the_limits_of_its_file_and_gains_of_what_it_moves() {
+    let driven = with(|o| o.role = Some(RoleOption::Driven));
+    let text = text(ROCKER, DRIVEN, MASS);
+    let robot = load(&text, &[("rock", driven.clone())]).unwrap().robot;
+    let servo = *robot.joints[0].servo().expect("it is driven");
+    // Two wheels of 0.5 kg at 0.13 m, as points, and the body's own inertia.
+    let inertia = 2.0 * 0.5 * 0.13 * 0.13 + 3.5e-4;
+    let expected = JointServo {
+        effort: 5.0,
+        rate_limit: 2.0,
+        ..JointServo::for_inertia(inertia)
+    };
+    assert!((servo.stiffness / expected.stiffness - 1.0).abs() < 1e-9);
+    assert!((servo.damping / expected.damping - 1.0).abs() < 1e-9);
+    assert_eq!((servo.effort, servo.rate_limit), (5.0, 2.0));
+    assert!(remarked(&robot, "joint `rock`", "10 Hz, critically damped"));
+    let said = with(|o| {
+        (o.role, o.stiffness_n_m_rad) = (Some(RoleOption::Driven), Some(400.0));
+        (o.effort_n_m, o.rate_limit_rad_s, o.target_rad) = (Some(3.0), Some(1.0), Some(0.05));
+    });
+    let robot = load(&text, &[("rock", said)]).unwrap().robot;
+    let servo = *robot.joints[0].servo().expect("it is driven");
+    assert_eq!((servo.stiffness, servo.effort), (400.0, 3.0));
+    assert_eq!((servo.rate_limit, servo.target), (1.0, 0.05));
+    assert!((servo.damping - JointServo::damping_for(inertia, 400.0)).abs() < 1e-9);
+}
+
+fn servo(change: impl Fn(&mut JointOptions)) -> JointOptions {
+    with(|o| {
+        o.role = Some(RoleOption::Driven);
+        change(o);
+    })
+}
+
+#[test_case(servo(|o| o.effort_n = Some(1.0)), "write `effort_n_m`"; "the effort of a slide")]
+#[test_case(servo(|o| o.effort_n_m = Some(0.0)), "above 0"; "no effort")]
+#[test_case(servo(|o| o.rate_limit_rad_s = Some(-1.0)), "above 0"; "a rate below zero")]
+#[test_case(servo(|o| o.target_rad = Some(0.2)), "beyond its limits"; "a target beyond the limits")]
+#[test_case(servo(|o| o.preload_n_m = Some(1.0)), "preload of a spring"; "a spring's preload")]
+#[test_case(with(|o| o.target_rad = Some(0.1)), "role = \"driven\""; "a target without a servo")]
+#[test_case(with(|o| (o.role, o.effort_n_m) = (Some(RoleOption::Free), Some(1.0))), "role = \"driven\""; "the effort of a free joint")]
+fn what_no_servo_can_be_is_refused_in_words(asked: JointOptions, words: &str) {
+    let error = load(&text(ROCKER, DRIVEN, MASS), &[("rock", asked)]).unwrap_err();
+    assert!(error.contains(words) && error.contains("rock"), "{error}");
+}
+
+/// Four wheels of which the front ones hang by joint `rock`, in SDF; `dynamics` is what is in that joint.
+fn sdf(dynamics: &str) -> String {
+    let inertial = |mass: f64| {
+        format!(
+            "<inertial><mass>{mass}</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial>"
+        )
+    };
+    let mut text = format!(
+        r#"<sdf version="1.9"><model name="r"><link name="base">{}</link>
+        <link name="rocker"><pose>0.15 0 0.01 0 0 0</pose>{}</link>
+        <joint name="rock" type="prismatic"><parent>base</parent><child>rocker</child>
+        <axis><xyz>0 0 1</xyz><limit><lower>-0.02</lower><upper>0.03</upper></limit>{dynamics}</axis></joint>"#,
+        inertial(8.0),
+        inertial(0.5)
+    );
+    for (name, parent, x, y) in [
+        ("front_left", "rocker", 0.15, 0.13),
+        ("front_right", "rocker", 0.15, -0.13),
+        ("rear_left", "base", -0.15, 0.13),
+        ("rear_right", "base", -0.15, -0.13),
+    ] {
+        text += &format!(
+            r#"<link name="mecanum_{name}_link"><pose>{x} {y} 0.01 0 0 0</pose>{}<collision name="c"><pose>0 0 0 1.5707963267948966 0 0</pose>
+            <geometry><cylinder><radius>0.05</radius><length>0.04</length></cylinder></geometry></collision></link>
+            <joint name="mecanum_{name}" type="revolute"><parent>{parent}</parent><child>mecanum_{name}_link</child><axis><xyz>0 1 0</xyz></axis></joint>"#,
+            inertial(0.5)
+        );
+    }
+    text + "</model></sdf>"
+}
+
+/// Gazebo acts with -stiffness (q - reference) - damping times the rate, and so do we.
+#[test]
+fn a_spring_of_sdf_is_read() {
+    let dynamics = "<dynamics><damping>60</damping><friction>2</friction><spring_stiffness>4000</spring_stiffness>\
+                    <spring_reference>-0.006</spring_reference></dynamics>";
+    let robot = load(&sdf(dynamics), &[]).unwrap().robot;
+    let joint = &robot.joints[0];
+    assert_eq!(joint.limits, [-0.02, 0.03]);
+    assert_eq!((joint.damping, joint.friction), (60.0, 2.0));
+    let spring = joint.spring().expect("it is sprung");
+    assert!((spring.force_at(0.01) + 4000.0 * 0.016).abs() < 1e-9);
+    assert!(remarked(&robot, "joint `rock`", "4000 N/m about -0.006 m"));
+    // Without stiffness it is held, as a slide that nothing bears.
+    let dynamics = "<dynamics><spring_stiffness>0</spring_stiffness></dynamics>";
+    assert!(load(&sdf(dynamics), &[]).unwrap().robot.joints.is_empty());
+    // What the scenario says has the last word.
+    let held = with(|o| o.role = Some(RoleOption::Held));
+    let dynamics = "<dynamics><spring_stiffness>4000</spring_stiffness></dynamics>";
+    let robot = load(&sdf(dynamics), &[("rock", held)]).unwrap().robot;
+    assert!(robot.joints.is_empty());
+}
+
+/// The same robot in MJCF, whose joint `rock` is a hinge about x with these attributes, and whose angles are in degrees.
+fn mjcf(attributes: &str, default: &str) -> String {
+    let wheel = |name: &str, x: f64, y: f64| {
+        format!(
+            r#"<body name="mecanum_{name}_link" pos="{x} {y} 0"><joint name="mecanum_{name}" axis="0 1 0"/>
+            <geom type="cylinder" size="0.05 0.02" zaxis="0 1 0" mass="0.5"/></body>"#
+        )
+    };
+    format!(
+        r#"<mujoco><default><default class="susp"><joint {default}/></default></default><worldbody><body name="base" pos="0 0 0.04"><freejoint/>
+        <geom type="box" size="0.2 0.1 0.03" mass="8"/>
+        <body name="rocker" pos="0.15 0 0"><joint name="rock" class="susp" axis="1 0 0" {attributes}/>
+        <geom type="box" size="0.02 0.1 0.01" mass="0.5" contype="0" conaffinity="0"/>{}{}</body>{}{}</body></worldbody></mujoco>"#,
+        wheel("front_left", 0.0, 0.13),
+        wheel("front_right", 0.0, -0.13),
+        wheel("rear_left", -0.15, 0.13),
+        wheel("rear_right", -0.15, -0.13),
+    )
+}
+
+/// MuJoCo acts with -stiffness (q - springref), where the body is drawn at q = ref, angles in degrees; classes hand their values down.
+#[test]
+fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
+    let attributes = r#"springref="3" ref="1" range="-9 11" limited="true" frictionloss="0.2""#;
+    let robot = load(&mjcf(attributes, r#"stiffness="40" damping="0.5""#), &[]);
+    let robot = robot.unwrap().robot;
+    let joint = &robot.joints[0];
+    assert_eq!((joint.damping, joint.friction), (0.5, 0.2));
+    let JointRole::Sprung(JointSpring {
+        stiffness, rest, ..
+    }) = joint.role
+    else {
+        panic!("{joint:?}");
+    };
+    assert_eq!(stiffness, 40.0);
+    assert!((rest - 2.0_f64.to_radians()).abs() < 1e-12, "{rest}");
+    let limits = joint.limits.map(f64::to_degrees);
+    assert!(
+        (limits[0] + 10.0).abs() < 1e-9 && (limits[1] - 10.0).abs() < 1e-9,
+        "{limits:?}"
+    );
+    assert!(remarked(&robot, "joint `rock`", "as the file says"));
+    let plain = load(&mjcf(r#"springdamper="0.1 1" range="-9 11""#, ""), &[]);
+    let plain = plain.unwrap().robot;
+    assert!(remarked(&plain, "joint `rock`", "`springdamper`"));
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use ilon_robot::Robot;
+use ilon_robot::{BodyJoint, JointKind, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
@@ -17,7 +17,7 @@ pub struct Fixed {
     pub parent_from_child: Isometry3<f64>,
 }
 
-/// A frame that turns in its parent.
+/// A frame that turns in its parent, or slides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turning {
     /// The parent.
@@ -28,11 +28,17 @@ pub struct Turning {
     parent_from_axis: Isometry3<f64>,
     /// Pose of the child in that frame at angle zero.
     axis_from_child: Isometry3<f64>,
+    /// Whether it slides along that axis.
+    slides: bool,
 }
 
 impl Turning {
-    /// The child's pose in the parent at an angle in radians.
+    /// The child's pose in the parent at an angle in radians, or at a place in metres of one that slides.
     pub fn at(&self, angle_rad: f64) -> Isometry3<f64> {
+        if self.slides {
+            let along = Translation3::new(0.0, 0.0, angle_rad);
+            return self.parent_from_axis * along * self.axis_from_child;
+        }
         let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad);
         self.parent_from_axis * turned * self.axis_from_child
     }
@@ -45,6 +51,8 @@ pub struct Frames {
     pub base: String,
     /// Links that do not move against their parents.
     pub fixed: Vec<Fixed>,
+    /// The link of each joint between bodies, in the robot's order.
+    pub joints: Vec<Turning>,
     /// The link of each wheel, in the robot's order.
     pub wheels: Vec<Turning>,
     /// The link of each roller, wheel by wheel.
@@ -66,8 +74,18 @@ impl Frames {
                 child: joint.child.to_owned(),
                 parent_from_axis: body_from_parent.inverse() * body_from_axis,
                 axis_from_child: body_from_axis.inverse() * body_from_child,
+                slides: false,
             })
         };
+        let joint = |joint: &BodyJoint| {
+            Some(Turning {
+                slides: joint.kind == JointKind::Slides,
+                ..turning(&joint.name, joint.body_from_joint)?
+            })
+        };
+        // A description that was made of the robot's wheels alone has none of them.
+        let joints: Option<Vec<Turning>> = robot.joints.iter().map(joint).collect();
+        let joints = joints.unwrap_or_default();
         let mut wheels = Vec::with_capacity(robot.wheels.len());
         let mut rollers = Vec::new();
         for wheel in &robot.wheels {
@@ -80,6 +98,7 @@ impl Frames {
         let moving: HashSet<&str> = wheels
             .iter()
             .chain(&rollers)
+            .chain(&joints)
             .map(|frame| frame.child.as_str())
             .collect();
         // A joint that the simulation does not move stays at zero.
@@ -96,6 +115,7 @@ impl Frames {
         Some(Self {
             base: tree.root.to_owned(),
             fixed,
+            joints,
             wheels,
             rollers,
         })
@@ -103,7 +123,7 @@ impl Frames {
 
     /// A name near this one that no link bears.
     pub fn free_name(&self, wanted: &str) -> String {
-        let links = self.wheels.iter().chain(&self.rollers);
+        let links = self.wheels.iter().chain(&self.rollers).chain(&self.joints);
         let taken: HashSet<&str> = links
             .map(|frame| frame.child.as_str())
             .chain(self.fixed.iter().map(|frame| frame.child.as_str()))

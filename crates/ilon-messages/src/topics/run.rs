@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use ilon_robot::{Pose, Robot, Twist};
-use ilon_trace::{Header as RunHeader, ImuSample, Record, WheelSample};
+use ilon_trace::{Header as RunHeader, ImuSample, JointSample, Record, WheelSample};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use super::contacts::{Contacts, MARKER_RATE_HZ};
@@ -81,6 +81,7 @@ impl RunTopics {
             Frames::of(robot, &bare).unwrap_or_else(|| Frames {
                 base: robot.chassis.name.clone(),
                 fixed: Vec::new(),
+                joints: Vec::new(),
                 wheels: Vec::new(),
                 rollers: Vec::new(),
             })
@@ -93,8 +94,13 @@ impl RunTopics {
         let odom = frames.free_name("odom");
         let truth = frames.free_name(&format!("ground_truth/{}", frames.base));
         let names: Vec<String> = robot.wheels.iter().map(|w| w.name.clone()).collect();
-        let joints = JointState {
+        let commands = JointState {
             name: names.clone(),
+            ..JointState::default()
+        };
+        let between = robot.joints.iter().map(|joint| joint.name.clone());
+        let joints = JointState {
+            name: names.iter().cloned().chain(between).collect(),
             ..JointState::default()
         };
         let mut tf = vec![
@@ -102,7 +108,8 @@ impl RunTopics {
             frame(&world, &truth, &Isometry3::identity()),
         ];
         let rollers = run.roller_angles.then_some(&frames.rollers);
-        for turning in frames.wheels.iter().chain(rollers.into_iter().flatten()) {
+        let bodies = frames.joints.iter().chain(&frames.wheels);
+        for turning in bodies.chain(rollers.into_iter().flatten()) {
             tf.push(frame(&turning.parent, &turning.child, &turning.at(0.0)));
         }
         Self {
@@ -116,7 +123,7 @@ impl RunTopics {
             rollers: run.roller_angles,
             has_odometry_frame: true,
             tf: TFMessage { transforms: tf },
-            commands: joints.clone(),
+            commands,
             joints,
             description,
             frames,
@@ -227,13 +234,14 @@ impl RunTopics {
         let real = isometry(truth.pose, truth.height_m, truth.roll_rad, truth.pitch_rad);
 
         let taken = rollers_rad.iter().filter(|angle| angle.is_some()).count();
-        let moving = self.with_transforms(now, [&reckoned, &real], wheels, rollers_rad, taken > 0);
+        let turned = (&record.joints[..], wheels);
+        let moving = self.with_transforms(now, [&reckoned, &real], turned, rollers_rad, taken > 0);
         // Rollers are looked at less often than all else: their transforms wait at the end until they are.
         let waiting = self.tf.transforms.split_off(moving);
         outlet.send("/tf", &self.tf, time_ns)?;
         self.tf.transforms.extend(waiting);
 
-        self.send_joints(now, time_ns, wheels, outlet)?;
+        self.send_joints(now, time_ns, (&record.joints, wheels), outlet)?;
         let base = self.frames.base.clone();
         let command = TwistStamped {
             header: header(now, &base),
@@ -315,7 +323,7 @@ impl RunTopics {
         &mut self,
         now: Time,
         bodies: [&Isometry3<f64>; 2],
-        wheels: &[WheelSample],
+        (joints, wheels): (&[JointSample], &[WheelSample]),
         rollers_rad: &[Option<f64>],
         with_rollers: bool,
     ) -> usize {
@@ -328,10 +336,13 @@ impl RunTopics {
         };
         let bodies = &bodies[usize::from(!self.has_odometry_frame)..];
         bodies.iter().for_each(|at| put(at));
+        for (index, joint) in self.frames.joints.iter().enumerate() {
+            put(&joint.at(joints.get(index).map_or(0.0, |of| of.position)));
+        }
         for (turning, sample) in self.frames.wheels.iter().zip(wheels) {
             put(&turning.at(sample.angle_rad));
         }
-        let bodies_and_wheels = bodies.len() + self.frames.wheels.len();
+        let bodies_and_wheels = bodies.len() + self.frames.joints.len() + self.frames.wheels.len();
         if !(self.rollers && with_rollers) {
             return bodies_and_wheels;
         }
@@ -345,7 +356,7 @@ impl RunTopics {
         &mut self,
         now: Time,
         time_ns: u64,
-        wheels: &[WheelSample],
+        (joints, wheels): (&[JointSample], &[WheelSample]),
         outlet: &mut O,
     ) -> Result<(), O::Error> {
         let fill = |values: &mut Vec<f64>, of: fn(&WheelSample) -> f64| {
@@ -356,6 +367,13 @@ impl RunTopics {
         fill(&mut self.joints.position, |wheel| wheel.angle_rad);
         fill(&mut self.joints.velocity, |wheel| wheel.rate_rad_s);
         fill(&mut self.joints.effort, |wheel| wheel.torque_n_m);
+        // Those between bodies come after the wheels', as far as they are recorded.
+        for joint in 0..self.joints.name.len().saturating_sub(wheels.len()) {
+            let of = joints.get(joint).copied().unwrap_or_default();
+            self.joints.position.push(of.position);
+            self.joints.velocity.push(of.rate);
+            self.joints.effort.push(of.force);
+        }
         outlet.send("/joint_states", &self.joints, time_ns)?;
         self.commands.header.stamp = now;
         fill(&mut self.commands.velocity, |wheel| wheel.target_rad_s);

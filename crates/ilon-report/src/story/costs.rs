@@ -1,5 +1,6 @@
 //! What slid and what that cost, how long tasks waited, and how far dead reckoning drifts, in words.
 
+use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Header, Summary};
 
 use super::events::{Event, EventKind};
@@ -8,6 +9,32 @@ use crate::text::{energy, length, percent, speed, time};
 
 /// Less than this is no cost, in J.
 const LEAST_J: f64 = 5e-4;
+
+/// A wheel is off the ground where it is for more than this part of the time.
+const LEAST_OFF: f64 = 0.01;
+
+/// Which wheels were off the ground, and for how much of the run; the two that were longest.
+pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
+    let wheels = summary.wheels.iter();
+    let share = |wheel: &WheelSlip| wheel.lost_contact.filter(|share| *share > LEAST_OFF);
+    let mut off: Vec<(f64, &str)> = wheels
+        .filter_map(|wheel| Some((share(wheel)?, wheel.name.as_str())))
+        .collect();
+    off.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (share, name) = *off.first()?;
+    let mut said = format!(
+        "<b>{}</b> was off the ground for <b>{}</b> of the run",
+        escape(name),
+        percent(share)
+    );
+    if let Some((share, name)) = off.get(1) {
+        said += &format!(", <b>{}</b> for {}", escape(name), percent(*share));
+    }
+    if off.len() > 2 {
+        said += &format!(", {} more for less", off.len() - 2);
+    }
+    Some(said + ".")
+}
 
 /// What slid, when, and what it cost; and what new rollers cost.
 pub(super) fn slipping(summary: &Summary, events: &[Event]) -> Option<String> {

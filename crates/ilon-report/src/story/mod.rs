@@ -104,6 +104,7 @@ impl Story {
         if !spoilt {
             let costs = [
                 slope,
+                costs::off_the_ground(summary),
                 costs::slipping(summary, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(summary),

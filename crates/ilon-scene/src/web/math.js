@@ -38,6 +38,14 @@ function mul(a, b) {
   return m;
 }
 
+// Of a rigid motion.
+function inverse(a) {
+  const back = [a[0], a[4], a[8], 0, a[1], a[5], a[9], 0, a[2], a[6], a[10], 0];
+  const at = turn(back, originOf(a));
+  [back[3], back[7], back[11]] = times(at, -1);
+  return back;
+}
+
 const turnedZ = (a, angle) => mul(a, fromAngles(0, 0, 0, 0, 0, angle));
 const scaled = (a, x, y, z) => [
   a[0] * x, a[1] * y, a[2] * z, a[3], a[4] * x, a[5] * y, a[6] * z, a[7], a[8] * x, a[9] * y, a[10] * z, a[11],

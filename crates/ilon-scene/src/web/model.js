@@ -16,6 +16,9 @@ class Model {
       wheel.at = fromPose(wheel.body_from_hub);
       wheel.rollers.forEach((roller) => { roller.at = fromPose(roller.hub_from_roller); });
     }
+    // A body on a joint is drawn in the body frame, as it stands at zero, and moved about its joint's axis or along it.
+    this.parts = this.robot.bodies || [];
+    this.parts.forEach((part) => { part.at = fromPose(part.body_from_joint); });
     const load = this.robot.mass_kg * 9.81 / this.robot.wheels.length;
     const radius = Math.max(...this.robot.wheels.map((wheel) => wheel.radius_m));
     this.unit = radius;
@@ -49,14 +52,27 @@ class Model {
     if (this.floor.relief) renderer.mesh('relief', heightField(this.floor.relief), [3, 3, 1]);
   }
 
+  // Where the body frame is as each body on a joint carries it.
+  moved(frames, body) {
+    const moved = [];
+    this.parts.forEach((part, k) => {
+      const q = frames.get(`j${k}`) || 0;
+      const there = part.slides ? mul(part.at, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, q]) : turnedZ(part.at, q);
+      moved.push(mul(part.parent === undefined ? body : moved[part.parent], mul(there, inverse(part.at))));
+    });
+    return moved;
+  }
+
   // The state of the robot from the frames now.
   state(frames) {
     const get = (name) => frames.get(name);
     const of = (names) => names.split(' ').map(get);
     const body = fromAngles(...of('x y z roll pitch yaw'));
+    const parts = this.moved(frames, body);
     const wheels = this.robot.wheels.map((wheel, w) => {
       const name = (what) => `w${w}_${what}`;
-      const hub = turnedZ(mul(body, wheel.at), get(name('angle')));
+      const carrier = wheel.carrier === undefined ? body : parts[wheel.carrier];
+      const hub = turnedZ(mul(carrier, wheel.at), get(name('angle')));
       const [cx, cy, normal, fx, fy, sx, sy, friction] =
         'contact_x contact_y normal force_x force_y slip_x slip_y friction'.split(' ').map((what) => get(name(what)));
       // The contact's place, force and sliding are given along the body's axes, turned level.
@@ -78,7 +94,7 @@ class Model {
         rollerAngles: wheel.rollers.map((_, r) => get(name(`r${r}`)) || 0),
       };
     });
-    return { t: get('t'), body, wheels, at: originOf(body), yaw: get('yaw') };
+    return { t: get('t'), body, parts, wheels, at: originOf(body), yaw: get('yaw') };
   }
 
   // The wheel's roller that carries the load, seen from the ground: how far its axis leans, how far ahead it touches.
@@ -133,6 +149,7 @@ class Model {
     const { alone } = options;
     if (alone === undefined) {
       robot.chassis.forEach((part) => shape('solid', part, state.body));
+      this.parts.forEach((part, k) => part.shapes.forEach((one) => shape('solid', one, state.parts[k])));
       // Ahead is where this points.
       arrow('solid', apply(state.body, robot.nose), turn(state.body, [0.9 * u, 0, 0]), 0.06 * u, colors.accent);
     }
@@ -183,8 +200,11 @@ class Model {
       const body = fromAngles(x, y, frames.get('z'), ...lean, yaw);
       const paint = [...colors.ghost, 0.32];
       robot.chassis.forEach((part) => shape('glass', part, body, paint));
+      const parts = this.moved(frames, body);
+      this.parts.forEach((part, k) => part.shapes.forEach((one) => shape('glass', one, parts[k], paint)));
       state.wheels.forEach((wheel, w) => {
-        const hub = turnedZ(mul(body, robot.wheels[w].at), frames.get(`w${w}_angle`));
+        const { carrier, at } = robot.wheels[w];
+        const hub = turnedZ(mul(carrier === undefined ? body : parts[carrier], at), frames.get(`w${w}_angle`));
         rollers('glass', hub, w, wheel.rollerAngles, () => paint);
         hubs('glass', hub, w, paint);
       });

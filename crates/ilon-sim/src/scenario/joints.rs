@@ -4,6 +4,8 @@ use ilon_formats::{JointOptions, RoleOption};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::objection::Objection;
+
 /// What a joint does that is neither a wheel's nor a roller's. Of two keys for the same, that with `rad` is for a joint that turns, or with
 /// `n_m` for its torques; the other is for one that slides.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,6 +51,68 @@ pub struct Joint {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_n_m: Option<f64>,
+    /// The most that a servo acts with where the joint slides, in N [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub effort_n: Option<f64>,
+    /// The most that a servo acts with where the joint turns, in N m [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub effort_n_m: Option<f64>,
+    /// How fast a servo's target moves at most where the joint slides, in m/s [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rate_limit_m_s: Option<f64>,
+    /// How fast a servo's target moves at most where the joint turns, in rad/s [default: the robot's file].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rate_limit_rad_s: Option<f64>,
+    /// Where a servo holds the joint that slides, in metres, in place of setpoints [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_m: Option<f64>,
+    /// Where a servo holds the joint that turns, in radians, in place of setpoints [default: 0].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_rad: Option<f64>,
+    /// Where a servo takes the joint, and when, times growing. Before the first it is there, after the last it stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub setpoints: Vec<JointSetpoint>,
+    /// How its target goes from one setpoint to the next.
+    #[serde(skip_serializing_if = "Between::is_smooth")]
+    pub between: Between,
+}
+
+/// Where a servo takes its joint, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "RobotJointSetpoint")]
+pub struct JointSetpoint {
+    /// Time since the start, in seconds.
+    #[schemars(range(min = 0.0))]
+    pub t_s: f64,
+    /// The position then of a joint that slides, in metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<f64>,
+    /// The position then of a joint that turns, in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_rad: Option<f64>,
+}
+
+/// How a target goes from one setpoint to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "RobotJointBetween")]
+pub enum Between {
+    /// From rest to rest with the least jerk: 10 s^3 - 15 s^4 + 6 s^5 of the way at a share s of the time.
+    #[default]
+    Smooth,
+    /// At a constant rate, as between the points of a recorded motion.
+    Linear,
+}
+
+impl Between {
+    fn is_smooth(&self) -> bool {
+        *self == Self::Smooth
+    }
 }
 
 /// What acts in a joint beside its damping and friction.
@@ -60,6 +124,9 @@ pub enum JointRole {
     Free,
     /// A spring.
     Sprung,
+    /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are the servo's; left out, they swing what the joint
+    /// moves at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
+    Driven,
     /// It does not move.
     Held,
 }
@@ -70,8 +137,11 @@ impl Joint {
         let role = self.role.map(|role| match role {
             JointRole::Free => RoleOption::Free,
             JointRole::Sprung => RoleOption::Sprung,
+            JointRole::Driven => RoleOption::Driven,
             JointRole::Held => RoleOption::Held,
         });
+        // A run begins at the first setpoint.
+        let first = self.setpoints.first();
         JointOptions {
             role,
             stiffness_n_m: self.stiffness_n_m,
@@ -84,6 +154,73 @@ impl Joint {
             preload_n_m: self.preload_n_m,
             friction_n: self.friction_n,
             friction_n_m: self.friction_n_m,
+            effort_n: self.effort_n,
+            effort_n_m: self.effort_n_m,
+            rate_limit_m_s: self.rate_limit_m_s,
+            rate_limit_rad_s: self.rate_limit_rad_s,
+            target_m: self.target_m.or(first.and_then(|of| of.position_m)),
+            target_rad: self.target_rad.or(first.and_then(|of| of.position_rad)),
         }
+    }
+
+    /// What is wrong with its setpoints, and what to do.
+    pub(super) fn object(&self, name: &str) -> Result<(), Objection> {
+        let key = |of: &str| format!("robot.joints.{name}.{of}");
+        if self.setpoints.is_empty() {
+            return Ok(());
+        }
+        if self.role != Some(JointRole::Driven) {
+            return Err(Objection::to(
+                key("setpoints"),
+                format!("the joint `{name}` has setpoints and no servo that goes there"),
+                "write role = \"driven\" for it, or leave the setpoints out",
+            ));
+        }
+        if self.target_m.or(self.target_rad).is_some() {
+            return Err(Objection::to(
+                key("setpoints"),
+                format!(
+                    "the joint `{name}` has setpoints, and a target that stands in their place"
+                ),
+                "leave one of the two out",
+            ));
+        }
+        let mut before_s = f64::NEG_INFINITY;
+        for (index, point) in self.setpoints.iter().enumerate() {
+            let at = key(&format!("setpoints.{index}"));
+            let values = [Some(point.t_s), point.position_m, point.position_rad];
+            if !values.into_iter().flatten().all(f64::is_finite) || point.t_s < 0.0 {
+                return Err(Objection::to(
+                    at,
+                    format!(
+                        "a setpoint of the joint `{name}` is no finite number, or before the start"
+                    ),
+                    "give a time of 0 s or more and a finite position",
+                ));
+            }
+            if point.t_s <= before_s {
+                return Err(Objection::to(
+                    at,
+                    format!(
+                        "the setpoints of the joint `{name}` go back in time: one at {} s stands after one at {before_s} s",
+                        point.t_s
+                    ),
+                    "write them in the order of their times, each later than the one before",
+                ));
+            }
+            before_s = point.t_s;
+            let of_first = &self.setpoints[0];
+            let alike = point.position_m.is_some() == of_first.position_m.is_some();
+            if point.position_m.is_some() == point.position_rad.is_some() || !alike {
+                return Err(Objection::to(
+                    at,
+                    format!(
+                        "a setpoint of the joint `{name}` must say one position, all in the same unit"
+                    ),
+                    "write `position_rad` in each where the joint turns, `position_m` where it slides",
+                ));
+            }
+        }
+        Ok(())
     }
 }

@@ -35,6 +35,8 @@ impl Scenario {
                 "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
             ));
         }
+        let mut joints = self.robot.joints.iter();
+        joints.try_for_each(|(name, joint)| joint.object(name))?;
         self.object_to_solver()?;
         super::bodies::object(&self.world.bodies)?;
         self.object_to_materials()?;

@@ -11,6 +11,7 @@ mod floor;
 mod fusion;
 mod header;
 mod imu;
+mod joint_targets;
 mod limits;
 mod load;
 mod pilot;

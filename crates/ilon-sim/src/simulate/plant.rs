@@ -15,6 +15,7 @@ use super::disturbances::{Disturbances, Wrench};
 use super::drive::{Drive, WheelRates};
 use super::faults::{Faults, LostMotor};
 use super::floor;
+use super::joint_targets::JointTargets;
 use super::resolve::Resolved;
 use super::sensors::{Seen, Sensors};
 use super::storage::StorageAccount;
@@ -69,6 +70,7 @@ pub struct Plant {
     drive: Drive,
     faults: Faults,
     disturbances: Disturbances,
+    joint_targets: JointTargets,
     motors: Vec<MotorTorque>,
     /// Of a passive wheel law.
     storage: Option<StorageAccount>,
@@ -170,6 +172,7 @@ impl Plant {
             drive,
             faults: Faults::new(&scenario.faults, robot)?,
             disturbances: Disturbances::new(scenario, robot)?,
+            joint_targets: JointTargets::new(scenario, robot)?,
             motors: vec![MotorTorque::constant(0.0); wheel_count],
             sensed: 0,
             outcome: Outcome {
@@ -425,6 +428,7 @@ impl Plant {
     /// Takes a physics step with the motors as they are.
     pub(super) fn step(&mut self) {
         let (t_s, dt_s) = (self.clock.time_s(), self.clock.physics_dt_s());
+        self.joint_targets.send(t_s + 0.5 * dt_s, &mut self.world);
         self.disturbances.act(t_s, dt_s, &mut self.world);
         self.world.robot_mut().drive(&self.motors);
         if let Some(storage) = &mut self.storage {
@@ -456,6 +460,30 @@ impl Plant {
     pub fn set_friction(&mut self, friction: f64) {
         let patches = self.plan.floor.patches.clone();
         self.world.set_friction(Some(friction.max(0.0)), &patches);
+    }
+
+    /// Sends the servo of a joint between bodies to a position, in rad or m, which then moves on at a rate, in rad/s or m/s, as long as it is told
+    /// so again in every control step; 0 of a target that stands. From now on the scenario's setpoints no longer hold for this joint; a
+    /// reset brings them back, and a snapshot holds what was last.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, or it cannot go there.
+    pub fn set_joint_target(&mut self, joint: &str, position: f64, rate: f64) -> Result<(), Error> {
+        let joints = &self.plan.robot.joints;
+        let Some(index) = joints.iter().position(|of| of.name == joint) else {
+            let known: Vec<&str> = joints.iter().map(|of| of.name.as_str()).collect();
+            return Err(Error::invalid(
+                format!("the robot has no joint `{joint}` between bodies"),
+                if known.is_empty() {
+                    "give one the role `driven` in [robot.joints.NAME]".to_owned()
+                } else {
+                    format!("name one of: {}", known.join(", "))
+                },
+            ));
+        };
+        self.world.robot_mut().aim_joint(index, position, rate)?;
+        self.joint_targets.give(index, [position, rate]);
+        Ok(())
     }
 
     /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes

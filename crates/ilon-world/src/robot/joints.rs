@@ -61,6 +61,33 @@ pub(crate) fn positions_at_start(robot: &Robot) -> Vec<f64> {
 }
 
 impl Articulated {
+    /// Says where the target of a joint's servo shall be, and how fast it moves there; says whether the joint has one.
+    pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
+        let is_driven = self.robot.joints[joint].servo().is_some();
+        if is_driven {
+            self.servos[joint].aim = [position, rate];
+        }
+        is_driven
+    }
+
+    /// Takes what the servos do in a step.
+    pub fn run_servos(&mut self, dt_s: f64) {
+        for (index, joint) in self.robot.joints.iter().enumerate() {
+            let Some(servo) = joint.servo() else {
+                continue;
+            };
+            let position = self.before.joint_positions()[index];
+            let rate = self.before.joint_rates()[index];
+            let own = &mut self.servos[index];
+            if self.sets_out {
+                own.act_to_rest(servo, position, dt_s);
+            } else {
+                own.follow(servo, dt_s);
+                own.act(servo, (position, rate), dt_s);
+            }
+        }
+    }
+
     /// Says what springs, dampers and servos do in the step, and what they lose as their joints gain rate.
     pub fn load_joints(&mut self, dt_s: f64) {
         self.run_servos(dt_s);

@@ -9,14 +9,13 @@
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
 use crate::contact::problem::Curve;
-use crate::robot::articulated::Articulated;
 use crate::{MotorTorque, TorqueBounds};
 
 /// The servo of a joint, or what there is in its place where a joint has none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Servo {
     /// Where its target shall be, and how fast it moves then: in rad and rad/s, or m and m/s.
-    aim: [f64; 2],
+    pub aim: [f64; 2],
     /// Where it is.
     target: [f64; 2],
     /// What the joint moves by itself, in kg m^2 or kg.
@@ -41,7 +40,7 @@ impl Servo {
     }
 
     /// Moves the target on for a step, no faster than the servo lets it.
-    fn follow(&mut self, servo: &JointServo, dt_s: f64) {
+    pub fn follow(&mut self, servo: &JointServo, dt_s: f64) {
         let by = self.aim[0] - self.target[0];
         let most = servo.rate_limit * dt_s;
         self.target = if by.abs() <= most {
@@ -56,7 +55,7 @@ impl Servo {
     }
 
     /// Takes what the servo does in a step of a joint at a position with a rate.
-    fn act(&mut self, servo: &JointServo, (position, rate): (f64, f64), dt_s: f64) {
+    pub fn act(&mut self, servo: &JointServo, (position, rate): (f64, f64), dt_s: f64) {
         let half = 0.5 * dt_s;
         let theta = mean_of_gain(servo.damping * dt_s / self.inertia);
         let force = servo.stiffness * (self.target[0] - position - half * rate)
@@ -66,7 +65,7 @@ impl Servo {
     }
 
     /// The same of a joint that does not move yet, at the end of the step: it comes to rest where it stands in equilibrium.
-    fn act_to_rest(&mut self, servo: &JointServo, position: f64, dt_s: f64) {
+    pub fn act_to_rest(&mut self, servo: &JointServo, position: f64, dt_s: f64) {
         let force = servo.stiffness * (self.target[0] - position);
         self.take(servo, force, servo.stiffness * dt_s);
     }
@@ -102,34 +101,5 @@ impl Servo {
     /// Its impulse over a step in which the joint gained a rate, as far as it is straight, in N m s or N s.
     pub fn straight_impulse(&self, gained: f64, dt_s: f64) -> f64 {
         (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s
-    }
-}
-
-impl Articulated {
-    /// Says where the target of a joint's servo shall be, and how fast it moves there; says whether the joint has one.
-    pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
-        let is_driven = self.robot.joints[joint].servo().is_some();
-        if is_driven {
-            self.servos[joint].aim = [position, rate];
-        }
-        is_driven
-    }
-
-    /// Takes what the servos do in a step.
-    pub fn run_servos(&mut self, dt_s: f64) {
-        for (index, joint) in self.robot.joints.iter().enumerate() {
-            let Some(servo) = joint.servo() else {
-                continue;
-            };
-            let position = self.before.joint_positions()[index];
-            let rate = self.before.joint_rates()[index];
-            let own = &mut self.servos[index];
-            if self.sets_out {
-                own.act_to_rest(servo, position, dt_s);
-            } else {
-                own.follow(servo, dt_s);
-                own.act(servo, (position, rate), dt_s);
-            }
-        }
     }
 }

@@ -10,7 +10,7 @@ use super::geoms::{Weight, shapes_of, tensor, weight_of};
 use super::model::{Robot, pose};
 use crate::convert::writer::{JointOf, Writer};
 use crate::error::{Fault, RobotError};
-use crate::model::{DriveTrain, Remark};
+use crate::model::{DriveTrain, JointSpring, Remark};
 use crate::urdf::Prepared;
 
 /// The URDF of a robot that stands in a text.
@@ -150,6 +150,7 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             };
             self.prepared.drives.insert(between.name.clone(), drive);
         }
+        self.spring(joint, &between.name);
         let (effort, velocity) = self.limits(joint.name.as_deref());
         let written = JointOf {
             name: &between.name,
@@ -158,7 +159,10 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             child: between.child,
             parent_from_joint: between.parent_from_joint,
             axis: Vector3::from(joint.axis),
-            range: range.filter(|_| kind != "continuous"),
+            // The body stands at `ref` as it is drawn; a joint here stands at zero then.
+            range: range
+                .filter(|_| kind != "continuous")
+                .map(|range| range.map(|stop| stop - joint.ref_)),
             effort,
             velocity,
             damping: joint.damping.max(0.0),
@@ -166,6 +170,27 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         };
         self.writer.joint(self.robot.node(id), &written);
         Ok(())
+    }
+
+    /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), q counted so that the body stands at `ref` as it is drawn.
+    fn spring(&mut self, joint: &mj::Joint, name: &str) {
+        if joint
+            .springdamper
+            .is_some_and(|of| of.iter().all(|of| *of > 0.0))
+        {
+            let subject = format!("joint `{name}`");
+            let words = "its `springdamper`, a spring by its time constant, is not read: write `stiffness` and `damping`";
+            self.prepared.remarks.push(Remark::new(subject, words));
+        }
+        let moves = matches!(joint.type_, mj::JointType::Hinge | mj::JointType::Slide);
+        if moves && joint.stiffness > 0.0 && joint.stiffness.is_finite() {
+            let spring = JointSpring {
+                stiffness: joint.stiffness,
+                rest: joint.springref - joint.ref_,
+                preload: 0.0,
+            };
+            self.prepared.springs.insert(name.to_owned(), spring);
+        }
     }
 
     /// The largest torque and rate that the actuators of a joint give it.
