@@ -11,7 +11,7 @@
 //! against 2 for K T / D where the mass does not matter, so that what is let through is stable. f has no pole on the right; by Mikhailov all
 //! roots lie on the left if and only if its argument grows by pi as s = j omega goes from 0 to infinity.
 
-use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
+use nalgebra::{Complex, DMatrix, Matrix3};
 
 use super::{PassiveTorqueSettings, body_inertia, mean_lever_m};
 use crate::error::{not_negative, positive};
@@ -239,7 +239,6 @@ impl Loop {
     }
 }
 
-/// The three dampings along a diagonal are what the loops are made of.
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -334,7 +333,7 @@ mod tests {
                     e += settles * period + (v - settles) * (1.0 - left) / a;
                     v = settles + (v - settles) * left;
                 }
-                Vector3::new(e, v, 0.0).norm()
+                f64::hypot(e, v)
             };
             assert!(grown(0.99 * limit) < 1e-3, "{m} {d} {period} {old}");
             assert!(!(grown(3.0 * limit) < 1.0), "{m} {d} {period} {old}");
