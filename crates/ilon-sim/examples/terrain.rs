@@ -97,7 +97,7 @@ fn scenes() -> Vec<Scene> {
     for (name, robot) in [("N = 3", "volksbot.urdf"), ("N = 6", "mecanum6.urdf")] {
         let robot = of_file(robot);
         let [x, y] = match name {
-            "N = 3" => ["0.25", "0.0"],
+            "N = 3" => ["-0.125", "0.2165"],
             _ => ["0.32", "0.26"],
         };
         let ice = ICE.replace("0.15", x).replace("0.16", y);
@@ -117,7 +117,7 @@ fn scenes() -> Vec<Scene> {
     all
 }
 
-fn run(scene: &Scene, law: usize) -> Result<(Summary, f64), Error> {
+fn run(scene: &Scene, law: usize) -> Result<(Summary, f64, f64), Error> {
     let imu = if law == 5 { "[sensors.imu]" } else { "" };
     let mut keys = LAWS[law].1.to_owned();
     if !scene.robot.contains("mecanum4") {
@@ -136,7 +136,10 @@ fn run(scene: &Scene, law: usize) -> Result<(Summary, f64), Error> {
     let run = Simulation::new(&scenario)?.run();
     let wheels = run.trace.steps().flat_map(|(_, wheels)| wheels);
     let fastest = wheels.fold(0.0, |most: f64, wheel| most.max(wheel.rate_rad_s.abs()));
-    Ok((run.summary, fastest))
+    // How far the push of 20 N has moved it before it ends.
+    let pushed = run.trace.records().iter().find(|row| row.t_s > 3.985);
+    let felt_n_m = pushed.map_or(f64::NAN, |row| 20.0 / row.truth.pose.y_m.abs());
+    Ok((run.summary, fastest, felt_n_m))
 }
 
 fn main() -> Result<(), Error> {
@@ -145,18 +148,22 @@ fn main() -> Result<(), Error> {
     for scene in scenes() {
         println!("\n### {}\n", scene.name);
         println!(
-            "| law | worst, mm | at the end, mm | slid away, mJ | motors, J | fastest wheel, rad/s | storage rises by, mJ |"
+            "| law | worst, mm | at the end, mm | slid away, mJ | motors, J | fastest wheel, rad/s | stiffness felt, N/m | storage rises by, mJ |"
         );
-        println!("|---|---|---|---|---|---|---|");
+        println!("|---|---|---|---|---|---|---|---|");
         for (law, (name, _)) in LAWS.iter().enumerate() {
-            let (summary, fastest) = run(&scene, law)?;
+            let (summary, fastest, felt_n_m) = run(&scene, law)?;
+            let felt = match scene.name.starts_with("push") {
+                true => format!("{felt_n_m:.1}"),
+                false => "-".to_owned(),
+            };
             let cell = |value: Option<f64>, per: f64, decimals: usize| {
                 value.map_or("-".to_owned(), |value| {
                     format!("{:.decimals$}", value * per)
                 })
             };
             println!(
-                "| {name} | {} | {} | {} | {} | {fastest:.2} | {} |",
+                "| {name} | {} | {} | {} | {} | {fastest:.2} | {felt} | {} |",
                 cell(summary.position_error_max_m, 1e3, 2),
                 cell(summary.position_error_final_m, 1e3, 3),
                 cell(summary.slip_energy_j, 1e3, 1),

@@ -114,10 +114,22 @@ pub struct Record {
     pub contact_residual_m_s: f64,
     /// What carried the robot, and what stood in its way; `None` where a trace does not say.
     pub support: Option<Support>,
+    /// How sure dead reckoning by `twist_ideal` is of its pose and twist; `None` where nobody worked it out. It goes with messages, and is no
+    /// column of a file.
+    pub odometry_covariance: Option<OdometryCovariance>,
     /// What an inertial measurement unit said last; `None` without one.
     pub imu: Option<ImuSample>,
     /// What a passive wheel law stored and was supplied with; `None` under any other.
     pub storage: Option<Storage>,
+}
+
+/// How sure dead reckoning is: covariances of x, y and heading, row by row, in m, m/s, rad and rad/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OdometryCovariance {
+    /// Of the pose, in the world frame.
+    pub pose: [[f64; 3]; 3],
+    /// Of the twist, in the body frame.
+    pub twist: [[f64; 3]; 3],
 }
 
 /// What an inertial measurement unit on the chassis says, in the body frame as the robot takes its axes to lie.

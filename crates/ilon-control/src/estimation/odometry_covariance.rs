@@ -131,6 +131,17 @@ impl OdometryCovariance {
         }
     }
 
+    /// Of the twist that rates in rad/s stand for, in the body frame: m^2/s^2, m rad/s^2, rad^2/s^2. What is anew at every roller is left out:
+    /// it averages over a roller.
+    pub fn twist_covariance(&self, rates_rad_s: &[f64]) -> Matrix3<f64> {
+        let columns = self.kinematics.twist_matrix().column_iter();
+        let of_wheels = columns.zip(rates_rad_s).map(|(column, rate_rad_s)| {
+            let off = self.errors.scale * rate_rad_s;
+            column * column.transpose() * (off * off)
+        });
+        of_wheels.sum()
+    }
+
     /// Of x and y in the world frame and the heading: m^2, m rad, rad^2.
     pub fn covariance(&self, heading_rad: f64) -> Matrix3<f64> {
         let scale = self.errors.scale * self.errors.scale;

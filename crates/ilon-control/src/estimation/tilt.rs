@@ -121,10 +121,10 @@ mod tests {
                 worst = worst.max((tilt.down_in_body() + force / 9.81).norm());
             }
         }
-        // exp(-15 / 0.5) of 0.03 rad/s is nothing; the rate at the middle of a step errs by q''' dt^2 / 24 = 1e-7 rad/s, and pulling by
-        // the force before turning with it by 0.3 rad/s * 1e-3 s * k_p dt = 1e-6.
-        assert!(worst < 3e-6, "{worst}");
-        assert!((tilt.bias_rad_s() - bias).norm() < 1e-3);
+        // exp(-15 / 0.5) of 0.03 rad/s is nothing. A bias along the vertical is felt only as far as the body leans: 0.02 rad/s * 0.1 stays in the
+        // estimate, and a tenth of that turns the vertical by 2e-4 / k_p and some more as it rocks. Without the estimate it is 0.036 / k_p = 9e-3.
+        assert!(worst < 1e-3, "{worst}");
+        assert!((tilt.bias_rad_s() - bias).norm() < 5e-3);
     }
 
     /// A sideways acceleration a for a short while t looks like a tilt of a / g, of which k_p t comes through.

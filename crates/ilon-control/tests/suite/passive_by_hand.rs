@@ -4,7 +4,7 @@
 #[allow(dead_code)]
 use crate::fixtures;
 
-use fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
+use fixtures::{WheelSpec, mecanum4, robot, volksbot};
 use ilon_control::{BodySense, PassiveTorque, PassiveTorqueSettings, TorqueLaw, TorqueRange};
 use ilon_robot::Robot;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -133,17 +133,22 @@ fn noise(seed: &mut u64) -> f64 {
 
 fn robots() -> Vec<Robot> {
     let mut seed = 3;
-    let five: Vec<_> = (0..5)
-        .map(|k| {
-            let mut r = || noise(&mut seed);
-            let at = 1.2566 * f64::from(k) + 0.2 * r();
-            let mut spec =
-                WheelSpec::new(0.4 * at.cos(), 0.4 * at.sin(), at + 0.3 * r(), 0.7 * r(), 8);
-            spec.radius_m = 0.05 + 0.01 * r();
-            spec
-        })
-        .collect();
-    let mut all = vec![mecanum4(), volksbot(), six_wheels(), robot(9.0, &five)];
+    // Wheels of no symmetry, so that the sharing is one and no other.
+    let mut any = |n: u32| {
+        let specs: Vec<_> = (0..n)
+            .map(|k| {
+                let mut r = || noise(&mut seed);
+                let at = std::f64::consts::TAU / f64::from(n) * f64::from(k) + 0.2 * r();
+                let (sin, cos) = at.sin_cos();
+                let (turn, gamma) = (0.3 * r(), 0.7 * r());
+                let mut spec = WheelSpec::new(0.4 * cos, 0.4 * sin, at + turn, gamma, 8);
+                spec.radius_m = 0.05 + 0.01 * r();
+                spec
+            })
+            .collect();
+        robot(9.0, &specs)
+    };
+    let mut all = vec![mecanum4(), volksbot(), any(5), any(6)];
     for robot in &mut all {
         robot.chassis.mass.center_of_mass_m += Vector3::new(0.02, -0.013, 0.03);
     }

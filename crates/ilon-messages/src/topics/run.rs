@@ -29,10 +29,11 @@ use crate::visualization_msgs::MarkerArray;
 /// Time between diagnostics, in seconds of simulated time.
 const DIAGNOSTICS_EVERY_S: f64 = 1.0;
 
-/// Variances of x, y, z, roll, pitch and yaw, in m^2 and rad^2, that dead reckoning is published with: what is not reckoned is
-/// as good as unknown. They are of the order that drivers of such robots publish; how far dead reckoning really is off is what
-/// the true pose beside it shows.
+/// Variances of x, y, z, roll, pitch and yaw, in m^2 and rad^2, that dead reckoning is published with where a row does not say how sure it is:
+/// what is not reckoned is as good as unknown. They are of the order that drivers of such robots publish.
 const RECKONED: [f64; 6] = [1e-3, 1e-3, 1e6, 1e6, 1e6, 1e-2];
+/// The least variance of x, y, heading and their rates that is said of them: filters do not take zero.
+const LEAST: f64 = 1e-8;
 /// Those of the truth. Filters do not take zero.
 const TRUE: [f64; 6] = [1e-12; 6];
 
@@ -248,13 +249,17 @@ impl RunTopics {
             twist: twist(record.command_twist_in_body),
         };
         outlet.send("/cmd_vel", &command, time_ns)?;
-        let odom = odometry(
+        let mut odom = odometry(
             now,
             [&self.odom, &base],
             &reckoned,
             record.twist_ideal,
             RECKONED,
         );
+        if let Some(covariance) = &record.odometry_covariance {
+            put_planar(&mut odom.pose.covariance, &covariance.pose);
+            put_planar(&mut odom.twist.covariance, &covariance.twist);
+        }
         outlet.send("/odom", &odom, time_ns)?;
         let real_twist = truth.twist_in_body;
         let odom = odometry(now, [&self.world, &self.truth], &real, real_twist, TRUE);
@@ -422,6 +427,17 @@ fn odometry(
     odometry.twist.twist = twist(moving);
     odometry.twist.covariance = covariance;
     odometry
+}
+
+/// Puts the covariance of x, y and heading into that of six freedoms.
+fn put_planar(whole: &mut Covariance, planar: &[[f64; 3]; 3]) {
+    let places = [0, 1, 5];
+    for (row, from_row) in places.into_iter().zip(planar) {
+        for (column, from) in places.into_iter().zip(from_row) {
+            let least = if row == column { LEAST } else { 0.0 };
+            whole[row][column] = from + least;
+        }
+    }
 }
 
 /// What an inertial measurement unit says, with roll and pitch by the robot's filter; the heading is not measured, and how the numbers vary

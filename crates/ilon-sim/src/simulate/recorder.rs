@@ -1,6 +1,6 @@
 //! Writes down what happens, once a control period or less often.
 
-use ilon_control::{ContactKinematics, Kinematics, Odometry};
+use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, WayErrors};
 use ilon_robot::{Pose, Robot};
 use ilon_trace::{
     Desired, Header, JointSample, MAX_JOINTS, MAX_TASKS, Record, Support, TaskShare, Trace,
@@ -27,6 +27,8 @@ pub struct Recorder {
     contact_kinematics: ContactKinematics,
     odometry_ideal: Pose,
     odometry_contact: Odometry,
+    /// Of `odometry_ideal`; of a robot whose rollers say how it errs.
+    covariance: Option<OdometryCovariance>,
     last_angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
     /// Of each wheel, since the start or the last row.
@@ -61,6 +63,10 @@ struct Carried {
     time_s: f64,
 }
 
+/// The share of a wheel's way that a controller takes to slip, where it does not know: what rollers of steel and rubber lose by creep and by
+/// handing over.
+const SLIP_SHARE: f64 = 0.005;
+
 impl Carried {
     /// Means along a heading, in N.
     fn means(&self, heading_rad: f64) -> Support {
@@ -90,7 +96,10 @@ impl Recorder {
         roller_angles_hz: Option<f64>,
     ) -> Self {
         let wheel_count = robot.wheels.len();
+        let errors = WayErrors::of_rollers(robot, SLIP_SHARE).ok();
         Self {
+            covariance: errors
+                .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors).ok()),
             trace: Trace::with_capacity(header, rows),
             kinematics,
             odometry_ideal: start,
@@ -205,6 +214,14 @@ impl Recorder {
             potential_energy_j: energy.potential_j,
             contact_residual_m_s: self.residual_m_s,
             support: Some(self.carried.means(plant.truth().pose.heading_rad)),
+            odometry_covariance: self.covariance.as_ref().map(|covariance| {
+                ilon_trace::OdometryCovariance {
+                    pose: covariance
+                        .covariance(self.odometry_ideal.heading_rad)
+                        .into(),
+                    twist: covariance.twist_covariance(rates_rad_s).into(),
+                }
+            }),
             imu: seen.imu,
             storage: plant.storage(),
         };
@@ -258,6 +275,9 @@ impl Recorder {
         for ((turned, last), now) in increments.zip(angles_rad) {
             *turned = now - *last;
             *last = *now;
+        }
+        if let Some(covariance) = &mut self.covariance {
+            covariance.count(&self.odometry_ideal, &self.turned_rad);
         }
         // The kinematics is linear in the rates: angles turned give the displacement.
         let displacement = self.kinematics.twist(&self.turned_rad);

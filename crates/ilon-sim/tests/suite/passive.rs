@@ -136,7 +136,7 @@ fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
 /// The guidance's gains are stiffness over damping, and what is left out follows from the mass.
 #[test]
 fn what_is_left_out_follows_from_mass_and_period() {
-    let scenario = scenario("wheel_loop.law = 'passive'\n").unwrap();
+    let scenario = scenario("[wheel_loop]\nlaw = 'passive'\n").unwrap();
     let plant = Plant::of_scenario(&scenario).unwrap();
     let resolved = plant.resolved().scenario();
     let passive = resolved.wheel_loop.passive.as_ref().unwrap();

@@ -239,7 +239,6 @@ impl Loop {
     }
 }
 
-/// The three dampings along a diagonal are what the loops are made of.
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;
@@ -336,7 +335,7 @@ mod tests {
                     e += settles * period + (v - settles) * (1.0 - left) / a;
                     v = settles + (v - settles) * left;
                 }
-                Vector3::new(e, v, 0.0).norm()
+                f64::hypot(e, v)
             };
             assert!(grown(0.99 * limit) < 1e-3, "{m} {d} {period} {old}");
             assert!(!(grown(3.0 * limit) < 1.0), "{m} {d} {period} {old}");

@@ -207,8 +207,8 @@ fn what_follows_from_mass_and_timing_is_accepted() {
         for (dt_s, period_s, delay_s) in [(1e-4, 1e-3, 0.0), (5e-3, 0.02, 0.1), (0.02, 0.02, 0.5)] {
             let own =
                 PassiveTorqueSettings::for_robot(&robot, 9.81, dt_s, period_s, delay_s).unwrap();
-            // The filter twice as slow as the robot, or slower.
-            let stops_s = 10.0 * (period_s + delay_s);
+            // A filter slower than the robot stops.
+            let stops_s = 1.2 * robot.mass_kg() / own.damping_n_s_m;
             let tilts = [None, Some((2.0 * stops_s, 0.0)), Some((20.0, 0.05))];
             for tilt in tilts {
                 let tilt = tilt.map(|(time_constant_s, delay_s)| TiltLoop {
