@@ -21,6 +21,8 @@ use crate::{AccelerationLimits, ControlError, Motor};
 /// Pieces of a grid between two waypoints, of a line, and of a lap.
 const PER_PIECE: usize = 60;
 const PER_LAP: usize = 240;
+/// The square of a speed that any robot may have.
+const SLOW_M2_S2: f64 = 1e-4;
 /// More laps are not looked at.
 const MOST_LAPS: usize = 64;
 
@@ -44,14 +46,21 @@ struct Step {
     own_s: f64,
     own_until_s: f64,
     length_m: f64,
-    /// B in its middle, and by how much it changes per metre.
-    direction: Twist,
-    bend: Twist,
-    heading_rad: f64,
+    /// At its two ends: its limits are to hold at both.
+    ends: [Place; 2],
     /// Whether the robot stands where the step begins.
     from_rest: bool,
     /// Largest x that the wheels' rates allow.
     most: f64,
+}
+
+/// A place of the path.
+#[derive(Clone, Copy)]
+struct Place {
+    /// B, and by how much it changes per metre.
+    direction: Twist,
+    bend: Twist,
+    heading_rad: f64,
 }
 
 impl Reference {
@@ -165,36 +174,42 @@ impl Fastest<'_> {
         }
         let mean_m_s = whole_m / (to_s - from_s);
         // A little inside of the ends: in a stop nothing moves, and at a waypoint one piece ends and another begins.
-        let b = |own_s: f64| {
-            self.direction(
-                path,
-                own_s.clamp(from_s + 1e-6 * part_s, to_s - 1e-6 * part_s),
-                arm_m,
-            )
+        let inside_s = 1e-3 * part_s;
+        let place = |own_s: f64| {
+            let own_s = own_s.clamp(from_s + 2.0 * inside_s, to_s - 2.0 * inside_s);
+            let around = [own_s - inside_s, own_s + inside_s];
+            let [before, after] = around.map(|own_s| self.direction(path, own_s, arm_m));
+            let apart_m = length_m(around[0], around[1], &flow);
+            Place {
+                direction: self.direction(path, own_s, arm_m),
+                bend: (after + before.scaled(-1.0)).scaled(1.0 / apart_m),
+                heading_rad: path.at_own(own_s).pose.heading_rad,
+            }
         };
+        let mut first = place(from_s);
         for k in 0..count {
             let (start_s, end_s) = (from_s + k as f64 * part_s, from_s + (k + 1) as f64 * part_s);
-            let length_m = length_m(start_s, end_s, &flow);
-            let (first, last) = (b(start_s), b(end_s));
-            let direction = (first + last).scaled(0.5);
+            let ends = [first, place(end_s)];
             let rests = flow(start_s) < 1e-6 * mean_m_s;
             if let Some(before) = steps.last_mut().filter(|_| k == 0 && !rests) {
                 // What jumps at a waypoint is spread over the step before it.
-                let end = before.direction + before.bend.scaled(0.5 * before.length_m);
-                let jump = first + end.scaled(-1.0);
-                before.bend = before.bend + jump.scaled(1.0 / before.length_m);
-                before.direction = before.direction + jump.scaled(0.5);
+                let jump = ends[0].direction + before.ends[1].direction.scaled(-1.0);
+                for end in &mut before.ends {
+                    end.bend = end.bend + jump.scaled(1.0 / before.length_m);
+                }
             }
             steps.push(Step {
                 own_s: start_s,
                 own_until_s: end_s,
-                length_m,
-                bend: (last + first.scaled(-1.0)).scaled(1.0 / length_m),
-                heading_rad: path.at_own(0.5 * (start_s + end_s)).pose.heading_rad,
+                length_m: length_m(start_s, end_s, &flow),
                 from_rest: rests || steps.is_empty(),
-                most: self.most_square(direction),
-                direction,
+                most: ends
+                    .map(|end| self.most_square(end.direction))
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min),
+                ends,
             });
+            first = ends[1];
         }
     }
 
@@ -229,10 +244,15 @@ impl Fastest<'_> {
         let mut squares = vec![0.0];
         for (i, step) in steps.iter().enumerate() {
             let to_next = (reach[i + 1] - x) / (2.0 * step.length_m);
-            let gains = self.gains(step, x)?;
             // At the edge of what can be had rounding leaves nothing.
-            let gain = gains.map_or(to_next.min(0.0), |(_, most)| most.min(to_next));
-            x = (x + 2.0 * step.length_m * gain).max(0.0);
+            let most = |gains: Option<(f64, f64)>| gains.map_or(0.0, |(_, most)| most);
+            let mut gain = most(self.gains(step, x)?).min(to_next);
+            let after = |gain: f64| (x + 2.0 * step.length_m * gain).max(0.0);
+            if gain > 0.0 {
+                // A motor that turns faster at the step's end has less to give there.
+                gain = gain.min(most(self.gains(step, after(gain))?));
+            }
+            x = after(gain);
             squares.push(x);
         }
         Ok(squares)
@@ -240,13 +260,22 @@ impl Fastest<'_> {
 
     /// The largest x with which a step can begin that may end with `next` at most.
     fn reach(&mut self, step: &Step, next: f64) -> Result<f64, ControlError> {
-        let mut is_fine = |x: f64| {
-            let gains = self.gains(step, x)?;
-            Ok::<_, ControlError>(gains.is_some_and(|(least, most)| {
-                let needed = (next - x) / (2.0 * step.length_m);
-                least <= needed && most >= -x / (2.0 * step.length_m)
-            }))
+        let at_end = match next.is_finite() {
+            true => self.gains(step, next)?,
+            false => None,
         };
+        let mut is_fine =
+            |x: f64| {
+                let needed = (next - x) / (2.0 * step.length_m);
+                // A motor that turns more slowly at the step's end brakes with less there.
+                if at_end.is_some_and(|(least, _)| needed < 0.0 && least > needed) {
+                    return Ok(false);
+                }
+                let gains = self.gains(step, x)?;
+                Ok::<_, ControlError>(gains.is_some_and(|(least, most)| {
+                    least <= needed && most >= -x / (2.0 * step.length_m)
+                }))
+            };
         if !is_fine(0.0)? {
             return Err(ControlError::CannotBeDriven {
                 own_time_s: step.own_s,
@@ -258,7 +287,11 @@ impl Fastest<'_> {
         if is_fine(step.most)? {
             return Ok(step.most);
         }
-        let (mut low, mut high) = (0.0, step.most);
+        let (mut low, mut high) = (0.0, SLOW_M2_S2.min(step.most));
+        while high < step.most && is_fine(high)? {
+            (low, high) = (high, 4.0 * high);
+        }
+        high = high.min(step.most);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
             if is_fine(middle)? {
@@ -272,13 +305,19 @@ impl Fastest<'_> {
 
     /// The least and the largest sigma'' at an x.
     fn gains(&mut self, step: &Step, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
-        self.limits
-            .turn_slope(self.downhill_in_world_rad - step.heading_rad)?;
-        let twist = step.direction.scaled(libm::sqrt(x));
-        let found = self
-            .limits
-            .range(step.bend.scaled(x), step.direction, twist, self.motors)?;
-        Ok(found.map(|range| (range.least, range.largest)))
+        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+        for end in &step.ends {
+            self.limits
+                .turn_slope(self.downhill_in_world_rad - end.heading_rad)?;
+            let twist = end.direction.scaled(libm::sqrt(x));
+            let base = end.bend.scaled(x);
+            let found = self.limits.range(base, end.direction, twist, self.motors)?;
+            let Some(range) = found else {
+                return Ok(None);
+            };
+            (least, most) = (least.max(range.least), most.min(range.largest));
+        }
+        Ok((least <= most).then_some((least, most)))
     }
 }
 

@@ -181,59 +181,107 @@ impl Case {
     }
 }
 
+/// The first wheel that lost more than `lost_j` to sliding: when, which, and how fast the robot had speeded up along a direction at most, over
+/// 40 ms.
+fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usize, f64)> {
+    const ROWS: usize = 8;
+    let d = direction;
+    let along = |t: Twist| {
+        (t.vx_m_s * d.vx_m_s + t.vy_m_s * d.vy_m_s + t.omega_rad_s * d.omega_rad_s)
+            / (d.vx_m_s.powi(2) + d.vy_m_s.powi(2) + d.omega_rad_s.powi(2))
+    };
+    let records = run.trace.records();
+    let speed = |row: usize| along(records[row].truth.twist_in_body);
+    let over_s = ROWS as f64 * CONTROL_S;
+    let gain = |row: usize| (speed(row) - speed(row - ROWS)) / over_s;
+    (ROWS..records.len()).find_map(|row| {
+        let mut wheels = run.trace.wheels_at(row).iter();
+        let wheel = wheels.position(|wheel| wheel.slip_energy_j > lost_j)?;
+        let most = (ROWS..=row).map(gain).fold(0.0, f64::max);
+        Some((records[row].t_s, wheel, most))
+    })
+}
+
+/// Of what the motors do, the most that may be lost to sliding below the limit.
+const MOST_LOST: f64 = 0.01;
+
+/// Equal loops: at 95 % of the limit sliding takes less than 1 % of the motors' work; at 110 % the wheel that slides first is the one that is
+/// named, or one that is used as much but for 5 %, and it does so at 0.95 to 1.15 of the limit. What is missed is the wandering of the places
+/// where rollers touch, about their wheels' middles, and the strain of wheels whose rollers do not roll as eq. (7) says; and a wheel that slides
+/// among five or six is held near to rolling by the others.
 #[test]
-fn explore() {
+fn loops_by_themselves_slide_where_the_limits_say() {
+    let mut onsets = Vec::new();
     for k in 0..20 {
         let case = case(k);
-        let mut limits = case.limits(PushSharing::EqualLoops);
         let motors = case.motors();
+        let mut limits = case.limits(PushSharing::EqualLoops);
         let found = limits
             .along(case.direction, Twist::default(), &motors)
-            .unwrap();
+            .expect("limits");
         let mut used = vec![0.0; motors.len()];
+        let at_limit = case.direction.scaled(found.largest);
         limits
-            .grip_used(
-                case.direction.scaled(found.largest),
-                Twist::default(),
-                &motors,
-                &mut used,
-            )
-            .unwrap();
+            .grip_used(at_limit, Twist::default(), &motors, &mut used)
+            .expect("shares");
         let below = case.run("pid", 0.95 * found.largest);
-        let above = case.run("pid", 1.3 * found.largest);
-        let motor_j = below.summary.energy.motor_j.unwrap();
-        let slip = below.summary.slip_energy_j.unwrap() / motor_j;
-        // Onset.
-        let mut onset = (f64::NAN, 99, f64::NAN);
-        'rows: for (record, wheels) in above.trace.steps() {
-            for (h, wheel) in wheels.iter().enumerate() {
-                if wheel.slip_energy_j > 1e-3 * motor_j && onset.1 == 99 {
-                    let v = above
-                        .trace
-                        .records()
-                        .iter()
-                        .position(|r| r.t_s == record.t_s)
-                        .unwrap();
-                    let _ = v;
-                    onset = (1.3 * grown(record.t_s), h, record.t_s);
-                    break 'rows;
-                }
-            }
-        }
+        let motor_j = below.summary.energy.motor_j.expect("they work");
+        let lost = below.summary.slip_energy_j.expect("it stands") / motor_j;
+        let above = case.run("pid", 1.1 * found.largest);
+        let (at_s, wheel, gain) =
+            first_to_slide(&above, case.direction, 1e-3 * motor_j).expect("it slides");
+        let onset = gain / found.largest;
         println!(
-            "{k}: n {} mu {:.2} slope {:.1} limit {:.2} wheel {} {:?} | 95 %: slip {:.4} % used {:.3} | onset {:.3} of limit at {:.2} s wheel {} (used {:.3})",
+            "robot {k}: {} wheels, friction {:.2}, slope {:.1} deg, limit {:.2}: lost {:.3} % at 95 %; at 110 % wheel {wheel} at {at_s:.3} s, at {onset:.3} \
+             of the limit; foreseen wheel {}",
             motors.len(),
             case.friction,
             case.slope_deg,
             found.largest,
-            found.wheel,
-            found.cause,
-            100.0 * slip,
-            below.summary.friction_used_max.unwrap_or(f64::NAN),
-            onset.0,
-            onset.2,
-            onset.1,
-            used.get(onset.1).copied().unwrap_or(f64::NAN)
+            100.0 * lost,
+            found.wheel
         );
+        assert!(lost < MOST_LOST, "robot {k}: {lost}");
+        assert!(used[wheel] > 0.95, "robot {k}: wheel {wheel} of {used:?}");
+        assert!((0.95..1.15).contains(&onset), "robot {k}: {onset}");
+        onsets.push(onset);
     }
+    onsets.sort_by(f64::total_cmp);
+    println!(
+        "onsets {:.3} to {:.3}, median {:.3}",
+        onsets[0], onsets[19], onsets[10]
+    );
+}
+
+/// Pushes that are shared by grip, of those robots that have some to share, slide little at 95 % of limits that are higher. All wheels are then
+/// near to their grip at once, so that what each roller that comes down takes to be spun up is missing: up to 2.1 % of the work is lost.
+#[test]
+fn pushes_by_grip_hold_what_the_limits_say() {
+    let mut gained = Vec::new();
+    for k in (0..20).filter(|k| k % 4 != 0) {
+        let case = case(k);
+        let motors = case.motors();
+        let largest = |sharing| {
+            let found = case
+                .limits(sharing)
+                .along(case.direction, Twist::default(), &motors);
+            found.expect("limits").largest
+        };
+        let (by_loops, by_grip) = (
+            largest(PushSharing::EqualLoops),
+            largest(PushSharing::ByGrip),
+        );
+        let below = case.run("prioritised_torque", 0.95 * by_grip);
+        let motor_j = below.summary.energy.motor_j.expect("they work");
+        let lost = below.summary.slip_energy_j.expect("it stands") / motor_j;
+        println!(
+            "robot {k}: {:.2} of the limit of loops; lost {:.3} % at 95 %",
+            by_grip / by_loops,
+            100.0 * lost
+        );
+        assert!(lost < 0.025, "robot {k}: {lost}");
+        gained.push(by_grip / by_loops);
+        assert!(by_grip > 0.999 * by_loops, "robot {k}");
+    }
+    assert!(gained.iter().sum::<f64>() / 15.0 > 1.1, "{gained:?}");
 }
