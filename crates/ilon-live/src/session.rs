@@ -418,6 +418,7 @@ impl Session {
         });
         Frame {
             bodies: bodies.collect(),
+            joints: world.robot().joint_positions().to_vec(),
             t_s: self.t_s,
             pose: truth.pose,
             height_m: truth.height_m,
