@@ -156,6 +156,8 @@ fn every_signal_of_the_robot_is_what_happened() {
             bodies,
             imu,
             storage,
+            // No column: messages carry it.
+            odometry_covariance: _,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         // This robot is one body with wheels.

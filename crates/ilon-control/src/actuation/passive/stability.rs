@@ -241,7 +241,6 @@ impl Loop {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
 
     use super::*;
 
