@@ -1,7 +1,8 @@
 //! What **happens**: a rapier world in which every roller of an omnidirectional robot touches the ground by itself.
 //!
 //! [`World`] holds robots on a floor, most of the time one: torques in, truth out. Each is an articulated body with an identity;
-//! contacts are between pairs of them and the ground. Only this crate of the project names rapier or parry.
+//! contacts are between pairs of them and the ground. [`World::add_body`] puts boxes, cylinders and spheres beside them, which they push and
+//! carry. Only this crate of the project names rapier or parry.
 //!
 //! # One step
 //!
@@ -43,6 +44,8 @@
 //! - **A step is solved in its middle**: second order where nothing lands, and a held contact does no work in a turn.
 //! - **All contacts are springs of one stiffness**, so that loads are shared as mechanics says. It is a share of the robot's own units
 //!   ([`ilon_robot::Scale`]), as every threshold is.
+//! - **A free body is one more body of the same problem**, without joints: the same f64 dynamics, laws and balances as a robot's, exact
+//!   momentum, and no second solver whose errors would stand between the two. rapier's sets are handed out as a view ([`World::in_rapier`]).
 //! - **Work is impulse times mean velocity**, which is exact for a step of constant inertia: the energy balance closes, and what is left
 //!   shows the step's error.
 //! - **Wheel loops act within the step**, unless they are sampled: torque falls as the wheel gains rate, as a damping in the mass matrix.

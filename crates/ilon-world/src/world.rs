@@ -30,7 +30,7 @@ pub use disturbance::Push;
 use free::islands::Islands;
 pub use free::{FreeBodyState, InRapier, RayHit, Seen};
 
-/// Robots on the ground; in most worlds one.
+/// Robots on the ground, in most worlds one, and free bodies beside them.
 ///
 /// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read afterwards is the truth; what a
 /// robot's sensors make of it is not this crate's business.

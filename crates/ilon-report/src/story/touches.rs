@@ -46,7 +46,7 @@ impl Touches {
                 let most_n = spell.largest;
                 let took = self.took(spell.energy_j[1] - spell.energy_j[0]);
                 let text = format!(
-                    "the robot presses on `{}` with up to {most_n:.3} N; {took}",
+                    "the robot presses on `{}` with up to {most_n:.1} N; {took}",
                     body.name
                 );
                 (*spell, text)
@@ -72,8 +72,16 @@ impl Touches {
 
     /// What work on bodies took, in words.
     fn took(&self, work_j: f64) -> String {
+        /// Less than this is nothing, in J.
+        const LEAST_J: f64 = 5e-4;
+        if work_j.abs() < LEAST_J {
+            return "took less than 1 mJ".to_owned();
+        }
+        if work_j < 0.0 {
+            return format!("gave {} back", energy(-work_j));
+        }
         let took = format!("took {}", energy(work_j));
-        if self.motor_j > 0.0 && work_j > 0.0 {
+        if self.motor_j > 0.0 {
             format!(
                 "{took}, {} of the motors' work",
                 percent(work_j / self.motor_j)
@@ -119,6 +127,6 @@ mod tests {
         assert!(said.contains("25"), "{said}");
         let episodes = touches.episodes(&header);
         assert_eq!(episodes.len(), 1);
-        assert!(episodes[0].1.contains("up to 5.000 N"), "{}", episodes[0].1);
+        assert!(episodes[0].1.contains("up to 5.0 N"), "{}", episodes[0].1);
     }
 }

@@ -15,6 +15,7 @@ use ilon::trace::{
 };
 use ilon::world::{BodyState, Energy, WheelContact};
 use ilon_formats::LoadRobot;
+use nalgebra::UnitQuaternion;
 
 /// Onto a circle, over a slippery patch and a kerb, with a push meanwhile; a row every physics step, exact sensors.
 const SCENARIO: &str = "
@@ -33,6 +34,14 @@ wheel_rate_limit_rad_s = 9
 friction = 0.5
 patches = [{ x_m = 0, y_m = 0.2, length_x_m = 0.3, length_y_m = 0.3, friction = 0.05 }]
 boxes = [{ x_m = 0, y_m = 0.55, length_x_m = 2, length_y_m = 0.1, height_m = 0.004 }]
+[[world.bodies]]
+name = 'ball'
+sphere = { radius_m = 0.05 }
+mass_kg = 0.5
+x_m = 1
+y_m = -2
+vx_m_s = 0.3
+omega_rad_s = 0.7
 [[faults]]
 push = { impulse_x_n_s = 4, frame = 'world', from_s = 0.4, lasts_s = 0.2 }
 [run]
@@ -58,6 +67,7 @@ struct Seen {
     impact_j: f64,
     residual_m_s: f64,
     support: ilon::world::Support,
+    ball: ilon::world::FreeBodyState,
 }
 
 fn look(simulation: &Simulation) -> Seen {
@@ -84,6 +94,9 @@ fn look(simulation: &Simulation) -> Seen {
         impact_j: world.impact_energy_j(),
         residual_m_s: world.contact_residual_m_s(),
         support: world.robot().support(),
+        ball: world
+            .free_body(world.free_bodies()[0])
+            .expect("it is there"),
     }
 }
 
@@ -162,11 +175,15 @@ fn every_signal_of_the_robot_is_what_happened() {
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         // This robot is one body with wheels.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
-        assert_eq!(
-            bodies,
-            [BodySample::default(); MAX_BODIES],
-            "nothing stands beside it"
-        );
+        let ball = &bodies[0];
+        assert_eq!(ball.place_m, <[f64; 3]>::from(now.ball.place_m));
+        assert_eq!(ball.velocity_m_s, <[f64; 3]>::from(now.ball.velocity_m_s));
+        let turned =
+            UnitQuaternion::from_euler_angles(ball.roll_rad, ball.pitch_rad, ball.heading_rad);
+        assert!(turned.angle_to(&now.ball.rotation) < 1e-9);
+        // No robot comes near it.
+        assert_eq!((ball.push_n, ball.work_j), (0.0, 0.0));
+        assert_eq!(bodies[1..], [BodySample::default(); MAX_BODIES - 1]);
         assert_eq!((imu, storage), (None, None), "no such sensor, no such law");
         let Truth {
             pose,

@@ -241,7 +241,6 @@ impl Loop {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
 
     fn of(inertia: f64, damping: f64, delay_s: f64) -> Loop {
