@@ -259,7 +259,10 @@ impl JointOptions {
                 ("rate_limit_m_s", self.rate_limit_m_s),
                 ("rate_limit_rad_s", self.rate_limit_rad_s),
             ),
-            (("target_m", self.target_m), ("target_rad", self.target_rad)),
+            (
+                ("target_m` or `position_m", self.target_m),
+                ("target_rad` or `position_rad", self.target_rad),
+            ),
         ];
         let mut numbers = [None; 8];
         for (index, (of_slide, of_turn)) in pairs.into_iter().enumerate() {
