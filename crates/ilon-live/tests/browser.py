@@ -121,7 +121,27 @@ async def drive(page):
         await page.until(stands, stop)
         await page.key("keyUp", "w")
 
-    # The sticks: left ahead and aside, right turns. What is near the middle is the middle.
+    # The sticks in the picture, by a finger each, and both at once.
+    await page.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    middles = {}
+    await page.value("document.querySelector('.stage').scrollIntoView()")
+    for side in ("move", "turn"):
+        at = f"(() => {{ const box = document.querySelector('.ilon-stick-{side}').getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2] }})()"
+        middles[side] = await page.value(at)
+    for moves, sign in (({"move": (0, -200)}, (1, 0, 0)), ({"move": (-200, 0)}, (0, 1, 0)), ({"turn": (200, 90)}, (0, 0, -1)), ({"move": (0, 200), "turn": (-200, 0)}, (-1, 0, 1))):
+        fingers = lambda far: [
+            {"x": middles[side][0] + far * x, "y": middles[side][1] + far * y, "id": index} for index, (side, (x, y)) in enumerate(moves.items())
+        ]
+        await page.ask("Input.dispatchTouchEvent", type="touchStart", touchPoints=fingers(0))
+        await page.ask("Input.dispatchTouchEvent", type="touchMove", touchPoints=fingers(1))
+        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))
+        await page.until(goes, f"fingers at {moves}")
+        await page.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        await page.until(stands, "fingers lifted")
+    wheels = await page.value("document.querySelector('#wheels').innerText")
+    assert wheels.count("mm/s") == 4, wheels
+
+    # The sticks of a gamepad: left ahead and aside, right turns. What is near the middle is the middle.
     for axes, sign in (([0, -1, 0], (1, 0, 0)), ([1, 0, 0], (0, -1, 0)), ([0, 0, -1], (0, 0, 1)), ([0.05, -0.05, 0.05], (0, 0, 0))):
         await page.value(f"window.pad = {{axes: {axes}, buttons: []}}")
         goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))

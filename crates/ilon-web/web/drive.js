@@ -18,7 +18,7 @@ async function drive() {
         say(HANDS);
         hands = ilonDrive(find('live'), (twist) => simulator.steer(twist), { top: () => Number(find('top').value) });
         if (scene) endWheels = ilonWheels(find('wheels'), scene);
-        find('live').scrollIntoView({ block: 'nearest' });
+        find('live').scrollIntoView({ block: matchMedia('(max-width: 960px)').matches ? 'start' : 'nearest' });
         document.activeElement.blur();
         document.documentElement.dataset.driving = 'yes';
         return;

@@ -8,6 +8,7 @@ const KEYS = {
 };
 // What is as near to the middle of a stick is the middle.
 const MIDDLE = 0.12;
+const pushed = (part) => (Math.abs(part || 0) < MIDDLE ? 0 : part);
 const AGAIN_MS = 100;
 // Turning at full stick goes with driving at full stick so: rad/s for each m/s.
 const TURN_PER_M = 2.5;
@@ -39,7 +40,7 @@ function makeStick(stage, side, changed) {
     const box = stick.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left - box.width / 2, side === 'turn' ? 0 : event.clientY - box.top - box.height / 2];
     const far = Math.max(Math.hypot(x, y), 0.5 * box.width);
-    put(-y / far, -x / far);
+    put(pushed(-y / far), pushed(-x / far));
   };
   const let_go = (event) => {
     if (event.pointerId !== finger) return;
@@ -71,10 +72,7 @@ function ilonDrive(stage, tell, { top = () => 0.4 } = {}) {
     for (const key of held) KEYS[key].forEach((part, index) => { sum[index] += part; });
     for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
       if (!pad) continue;
-      [1, 0, 2].forEach((axis, index) => {
-        const pushed = pad.axes[axis] || 0;
-        if (Math.abs(pushed) >= MIDDLE) sum[index] -= pushed;
-      });
+      [1, 0, 2].forEach((axis, index) => { sum[index] -= pushed(pad.axes[axis]); });
     }
     const [ahead, left, turn] = sum.map((part) => clamp(part, -1, 1));
     moves.show(ahead, left);

@@ -182,7 +182,7 @@ fn frames_after(
 
 #[test]
 fn what_was_driven_a_log_does_again_to_the_bit() {
-    // Of an open loop, of a guidance that follows a path, of a controller by contact, with faults, and of a log.
+    // Of an open loop, of a guidance that follows a path, of one that commands by contact, and of periods that are no round numbers.
     for (scenario, settings) in [
         (LATERAL, vec!["run.physics_dt_s=0.002"]),
         ("/scenarios/mecanum4_circle.toml", vec![]),
@@ -190,6 +190,11 @@ fn what_was_driven_a_log_does_again_to_the_bit() {
             "/scenarios/mecanum4_wet_floor.toml",
             vec!["guidance.kinematics=contact"],
         ),
+        (
+            "/scenarios/volksbot_blind.toml",
+            vec!["run.control_dt_s=0.007", "run.record_every=3"],
+        ),
+        ("/scenarios/mecanum4_sprung_kerb.toml", vec![]),
     ] {
         let mut door = door();
         let open = json!({ "do": "drive", "scenario": scenario, "settings": settings });
