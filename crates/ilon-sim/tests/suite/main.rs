@@ -4,6 +4,7 @@ mod drives;
 mod materials;
 mod plant;
 mod playback;
+mod playback_bag;
 mod record;
 mod similarity;
 mod spin;
