@@ -346,8 +346,7 @@ fn a_tread_that_the_weight_presses_through_is_refused() {
     }
 }
 
-/// Held wheels on treads are pushed aside slowly and let go: what the treads take in shear they give back. None of it is slip, and none is a
-/// hit's.
+/// Held wheels on treads are pushed slowly: what their treads take in shear is stored, and counts neither as slip nor as a hit.
 #[test]
 fn what_a_tread_stores_in_shear_is_neither_slip_nor_a_hit() {
     let mut robot = on_treads(mecanum4(), 1e5, 1.0);
