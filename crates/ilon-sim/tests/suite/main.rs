@@ -6,6 +6,7 @@ mod materials;
 mod passive;
 mod plant;
 mod playback;
+mod playback_bag;
 mod record;
 mod similarity;
 mod spin;

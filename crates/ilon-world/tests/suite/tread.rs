@@ -345,3 +345,76 @@ fn a_tread_that_the_weight_presses_through_is_refused() {
         );
     }
 }
+
+/// Held wheels on treads are pushed slowly: what their treads take in shear is stored, and counts neither as slip nor as a hit.
+#[test]
+fn what_a_tread_stores_in_shear_is_neither_slip_nor_a_hit() {
+    let mut robot = on_treads(mecanum4(), 1e5, 1.0);
+    for wheel in &mut robot.wheels {
+        wheel.joint.friction_n_m = 5.0;
+    }
+    let mut world = world(&robot, FloorSurface::default(), 1e-3);
+    for _ in 0..500 {
+        world.robot_mut().apply(&[0.0; 4]);
+        world.step();
+    }
+    let spent_j = |world: &World| {
+        (
+            world.slip_energy_j() + world.spin_up_energy_j(),
+            world.impact_energy_j(),
+            world.outside_energy_j(),
+            total_j(world),
+        )
+    };
+    let from = spent_j(&world);
+    let most_n = 20.0;
+    for step in 0..1000 {
+        world.robot_mut().push(&Push {
+            force_in_world_n: Vector3::new(most_n * f64::from(step) / 1000.0, 0.0, 0.0),
+            place_in_body_m: Vector3::zeros(),
+        });
+        world.robot_mut().apply(&[0.0; 4]);
+        world.step();
+    }
+    let to = spent_j(&world);
+    // Four rollers, each of which the floor holds along its axis alone, at 45 degrees: 2 k in all.
+    let shear_n_m = Tread::new(1e5).shear_n_m();
+    let stored_j = most_n * most_n / (2.0 * 2.0 * shear_n_m);
+    let work_j = to.2 - from.2;
+    println!("{work_j:e} of work, {stored_j:e} stored; {from:?} {to:?}");
+    // It pitches a little on its treads too.
+    assert!((work_j / stored_j - 1.0).abs() < 0.2, "{work_j} {stored_j}");
+    for (spent, what) in [(to.0 - from.0, "slip"), (to.1 - from.1, "hits")] {
+        assert!(spent.abs() < 0.03 * work_j, "{what}: {spent} of {work_j}");
+    }
+    assert!((to.3 - from.3 - work_j).abs() < 0.05 * work_j);
+}
+
+/// On soft contacts a robot stands as deep as its weight presses them, and half of that way's work is in their springs.
+#[test]
+fn contacts_store_half_of_what_the_weight_did() {
+    let robot = mecanum4();
+    let at = |stiffness_n_m: f64| {
+        let settings = Settings {
+            contact_stiffness_n_m: Some(stiffness_n_m),
+            ..settings(1e-3)
+        };
+        let mut world =
+            World::new(&robot, &Floor::default(), Pose::default(), &settings).expect("valid");
+        for _ in 0..500 {
+            world.robot_mut().apply(&[0.0; 4]);
+            world.step();
+        }
+        (world.energy().potential_j, world.robot().state().height_m)
+    };
+    let ((soft_j, soft_m), (stiff_j, stiff_m)) = (at(1e5), at(1e9));
+    let weight_n = robot.mass_kg() * G;
+    let sag_m = weight_n / (4.0 * 1e5);
+    assert!((stiff_m - soft_m - sag_m).abs() < 1e-3 * sag_m);
+    // m g d / 2 is left of the m g d that it sank by.
+    let expected_j = 0.5 * weight_n * sag_m;
+    assert!(
+        (stiff_j - soft_j - expected_j).abs() < 2e-3 * expected_j,
+        "{soft_j} {stiff_j}"
+    );
+}

@@ -41,6 +41,8 @@ pub struct Case {
     pub nap: Option<(f64, f64)>,
     /// What lies on the floor.
     pub plates: Vec<Plate>,
+    /// Damping along the oracle's normals over that of [`ilon_oracle::ContactLaw::stiff`].
+    pub damped: f64,
 }
 
 /// A robot of the project's assets.
@@ -68,6 +70,7 @@ impl Case {
             shove: None,
             nap: None,
             plates: Vec::new(),
+            damped: 1.0,
         }
     }
 

@@ -8,8 +8,8 @@ use nalgebra::Vector2;
 pub struct Sums {
     /// Heat of sliding.
     pub slip_j: f64,
-    /// What bristles took beside it in the oracle; what of sliding went into rollers' spin in ilon.
-    pub bristles_j: f64,
+    /// What the contacts took along the ground: sliding, and in the oracle the dampers and lost bends of the bristles, too.
+    pub along_ground_j: f64,
     /// What the contacts took besides: the oracle's dampers, ilon's impacts.
     pub other_j: f64,
     /// Work of the wheels' drives.

@@ -29,11 +29,13 @@ impl Springs {
 pub fn on_springs(case: &Case, springs: Springs) -> Course {
     let steps = (TICK_S / springs.step_s).ceil();
     let nap = case.nap.map(|(angle_rad, ratio)| Nap { angle_rad, ratio });
+    let stiff = ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot);
     let settings = ilon_oracle::Settings {
         step_s: TICK_S / steps,
         contact: ContactLaw {
             nap,
-            ..ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot)
+            normal_damping_n_s_m: case.damped * stiff.normal_damping_n_s_m,
+            ..stiff
         },
         gravity_m_s2: LEVEL_GRAVITY_M_S2,
     };
@@ -114,7 +116,7 @@ fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
         joints: engine.joint_positions().to_vec(),
         sums: Sums {
             slip_j: energy.slip_j,
-            bristles_j: energy.bristles_j,
+            along_ground_j: energy.slip_j + energy.bristles_j,
             other_j: energy.bristles_j + energy.normals_j,
             drives_j: energy.drives_j,
             bearings_j: energy.wheel_bearings_j + energy.roller_bearings_j,
@@ -259,7 +261,7 @@ fn row_in(world: &World, loads_n: Vec<f64>) -> Row {
         joints: world.robot().joint_positions().to_vec(),
         sums: Sums {
             slip_j: world.slip_energy_j() + world.spin_up_energy_j(),
-            bristles_j: world.spin_up_energy_j(),
+            along_ground_j: world.slip_energy_j() + world.spin_up_energy_j(),
             other_j: world.impact_energy_j(),
             drives_j: world.motor_energy_j(),
             bearings_j: world.bearing_energy_j(),

@@ -84,8 +84,8 @@ fn braking(name: &str, robot: Robot) -> Case {
 
 #[test]
 fn arms_and_slides_bear_braking_alike_in_both_engines() {
-    alike(&braking("arms", on_arms(60.0)), (0.95, 1.15), 5e-3);
-    alike(&braking("slides", on_slides(60.0)), (0.95, 1.15), 5e-3);
+    alike(&braking("arms", on_arms(60.0)), (0.9525, 1.1475), 1e-3);
+    alike(&braking("slides", on_slides(60.0)), (0.9525, 1.1475), 1e-3);
 }
 
 #[test]
@@ -94,11 +94,11 @@ fn a_rocker_bears_a_load_off_centre_alike_in_both_engines() {
     robot.chassis.mass.center_of_mass_m.x += 0.03;
     robot.chassis.mass.center_of_mass_m.y += 0.04;
     let mut case = braking("rocker, load off centre", robot);
-    alike(&case, (0.95, 1.15), 5e-3);
+    alike(&case, (0.9525, 1.1475), 1e-3);
     case.wheels = Box::new(|_| Wheels::Follow(Twist::default()));
     case.duration_s = 0.4;
     case.name = "rocker, load off centre, standing".to_owned();
-    alike(&case, (0.3, 0.4), 1e-3);
+    alike(&case, (0.3025, 0.3975), 2e-4);
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn a_kerb_under_one_wheel_loads_springs_and_rockers_alike_in_both_engines() {
             to_m: at_m + half_m,
             height_m: 0.005,
         }];
-        alike(&case, (0.4, 0.5), 1e-3);
+        alike(&case, (0.4025, 0.4975), 1e-3);
     }
 }
 
@@ -135,93 +135,57 @@ fn over_bars(name: &str, robot: Robot) -> Case {
     case
 }
 
-#[test]
-#[ignore]
-fn explore_bars() {
-    let get = |name: &str, or: f64| {
-        std::env::var(name)
-            .ok()
-            .and_then(|v| v.parse().ok())
-            .unwrap_or(or)
-    };
-    let (speed, bars, height) = (get("V", 1.0), get("BARS", 1.0) as usize, get("H", 0.003));
-    let which = get("WHICH", 1.0) as usize;
-    let (name, robot) = [
-        ("rigid", crate::support::robot("mecanum4")),
-        ("slides", on_slides(60.0)),
-        ("rocker", on_a_rocker(0.3)),
-    ][which]
-        .clone();
+/// What contacts took along the ground, and in all, in J.
+fn lost_j(course: &Course) -> [f64; 2] {
+    let sums = course.end().sums;
+    // The oracle's bristles take what brings rollers to their spin, which is slip in ilon.
+    [sums.along_ground_j, sums.slip_j + sums.other_j]
+}
+
+/// Holds that both engines lose the same over ten bars, along the ground and in all, to within a twentieth and what each still changes with its own
+/// settings: the oracle with its two contacts, each a stiffness, a step and how much it is damped, ilon with steps of 0.5 and 0.25 ms.
+///
+/// How much of a hit at an edge goes along the ground and how much across it depends on how it goes on within the hit, which a step that takes it whole
+/// cannot see; and where hits throw the robot, each decides where the next one is.
+fn bars_cost_alike(name: &str, robot: Robot, contacts: [(f64, f64, f64); 2]) {
     let mut case = over_bars(name, robot);
-    let target = ramp(Twist::new(0.0, speed, 0.0), 0.1, 0.5 * speed);
-    case.wheels = Box::new(move |t_s| Wheels::Follow(target(t_s)));
-    case.plates.truncate(bars);
-    case.plates
-        .iter_mut()
-        .for_each(|plate| plate.height_m = height);
-    case.duration_s = get("T", 1.3);
-    if get("ORACLE", 1.0) > 0.0 {
-        for k in [2e6, 8e6, 2e7] {
-            let mut springs = Springs::of(k);
-            springs.step_s *= 0.8;
-            let end = on_springs(&case, springs);
-            println!(
-                "{name} {k:e}: {:.4?} {:.4?}",
-                end.end().sums,
-                end.end().position_m
-            );
-        }
-    }
-    for dt in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
-        let end = in_ilon(&case, dt, None);
-        println!(
-            "{name} {dt}: {:.4?} {:.4?}",
-            end.end().sums,
-            end.end().position_m
+    let oracle = contacts.map(|(stiffness_n_m, step_s, damped)| {
+        case.damped = damped;
+        let springs = Springs {
+            stiffness_n_m,
+            step_s,
+        };
+        lost_j(&on_springs(&case, springs))
+    });
+    let ilon = [5e-4, 2.5e-4].map(|dt_s| lost_j(&in_ilon(&case, dt_s, None)));
+    println!("{name}: oracle {oracle:.4?}, ilon {ilon:.4?} J");
+    for of in 0..2 {
+        let unknown_j = (oracle[0][of] - oracle[1][of]).abs() + (ilon[0][of] - ilon[1][of]).abs();
+        let apart_j = (ilon[1][of] - oracle[1][of]).abs();
+        assert!(
+            apart_j < 0.05 * oracle[1][of] + unknown_j,
+            "{apart_j} J apart, {unknown_j} J not known"
         );
     }
 }
 
+/// Wheels on springs stay on the ground: softer and stiffer contacts of the oracle do nearly the same.
 #[test]
-#[ignore]
-fn explore_braking() {
-    for case in [
-        braking("arms", on_arms(60.0)),
-        braking("slides", on_slides(60.0)),
-    ] {
-        for (k, h) in [(2e6, 1e-5), (2e7, 4e-6), (2e7, 2e-6)] {
-            let springs = Springs {
-                stiffness_n_m: k,
-                step_s: h,
-            };
-            let course = on_springs(&case, springs);
-            println!(
-                "{k:e} {h:e} {:.6?} {:.4?}",
-                means(&course, (0.95, 1.15)),
-                course.end().sums
-            );
-            for t in [0.2, 0.6, 0.8, 1.0, 1.1] {
-                let row = course.at(t);
-                println!(
-                    "   {t} {:.6?} {:.6?} {:.3?} {:.5?}",
-                    row.joints, row.stands, row.loads_n, row.wheels_rad
-                );
-            }
-        }
-        for dt in [1e-3, 5e-4, 2.5e-4, 1.25e-4] {
-            let course = in_ilon(&case, dt, None);
-            println!(
-                "{dt} {:.6?} {:.4?}",
-                means(&course, (0.95, 1.15)),
-                course.end().sums
-            );
-            for t in [0.2, 0.6, 0.8, 1.0, 1.1] {
-                let row = course.at(t);
-                println!(
-                    "   {t} {:.6?} {:.6?} {:.3?} {:.5?}",
-                    row.joints, row.stands, row.loads_n, row.wheels_rad
-                );
-            }
-        }
-    }
+fn ten_bars_cost_a_sprung_robot_alike_in_both_engines() {
+    let contacts = [(8e6, 6e-6, 1.0), (2e7, 4e-6, 1.0)];
+    bars_cost_alike("slides", on_slides(60.0), contacts);
+}
+
+/// Contacts of the oracle that are damped to 0.7 of critical throw wheels back with a fifth of their speed, those that are damped twice as much hardly.
+const BOUNCING_OR_NOT: [(f64, f64, f64); 2] = [(8e6, 6e-6, 1.0), (8e6, 2.5e-6, 2.0)];
+
+#[test]
+fn ten_bars_cost_a_rocking_robot_alike_in_both_engines() {
+    bars_cost_alike("rocker", on_a_rocker(0.3), BOUNCING_OR_NOT);
+}
+
+#[test]
+fn ten_bars_cost_a_rigid_robot_alike_in_both_engines() {
+    let rigid = crate::support::robot("mecanum4");
+    bars_cost_alike("rigid", rigid, BOUNCING_OR_NOT);
 }
