@@ -26,6 +26,7 @@
 //! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/jump.rs` |
 //! | rollers with play along their axles | `robot/slide.rs` |
 //! | floors: friction, nap, boxes, heights | `ground/` |
+//! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
 //! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/between.rs` |
