@@ -37,8 +37,8 @@ pub struct LoadOptions {
     /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
     /// without geometry reach it at their middles, and their neighbours at their ends.
     pub wheel_radius_m: Option<f64>,
-    /// What joints that are neither a wheel's nor a roller's do, by their names; those left out are free where they carry wheels on both sides
-    /// of their axis and nothing drives them, and else held at zero.
+    /// What joints that are neither a wheel's nor a roller's do, by their names; those left out are sprung where the file gives them a spring, free
+    /// where they carry wheels on both sides of their axis and nothing drives them, and else held at zero.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, JointOptions>,
     /// What is otherwise than in the file, where the file is a description in TOML: keys of [`Spec`](crate::Spec), those of tables

@@ -27,6 +27,7 @@
 //! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/jump.rs` |
 //! | rollers with play along their axles | `robot/slide.rs` |
 //! | floors: friction, nap, boxes, heights | `ground/` |
+//! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
 //! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{beside,solid}.rs` |

@@ -1,7 +1,7 @@
 //! Which joints beside wheels and rollers move, and the bodies that they move.
 //!
-//! A joint is *free* where it carries wheels that balance on either side of its axis and nothing drives it, as a rocker; *sprung* where a person
-//! says so; and else *held* at zero, a part of what carries it.
+//! A joint is *free* where it carries wheels that balance on either side of its axis and nothing drives it, as a rocker; *sprung* where the file or a
+//! person says so; *driven* where a person does; and else *held* at zero, a part of what carries it.
 
 use std::collections::HashSet;
 

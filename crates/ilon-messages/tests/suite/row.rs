@@ -1,10 +1,11 @@
 //! A row of a run as topics: components, signs and frames of what is said of it.
 
-use ilon_formats::LoadRobot;
+use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
 use ilon_messages::bag::Qos;
 use ilon_messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use ilon_messages::geometry_msgs::{Vector3Stamped, WrenchStamped};
 use ilon_messages::nav_msgs::Odometry;
+use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::tf2_msgs::TFMessage;
 use ilon_messages::topics::{Outlet, RunTopics};
 use ilon_messages::visualization_msgs::{Marker, MarkerArray};
@@ -466,4 +467,53 @@ fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once
             "{topic} {qos:?}"
         );
     }
+}
+
+/// A joint between bodies moves its link on `/tf` and stands among `/joint_states`, behind the wheels.
+#[test]
+fn a_joint_between_bodies_is_in_tf_and_joint_states() {
+    let text = include_str!("../../../../assets/robots/mecanum4_arm.urdf");
+    let mut options = LoadOptions::default();
+    options.wheels = Some(WheelOptions::new(9, Handedness::XDeg(45.0)));
+    for name in ["arm", "lift"] {
+        let driven = JointOptions {
+            role: Some(RoleOption::Driven),
+            ..JointOptions::default()
+        };
+        options.joints.insert(name.to_owned(), driven);
+    }
+    let loaded = Robot::from_urdf_str_with(text, "arm", &options).expect("it loads");
+    let robot = loaded.robot;
+    let run = Header {
+        urdf: text.to_owned(),
+        ..Header::of_robot(&robot)
+    };
+    let mut record = Record::default();
+    for (joint, position) in record.joints.iter_mut().zip([0.3, 0.5]) {
+        (joint.position, joint.rate, joint.force) = (position, 2.0, 7.0);
+    }
+    let mut kept = Kept::default();
+    let mut topics = RunTopics::new(&robot, &run);
+    let wheels = vec![WheelSample::default(); robot.wheels.len()];
+    topics.row(&record, &wheels, &[], &mut kept).expect("sent");
+    let tf: TFMessage = kept.one("/tf");
+    let of = |child: &str| {
+        let mut all = tf.transforms.iter();
+        let found = all.find(|frame| frame.child_frame_id == child);
+        let found = found.expect(child);
+        (found.header.frame_id.as_str(), &found.transform)
+    };
+    let (parent, at) = of("carriage");
+    assert_eq!((parent, at.translation.z), ("base_link", 0.15 + 0.3));
+    let (parent, at) = of("arm_link");
+    assert_eq!(parent, "carriage");
+    assert!((at.translation.z - 0.06).abs() < 1e-12);
+    assert!((2.0 * at.rotation.z.asin() - 0.5).abs() < 1e-12, "{at:?}");
+    let states: JointState = kept.one("/joint_states");
+    assert_eq!(states.name[4..], ["lift", "arm"]);
+    assert_eq!(states.position[4..], [0.3, 0.5]);
+    assert_eq!((states.velocity[5], states.effort[5]), (2.0, 7.0));
+    // Commands are the wheels' alone.
+    let commands: JointState = kept.one("/robot_joint_commands");
+    assert_eq!(commands.name.len(), 4);
 }

@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use ilon_formats::LoadRobot;
-use ilon_robot::{Pose, Robot};
-use ilon_scene::{Frame, Frames, Kind, Thinning, frames_of_run};
+use ilon_formats::{Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions};
+use ilon_robot::{Looks, Pose, Robot};
+use ilon_scene::{Description, Frame, Frames, Kind, Thinning, frames_of_run};
 use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
 
 const PERIOD_S: f64 = 0.01;
@@ -301,4 +301,55 @@ fn what_is_not_a_number_is_no_value_and_what_is_too_large_is_held() {
     let heights = &read(&frames)["z"];
     assert!((heights[0] - 0.1).abs() < 1e-5 && (heights[3] + 0.2).abs() < 1e-5);
     assert!(heights[1].is_nan() && heights[2].is_nan());
+}
+
+/// The mecanum4 with its arm on a servo.
+fn with_an_arm() -> (Robot, String) {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../assets/robots/mecanum4_arm.urdf"
+    );
+    let mut options = LoadOptions::default();
+    options.wheels = Some(WheelOptions::new(9, Handedness::XDeg(45.0)));
+    let arm = JointOptions {
+        role: Some(RoleOption::Driven),
+        ..JointOptions::default()
+    };
+    options.joints.insert("arm".to_owned(), arm);
+    let text = std::fs::read_to_string(path).expect("a shipped robot");
+    let loaded = Robot::from_urdf_str_with(&text, path, &options).expect("a shipped robot");
+    (loaded.robot, text)
+}
+
+/// A body on a joint is a part of its own, in the body frame, and a frame says where its joint stands.
+#[test]
+fn a_body_on_a_joint_is_drawn_where_its_joint_stands() {
+    let (robot, text) = with_an_arm();
+    let shown = Description::of_robot(&robot, Some(&text), &Looks::default()).robot;
+    let [body] = &shown.bodies[..] else {
+        panic!("{:?}", shown.bodies);
+    };
+    assert_eq!(
+        (body.name.as_str(), body.parent, body.slides),
+        ("arm", None, false)
+    );
+    // The middle of the arm's box at zero, and its joint's place.
+    let place = |pose: [f32; 7]| [pose[0], pose[1], pose[2]].map(|x| (1e4 * x).round() / 1e4);
+    assert_eq!(place(body.shapes[0].pose), [0.2, 0.0, 0.21]);
+    assert_eq!(place(body.body_from_joint), [0.0, 0.0, 0.21]);
+    // Chassis, mast and the carriage, whose lift is held.
+    assert_eq!(shown.chassis.len(), 3);
+    let mut trace = Trace::with_capacity(Header::of_robot(&robot), 2);
+    for row in 0..2 {
+        let mut record = Record {
+            t_s: row as f64 * PERIOD_S,
+            ..Record::default()
+        };
+        record.joints[0].position = 0.75 * row as f64;
+        trace.push(record, &[WheelSample::default(); 4]);
+    }
+    let frames = frames_of_run(&trace, &robot, Thinning::default()).expect("in memory");
+    let values = read(&frames);
+    assert!((values["j0"][1] - 0.75).abs() < 1e-4, "{:?}", values["j0"]);
+    assert_eq!(values["j0"][0], 0.0);
 }

@@ -15,19 +15,19 @@ pub struct Joint {
     /// Its role; left out, sprung where a stiffness is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<JointRole>,
-    /// Stiffness of its spring where it slides, in N/m.
+    /// Stiffness of its spring or servo where it slides, in N/m.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
-    /// Stiffness of its spring where it turns, in N m/rad.
+    /// Stiffness of its spring or servo where it turns, in N m/rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m_rad: Option<f64>,
-    /// Viscous damping where it slides, in N s/m [default: the robot's file].
+    /// Viscous damping where it slides, in N s/m; of a driven joint the servo's [default: the robot's file; of a servo critical].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_s_m: Option<f64>,
-    /// Viscous damping where it turns, in N m s/rad [default: the robot's file].
+    /// Viscous damping where it turns, in N m s/rad; of a driven joint the servo's [default: the robot's file; of a servo critical].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_m_s_rad: Option<f64>,

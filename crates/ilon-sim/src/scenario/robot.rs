@@ -66,8 +66,8 @@ pub struct Robot {
     /// Rollers for wheels that have none in the robot's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
-    /// What joints that are neither a wheel's nor a roller's do, by name. Those left out are free where they carry wheels on both sides of
-    /// their axis and nothing drives them, as rockers do, and else held at zero.
+    /// What joints that are neither a wheel's nor a roller's do, by name. Those left out are sprung where the file gives them a spring, free where
+    /// they carry wheels on both sides of their axis and nothing drives them, as rockers do, and else held at zero.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, Joint>,
     /// What is otherwise about a robot that is generated from a description in TOML: keys of the description, such as
