@@ -10,6 +10,7 @@ mod identify_keys;
 mod limit;
 mod logs;
 mod made;
+mod passive;
 mod play;
 mod spin;
 mod table;
