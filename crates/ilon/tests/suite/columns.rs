@@ -151,6 +151,9 @@ fn every_signal_of_the_robot_is_what_happened() {
             potential_energy_j,
             contact_residual_m_s,
             support,
+            odometry_covariance,
+            imu,
+            storage,
             joints,
         } = *record;
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
@@ -179,6 +182,9 @@ fn every_signal_of_the_robot_is_what_happened() {
             contact.twist(&now.angles_rad, &now.rates_rad_s)
         );
         assert_eq!(measured, None, "no log");
+        assert_eq!((imu, storage), (None, None), "no IMU, no passive law");
+        let sure = odometry_covariance.expect("rollers that say how they err");
+        assert!((0..3).all(|axis| sure.pose[axis][axis] >= 0.0));
         assert_eq!(seen_pose, pose, "exact sensors without latency");
 
         // Reckoned here by a sum over the steps, with the contact kinematics of their middle.
