@@ -154,6 +154,7 @@ fn main() -> Result<(), Error> {
         for (law, (name, _)) in LAWS.iter().enumerate() {
             let (summary, fastest, felt_n_m) = run(&scene, law)?;
             let felt = match scene.name.starts_with("push") {
+                true if felt_n_m > 1e5 => "rigid".to_owned(),
                 true => format!("{felt_n_m:.1}"),
                 false => "-".to_owned(),
             };

@@ -11,6 +11,7 @@ mod joints;
 mod limit;
 mod logs;
 mod made;
+mod passive;
 mod play;
 mod spin;
 mod table;
