@@ -11,6 +11,7 @@ mod fusion;
 mod header;
 mod limits;
 mod load;
+mod motors;
 mod pilot;
 mod plant;
 mod playback;
