@@ -175,7 +175,7 @@ fn the_share_is_kept_and_used_up() {
 }
 
 /// The least time by looking at all profiles of speed on a grid: for each place and square of the speed the least time there from rest, over
-/// all that lead there with an acceleration that can be had. `laps` are gone through; the times at which places are passed are given.
+/// all that lead there with an acceleration that can be had. Gives the times at which places are passed on the way that is fastest to the last.
 fn brute_force_s(
     path: &Reference,
     own_s: &[f64],
@@ -211,21 +211,21 @@ fn brute_force_s(
         limits.turn_slope(0.4 - phi).unwrap();
         let mut next = vec![f64::INFINITY; LEVELS];
         let mut best = vec![0; LEVELS];
-        for j in 0..LEVELS {
-            for k in 0..LEVELS {
+        for (j, from_s) in time_s.iter().enumerate() {
+            for (k, (next_s, best)) in next.iter_mut().zip(&mut best).enumerate() {
                 let gain = (square(k) - square(j)) / (2.0 * length_m);
-                if !time_s[j].is_finite() || gain.abs() > 12.0 || j + k == 0 {
+                if !from_s.is_finite() || gain.abs() > 12.0 || j + k == 0 {
                     continue;
                 }
-                let arrives_s = time_s[j] + 2.0 * length_m / (square(j).sqrt() + square(k).sqrt());
-                if arrives_s >= next[k] {
+                let arrives_s = from_s + 2.0 * length_m / (square(j).sqrt() + square(k).sqrt());
+                if arrives_s >= *next_s {
                     continue;
                 }
                 let mean = 0.5 * (square(j) + square(k));
                 let rate = in_body(gain * along + mean * bend);
                 let twist = in_body(mean.sqrt() * along);
                 if limits.used(rate, twist, motors).unwrap().share <= 1.0 {
-                    (next[k], best[k]) = (arrives_s, j);
+                    (*next_s, *best) = (arrives_s, j);
                 }
             }
         }
