@@ -126,9 +126,13 @@ class Reference:
             self.text += self.rows(schema, path)
             return
         self.text += ["One of these:\n"]
-        for option in schema.get("oneOf") or schema.get("anyOf"):
+        options = schema.get("oneOf") or schema.get("anyOf")
+        # Where one key says which it is, those beside it are the same for all.
+        optional = [set(o.get("properties", {})) - set(o.get("required", [])) for o in options]
+        beside = optional[0] if all(keys == optional[0] for keys in optional) else set()
+        for option in options:
             what = words(option.get("description"))
-            inner = option.get("properties", {})
+            inner = {key: value for key, value in option.get("properties", {}).items() if key not in beside}
             if len(inner) == 1:
                 (key, value), = inner.items()
                 resolved, _ = self.resolve(value)
@@ -140,6 +144,9 @@ class Reference:
                 self.text += [what + "\n", *self.rows(option, path), ""]
             else:
                 self.text += [f"- {self.kind(option, path)}: {what}\n"]
+        if beside:
+            shared = {key: value for key, value in options[0]["properties"].items() if key in beside}
+            self.text += ["Beside it:\n", *self.rows({"properties": shared}, path), ""]
 
     def page(self, schema):
         self.text += self.rows(schema, "")

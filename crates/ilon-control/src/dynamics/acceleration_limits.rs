@@ -70,7 +70,7 @@ impl Course {
     }
 }
 
-/// No more grip than this is ever used.
+/// Stands where nothing is short.
 const NOTHING: LimitedBy = LimitedBy {
     wheel: 0,
     cause: LimitCause::Grip,

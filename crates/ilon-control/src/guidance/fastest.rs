@@ -19,7 +19,7 @@ use crate::error::{finite, positive};
 use crate::{AccelerationLimits, ControlError, Motor};
 
 /// Pieces of a grid between two waypoints, of a line, and of a lap.
-const PER_PIECE: usize = 60;
+const PER_PIECE: usize = 120;
 const PER_LAP: usize = 240;
 /// The square of a speed that any robot may have.
 const SLOW_M2_S2: f64 = 1e-4;
@@ -69,7 +69,7 @@ impl Reference {
     /// Speeds and times that the path was made with have no effect, but for the sense of a circle.
     ///
     /// The heading belongs to the path: one of a rate turns by its angle per own time of the path. Where a heading along the tangent
-    /// jumps in rate, as at inner waypoints, the jump is spread over the sixtieth part of the way to the next.
+    /// jumps in rate, as at inner waypoints, the jump is spread over the last hundred-and-twentieth part of the way to it.
     ///
     /// # Errors
     /// [`ControlError::CannotBeDriven`] where the limits leave no way to go on; [`ControlError::NotPositive`], [`ControlError::NotFinite`] and
@@ -244,13 +244,13 @@ impl Fastest<'_> {
         let mut squares = vec![0.0];
         for (i, step) in steps.iter().enumerate() {
             let to_next = (reach[i + 1] - x) / (2.0 * step.length_m);
-            // At the edge of what can be had rounding leaves nothing.
-            let most = |gains: Option<(f64, f64)>| gains.map_or(0.0, |(_, most)| most);
-            let mut gain = most(self.gains(step, x)?).min(to_next);
             let after = |gain: f64| (x + 2.0 * step.length_m * gain).max(0.0);
-            if gain > 0.0 {
-                // A motor that turns faster at the step's end has less to give there.
-                gain = gain.min(most(self.gains(step, after(gain))?));
+            // At the edge of what can be had rounding leaves nothing.
+            let (least, most) = self.gains(step, x)?.unwrap_or((0.0, 0.0));
+            let mut gain = most.min(to_next);
+            // A motor that turns faster at the step's end has less to give there.
+            if let Some((_, at_end)) = self.gains_at(&step.ends[1], after(gain))? {
+                gain = gain.min(at_end.max(least));
             }
             x = after(gain);
             squares.push(x);
@@ -261,7 +261,7 @@ impl Fastest<'_> {
     /// The largest x with which a step can begin that may end with `next` at most.
     fn reach(&mut self, step: &Step, next: f64) -> Result<f64, ControlError> {
         let at_end = match next.is_finite() {
-            true => self.gains(step, next)?,
+            true => self.gains_at(&step.ends[1], next)?,
             false => None,
         };
         let mut is_fine =
@@ -303,21 +303,24 @@ impl Fastest<'_> {
         Ok(low)
     }
 
-    /// The least and the largest sigma'' at an x.
+    /// The least and the largest sigma'' with which a step can begin at an x.
     fn gains(&mut self, step: &Step, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
-        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
-        for end in &step.ends {
-            self.limits
-                .turn_slope(self.downhill_in_world_rad - end.heading_rad)?;
-            let twist = end.direction.scaled(libm::sqrt(x));
-            let base = end.bend.scaled(x);
-            let found = self.limits.range(base, end.direction, twist, self.motors)?;
-            let Some(range) = found else {
-                return Ok(None);
-            };
-            (least, most) = (least.max(range.least), most.min(range.largest));
-        }
-        Ok((least <= most).then_some((least, most)))
+        let [first, last] = &step.ends;
+        let both = self.gains_at(first, x)?.zip(self.gains_at(last, x)?);
+        let both = both.map(|(first, last)| (first.0.max(last.0), first.1.min(last.1)));
+        Ok(both.filter(|(least, most)| least <= most))
+    }
+
+    /// The least and the largest sigma'' at a place and an x.
+    fn gains_at(&mut self, place: &Place, x: f64) -> Result<Option<(f64, f64)>, ControlError> {
+        self.limits
+            .turn_slope(self.downhill_in_world_rad - place.heading_rad)?;
+        let twist = place.direction.scaled(libm::sqrt(x));
+        let base = place.bend.scaled(x);
+        let found = self
+            .limits
+            .range(base, place.direction, twist, self.motors)?;
+        Ok(found.map(|range| (range.least, range.largest)))
     }
 }
 

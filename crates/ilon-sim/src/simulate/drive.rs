@@ -1,18 +1,19 @@
 //! From wheel rates asked for to torques: the wheel loops and the motors' limits.
 
 use ilon_control::{
-    BodySense, ComputedTorque, ComputedTorqueSettings, DcMotor, Motor, MotorBounds, MotorCurve,
-    PassiveEffort, PassiveTorque, PassiveTorqueSettings, PrioritisedTorque,
-    PrioritisedTorqueSettings, TorqueLaw, TorqueRange, TorqueShares,
+    BodySense, ComputedTorque, ComputedTorqueSettings, Motor, MotorBounds, PassiveEffort,
+    PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
+    TorqueRange, TorqueShares,
 };
 use ilon_robot::Robot;
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
+use super::motors::motors;
 use super::resolve::Resolved;
 use super::wheel_loop::{dynamic_model, passive_settings, pid};
 use crate::Error;
-use crate::scenario::{self, Scenario, WheelLaw};
+use crate::scenario::{self, WheelLaw};
 
 /// The wheel loops of a robot and its motors.
 #[derive(Clone)]
@@ -139,24 +140,6 @@ impl Drive {
         let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
         MotorTorque::with_droop(-per_rate_n_m_s * rate_rad_s, per_rate_n_m_s)
     }
-}
-
-/// The motors of a scenario's robot.
-pub(super) fn motors(scenario: &Scenario, robot: &Robot) -> Result<Vec<Motor>, Error> {
-    let curve = match scenario.motors.dc {
-        Some(dc) => MotorCurve::dc(DcMotor {
-            stall_torque_n_m: dc.stall_torque_n_m,
-            no_load_rate_rad_s: dc.no_load_rate_rad_s,
-            current_limit_n_m: dc.current_limit_n_m.unwrap_or(f64::INFINITY),
-            regenerates: dc.regeneration,
-        })?,
-        None => MotorCurve::Flat,
-    };
-    let wheels = robot.wheels.iter();
-    let motors: Result<_, _> = wheels
-        .map(|wheel| Motor::new(&wheel.motor, curve))
-        .collect();
-    Ok(motors?)
 }
 
 /// The rates of a robot's wheels, in rad/s, one a wheel.

@@ -10,8 +10,8 @@ use ilon_robot::{Robot, Twist};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::drive::motors;
 use super::floor::floor;
+use super::motors::motors;
 use super::pilot::{Pilot, point_m};
 use crate::Error;
 use crate::scenario::{Fault, Scenario, WheelLaw};
@@ -349,8 +349,7 @@ pub(super) fn remark(scenario: &Scenario, robot: &Robot, pilot: &Pilot) -> Optio
             .ok()?;
         if used.share > 1.0 + 1e-9 {
             looks_beyond += 1;
-            let (first_s, at_s, worst) = beyond.get_or_insert((t_s, t_s, used));
-            let _ = first_s;
+            let (_, at_s, worst) = beyond.get_or_insert((t_s, t_s, used));
             if used.share > worst.share {
                 (*at_s, *worst) = (t_s, used);
             }

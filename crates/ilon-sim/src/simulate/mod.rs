@@ -14,6 +14,7 @@ mod imu;
 mod joint_targets;
 mod limits;
 mod load;
+mod motors;
 mod pilot;
 mod plant;
 mod playback;

@@ -285,3 +285,70 @@ fn pushes_by_grip_hold_what_the_limits_say() {
     }
     assert!(gained.iter().sum::<f64>() / 15.0 > 1.1, "{gained:?}");
 }
+
+const EIGHT: &str = "robot.file = \"mecanum4.urdf\"\nreference.figure_eight = { half_width_m = 0.8, period_s = 8 }\nrun.duration_s = 3\n";
+
+/// What is to be known of a scenario about a shipped robot before it is run.
+fn warnings(text: &str) -> Vec<String> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
+    let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+    let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
+    resolved.warnings().to_vec()
+}
+
+/// An eight of 8 s takes 0.9 m/s^2 at most, which a floor of friction 0.6 holds and one of 0.1 does not. One that is as fast as grip allows is
+/// remarked on no floor, and beyond all that grip gives nothing can be asked for.
+#[test]
+fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
+    let asks = |text: &str| {
+        let said = warnings(text);
+        said.into_iter()
+            .find(|line| line.contains("asks for more than there is"))
+    };
+    assert_eq!(asks(EIGHT), None);
+    let icy = asks(&format!("{EIGHT}world.floor.friction = 0.1\n")).expect("a remark");
+    assert!(
+        icy.contains("% of its grip") && icy.contains("wheel `"),
+        "{icy}"
+    );
+    for floor in ["", "world.floor.friction = 0.1\n"] {
+        let fast = format!("{EIGHT}reference.timing = \"as fast as grip allows\"\n{floor}");
+        assert_eq!(asks(&fast), None, "{floor}");
+    }
+    // A ramp in open loop: 2 m/s^2 and 8 m/s^2.
+    let ramp = |ramp_s: f64| {
+        asks(&format!(
+            "robot.file = \"mecanum4.urdf\"\ntwist = {{ vx_m_s = 1.0, ramp_s = {ramp_s} }}\nrun.duration_s = 3\n"
+        ))
+    };
+    assert_eq!(ramp(0.5), None);
+    assert!(ramp(0.125).is_some_and(|line| line.contains("first at 1.0")));
+}
+
+/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long.
+#[test]
+fn a_path_is_timed_by_its_floor() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/robots");
+    let lap_s = |friction: f64| {
+        let text = format!(
+            "{EIGHT}reference.timing = \"as fast as grip allows\"\nworld.floor.friction = {friction}\n"
+        );
+        let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
+        // It goes through its file and back.
+        let text = scenario.to_toml().expect("TOML");
+        let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
+        let reference = resolved.reference().expect("it has one");
+        // From its crossing, the tip on the other side is passed after three quarters of the first lap.
+        let x = |t_s: f64| reference.at(t_s).pose.x_m;
+        let times = (1..40_000).map(|k| 1e-3 * f64::from(k));
+        times
+            .take_while(|t_s| *t_s < 1.0 || x(*t_s) > -0.799)
+            .last()
+            .expect("it gets there")
+    };
+    let ratio = lap_s(0.03) / lap_s(0.3);
+    assert!((ratio / 10.0_f64.sqrt() - 1.0).abs() < 0.05, "{ratio}");
+}

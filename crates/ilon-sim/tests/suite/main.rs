@@ -2,6 +2,7 @@
 
 mod drives;
 mod joints;
+mod limits;
 mod materials;
 mod passive;
 mod plant;

@@ -14,6 +14,7 @@ mod gallery;
 mod identify;
 mod invariants;
 mod junit;
+mod limits;
 mod live;
 mod long_run;
 mod looks;

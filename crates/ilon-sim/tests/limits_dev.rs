@@ -1,2 +1,0 @@
-#[path = "suite/limits.rs"]
-mod limits;
