@@ -34,7 +34,10 @@ fn load() -> IlonPlant {
 fn drive(plant: IlonPlant, steps: u32) {
     let mut about = IlonAbout::default();
     // SAFETY: it lives here.
-    assert_eq!(unsafe { ilon_plant_about(plant, &raw mut about) }, IlonStatus::Ok);
+    assert_eq!(
+        unsafe { ilon_plant_about(plant, &raw mut about) },
+        IlonStatus::Ok
+    );
     let dt_s = about.physics_dt_s;
     for step in 0..steps {
         let phase = f64::from(step % 100) / 100.0;
