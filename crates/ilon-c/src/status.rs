@@ -69,12 +69,15 @@ thread_local! {
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that C finds")]
 pub extern "C" fn ilon_last_error() -> *const c_char {
-    LAST.with_borrow(|words| words.as_ptr())
+    // While a thread ends it has no words any more.
+    let words = LAST.try_with(|words| words.borrow().as_ptr());
+    words.unwrap_or(c"".as_ptr())
 }
 
 /// What [`ilon_last_error`] says, kept.
 pub(crate) fn last_words() -> CString {
-    LAST.with_borrow(CString::clone)
+    let words = LAST.try_with(|words| words.borrow().clone());
+    words.unwrap_or_default()
 }
 
 /// Does what a call is for, and turns whatever comes of it into a code. No panic passes.
@@ -98,7 +101,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
     };
     // What is within the words of a file may hold zeros, which would end a text of C.
     let words = CString::new(fault.message.replace('\0', " ")).unwrap_or_default();
-    LAST.with_borrow_mut(|last| *last = words);
+    let _ = LAST.try_with(|last| last.replace(words));
     fault.status
 }
 

@@ -45,7 +45,7 @@ fn read_library(path: &Path) -> Result<Vec<u8>, Error> {
     let binary = binary.map_err(|fault| Error::Read {
         path: path.to_owned(),
         reason: fault.to_string(),
-        help: "build it with `cargo build --release -p ilon-c`".to_owned(),
+        help: "build the crate `ilon-c` in release, or name its shared library".to_owned(),
     })?;
     let is_ours = binary
         .windows(MARK.len())
@@ -59,7 +59,7 @@ fn read_library(path: &Path) -> Result<Vec<u8>, Error> {
             path.display(),
             env!("CARGO_PKG_VERSION")
         ),
-        "build it from the same version, with `cargo build --release -p ilon-c`",
+        "build the crate `ilon-c` of the same version",
     ))
 }
 

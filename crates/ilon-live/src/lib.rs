@@ -29,10 +29,12 @@
 //! | `ros2` | a node of ROS 2 (feature `ros2`) |
 //! | `foxglove` | a server for Foxglove (feature `foxglove`) |
 //! | [`clock`] | how fast time goes |
+//! | [`ardupilot`] | ArduPilot's SITL, in lock step, in place of all of these |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+pub mod ardupilot;
 pub mod clock;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 #[cfg_attr(

@@ -178,3 +178,81 @@ fn grip_is_a_share_of_friction() {
     must(unsafe { ilon_plant_reset(one.0, one.about().seed, std::ptr::null()) });
     assert_eq!(drive(&one), plain);
 }
+
+/// Motors and outside gave what all others have, whatever the wrench, the payload and the grip do in each step: on other robots, at other
+/// periods.
+#[test]
+fn the_energy_closes_under_all_that_acts_from_outside() {
+    for (name, periods) in [
+        ("mecanum4_lateral.toml", 1),
+        ("mecanum4_rocker_kerb.toml", 3),
+        ("volksbot_forward.toml", 2),
+    ] {
+        let owned = Owned::load(&scenario(name));
+        let about = owned.about();
+        let energies = || {
+            let mut energies = IlonEnergies::default();
+            // SAFETY: it lives here.
+            must(unsafe { ilon_plant_energies(owned.0, &raw mut energies) });
+            energies
+        };
+        let before = energies();
+        let period_s = f64::from(periods) * about.control_dt_s;
+        let mut t_s = 0.0;
+        while t_s < 1.5 {
+            let (s, c) = (f64::sin(5.0 * t_s), f64::cos(3.0 * t_s));
+            must(owned.wrench([12.0 * s, 8.0 * c, -5.0 * s], [0.4 * c, 0.3 * s, 1.5 * s]));
+            // SAFETY: null is the centre of mass.
+            must(unsafe { ilon_plant_set_payload(owned.0, 1.0 + s, std::ptr::null()) });
+            must(ilon_plant_set_grip(owned.0, 0, 0.5 + 0.5 * c));
+            let rates: Vec<f64> = (0..about.wheel_count)
+                .map(|wheel| 4.0 * c + f64::from(wheel))
+                .collect();
+            must(owned.advance(&rates, period_s));
+            t_s += period_s;
+        }
+        let now = energies();
+        let given_j = now.motor_j + now.outside_j;
+        let stored_j = now.kinetic_j + now.potential_j - before.kinetic_j - before.potential_j;
+        let lost_j = now.slip_j + now.spin_up_j + now.bearing_j + now.impact_j;
+        let turned_over_j = now.motor_j.abs() + now.outside_j.abs() + lost_j;
+        // The share that every shipped scenario keeps to.
+        let off_j = (given_j - stored_j - lost_j).abs();
+        assert!(
+            off_j < 0.01 * turned_over_j,
+            "{name}: {off_j} J of {turned_over_j} J: {now:?}"
+        );
+        assert!(now.outside_j.abs() > 0.1, "{name}: {now:?}");
+    }
+}
+
+/// What acts from outside is a part of a snapshot, and a reset ends it.
+#[test]
+fn what_acts_is_in_a_snapshot_and_ends_with_a_reset() {
+    let [owned, fresh] = ["mecanum4_lateral.toml"; 2].map(|name| Owned::load(&scenario(name)));
+    let act = |force_n: f64, mass_kg: f64, grip: f64, friction: f64| {
+        must(owned.wrench([force_n, 0.0, 0.0], [0.0, 0.0, 0.1 * force_n]));
+        // SAFETY: null is the centre of mass.
+        must(unsafe { ilon_plant_set_payload(owned.0, mass_kg, std::ptr::null()) });
+        must(ilon_plant_set_grip(owned.0, 1, grip));
+        must(ilon_plant_set_friction(owned.0, friction));
+    };
+    let drive = |owned: &Owned| {
+        must(owned.advance(&[5.0, 3.0, -2.0, 4.0], 0.2));
+        owned.state()
+    };
+    act(9.0, 2.0, 0.3, 0.4);
+    drive(&owned);
+    let mut snapshot = 0;
+    // SAFETY: it lives here.
+    must(unsafe { ilon_plant_snapshot(owned.0, &raw mut snapshot) });
+    let first = drive(&owned);
+    act(0.0, 0.0, 1.0, 0.9);
+    assert_ne!(drive(&owned), first);
+    must(ilon_plant_restore(owned.0, snapshot));
+    assert_eq!(drive(&owned), first);
+    must(ilon_snapshot_free(snapshot));
+    // SAFETY: null is the scenario's start.
+    must(unsafe { ilon_plant_reset(owned.0, owned.about().seed, std::ptr::null()) });
+    assert_eq!(drive(&owned), drive(&fresh));
+}

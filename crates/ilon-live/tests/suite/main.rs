@@ -1,4 +1,5 @@
 //! The tests of `ilon-live` from outside, one module for each subject, in one program.
 
+mod ardupilot;
 mod foxglove;
 mod server;

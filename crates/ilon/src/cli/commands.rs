@@ -9,8 +9,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, console, demo, fault, generate, identify, inspect, manual, report, run,
-    schema, sweep,
+    bench, check, compare, console, demo, export, fault, generate, identify, inspect, manual,
+    report, run, schema, sweep,
 };
 use crate::cli::failure::Failure;
 
@@ -47,6 +47,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
+    /// Write a robot for other simulators: a functional mock-up unit.
+    Export(export::Arguments),
     /// Measure how accurate and how fast the simulation is on this machine.
     Bench(bench::Arguments),
     /// Drive a robot while it is simulated, from a page in the browser.
@@ -83,6 +85,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         #[cfg(feature = "live")]
         Command::Live(arguments) => live::run(&arguments),

@@ -46,6 +46,10 @@ pub(super) struct Arguments {
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
+    /// Be the physics of ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step: no page is served, and time
+    /// goes on with ArduPilot's frames.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9002", conflicts_with_all = ["speed", "paused"])]
+    ardupilot: Option<u16>,
     /// End after this many seconds; without it, when it is interrupted.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
@@ -104,6 +108,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     let scenario =
         Scenario::load_within(&arguments.scenario, &arguments.settings.settings, &files)?;
+    let end = arguments
+        .seconds
+        .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    if let Some(port) = arguments.ardupilot {
+        return ardupilot(port, &scenario, end);
+    }
     let mut session = Session::new(&scenario).map_err(failure)?;
     let desk = Mailbox::default();
     let mut page = Server::start(arguments.port, &session, &desk).map_err(failure)?;
@@ -116,9 +126,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         speed: arguments.speed,
         paused: arguments.paused,
     };
-    let end = arguments
-        .seconds
-        .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let mut terminal = Terminal;
     let mut watchers: Vec<&mut dyn Observer> = vec![&mut terminal, &mut page];
     #[cfg(feature = "ros2")]
@@ -133,6 +140,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         end.is_none_or(|end| Instant::now() < end)
     })
     .map_err(failure)?;
+    Ok(Outcome::Done)
+}
+
+/// Answers ArduPilot until the end, or until it is interrupted.
+fn ardupilot(port: u16, scenario: &Scenario, end: Option<Instant>) -> Result<Outcome, Failure> {
+    use ilon_live::ardupilot::{ArduPilot, Vehicle};
+    let mut vehicle = Vehicle::new(scenario).map_err(failure)?;
+    let server = ArduPilot::start(port).map_err(|fault| {
+        let remedy = "choose another port with --ardupilot=PORT, or 0 for any that is free";
+        Failure::usage(fault.to_string(), remedy)
+    })?;
+    let frame = vehicle.mixer().frame;
+    let motors = vehicle.wheels().zip(1..);
+    let motors: Vec<String> = motors
+        .map(|(wheel, motor)| format!("{motor} {wheel}"))
+        .collect();
+    console::lines(&format!(
+        "ArduPilot: frames at 127.0.0.1:{}  (end with Ctrl-C)\nset FRAME_TYPE to {} ({}); its motors are {}\n",
+        server.port(),
+        frame.frame_type,
+        frame.name,
+        motors.join(", ")
+    ))?;
+    let go_on = || end.is_none_or(|end| Instant::now() < end);
+    let served = server.serve(&mut vehicle, go_on, console::note);
+    served.map_err(failure)?;
     Ok(Outcome::Done)
 }
 

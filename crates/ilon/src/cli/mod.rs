@@ -18,6 +18,8 @@ mod context;
 mod demo;
 mod embed;
 mod escape;
+#[cfg(feature = "command")]
+mod export;
 mod failure;
 mod fault;
 mod flags;

@@ -1,0 +1,149 @@
+//! Which of ArduPilot's motors is which wheel.
+//!
+//! ArduPilot mixes throttle, steering and lateral into motors by the factors of a frame type (`libraries/AR_Motors`). The robot's own
+//! kinematics says by how much each wheel turns for each of the three. The wheels are given to the motors so that both agree best, each with
+//! the sign that it needs: so nobody has to number wheels, or to reverse servos.
+
+use ilon_control::Kinematics;
+use ilon_robot::Twist;
+
+/// A wheel's or motor's part in throttle (ahead), steering (to the right) and lateral (to the right).
+type Factors = [f64; 3];
+
+/// A frame type of ArduPilot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// What it is called.
+    pub name: &'static str,
+    /// The value of `FRAME_TYPE`.
+    pub frame_type: u8,
+    /// Of each motor.
+    motors: &'static [Factors],
+}
+
+const FRAMES: [Frame; 3] = [
+    Frame {
+        name: "Omni3",
+        frame_type: 1,
+        motors: &[[1.0, -1.0, -1.0], [0.0, -1.0, 1.0], [1.0, 1.0, 1.0]],
+    },
+    Frame {
+        name: "OmniX",
+        frame_type: 2,
+        motors: &[
+            [1.0, -1.0, -1.0],
+            [1.0, -1.0, 1.0],
+            [1.0, 1.0, -1.0],
+            [1.0, 1.0, 1.0],
+        ],
+    },
+    Frame {
+        name: "Omni3Mecanum",
+        frame_type: 4,
+        motors: &[
+            [-1.0, 1.0, -0.26795],
+            [0.73205, 1.0, -0.73205],
+            [0.26795, 1.0, 1.0],
+        ],
+    },
+];
+
+/// The wheel of each motor of a frame, and the sign with which it turns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mixer {
+    /// The frame.
+    pub frame: Frame,
+    /// Of each motor its wheel, in the robot's order, and 1 or -1.
+    pub wheels: Vec<(usize, f64)>,
+}
+
+impl Mixer {
+    /// The frame that fits a robot best; `None` where none does: another number of wheels, or wheels that turn against the mix.
+    pub fn of(kinematics: &Kinematics) -> Option<Self> {
+        let wheels = parts(kinematics);
+        let fits = FRAMES
+            .iter()
+            .filter(|frame| frame.motors.len() == wheels.len());
+        let found = fits.filter_map(|frame| {
+            let (cost, wheels) = assigned(frame.motors, &wheels, &mut Vec::new())?;
+            Some((
+                cost,
+                Self {
+                    frame: *frame,
+                    wheels,
+                },
+            ))
+        });
+        let best = found.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        best.map(|(_, mixer)| mixer)
+    }
+}
+
+/// Each wheel's part in throttle, steering and lateral; the largest part in each is 1.
+fn parts(kinematics: &Kinematics) -> Vec<Factors> {
+    let count = kinematics.wheel_count();
+    let mut parts = vec![[0.0; 3]; count];
+    // To the right is -y, and clockwise seen from above.
+    let ways = [
+        Twist::new(1.0, 0.0, 0.0),
+        Twist::new(0.0, 0.0, -1.0),
+        Twist::new(0.0, -1.0, 0.0),
+    ];
+    for (way, twist) in ways.into_iter().enumerate() {
+        let mut rates = vec![0.0; count];
+        kinematics.wheel_rates(twist, &mut rates);
+        let most = rates
+            .iter()
+            .fold(f64::MIN_POSITIVE, |most: f64, rate| most.max(rate.abs()));
+        for (part, rate) in parts.iter_mut().zip(rates) {
+            part[way] = rate / most;
+        }
+    }
+    parts
+}
+
+/// By how much a wheel that turns by a sign differs from a motor; `None` where it turns against it.
+fn differs(motor: &Factors, wheel: &Factors, sign: f64) -> Option<f64> {
+    /// Parts below this are none: rounding of the robot's file.
+    const NONE: f64 = 0.05;
+    let mut sum = 0.0;
+    for (wanted, part) in motor.iter().zip(wheel.map(|part| sign * part)) {
+        if wanted * part < 0.0 && wanted.abs().min(part.abs()) > NONE {
+            return None;
+        }
+        sum += (wanted - part) * (wanted - part);
+    }
+    Some(sum)
+}
+
+/// The best way to give wheels to motors, one to each, of those that are left.
+fn assigned(
+    motors: &[Factors],
+    wheels: &[Factors],
+    taken: &mut Vec<usize>,
+) -> Option<(f64, Vec<(usize, f64)>)> {
+    let Some((motor, rest)) = motors.split_first() else {
+        return Some((0.0, Vec::new()));
+    };
+    let mut best: Option<(f64, Vec<(usize, f64)>)> = None;
+    for wheel in 0..wheels.len() {
+        if taken.contains(&wheel) {
+            continue;
+        }
+        for sign in [1.0, -1.0] {
+            let Some(own) = differs(motor, &wheels[wheel], sign) else {
+                continue;
+            };
+            taken.push(wheel);
+            let others = assigned(rest, wheels, taken);
+            taken.pop();
+            if let Some((cost, mut order)) = others
+                && best.as_ref().is_none_or(|(least, _)| own + cost < *least)
+            {
+                order.insert(0, (wheel, sign));
+                best = Some((own + cost, order));
+            }
+        }
+    }
+    best
+}
