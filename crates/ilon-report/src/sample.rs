@@ -147,9 +147,6 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 bearing_energy_j: (motor_j - slip_j - kinetic_j).max(0.0) * 0.97,
                 kinetic_energy_j: kinetic_j,
                 potential_energy_j: 0.0,
-                odometry_covariance: None,
-                imu: None,
-                storage: None,
             },
             &wheels,
         );
