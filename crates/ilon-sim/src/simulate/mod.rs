@@ -15,6 +15,7 @@ mod joint_targets;
 mod limits;
 mod load;
 mod motors;
+mod noise;
 mod pilot;
 mod plant;
 mod playback;

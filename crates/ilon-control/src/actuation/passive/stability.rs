@@ -13,18 +13,9 @@
 
 use nalgebra::{Complex, DMatrix, Matrix3};
 
-use super::{PassiveTorqueSettings, body_inertia, mean_lever_m};
+use super::settings::{PassiveTorqueSettings, TiltLoop, body_inertia, mean_lever_m};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel, Kinematics};
-
-/// The filter and the sensor that give the tilt: see [`TiltFilter`](crate::TiltFilter).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TiltLoop {
-    /// The filter's time constant, in seconds.
-    pub time_constant_s: f64,
-    /// How old what the IMU says is, in seconds.
-    pub delay_s: f64,
-}
 
 /// The smallest mass of the body with all that turns with it, along any direction, in kg, and its inertia about the vertical, in kg m^2.
 pub(super) fn masses(model: &DynamicModel, about: &Kinematics) -> (f64, f64) {
