@@ -8,7 +8,7 @@ use ilon_world::World;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::sensors::noise;
+use super::noise::noise;
 use super::tilt::Tilts;
 use crate::Error;
 use crate::scenario::{self, ImuNoise, TIME_SLACK_S};

@@ -11,6 +11,7 @@ mod fusion;
 mod header;
 mod imu;
 mod load;
+mod noise;
 mod pilot;
 mod plant;
 mod playback;

@@ -9,11 +9,11 @@ use ilon_world::World;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 
 use super::faults::Faults;
 use super::fusion::Fusion;
 use super::imu::Imu;
+use super::noise::noise;
 use crate::scenario::TIME_SLACK_S;
 use crate::{Error, scenario};
 
@@ -219,13 +219,4 @@ impl Sensors {
             },
         }
     }
-}
-
-/// A normally distributed number of mean zero; zero, and nothing drawn, for a deviation of zero.
-pub(super) fn noise(rng: &mut ChaCha8Rng, standard_deviation: f64) -> f64 {
-    if standard_deviation == 0.0 {
-        return 0.0;
-    }
-    let unit: f64 = StandardNormal.sample(rng);
-    standard_deviation * unit
 }
