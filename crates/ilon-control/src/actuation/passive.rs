@@ -25,7 +25,6 @@
 //! D nu^2 and D_n, and rises only by outside work. A spring that is held over a time T and is late by d leaks K (T / 2 + d) nu^2 at most, which
 //! the damper has to outdo. [`PassiveTorque::new`] refuses gains that are not even stable.
 
-mod defaults;
 mod settings;
 mod stability;
 
@@ -37,8 +36,9 @@ use super::torque_law::{BodySense, PassiveEffort, TorqueLaw, TorqueShares};
 use crate::dynamics::loads::WheelLoads;
 use crate::dynamics::traction::{PushRange, TractionSet};
 use crate::{ControlError, DynamicModel, Kinematics, Priority};
-use settings::mean_lever_m;
-pub use settings::{PassiveTorqueSettings, TiltLoop};
+pub use settings::PassiveTorqueSettings;
+pub use stability::TiltLoop;
+use stability::mean_lever_m;
 
 /// Torques of a robot that is compliant about its reference. It takes the place of a [`WheelLoop`](crate::WheelLoop), and wants the wheels'
 /// angles and gravity by [`TorqueLaw::sense`]; without angles it adds up the rates.
@@ -87,10 +87,10 @@ impl PassiveTorque {
     /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`], [`ControlError::NotFinite`] for settings;
     /// [`ControlError::Unstable`] for gains that swing up with these periods and delays, with the limit that holds.
     pub fn new(robot: &Robot, settings: &PassiveTorqueSettings) -> Result<Self, ControlError> {
-        settings.check()?;
+        settings.check_numbers()?;
         let model = DynamicModel::new(robot)?;
         let about = model.kinematics().about(settings.reference_point_m)?;
-        stability::check(&model, &about, settings)?;
+        settings.check_stability(&model, &about)?;
         let n = about.wheel_count();
         let lever_m = mean_lever_m(about.lever_m());
         let levers = DMatrix::from_diagonal(&DVector::from_column_slice(about.lever_m()));

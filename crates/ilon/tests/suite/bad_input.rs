@@ -533,7 +533,7 @@ fn a_friction_that_the_wheel_loops_law_has_no_use_for() {
         told(
             "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
             "--set:1:23",
-            "write law = \"prioritised_torque\", or leave the friction out",
+            "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
         )
     );
     let law = "wheel_loop.law=\"prioritised_torque\"";

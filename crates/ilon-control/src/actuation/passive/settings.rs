@@ -1,7 +1,9 @@
-//! How stiff and how damped a robot is about its reference.
+//! How stiff and how damped a robot is, and what cannot be.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use ilon_robot::Robot;
+use nalgebra::{Vector2, Vector3};
 
+use super::stability::{Loop, TiltLoop, air_swing, masses, mean_lever_m, unstable};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel, Kinematics, Priority};
 
@@ -41,6 +43,58 @@ pub struct PassiveTorqueSettings {
 }
 
 impl PassiveTorqueSettings {
+    /// Settings that follow from a robot's mass and the control's timing: the damper stops the robot within ten times the pose's period and
+    /// delay, unless a wheel in the air allows less; the spring's damping ratio is 0.7. Between the wheels damping is the same as towards the ground,
+    /// and stiffness four times as much; they give way at what a wheel pushes with a friction of 1. Priority is the position's.
+    ///
+    /// # Errors
+    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`] for times.
+    pub fn for_robot(
+        robot: &Robot,
+        gravity_m_s2: f64,
+        dt_s: f64,
+        pose_period_s: f64,
+        pose_delay_s: f64,
+    ) -> Result<Self, ControlError> {
+        positive("gravity in m/s^2", gravity_m_s2)?;
+        positive("the torque law's period in s", dt_s)?;
+        positive("the pose's period in s", pose_period_s)?;
+        not_negative("the pose's delay in s", pose_delay_s)?;
+        let model = DynamicModel::new(robot)?;
+        let levers = model.kinematics().lever_m();
+        let lever_m = mean_lever_m(levers);
+        let (mass_kg, inertia_kg_m2) = masses(&model, model.kinematics());
+        let stops_s = 10.0 * (pose_period_s + pose_delay_s);
+        let mut this = Self {
+            stiffness_n_m: 0.0,
+            damping_n_s_m: mass_kg / stops_s,
+            heading_stiffness_n_m_rad: 0.0,
+            heading_damping_n_m_s_rad: inertia_kg_m2 / stops_s,
+            wheel_stiffness_n_m_rad: 0.0,
+            wheel_damping_n_m_s_rad: mass_kg / stops_s * lever_m * lever_m,
+            wheel_limit_n_m: lever_m * robot.mass_kg() * gravity_m_s2 / levers.len() as f64,
+            priority: Priority::Position,
+            reference_point_m: Vector2::zeros(),
+            friction: f64::INFINITY,
+            gravity_m_s2,
+            dt_s,
+            pose_period_s,
+            pose_delay_s,
+            tilt: None,
+        };
+        // A quarter of what swings a wheel in the air from step to step.
+        let swings = this.air_swing(&model, model.kinematics());
+        let held = (0.5 / swings).min(1.0);
+        this.damping_n_s_m *= held;
+        this.heading_damping_n_m_s_rad *= held;
+        this.wheel_damping_n_m_s_rad *= held;
+        let spring = |damping: f64, inertia: f64| damping * damping / (4.0 * 0.49 * inertia);
+        this.stiffness_n_m = spring(this.damping_n_s_m, mass_kg);
+        this.heading_stiffness_n_m_rad = spring(this.heading_damping_n_m_s_rad, inertia_kg_m2);
+        this.wheel_stiffness_n_m_rad = 4.0 * this.stiffness_n_m * lever_m * lever_m;
+        Ok(this)
+    }
+
     /// The guidance's gain K_r with which the targets hold the spring: stiffness over damping, in 1/s.
     pub fn position_gain_per_s(&self) -> f64 {
         self.stiffness_n_m / self.damping_n_s_m
@@ -51,7 +105,8 @@ impl PassiveTorqueSettings {
         self.heading_stiffness_n_m_rad / self.heading_damping_n_m_s_rad
     }
 
-    pub(super) fn check(&self) -> Result<(), ControlError> {
+    /// Refuses numbers out of range.
+    pub(super) fn check_numbers(&self) -> Result<(), ControlError> {
         positive("the stiffness in N/m", self.stiffness_n_m)?;
         positive("the damping in N s/m", self.damping_n_s_m)?;
         positive(
@@ -89,26 +144,64 @@ impl PassiveTorqueSettings {
         let along = self.damping_n_s_m;
         Vector3::new(along, along, self.heading_damping_n_m_s_rad)
     }
-}
 
-/// The filter and the sensor that give the tilt: see [`TiltFilter`](crate::TiltFilter).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TiltLoop {
-    /// The filter's time constant, in seconds.
-    pub time_constant_s: f64,
-    /// How old what the IMU says is, in seconds.
-    pub delay_s: f64,
-}
+    /// Refuses what swings up.
+    pub(super) fn check_stability(
+        &self,
+        model: &DynamicModel,
+        about: &Kinematics,
+    ) -> Result<(), ControlError> {
+        let swing = self.air_swing(model, about);
+        if swing >= 2.0 {
+            return Err(unstable(
+                "the damping of wheels in the air, times the torque law's period, over their inertia",
+                swing,
+                2.0,
+                format!("at a period of {} s", self.dt_s),
+            ));
+        }
+        let most = 2.0 * self.wheel_damping_n_m_s_rad / self.dt_s;
+        // Three wheels have nothing between them.
+        if about.wheel_count() > 3 && self.wheel_stiffness_n_m_rad > most {
+            return Err(unstable(
+                "the stiffness between wheels in N m/rad",
+                self.wheel_stiffness_n_m_rad,
+                most,
+                format!(
+                    "with a damping of {} N m s/rad held over {} s",
+                    self.wheel_damping_n_m_s_rad, self.dt_s
+                ),
+            ));
+        }
+        if let Some(tilt) = self.tilt {
+            positive("the tilt filter's time constant in s", tilt.time_constant_s)?;
+            not_negative("the IMU's delay in s", tilt.delay_s)?;
+        }
+        let (mass_kg, inertia_kg_m2) = masses(model, about);
+        let delay_s = self.pose_delay_s + self.pose_period_s;
+        let said = format!(
+            "with a pose that is {} s old and held over {} s",
+            self.pose_delay_s, self.pose_period_s
+        );
+        let along = Loop {
+            inertia: mass_kg,
+            damping: self.damping_n_s_m,
+            delay_s,
+            tilt: self.tilt,
+        };
+        along.check("the stiffness in N/m", self.stiffness_n_m, &said)?;
+        let turning = Loop {
+            inertia: inertia_kg_m2,
+            damping: self.heading_damping_n_m_s_rad,
+            delay_s,
+            tilt: None,
+        };
+        let stiffness = self.heading_stiffness_n_m_rad;
+        turning.check("the heading's stiffness in N m/rad", stiffness, &said)
+    }
 
-/// l: the mean size of rho cos gamma.
-pub(super) fn mean_lever_m(levers_m: &[f64]) -> f64 {
-    levers_m.iter().map(|lever| lever.abs()).sum::<f64>() / levers_m.len() as f64
-}
-
-/// The inertia of the body with all that turns with it, R^T I R, about the reference point of `about`.
-pub(super) fn body_inertia(model: &DynamicModel, about: &Kinematics) -> Matrix3<f64> {
-    let r = about.rate_matrix();
-    (r.transpose() * model.inertia() * r)
-        .fixed_view::<3, 3>(0, 0)
-        .into()
+    fn air_swing(&self, model: &DynamicModel, about: &Kinematics) -> f64 {
+        let dampings = (self.damping(), self.wheel_damping_n_m_s_rad);
+        air_swing(model, about, dampings, self.dt_s)
+    }
 }

@@ -11,11 +11,18 @@
 //! against 2 for K T / D where the mass does not matter, so that what is let through is stable. f has no pole on the right; by Mikhailov all
 //! roots lie on the left if and only if its argument grows by pi as s = j omega goes from 0 to infinity.
 
-use nalgebra::{Complex, DMatrix, Matrix3};
+use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
-use super::settings::{PassiveTorqueSettings, TiltLoop, body_inertia, mean_lever_m};
-use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel, Kinematics};
+
+/// The filter and the sensor that give the tilt: see [`TiltFilter`](crate::TiltFilter).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltLoop {
+    /// The filter's time constant, in seconds.
+    pub time_constant_s: f64,
+    /// How old what the IMU says is, in seconds.
+    pub delay_s: f64,
+}
 
 /// The smallest mass of the body with all that turns with it, along any direction, in kg, and its inertia about the vertical, in kg m^2.
 pub(super) fn masses(model: &DynamicModel, about: &Kinematics) -> (f64, f64) {
@@ -24,86 +31,46 @@ pub(super) fn masses(model: &DynamicModel, about: &Kinematics) -> (f64, f64) {
     (along.symmetric_eigenvalues().min(), inertia[(2, 2)])
 }
 
-/// A dt / J of wheels in the air, the largest: they swing up from 2 on.
+/// A dt / J of wheels in the air, the largest: they swing up from 2 on. Of a damping along, along and about, and one between the wheels, both
+/// held over `dt_s` seconds.
 pub(super) fn air_swing(
     model: &DynamicModel,
     about: &Kinematics,
-    settings: &PassiveTorqueSettings,
+    (damping, between_n_m_s): (Vector3<f64>, f64),
+    dt_s: f64,
 ) -> f64 {
     let t = about.twist_matrix();
-    let damping = Matrix3::from_diagonal(&settings.damping());
+    let damping = Matrix3::from_diagonal(&damping);
     let mut whole: DMatrix<f64> = t.transpose() * damping * t;
     let lever_m = mean_lever_m(about.lever_m());
     let levers = nalgebra::DVector::from_column_slice(about.lever_m());
     let slides = DMatrix::from_diagonal(&levers) - about.m() * t;
-    whole +=
-        slides.transpose() * &slides * (settings.wheel_damping_n_m_s_rad / (lever_m * lever_m));
+    whole += slides.transpose() * &slides * (between_n_m_s / (lever_m * lever_m));
     let most = whole.symmetric_eigenvalues().max();
-    most * settings.dt_s / model.air_inertia_kg_m2()
+    most * dt_s / model.air_inertia_kg_m2()
 }
 
-/// Refuses what swings up.
-pub(super) fn check(
-    model: &DynamicModel,
-    about: &Kinematics,
-    settings: &PassiveTorqueSettings,
-) -> Result<(), ControlError> {
-    let swing = air_swing(model, about, settings);
-    if swing >= 2.0 {
-        return Err(unstable(
-            "the damping of wheels in the air, times the torque law's period, over their inertia",
-            swing,
-            2.0,
-            format!("at a period of {} s", settings.dt_s),
-        ));
-    }
-    let most = 2.0 * settings.wheel_damping_n_m_s_rad / settings.dt_s;
-    // Three wheels have nothing between them.
-    if about.wheel_count() > 3 && settings.wheel_stiffness_n_m_rad > most {
-        return Err(unstable(
-            "the stiffness between wheels in N m/rad",
-            settings.wheel_stiffness_n_m_rad,
-            most,
-            format!(
-                "with a damping of {} N m s/rad held over {} s",
-                settings.wheel_damping_n_m_s_rad, settings.dt_s
-            ),
-        ));
-    }
-    if let Some(tilt) = settings.tilt {
-        positive("the tilt filter's time constant in s", tilt.time_constant_s)?;
-        not_negative("the IMU's delay in s", tilt.delay_s)?;
-    }
-    let (mass_kg, inertia_kg_m2) = masses(model, about);
-    let delay_s = settings.pose_delay_s + settings.pose_period_s;
-    let said = format!(
-        "with a pose that is {} s old and held over {} s",
-        settings.pose_delay_s, settings.pose_period_s
-    );
-    let along = Loop {
-        inertia: mass_kg,
-        damping: settings.damping_n_s_m,
-        delay_s,
-        tilt: settings.tilt,
-    };
-    along.check("the stiffness in N/m", settings.stiffness_n_m, &said)?;
-    let turning = Loop {
-        inertia: inertia_kg_m2,
-        damping: settings.heading_damping_n_m_s_rad,
-        delay_s,
-        tilt: None,
-    };
-    let stiffness = settings.heading_stiffness_n_m_rad;
-    turning.check("the heading's stiffness in N m/rad", stiffness, &said)
-}
-
-fn unstable(what: &str, value: f64, most: f64, because: String) -> ControlError {
+/// The refusal of a gain.
+pub(super) fn unstable(what: &str, value: f64, most: f64, because: String) -> ControlError {
     ControlError::Unstable {
         what: what.to_owned(),
         value,
         most,
         because,
     }
+}
+
+/// l: the mean size of rho cos gamma.
+pub(super) fn mean_lever_m(levers_m: &[f64]) -> f64 {
+    levers_m.iter().map(|lever| lever.abs()).sum::<f64>() / levers_m.len() as f64
+}
+
+/// The inertia of the body with all that turns with it, R^T I R, about the reference point of `about`.
+fn body_inertia(model: &DynamicModel, about: &Kinematics) -> Matrix3<f64> {
+    let r = about.rate_matrix();
+    (r.transpose() * model.inertia() * r)
+        .fixed_view::<3, 3>(0, 0)
+        .into()
 }
 
 /// One direction of motion: inertia in kg or kg m^2, damping, and what is late.
@@ -121,7 +88,8 @@ const FINE: f64 = 0.1;
 const MOST_LOOKS: f64 = 4e5;
 
 impl Loop {
-    fn check(&self, what: &str, stiffness: f64, said: &str) -> Result<(), ControlError> {
+    /// Refuses a stiffness, which `what` names, that is not stable; `said` is said of the pose.
+    pub fn check(&self, what: &str, stiffness: f64, said: &str) -> Result<(), ControlError> {
         if self.is_stable(stiffness) {
             return Ok(());
         }
