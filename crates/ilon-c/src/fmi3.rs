@@ -131,7 +131,6 @@ pub extern "C" fn fmi3SetDebugLogging(
 
 /// Makes an instance of the FMU whose resources were unpacked; null, and a message, where it cannot be.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "the standard's")]
 pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _name: *const c_char,
     token: *const c_char,
@@ -209,7 +208,6 @@ pub extern "C" fn fmi3Reset(instance: Opaque) -> Fmi3Status {
 
 /// Goes on by a step.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "the standard's")]
 pub unsafe extern "C" fn fmi3DoStep(
     instance: Opaque,
     at_s: f64,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use ilon_sim::Plant;
 
 use crate::value::Value;
-use crate::variables::{Causality, Variable};
+use crate::variable::{Causality, Variable};
 use crate::{MARK, MODEL};
 
 /// The units, and their exponents of SI units.

@@ -10,7 +10,8 @@ use ilon_sim::{Error, Plant, Scenario, WheelCommand};
 
 use crate::keys::{Key, keys};
 use crate::value::Value;
-use crate::variables::{Causality, Now, Slot, Variable, set, variables};
+use crate::variable::{Causality, Now, Slot, Variable};
+use crate::variables::{set, variables};
 use crate::{SCENARIO, description};
 
 /// Where an instance is in its life.

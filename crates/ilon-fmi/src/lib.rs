@@ -20,14 +20,16 @@
 pub mod description;
 pub mod instance;
 pub mod keys;
+mod outputs;
 pub mod package;
 mod value;
+mod variable;
 pub mod variables;
 
 pub use instance::{Instance, Phase};
 pub use package::package;
 pub use value::Value;
-pub use variables::{Causality, Variable};
+pub use variable::{Causality, Variable};
 
 /// Stands in the shared library, so that an exporter knows one of its own version.
 pub const MARK: &str = concat!("ilon functional mock-up unit ", env!("CARGO_PKG_VERSION"));

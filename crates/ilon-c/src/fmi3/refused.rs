@@ -3,8 +3,6 @@
 //! The FMU is for co-simulation alone, has no events, clocks, derivatives or changeable sizes, no variables but `Float64`, `Int64` and
 //! `Boolean`, and its states cannot be written as bytes. `modelDescription.xml` says all of that, so that no importer asks.
 
-#![allow(clippy::too_many_arguments, reason = "the standard's")]
-
 use std::ffi::{c_char, c_void};
 
 use super::{Fmi3Status, Opaque, refuse};
