@@ -112,6 +112,8 @@ pub fn frames_of_run<R: Rows>(
 pub struct Rolling {
     /// The angle of each wheel's rollers about their axes, in radians.
     angles_rad: Vec<Vec<f64>>,
+    /// How many joints there are between the robot's bodies.
+    joints: usize,
 }
 
 impl Rolling {
@@ -120,12 +122,20 @@ impl Rolling {
         let of_wheel = |wheel: &ilon_robot::Wheel| vec![0.0; wheel.rollers.len()];
         Self {
             angles_rad: robot.wheels.iter().map(of_wheel).collect(),
+            joints: robot.joints.len(),
         }
     }
 
     /// A row as a frame.
     pub fn frame(&self, header: &Header, record: &Record, wheels: &[WheelSample]) -> Frame {
-        frame(header, record, wheels, &self.angles_rad)
+        let position = |joint| {
+            let sample = record.joints.get(joint);
+            sample.map_or(0.0, |of: &JointSample| of.position)
+        };
+        Frame {
+            joints: (0..self.joints).map(position).collect(),
+            ..frame(header, record, wheels, &self.angles_rad)
+        }
     }
 
     /// Turns the rollers that touch by their spin over the row.
@@ -139,7 +149,7 @@ impl Rolling {
     }
 }
 
-/// A row as a frame, its rollers turned by these angles.
+/// A row as a frame but for its joints, its rollers turned by these angles.
 fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame {
     let truth = &record.truth;
     // The reference is that of a point of the body, the path that is drawn beside it is the body's own.
@@ -155,16 +165,9 @@ fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec
         let [x, y, z] = body.place_m;
         [x, y, z, body.roll_rad, body.pitch_rad, body.heading_rad]
     });
-    let joints = header.joints.len();
-    let position = |joint| {
-        record
-            .joints
-            .get(joint)
-            .map_or(0.0, |of: &JointSample| of.position)
-    };
     Frame {
         bodies: bodies.collect(),
-        joints: (0..joints).map(position).collect(),
+        joints: Vec::new(),
         t_s: record.t_s,
         pose: truth.pose,
         height_m: truth.height_m,
