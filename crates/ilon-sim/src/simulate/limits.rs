@@ -1,6 +1,6 @@
 //! How hard a scenario's robot may be driven: which accelerations neither grip nor motors forbid.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::FRAC_PI_4;
 
 use ilon_control::{
     AccelerationLimit, AccelerationLimits, AccelerationUse, Fastest, Kinematics, LimitCause,
@@ -130,27 +130,6 @@ impl Limits {
             rows,
             left_out: left_out(scenario, &limiter.robot),
         })
-    }
-
-    /// The limit on speeding up from rest by direction, without turning: `count` directions evenly from ahead on, counter-clockwise, each
-    /// as its angle in radians and the acceleration in m/s^2.
-    ///
-    /// # Errors
-    /// Like [`Self::of`].
-    pub fn by_direction(
-        scenario: &Scenario,
-        robot: &Robot,
-        count: usize,
-    ) -> Result<Vec<(f64, f64)>, Error> {
-        let mut limiter = Limiter::new(scenario, robot, 1.0)?;
-        let angles = (0..count).map(|k| 2.0 * PI * k as f64 / count as f64);
-        angles
-            .map(|angle_rad| {
-                let (sin, cos) = libm::sincos(angle_rad);
-                let found = limiter.along(Twist::new(cos, sin, 0.0), Twist::default())?;
-                Ok((angle_rad, found.largest))
-            })
-            .collect()
     }
 }
 
