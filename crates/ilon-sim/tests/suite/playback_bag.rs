@@ -56,16 +56,14 @@ fn refused<M: Message>(drives: &str, messages: &[(f64, M)]) -> String {
 }
 
 fn twist([x, y, turn]: [f64; 3]) -> Twist {
-    let mut twist = Twist::default();
-    (twist.linear, twist.angular) = (
-        Vector3 { x, y, z: 7.0 },
-        Vector3 {
+    Twist {
+        linear: Vector3 { x, y, z: 7.0 },
+        angular: Vector3 {
             x: 8.0,
             y: 9.0,
             z: turn,
         },
-    );
-    twist
+    }
 }
 
 /// From 0, 0.3 and 0.6 s on.
@@ -79,8 +77,10 @@ const TWISTS: [(f64, [f64; 3]); 3] = [
 fn every_type_with_a_velocity_says_the_same() {
     let plain = TWISTS.map(|(t_s, values)| (t_s, twist(values)));
     let stamped = plain.clone().map(|(t_s, twist)| {
-        let mut stamped = TwistStamped::default();
-        stamped.twist = twist;
+        let stamped = TwistStamped {
+            twist,
+            ..TwistStamped::default()
+        };
         (t_s, stamped)
     });
     let odometry = plain.clone().map(|(t_s, twist)| {
@@ -157,9 +157,10 @@ fn path(stamps_ns: &[u64]) -> Path {
         stamped.pose = pose(0.05 * index as f64, 0.0, 0.0);
         stamped
     });
-    let mut path = Path::default();
-    path.poses = poses.collect();
-    path
+    Path {
+        poses: poses.collect(),
+        ..Path::default()
+    }
 }
 
 #[test]
@@ -184,8 +185,10 @@ fn a_path_is_driven_at_the_times_of_its_poses() {
     }
     // Poses of one message at a time count by the recording.
     let messages = [0.0, 0.5, 1.0].map(|t_s| {
-        let mut stamped = PoseStamped::default();
-        stamped.pose = pose(0.1 * t_s, 0.0, 0.0);
+        let stamped = PoseStamped {
+            pose: pose(0.1 * t_s, 0.0, 0.0),
+            ..PoseStamped::default()
+        };
         (t_s, stamped)
     });
     let run = played("path", &messages, "").expect("a run");
@@ -195,10 +198,11 @@ fn a_path_is_driven_at_the_times_of_its_poses() {
 }
 
 fn joints(names: &[&str], values: &[f64]) -> JointState {
-    let mut joints = JointState::default();
-    joints.name = names.iter().map(|name| (*name).to_owned()).collect();
-    joints.velocity = values.to_vec();
-    joints
+    JointState {
+        name: names.iter().map(|name| (*name).to_owned()).collect(),
+        velocity: values.to_vec(),
+        ..JointState::default()
+    }
 }
 
 #[test]
@@ -232,10 +236,9 @@ fn joints_are_found_by_their_names_and_others_passed_over() {
         let targets: Vec<f64> = wheels.iter().map(|wheel| wheel.target_rad_s).collect();
         assert_eq!(targets, expected, "{} s", record.t_s);
     }
-    let plain = |data: &[f64]| {
-        let mut array = Float64MultiArray::default();
-        array.data = data.to_vec();
-        array
+    let plain = |data: &[f64]| Float64MultiArray {
+        data: data.to_vec(),
+        ..Float64MultiArray::default()
     };
     let run = played(
         "wheel_rates",
