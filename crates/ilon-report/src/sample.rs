@@ -133,6 +133,7 @@ pub(super) fn made_up_run(duration_s: f64, open_loop: bool) -> Trace {
                 spin_up_energy_j: 0.0,
                 contact_residual_m_s: 1e-9,
                 joints: Default::default(),
+                bodies: Default::default(),
                 support: Some(Support {
                     wheels_n: wheels.iter().map(|w| w.normal_force_n).sum(),
                     ..Support::default()

@@ -39,7 +39,7 @@ impl Touches {
     }
 
     /// Each time that the robot pressed on a body, with what is said of it.
-    pub fn episodes(&self, header: &Header) -> Vec<(Spell, String)> {
+    pub(super) fn episodes(&self, header: &Header) -> Vec<(Spell, String)> {
         let of_all = self.bodies.iter().zip(&header.bodies);
         let of_body = of_all.flat_map(|(spells, body)| {
             let say = |spell: &Spell| {
