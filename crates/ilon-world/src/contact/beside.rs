@@ -14,6 +14,10 @@ use crate::settings::NEAR;
 impl Scenes<'_> {
     /// Adds the places where free bodies are near anything.
     pub fn find_beside(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
+        // Free bodies stand behind the robots.
+        if self.bodies.last().is_none_or(|body| body.free.is_none()) {
+            return;
+        }
         for scene in self.each().filter(|scene| scene.body.free.is_some()) {
             let Some(solid) = solids(scene.body, scene.middle).next() else {
                 continue;

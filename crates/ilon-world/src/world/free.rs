@@ -175,6 +175,10 @@ impl World {
 
     /// Counts what robots did to free bodies.
     pub(super) fn count_pushing(&mut self) {
+        // Free bodies stand behind the robots.
+        if self.bodies.last().is_none_or(|body| body.free.is_none()) {
+            return;
+        }
         for reaction in self.reactions.all() {
             let (Part::Chassis | Part::Roller(..), Partner::Of(b)) = (reaction.a.part, reaction.b)
             else {

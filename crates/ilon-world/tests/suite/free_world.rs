@@ -2,7 +2,8 @@
 
 use ilon_robot::Pose;
 use ilon_world::{
-    ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Seen, Settings, World, WorldError,
+    ContactSolver, Floor, FreeBody, FreeShape, GroundBox, Patch, Relief, Seen, Settings, World,
+    WorldError,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -275,4 +276,51 @@ fn what_makes_no_sense_is_refused_in_words() {
     let mut world = World::new(&robot(), &Floor::default(), Pose::default(), &by_rapier).unwrap();
     let error = world.add_body(&cube("box", 0.1, 1.0, 1.0, 0.0));
     assert!(matches!(error, Err(WorldError::NotInRapier { .. })));
+}
+
+/// On rough ground a body is put down on the bump beneath it, and comes to rest there; beyond its edge nothing is beneath it, and it falls.
+#[test]
+fn on_rough_ground_bodies_stand_on_what_is_beneath() {
+    let heights_m = (0..41)
+        .map(|i| {
+            (0..41)
+                .map(|j| if (i + j) % 3 == 0 { 4e-3 } else { 0.0 })
+                .collect()
+        })
+        .collect();
+    let floor = Floor {
+        relief: Some(Relief {
+            cell_m: 0.1,
+            heights_m,
+        }),
+        ..Floor::default()
+    };
+    let mut world = world(&floor, 1e-3);
+    let box_ = world
+        .add_body(&cube("box", 0.2, 1.0, 0.7, 0.1))
+        .expect("room");
+    let ball = FreeShape::Sphere { radius_m: 0.05 };
+    let ball = FreeBody::new("ball", ball, 0.5, Vector2::new(-0.71, 0.33));
+    let ball = world.add_body(&ball).expect("room");
+    let beyond = world
+        .add_body(&cube("beyond", 0.1, 1.0, 3.0, 0.0))
+        .expect("room");
+    let height_m = |world: &World, id| world.free_body(id).expect("it is there").place_m.z;
+    // Its face lies on bumps, which are all equally high.
+    assert!(
+        (height_m(&world, box_) - 0.104).abs() < 1e-6,
+        "{}",
+        height_m(&world, box_)
+    );
+    let of_ball_m = height_m(&world, ball);
+    assert!((0.05 - 1e-6..0.0541).contains(&of_ball_m), "{of_ball_m}");
+    let from_m = height_m(&world, beyond);
+    (0..300).for_each(|_| world.step());
+    assert!((height_m(&world, box_) - 0.104).abs() < 1e-5);
+    // g t^2 / 2, from its first step on.
+    let fell_m = from_m - height_m(&world, beyond);
+    assert!(
+        (fell_m / (0.5 * 9.81 * 0.09) - 1.0).abs() < 0.01,
+        "{fell_m}"
+    );
 }

@@ -16,6 +16,10 @@ const PUT_DOWN_M: f64 = 1e-9;
 const NEAR_M: f64 = 1e-4;
 /// The least by which a body is lowered at a time, in metres: beside a wall everything is near all the way down.
 const LEAST_LOWERED_M: f64 = 1e-5;
+/// How far rough ground is looked for around a body, in metres.
+const LOOKS_M: f64 = 0.02;
+/// How often a body is lowered by the way to whatever is nearest.
+const MOST_LOWERED: usize = 500;
 /// How deep a body may begin in something, in its unit of length: what heights are rounded by.
 const ROUNDED: f64 = 1e-3;
 
@@ -60,8 +64,12 @@ impl World {
     fn lowered_m(&self, built: &Articulated, at: impl Fn(f64) -> Vector3<f64>) -> f64 {
         let own = self.bounds_at(built, at(0.0));
         let beneath = self.tops_m(&own).fold(0.0, f64::max);
-        let (mut free_m, mut lower_m) = (beneath - own.least_m.z + NEAR_M, f64::NEG_INFINITY);
-        while free_m - lower_m > PUT_DOWN_M {
+        let from_m = beneath - own.least_m.z + NEAR_M;
+        let (mut free_m, mut lower_m) = (from_m, f64::NEG_INFINITY);
+        for _ in 0..MOST_LOWERED {
+            if free_m - lower_m <= PUT_DOWN_M {
+                break;
+            }
             let gap_m = self.nearest(built, at(free_m)).0;
             if gap_m < PUT_DOWN_M || !gap_m.is_finite() {
                 break;
@@ -80,7 +88,9 @@ impl World {
                 free_m = next_m;
             }
         }
-        free_m
+        // Where nothing is beneath it, it falls.
+        let lies = lower_m.is_finite() || self.nearest(built, at(free_m)).0 < NEAR_M;
+        if lies { free_m } else { from_m }
     }
 
     fn bounds_at(&self, built: &Articulated, middle_m: Vector3<f64>) -> Bounds {
@@ -144,15 +154,21 @@ fn solid_at(built: &Articulated, middle_m: Vector3<f64>) -> Option<Solid<'_>> {
     Some(solid)
 }
 
-/// How far two solids are apart, in metres; in f64 where they are near.
+/// How far two solids are apart, in metres; in f64 where they are near. Of rough ground parry knows only what is near: further away it is the
+/// least that it can be.
 fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
     let apart_m = own.distance_m(other);
-    if apart_m > NEAR_M {
+    if apart_m.is_finite() && apart_m > NEAR_M {
         return apart_m;
     }
+    let (within_m, else_m) = if apart_m.is_finite() {
+        (2.0 * NEAR_M, apart_m)
+    } else {
+        (LOOKS_M, LOOKS_M)
+    };
     let mut gap_m = f64::INFINITY;
-    own.near(other, 2.0 * NEAR_M, |near| gap_m = gap_m.min(near.gap_m));
-    if gap_m.is_finite() { gap_m } else { apart_m }
+    own.near(other, within_m, |near| gap_m = gap_m.min(near.gap_m));
+    if gap_m.is_finite() { gap_m } else { else_m }
 }
 
 /// How far the rollers of a robot are from a piece, in metres.
