@@ -124,7 +124,7 @@ impl Imu {
             self.accelerometer_bias += vector(&mut self.rng, walk(&section.accelerometer));
             self.gyroscope_bias += vector(&mut self.rng, walk(&section.gyroscope));
         }
-        let pulled = motion.floor_from_body.inverse() * (gained - world.gravity_in_floor());
+        let pulled = motion.floor_from_body.inverse() * (gained - world.gravity_in_world_m_s2());
         let sensor_from_body = self.body_from_sensor.inverse();
         let turn = sensor_from_body * turn + self.gyroscope_bias;
         let force = sensor_from_body * pulled + self.accelerometer_bias;
