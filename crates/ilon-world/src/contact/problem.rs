@@ -140,6 +140,8 @@ pub(crate) struct ImpulseProblem {
     split: Split,
     /// The impulses that broke the laws least so far.
     best: Vec<f64>,
+    /// Whether it holds free bodies.
+    holds_heaps: bool,
 }
 
 /// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
@@ -148,6 +150,10 @@ const TOLERANCE: f64 = 1e-8;
 /// Rounds of Newton steps and sweeps at most. Nearly every step is done after one; where many contacts say nearly the same
 /// (rough ground, a chassis that lies on its side) some need dozens, and a few never get to the last digits.
 const ROUNDS: usize = 64;
+
+/// The same where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes
+/// long.
+const ROUNDS_OF_HEAPS: usize = 8;
 
 /// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
 const ROUNDS_A_SHARE: usize = 8;
@@ -182,6 +188,11 @@ impl ImpulseProblem {
         self.velocities.extend_from_slice(free_velocity);
         self.impulses.resize(self.velocities.len(), 0.0);
         self.softness.resize(self.velocities.len(), 0.0);
+    }
+
+    /// Says whether it holds free bodies.
+    pub fn hold_heaps(&mut self, holds: bool) {
+        self.holds_heaps = holds;
     }
 
     /// Lets the contact that was added last give along its tangents, by so much in m/s per N s: what it holds and what slides is
@@ -320,7 +331,12 @@ impl ImpulseProblem {
             return error;
         }
         let mut least = f64::INFINITY;
-        for round in 0..ROUNDS {
+        let rounds = if self.holds_heaps {
+            ROUNDS_OF_HEAPS
+        } else {
+            ROUNDS
+        };
+        for round in 0..rounds {
             let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
             error = self.newton_steps(error);
             if error <= TOLERANCE {

@@ -403,6 +403,9 @@ impl Reactions {
                 self.problem.warm_start(law, before.impulse);
             }
         }
+        let last = scenes.bodies.last();
+        self.problem
+            .hold_heaps(last.is_some_and(|body| body.free.is_some()));
         self.error = self.problem.solve();
         self.take_solution();
         self.responses.complete(scenes, &mut self.change);
