@@ -76,14 +76,14 @@ const TWISTS: [(f64, [f64; 3]); 3] = [
 #[test]
 fn every_type_with_a_velocity_says_the_same() {
     let plain = TWISTS.map(|(t_s, values)| (t_s, twist(values)));
-    let stamped = plain.clone().map(|(t_s, twist)| {
+    let stamped = plain.map(|(t_s, twist)| {
         let stamped = TwistStamped {
             twist,
             ..TwistStamped::default()
         };
         (t_s, stamped)
     });
-    let odometry = plain.clone().map(|(t_s, twist)| {
+    let odometry = plain.map(|(t_s, twist)| {
         let mut odometry = Odometry::default();
         odometry.twist.twist = twist;
         (t_s, odometry)
