@@ -85,14 +85,14 @@ pub struct Imu(trace::ImuSample);
 impl Imu {
     /// The rate of turn about x, y and z in rad/s.
     #[getter]
-    fn turn_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.turn_rad_s.as_slice())
+    fn rate_rad_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.rate_rad_s.as_slice())
     }
 
     /// The specific force along x, y and z in m/s^2: acceleration less gravity, upwards at rest.
     #[getter]
-    fn force_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
-        array(py, self.0.force_m_s2.as_slice())
+    fn specific_force_m_s2<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.0.specific_force_m_s2.as_slice())
     }
 
     /// Roll against gravity in rad, by the robot's filter.

@@ -115,9 +115,10 @@ impl StandIn {
         let (mut scratch, mut gained) = (all.clone(), all.clone());
         self.model
             .accelerations(&self.rates_rad_s, &all, &mut scratch, &mut gained);
-        for h in 0..gained.len() {
-            self.rates_rad_s[h] += gained[h] * dt_s;
-            self.angles_rad[h] += self.rates_rad_s[h] * dt_s;
+        let wheels = self.rates_rad_s.iter_mut().zip(&mut self.angles_rad);
+        for ((rate_rad_s, angle_rad), gained_rad_s2) in wheels.zip(&gained) {
+            *rate_rad_s += gained_rad_s2 * dt_s;
+            *angle_rad += *rate_rad_s * dt_s;
         }
         self.pose = self
             .pose

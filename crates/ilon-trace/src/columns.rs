@@ -115,12 +115,12 @@ static MEASURED: [Column<Pose>; 3] = reals! { Pose;
 };
 
 static IMU: [Column<ImuSample>; 8] = reals! { ImuSample;
-    "imu_turn_x_rad_s" => turn_rad_s.x,
-    "imu_turn_y_rad_s" => turn_rad_s.y,
-    "imu_turn_z_rad_s" => turn_rad_s.z,
-    "imu_force_x_m_s2" => force_m_s2.x,
-    "imu_force_y_m_s2" => force_m_s2.y,
-    "imu_force_z_m_s2" => force_m_s2.z,
+    "imu_rate_x_rad_s" => rate_rad_s.x,
+    "imu_rate_y_rad_s" => rate_rad_s.y,
+    "imu_rate_z_rad_s" => rate_rad_s.z,
+    "imu_specific_force_x_m_s2" => specific_force_m_s2.x,
+    "imu_specific_force_y_m_s2" => specific_force_m_s2.y,
+    "imu_specific_force_z_m_s2" => specific_force_m_s2.z,
     "imu_roll_rad" => roll_rad,
     "imu_pitch_rad" => pitch_rad,
 };

@@ -62,7 +62,7 @@ pub struct Header {
     /// Whether the pose that a log gives of the real robot is recorded, in columns such as `measured_x_m`.
     #[serde(default)]
     pub measured: bool,
-    /// Whether an inertial measurement unit is recorded, in columns such as `imu_turn_z_rad_s`.
+    /// Whether an inertial measurement unit is recorded, in columns such as `imu_rate_z_rad_s`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub imu: bool,
     /// Whether the storage function of a passive wheel law is recorded, in `storage_j` and `storage_supplied_j`.

@@ -136,9 +136,9 @@ pub struct OdometryCovariance {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuSample {
     /// The rate of turn, in rad/s.
-    pub turn_rad_s: Vector3<f64>,
+    pub rate_rad_s: Vector3<f64>,
     /// The specific force, in m/s^2: acceleration less gravity, upwards at rest.
-    pub force_m_s2: Vector3<f64>,
+    pub specific_force_m_s2: Vector3<f64>,
     /// Roll against gravity, as the robot's filter has it, in radians.
     pub roll_rad: f64,
     /// Pitch against gravity, as the robot's filter has it, in radians.

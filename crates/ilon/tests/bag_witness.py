@@ -91,15 +91,20 @@ class Urdf:
             at = pose(euler(*numbers(origin, "rpy")), numbers(origin, "xyz"))
             axis = numbers(axis, "xyz") if axis is not None else np.array([1.0, 0, 0])
             assert joint.find("child").get("link") not in self.above, "a link hangs twice"
-            self.above[joint.find("child").get("link")] = (joint.get("name"), joint.find("parent").get("link"), at, axis)
+            slides = joint.get("type") == "prismatic"
+            self.above[joint.find("child").get("link")] = (joint.get("name"), joint.find("parent").get("link"), at, axis, slides)
         (self.root,) = [link for link in self.links if link not in self.above]
 
     def in_root(self, link, angles):
         if link == self.root:
             return np.eye(4)
-        name, parent, at, axis = self.above[link]
-        turned = pose(about(axis, angles[name]), [0, 0, 0]) if name in angles else np.eye(4)
-        return self.in_root(parent, angles) @ at @ turned
+        name, parent, at, axis, slides = self.above[link]
+        moved = np.eye(4)
+        if name in angles and slides:
+            moved[:3, 3] = angles[name] * axis / np.linalg.norm(axis)
+        elif name in angles:
+            moved = pose(about(axis, angles[name]), [0, 0, 0])
+        return self.in_root(parent, angles) @ at @ moved
 
 
 def in_frame(frames, frame, top):
@@ -139,13 +144,19 @@ def check(folder):
     times = [max(1, round(t * 1e9)) for t in trace["t_s"]]
     types, latched, messages = read_by_rosbags(folder / "bag")
     wheels = len([name for name in trace if re.fullmatch(r"wheel\d+_angle_rad", name)])
-    names = messages["/joint_states"][0][1].name
+    names = messages["/robot_joint_commands"][0][1].name
     assert len(names) == wheels
+    # Beside the wheels, the joints between bodies.
+    states = messages["/joint_states"][0][1].name
+    between = {match[1]: name for name in trace if (match := re.fullmatch(r"joint_(.+)_position_(?:rad|m)", name))}
+    assert sorted(states) == sorted([*names, *between]), states
 
     # Which topics, of which types, how often, and when.
     expected = EACH_ROW | OTHERS
     if "reference" in scenario:
         expected["/reference"] = "geometry_msgs/msg/PoseStamped"
+    if "imu" in scenario.get("sensors", {}):
+        expected["/imu"] = "sensor_msgs/msg/Imu"
     each_row = [topic for topic in expected if topic not in OTHERS]
     for topic in types:
         if topic.startswith("/wheels/"):
@@ -198,6 +209,7 @@ def check(folder):
         ahead = reckoned[:3, 0]
         near(np.arctan2(ahead[1], ahead[0]), np.arctan2(np.sin(heading), np.cos(heading)), "heading")
         angles = {name: trace[f"wheel{w}_angle_rad"][row] for w, name in enumerate(names)}
+        angles |= {name: trace[column][row] for name, column in between.items()}
         links = set(urdf.links)
         for link in links:
             if urdf.above.get(link, ("",))[0] in angles:
@@ -205,7 +217,7 @@ def check(folder):
         # Rollers turn too, where they were looked at; at all times every link has its place.
         for link in links:
             in_frame(frames, link, "map")
-        shown = [t.child_frame_id for t in message.transforms[2 + wheels :]]
+        shown = [t.child_frame_id for t in message.transforms[2 + wheels + len(between) :]]
         if shown:
             values = [trace[rollers[key]][row] for key in sorted(rollers)]
             turned = dict(zip([urdf.above[link][0] for link in shown], values, strict=True))
@@ -217,12 +229,21 @@ def check(folder):
     for w, name in enumerate(names):
         column = lambda what: trace[f"wheel{w}_{what}"]
         joints = [m for _, m in messages["/joint_states"]]
+        at = states.index(name)
         for field, what in (("position", "angle_rad"), ("velocity", "rate_rad_s"), ("effort", "torque_n_m")):
-            near([getattr(m, field)[w] for m in joints], column(what), f"{name} {field}")
+            near([getattr(m, field)[at] for m in joints], column(what), f"{name} {field}")
         near([m.velocity[w] for _, m in messages["/robot_joint_commands"]], column("target_rad_s"), name)
         slip, force = f"/wheels/{name}/slip", f"/wheels/{name}/force"
         near([(m.vector.x, m.vector.y) for _, m in messages[slip]], np.transpose([column("slip_x_m_s"), column("slip_y_m_s")]), slip)
         near([m.wrench.force.z for _, m in messages[force]], column("normal_force_n"), force)
+    for name, column in between.items():
+        turns = column.endswith("_rad")
+        for field, what in (("position", column), ("velocity", f"joint_{name}_rate_{'rad_s' if turns else 'm_s'}"), ("effort", f"joint_{name}_force_{'n_m' if turns else 'n'}")):
+            near([getattr(m, field)[states.index(name)] for _, m in messages["/joint_states"]], trace[what], f"{name} {field}")
+    if "/imu" in expected:
+        for field, prefix, unit in (("linear_acceleration", "imu_specific_force", "m_s2"), ("angular_velocity", "imu_rate", "rad_s")):
+            columns = np.transpose([trace[f"{prefix}_{c}_{unit}"] for c in "xyz"])
+            near([[getattr(getattr(m, field), c) for c in "xyz"] for _, m in messages["/imu"]], columns, f"/imu {field}")
     planar = lambda m: (m.linear.x, m.linear.y, m.angular.z)
     for topic, prefix, of in (
         ("/cmd_vel", "command", lambda m: m.twist),

@@ -66,10 +66,10 @@ class Imu:
     """What an inertial measurement unit says, in the body frame."""
 
     @property
-    def turn_rad_s(self) -> _Floats:
+    def rate_rad_s(self) -> _Floats:
         """The rate of turn about x, y and z in rad/s."""
     @property
-    def force_m_s2(self) -> _Floats:
+    def specific_force_m_s2(self) -> _Floats:
         """The specific force along x, y and z in m/s^2: acceleration less gravity, upwards at rest."""
     @property
     def roll_rad(self) -> float:

@@ -452,8 +452,8 @@ fn imu(header: Header, sample: &ImuSample) -> Imu {
     Imu {
         header,
         orientation: pose(&Isometry3::from_parts(Default::default(), level)).orientation,
-        angular_velocity: vector(&sample.turn_rad_s),
-        linear_acceleration: vector(&sample.force_m_s2),
+        angular_velocity: vector(&sample.rate_rad_s),
+        linear_acceleration: vector(&sample.specific_force_m_s2),
         ..Imu::default()
     }
 }

@@ -44,8 +44,8 @@ struct Motion {
 struct Taken {
     arrives_s: f64,
     over_s: f64,
-    turn_rad_s: Vector3<f64>,
-    force_m_s2: Vector3<f64>,
+    rate_rad_s: Vector3<f64>,
+    specific_force_m_s2: Vector3<f64>,
 }
 
 /// A vector of normally distributed numbers.
@@ -131,8 +131,8 @@ impl Imu {
         self.on_the_way.push_back(Taken {
             arrives_s: t_s + section.latency_s,
             over_s,
-            turn_rad_s: turn + vector(&mut self.rng, section.gyroscope.noise),
-            force_m_s2: force + vector(&mut self.rng, section.accelerometer.noise),
+            rate_rad_s: turn + vector(&mut self.rng, section.gyroscope.noise),
+            specific_force_m_s2: force + vector(&mut self.rng, section.accelerometer.noise),
         });
     }
 
@@ -140,12 +140,12 @@ impl Imu {
         // The first sample has no time of its own: it says which way is up.
         let over_s = taken.over_s.max(f64::MIN_POSITIVE);
         self.filter
-            .update(&taken.turn_rad_s, &taken.force_m_s2, over_s);
-        self.turned_rad += taken.turn_rad_s.z * taken.over_s;
+            .update(&taken.rate_rad_s, &taken.specific_force_m_s2, over_s);
+        self.turned_rad += taken.rate_rad_s.z * taken.over_s;
         let down = self.filter.down_in_body();
         self.seen = ImuSample {
-            turn_rad_s: taken.turn_rad_s,
-            force_m_s2: taken.force_m_s2,
+            rate_rad_s: taken.rate_rad_s,
+            specific_force_m_s2: taken.specific_force_m_s2,
             roll_rad: libm::atan2(-down.y, -down.z),
             pitch_rad: libm::atan2(down.x, libm::hypot(down.y, down.z)),
         };

@@ -105,7 +105,9 @@ fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0, position_rad = 3 }]", "beyond its limits"; "a first setpoint beyond the limits")]
 #[test_case("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = 0.1\nsetpoints = [{ t_s = 0, position_rad = 0.1 }]", "leave one of the two out"; "a target and setpoints")]
 fn what_no_servo_can_do_is_refused_in_words(joints: &str, words: &str) {
-    let error = plant(joints).err().expect("refused");
+    let Err(error) = plant(joints) else {
+        panic!("not refused");
+    };
     let error = format!("{error} {error:?}");
     assert!(error.contains(words), "{error}");
 }

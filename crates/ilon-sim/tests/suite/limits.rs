@@ -94,7 +94,7 @@ fn case(k: u64) -> Case {
     let friction = noise.between(0.1, 1.0);
     let most_deg = (friction / 3.0).atan().to_degrees().min(10.0);
     let angle_rad = noise.between(0.0, TAU);
-    let turning = if k % 3 == 0 {
+    let turning = if k.is_multiple_of(3) {
         noise.between(-1.0, 1.0) / arm_m
     } else {
         0.0
@@ -102,7 +102,7 @@ fn case(k: u64) -> Case {
     Case {
         robot,
         friction,
-        slope_deg: if k % 2 == 0 {
+        slope_deg: if k.is_multiple_of(2) {
             0.0
         } else {
             noise.between(0.0, most_deg)

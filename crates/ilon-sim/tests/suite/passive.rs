@@ -61,7 +61,7 @@ fn an_unknown_slope_costs_its_pull_over_the_stiffness_without_an_imu_and_nothing
         let last = seeing.trace.records().last().unwrap().imu.unwrap();
         // Nose down, and felt by what holds the robot.
         assert!((last.pitch_rad - slope_deg.to_radians()).abs() < 1e-4);
-        assert!((last.force_m_s2.norm() - 9.81).abs() < 1e-3);
+        assert!((last.specific_force_m_s2.norm() - 9.81).abs() < 1e-3);
     }
 }
 
