@@ -73,12 +73,12 @@ fn message(description: &Description, runner: &mut TestRunner) -> Value {
 fn field_value(FieldType { kind, shape }: FieldType, runner: &mut TestRunner) -> Value {
     match shape {
         Shape::One => single(kind, runner),
-        // The one array there is, in rows.
-        Shape::Array(36) => Value::Array(
-            (0..6)
-                .map(|_| Value::Array((0..6).map(|_| single(kind, runner)).collect()))
-                .collect(),
-        ),
+        // The arrays that there are hold covariances, in rows.
+        Shape::Array(count @ (9 | 36)) => {
+            let side = count.isqrt();
+            let row = |runner: &mut TestRunner| (0..side).map(|_| single(kind, runner)).collect();
+            Value::Array((0..side).map(|_| Value::Array(row(runner))).collect())
+        }
         Shape::Array(other) => panic!("no message has an array of {other}"),
         Shape::Sequence => Value::Array(
             (0..draw(0_usize..4, runner))
