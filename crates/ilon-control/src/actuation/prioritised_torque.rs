@@ -70,7 +70,7 @@ impl PrioritisedTorque {
     /// The law for a robot.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`]; [`ControlError::NotPositive`], [`ControlError::Negative`],
+    /// Those of [`DynamicModel::new`](crate::DynamicModel::new); [`ControlError::NotPositive`], [`ControlError::Negative`],
     /// [`ControlError::NotFinite`] for settings.
     pub fn new(robot: &Robot, settings: &PrioritisedTorqueSettings) -> Result<Self, ControlError> {
         let w_b = positive(
