@@ -93,6 +93,10 @@ const NEEDS: &[(&str, &str)] = &[
         "it is taken per metre or per turn of the way, and the robot hardly moves; let it drive or turn further",
     ),
     (
+        "storage_rise_j",
+        "only the passive law stores anything; give the scenario `wheel_loop.law` = \"passive\"",
+    ),
+    (
         "chassis_load_share",
         "nothing of the ground carries the robot while it is recorded; let it stand on the ground",
     ),

@@ -4,8 +4,8 @@ use ilon_sim::simulate::load_robot;
 use ilon_sim::{Error, Scenario};
 use ilon_trace::{Record, WheelSample};
 
-/// The most memory that a trace may take, in bytes: of the gibibyte that the page has, what is made of it takes some times as much.
-const MOST_BYTES: f64 = 160e6;
+/// The most memory that a trace may take, in bytes: a quarter of the gibibyte that the page has. What is made of it needs room too.
+const MOST_BYTES: f64 = 256e6;
 
 /// Refuses a scenario whose trace would be larger than what a page has room for.
 pub(super) fn admit(scenario: &Scenario) -> Result<(), Error> {
