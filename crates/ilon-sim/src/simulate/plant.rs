@@ -58,8 +58,8 @@ pub struct Outcome {
 ///
 /// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and [`Plant::reset`] puts each where it begins. A
 /// thread goes through many plants fastest where it advances each by a control period at a time, for then what a plant needs is
-/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 43 kB, most of it
-/// rapier's: 10,000 of them 430 MB.
+/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 21 kB:
+/// 10,000 of them 210 MB.
 #[derive(Clone)]
 pub struct Plant {
     /// What stays as it is, shared by all copies.
