@@ -41,13 +41,13 @@ class Live:
             self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
             raise TimeoutError(f"it goes on after {timeout_s} s") from None
+        if self._process.stdout:
+            self._process.stdout.close()
 
     def stop(self) -> None:
         """Ends it."""
         self._process.terminate()
-        self._process.wait()
-        if self._process.stdout:
-            self._process.stdout.close()
+        self.wait()
 
     def __enter__(self) -> Live:
         return self
@@ -56,7 +56,7 @@ class Live:
         self.stop()
 
     def __del__(self) -> None:
-        if getattr(self, "_process", None) is not None and self.running:
+        if getattr(self, "_process", None) is not None:
             self.stop()
 
     def __repr__(self) -> str:
