@@ -15,7 +15,7 @@
 // Grows whenever a program that was built with an older header would go wrong.
 #define ILON_ABI_VERSION 1
 
-// How a call ended. All but 0 are failures, of which `ilon_last_error` tells more.
+// How a call ended. All but 0 are failures, which `ilon_last_error` explains.
 typedef enum {
   // It was done.
   ILON_STATUS_OK = 0,

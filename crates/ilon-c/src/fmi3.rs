@@ -45,11 +45,11 @@ pub enum Fmi3Status {
     Fatal = 4,
 }
 
-/// What the importer is told by: its own environment, a status, a category, the message.
+/// The importer's log callback: its own environment, a status, a category, the message.
 pub type LogMessage =
     Option<unsafe extern "C" fn(*mut c_void, Fmi3Status, *const c_char, *const c_char)>;
 
-/// An instance, and who is told of what goes wrong with it.
+/// An instance, and where its errors are logged.
 struct Slave {
     instance: Instance,
     log: LogMessage,
@@ -71,15 +71,15 @@ fn opaque(handle: u64) -> Opaque {
     std::ptr::without_provenance_mut(handle as usize)
 }
 
-/// Does something with an instance, and tells the importer where it went wrong.
+/// Does something with an instance, and logs to the importer what went wrong.
 fn with(instance: Opaque, act: impl FnOnce(&mut Slave) -> Result<(), Fault>) -> Fmi3Status {
     let status = guarded(|| INSTANCES.with(handle(instance), act));
     if status == IlonStatus::Ok {
         return Fmi3Status::Ok;
     }
-    // Nobody is told of an instance that is unknown or in use. Outside of the lock, for an importer may call back.
-    let told = INSTANCES.with(handle(instance), |slave| Ok((slave.log, slave.environment)));
-    if let Ok((log, environment)) = told {
+    // An instance that is unknown or in use has no log. Outside of the lock, for an importer may call back.
+    let callback = INSTANCES.with(handle(instance), |slave| Ok((slave.log, slave.environment)));
+    if let Ok((log, environment)) = callback {
         tell(log, environment);
     }
     match status {
@@ -118,7 +118,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-/// Errors are always told, and there is nothing else to tell.
+/// Errors are always logged, and nothing else is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetDebugLogging(
     instance: Opaque,
@@ -405,6 +405,6 @@ fn refuse(instance: Opaque, name: &str) -> Fmi3Status {
     })
 }
 
-/// What tells an exporter that the library is of its own version.
+/// By this an exporter sees that the library is of its own version.
 #[used]
 static MARK: &str = ilon_fmi::MARK;

@@ -17,7 +17,7 @@
 //! - Any thread may call with any handle. One plant serves one thread at a time: a second one is refused with `ILON_STATUS_BUSY`. Different
 //!   plants go on at the same time.
 //! - No call unwinds into C. After a fault of ilon itself a plant is in an unknown state, and takes no call but the one that frees it.
-//! - Pointers must point at as much memory as the call says. Null and misaligned ones are refused; others cannot be told from good ones.
+//! - Pointers must point at as much memory as the call says. Null and misaligned ones are refused; others cannot be recognised.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use ilon_sim::Error;
 use miette::Diagnostic;
 
-/// How a call ended. All but 0 are failures, of which `ilon_last_error` tells more.
+/// How a call ended. All but 0 are failures, which `ilon_last_error` explains.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IlonStatus {

@@ -1,4 +1,4 @@
-//! The passive law on a robot: what its control loop has to call, once a millisecond. Here a model on a slope that the robot was not told of
+//! The passive law on a robot: what its control loop has to call, once a millisecond. Here a model on a slope that the robot does not know
 //! stands in for encoders, IMU and motors; a motion-capture pose comes every ten milliseconds.
 
 use ilon_control::*;

@@ -210,7 +210,7 @@ impl ArduPilot {
         self.port
     }
 
-    /// Answers frames until `go_on` says otherwise; `say` is told what a person should know.
+    /// Answers frames until `go_on` says otherwise; `say` gets what a person should know.
     ///
     /// # Errors
     /// Where the network is gone, or the simulation cannot go on at all.

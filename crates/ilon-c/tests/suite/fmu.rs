@@ -49,7 +49,7 @@ fn every_function_of_the_standard_is_in_the_library() {
     assert!(lacking.is_empty(), "{lacking:?}");
 }
 
-/// What an importer was told.
+/// What an importer was sent.
 unsafe extern "C" fn listen(
     heard: *mut c_void,
     _: Fmi3Status,
@@ -70,7 +70,7 @@ fn what_makes_no_sense_is_refused_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let resources = unpacked(&fmu("mecanum4_lateral.toml", folder.path()), folder.path());
     let mut heard: Vec<String> = Vec::new();
-    let told: *mut c_void = (&raw mut heard).cast();
+    let log: *mut c_void = (&raw mut heard).cast();
     let make = |token: &str, resources: &Path| {
         let (token, resources) = (
             CString::new(token).unwrap(),
@@ -88,7 +88,7 @@ fn what_makes_no_sense_is_refused_and_told() {
                 false,
                 ptr::null(),
                 0,
-                told,
+                log,
                 Some(listen),
                 ptr::null(),
             )

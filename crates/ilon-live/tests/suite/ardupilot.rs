@@ -168,7 +168,7 @@ fn each_way_of_the_mix_goes_where_ardupilot_means() {
     }
 }
 
-/// What an inertial navigation makes of the IMU is the velocity that is told beside it: attitude, specific force and gravity agree.
+/// What an inertial navigation makes of the IMU is the velocity that is sent beside it: attitude, specific force and gravity agree.
 #[test]
 fn imu_attitude_and_velocity_agree() {
     let mut sitl = Sitl::start("mecanum4.urdf");
