@@ -49,6 +49,18 @@ impl Scenario {
                 "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
             ));
         }
+        // Faster than that, samples show another frequency than the ground's.
+        let most_hz = 0.5 / self.run.control_dt_s;
+        let is_too_fast = |fault: &Fault| matches!(fault, Fault::Tilt { frequency_hz, .. } if *frequency_hz > most_hz);
+        if let Some(index) = self.faults.iter().position(is_too_fast) {
+            return Err(Objection::to(
+                format!("faults.{index}.tilt.frequency_hz"),
+                format!(
+                    "the ground rocks faster than control periods can show, which is {most_hz} Hz"
+                ),
+                "write a lower frequency_hz, or a shorter `run.control_dt_s`",
+            ));
+        }
         let law = self.wheel_loop.law;
         if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
             return Err(Objection::to(

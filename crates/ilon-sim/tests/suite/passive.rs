@@ -130,6 +130,15 @@ fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
         "[sensors.imu]\nfilter_s = 0.01\n[wheel_loop]\nlaw = 'passive'\npassive = { damping_n_s_m = 10 }\n",
     );
     assert!(fast.contains("tilt filter's time constant"), "{fast}");
+    // Half a period of 0.01 s a sample: 50 Hz.
+    let rocking = |hz: f64| {
+        scenario(&format!(
+            "[[faults]]\ntilt = {{ amplitude_deg = 4, frequency_hz = {hz} }}\n"
+        ))
+    };
+    assert!(rocking(50.0).is_ok());
+    let rocks = rocking(51.0).unwrap_err().to_string();
+    assert!(rocks.contains("50 Hz"), "{rocks}");
     let other = scenario("[wheel_loop]\npassive = { stiffness_n_m = 600 }\n").unwrap_err();
     assert!(other.to_string().contains("wheel_loop.passive"), "{other}");
 }
