@@ -2,7 +2,9 @@
 
 pub(crate) mod beside;
 pub(crate) mod between;
-pub(crate) mod candidates;
+pub(crate) mod candidate;
+pub(crate) mod candidate_search;
+pub(crate) mod frame;
 pub(crate) mod handover;
 pub(crate) mod jump;
 pub(crate) mod linear;

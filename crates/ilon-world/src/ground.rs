@@ -60,6 +60,34 @@ impl Solid {
 }
 
 impl Ground {
+    /// The ground of a floor.
+    pub fn of(floor: &Floor) -> Self {
+        let solids = floor.solids().into_iter();
+        let boxes = floor.boxes.iter().map(|solid| SolidBox {
+            floor_from_box: solid.floor_from_box(),
+            half_sides_m: solid.half_sides_m,
+        });
+        Self {
+            boxes: boxes.collect(),
+            solids: solids
+                .map(|(floor_from_solid, shape)| Solid {
+                    floor_from_solid,
+                    shape,
+                })
+                .collect(),
+            has_plane: floor.relief.is_none(),
+            built: Footing {
+                friction: floor.friction,
+                surface: floor.surface,
+            },
+            set_friction: None,
+            materials: floor.materials.clone(),
+            footings: floor.footings.clone(),
+            patches: floor.patches.clone(),
+            down: floor.down(),
+        }
+    }
+
     /// Fills `pieces` with those of the ground that may be nearer to a place than `within_m`.
     pub fn pieces_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
         pieces.clear();

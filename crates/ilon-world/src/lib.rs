@@ -8,11 +8,11 @@
 //!
 //! ```text
 //! world/advance.rs            poses move on by half a step; there all of this is computed
-//! contact/candidates.rs       the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
+//! contact/candidate_search.rs the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
 //! dynamics/                   mass matrix L^T L along the branches, forces of turning frames, rates without contact
 //! contact/reactions/gather.rs which laws hold: contacts, dry bearings, motors at their bounds
 //! contact/response.rs         how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
-//! contact/problem.rs          the impulses that hold all laws at once: Newton, then sweeps; one_contact.rs, split.rs
+//! contact/problem/            the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
 //! world/advance.rs            rates take the impulses, work is counted, poses move on with the mean of the rates
 //! ```
 //!

@@ -21,10 +21,11 @@ use nalgebra::Vector3;
 use crate::contact::reactions::Reactions;
 use crate::contact::support::Support;
 use crate::ground::Ground;
+use crate::reference::Reference;
 use crate::robot::articulated::{Articulated, WheelCounts};
 pub use crate::robot::carried::Payload;
 use crate::robot::shared::SharedRobot;
-use crate::{Floor, MotorTorque, Settings, WorldError};
+use crate::{ContactSolver, Floor, MotorTorque, Settings, WorldError};
 pub use body::{Body, BodyId, BodyMut, BodyState, PlaceMotion};
 pub use disturbance::Push;
 use free::islands::Islands;
@@ -42,6 +43,8 @@ pub struct World {
     settings: Settings,
     /// What moves on the ground: robots in the order of identities, and then the free bodies near them.
     bodies: Vec<Articulated>,
+    /// The robot in rapier, where that moves it.
+    reference: Option<Box<Reference>>,
     /// The other free bodies.
     islands: Islands,
     /// What the bodies and the ground do to one another.
@@ -104,19 +107,24 @@ impl World {
         floor: &Floor,
         settings: &Settings,
     ) -> Result<Self, WorldError> {
-        let ground = floor.ground();
+        let ground = Ground::of(floor);
         let mut bodies = Vec::with_capacity(1);
         for (robot, start) in robots {
             check::check(&robot, floor, settings)?;
             let start_m = Vector3::new(start.x_m, start.y_m, 0.0);
             let stands = standing::standing(&robot, floor, (&ground, &start_m), start)?;
-            bodies.push(Articulated::build(robot, &ground, &stands, settings));
+            bodies.push(Articulated::build(robot, &stands, settings));
         }
         check::check_together(&bodies, &ground, settings)?;
+        let in_rapier = bodies
+            .first()
+            .filter(|_| settings.contacts == ContactSolver::Rapier);
+        let reference = in_rapier.map(|robot| Box::new(Reference::new(robot, &ground, settings)));
         let mut world = Self {
             ground,
             settings: settings.clone(),
             bodies,
+            reference,
             islands: Islands::default(),
             reactions: Reactions::default(),
             energies: Energies::default(),

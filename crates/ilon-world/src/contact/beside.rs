@@ -3,7 +3,9 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::SharedShape;
 
-use crate::contact::candidates::{Candidate, Turning, Workspace, along_frame, frame};
+use crate::contact::candidate::{Candidate, Turning};
+use crate::contact::candidate_search::Workspace;
+use crate::contact::frame::{along_frame, frame};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::contact::solid::{Bounds, Near, Solid};

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
 use rapier3d::prelude::*;
 
-use crate::contact::candidates::{Candidate, Turning};
+use crate::contact::candidate::{Candidate, Turning};
 use crate::contact::reaction::{Part, Partner};
 use crate::contact::scene::{Scene, Scenes};
 use crate::engine::convert;

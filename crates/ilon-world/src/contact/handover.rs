@@ -3,7 +3,7 @@
 use ilon_robot::Scale;
 use nalgebra::Vector3;
 
-use crate::contact::candidates::{Candidate, UPRIGHT};
+use crate::contact::candidate::{Candidate, UPRIGHT};
 use crate::contact::reaction::Part;
 use crate::dynamics::LinkPose;
 use crate::robot::roller::RollerState;

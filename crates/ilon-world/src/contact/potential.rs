@@ -2,10 +2,12 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::candidates::{Candidate, frame};
+use crate::contact::candidate::Candidate;
+use crate::contact::frame::frame;
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
+use crate::robot::slide::AxleSlide;
 use crate::robot::state::State;
 
 /// A roller that may touch something.
@@ -29,17 +31,6 @@ pub(crate) struct Axle {
     pub free_response: f64,
     /// How it slides along its axle.
     pub slide: AxleSlide,
-}
-
-/// How a roller that may touch something slides along its axle; all 0 of one without play.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct AxleSlide {
-    /// Its rate when the step began, in m/s.
-    pub before_m_s: f64,
-    /// Its rate at the end of the step without any reaction, and then with them, in m/s.
-    pub rate_m_s: f64,
-    /// What an impulse of 1 N s along the axle does to it, in 1/kg.
-    pub response_1_kg: f64,
 }
 
 impl Axle {

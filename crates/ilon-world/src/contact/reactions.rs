@@ -36,10 +36,11 @@ use std::mem::swap;
 
 use nalgebra::Vector3;
 
-use crate::contact::candidates::{Candidate, Workspace};
+use crate::contact::candidate::Candidate;
+use crate::contact::candidate_search::Workspace;
 use crate::contact::jump::{Held, Jump};
 use crate::contact::potential::{Axle, PotentialContact};
-use crate::contact::problem::{Curve, ImpulseProblem};
+use crate::contact::problem::{Curve, ImpulseProblem, Solver};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::contact::response::Responses;
 use crate::contact::row::Row;
@@ -62,6 +63,7 @@ pub(crate) struct Reactions {
     before: Vec<Reaction>,
     rows: Vec<Row>,
     problem: ImpulseProblem,
+    solver: Solver,
     responses: Responses,
     /// What acts in each joint of all bodies loses so much of its impulse per rate gained, in N m s per rad/s or N s per m/s.
     held_n_m_s2: Vec<f64>,
@@ -118,6 +120,7 @@ impl Reactions {
             before,
             rows,
             problem,
+            solver,
             responses,
             held_n_m_s2,
             freed_axles,
@@ -139,6 +142,7 @@ impl Reactions {
         swap(before, &mut other.before);
         swap(rows, &mut other.rows);
         swap(problem, &mut other.problem);
+        swap(solver, &mut other.solver);
         swap(responses, &mut other.responses);
         swap(held_n_m_s2, &mut other.held_n_m_s2);
         swap(freed_axles, &mut other.freed_axles);
@@ -188,10 +192,10 @@ impl Reactions {
             held_n_m_s2: &self.held_n_m_s2,
             freed_axles: &self.freed_axles,
         };
-        self.problem.swap_room(self.jump.room());
+        swap(self.solver.room(), self.jump.room());
         self.jump.find(&self.all, &self.problem, &held);
         self.responses.complete(scenes, self.jump.change_mut());
-        self.problem.swap_room(self.jump.room());
+        swap(self.solver.room(), self.jump.room());
         let over = 1.0 - self.jump.share();
         for (row, of) in self.rows.iter().enumerate() {
             for (axle, c) in of.sides().filter_map(|side| side.axle) {
@@ -404,9 +408,8 @@ impl Reactions {
             }
         }
         let last = scenes.bodies.last();
-        self.problem
-            .hold_heaps(last.is_some_and(|body| body.free.is_some()));
-        self.error = self.problem.solve();
+        let with_free_bodies = last.is_some_and(|body| body.free.is_some());
+        self.error = self.solver.solve(&mut self.problem, with_free_bodies);
         self.take_solution();
         self.responses.complete(scenes, &mut self.change);
     }

@@ -5,9 +5,8 @@ use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
 
-use super::{FloorSurface, Footing, Ground, Solid};
+use super::{FloorSurface, Footing};
 use crate::WorldError;
-use crate::contact::nearest::SolidBox;
 
 /// The ground a robot drives on.
 ///
@@ -86,7 +85,7 @@ impl Default for Floor {
 
 impl Floor {
     /// The direction of gravity in the floor's frame, whose z is the floor's normal.
-    fn down(&self) -> Vector3<f64> {
+    pub(super) fn down(&self) -> Vector3<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.slope_rad) * -Vector3::z()
     }
 
@@ -169,36 +168,8 @@ impl Floor {
         floor.chain(self.footings.iter().copied()).chain(patches)
     }
 
-    /// The ground that a world has of it.
-    pub(crate) fn ground(&self) -> Ground {
-        let solids = self.solids().into_iter();
-        let boxes = self.boxes.iter().map(|solid| SolidBox {
-            floor_from_box: solid.floor_from_box(),
-            half_sides_m: solid.half_sides_m,
-        });
-        Ground {
-            boxes: boxes.collect(),
-            solids: solids
-                .map(|(floor_from_solid, shape)| Solid {
-                    floor_from_solid,
-                    shape,
-                })
-                .collect(),
-            has_plane: self.relief.is_none(),
-            built: Footing {
-                friction: self.friction,
-                surface: self.surface,
-            },
-            set_friction: None,
-            materials: self.materials.clone(),
-            footings: self.footings.clone(),
-            patches: self.patches.clone(),
-            down: self.down(),
-        }
-    }
-
     /// Everything but the plane: where it stands in the floor's frame and its shape.
-    fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
+    pub(super) fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
         // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z and -z to y.
         let upright =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
@@ -218,7 +189,7 @@ impl Floor {
 }
 
 impl GroundBox {
-    fn floor_from_box(&self) -> Isometry3<f64> {
+    pub(super) fn floor_from_box(&self) -> Isometry3<f64> {
         let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading_rad);
         Isometry3::from_parts(self.center_m.into(), heading)
     }

@@ -7,7 +7,6 @@ use rapier3d::prelude::*;
 use super::barrel_shape::BarrelShape;
 use super::dispatcher::RollerDispatcher;
 use super::engine::Engine;
-use super::step::integration_parameters;
 use crate::engine::{convert, groups};
 use crate::ground::{Anchor, Ground};
 use crate::robot::articulated::Articulated;
@@ -62,7 +61,7 @@ impl Reference {
     pub fn new(robot: &Articulated, ground: &Ground, settings: &Settings) -> Self {
         let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let narrow_phase = NarrowPhase::with_query_dispatcher(RollerDispatcher);
-        let mut rapier = Engine::new(gravity, integration_parameters(settings), narrow_phase);
+        let mut rapier = Engine::new(gravity, settings, narrow_phase);
         let mut anchor = Anchor::insert(ground, &mut rapier.colliders, ContactSolver::Rapier);
         anchor.follow(&robot.state.center_m(), ground, &mut rapier.colliders);
         let (chassis, multibody, hubs) = assemble(&mut rapier, &anchor, robot);

@@ -7,40 +7,13 @@ use rapier3d::prelude::*;
 
 use super::engine::Engine;
 use super::multibody::Reference;
-use crate::contact::candidates::{along_frame, frame};
+use crate::MotorTorque;
+use crate::contact::frame::{along_frame, frame};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
 use crate::engine::convert;
 use crate::ground::{Anchor, Grip, Ground};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
-use crate::{MotorTorque, Settings};
-
-/// Natural frequency of a contact's spring, in Hz, and its damping ratio. rapier's default of 30 Hz lets light rollers sink in.
-const CONTACT_HZ: Real = 1000.0;
-const CONTACT_DAMPING_RATIO: Real = 1.0;
-
-/// Sweeps over the contacts of a step.
-const SWEEPS: usize = 32;
-
-/// rapier's solver as it has to be set for light rollers under a heavy robot.
-pub(super) fn integration_parameters(settings: &Settings) -> IntegrationParameters {
-    let softness = SpringCoefficients::new(CONTACT_HZ, CONTACT_DAMPING_RATIO);
-    IntegrationParameters {
-        dt: settings.dt_s as Real,
-        contact_softness: softness,
-        static_contact_softness: softness,
-        num_solver_iterations: 1,
-        // With stabilisation rapier solves friction after it has moved the bodies: large steps then lose up to 40 %.
-        num_internal_stabilization_iterations: 0,
-        num_internal_pgs_iterations: SWEEPS,
-        contact_clustering: false,
-        // A recycled contact keeps its old lever arm, but a roller's contact wanders along it all the time.
-        contact_recycling: false,
-        friction_model: FrictionModel::Coulomb,
-        max_ccd_substeps: 0,
-        ..IntegrationParameters::default()
-    }
-}
 
 impl Reference {
     /// Takes a step of a robot in rapier, and takes it over.
@@ -117,15 +90,11 @@ impl Reference {
         }
     }
 
-    /// Reads what rapier's contacts did to a robot, this body of its world.
-    pub fn read_reactions(
-        &self,
-        robot: &Articulated,
-        index: usize,
-        found: &mut Vec<(Reaction, f64)>,
-    ) {
+    /// What rapier's contacts did to a robot, the first body of its world, and by how much each broke the laws of contact, in m/s.
+    pub fn reactions(&self, robot: &Articulated) -> Vec<(Reaction, f64)> {
+        let mut found = Vec::new();
         let (before, after) = (&robot.before, &robot.ahead);
-        let on = |part| Member { body: index, part };
+        let on = |part| Member { body: 0, part };
         let chassis = &self.rapier.bodies[self.chassis];
         for collider in chassis.colliders() {
             for touch in touches(&self.rapier, &self.anchor, *collider) {
@@ -157,6 +126,7 @@ impl Reference {
                 }
             }
         }
+        found
     }
 
     /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is that of the rate after the step, with

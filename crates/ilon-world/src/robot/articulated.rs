@@ -9,9 +9,7 @@ use crate::contact::support::Support;
 use crate::contact::wheel_contact::{Taken, WheelContact};
 use crate::dynamics::{Loads, Mechanics, ROOT_DOFS, Tree};
 use crate::free::Free;
-use crate::ground::Ground;
 use crate::motor_torque::WheelInertia;
-use crate::reference::Reference;
 use crate::robot::carried::{ActingPush, Payload};
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::servo::Servo;
@@ -20,7 +18,7 @@ use crate::robot::shared::{SharedRobot, tree_of};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 use crate::settings::ContactSpring;
-use crate::{ContactSolver, MotorTorque, Settings};
+use crate::{MotorTorque, Settings};
 
 /// A robot as one articulated body of a world: chassis, wheels and rollers, in f64.
 ///
@@ -41,8 +39,6 @@ pub(crate) struct Articulated {
     pub loads: Loads,
     /// What of it touches the ground as parry finds it.
     pub shapes: Shapes,
-    /// The robot in rapier, where that moves it.
-    pub reference: Option<Box<Reference>>,
     pub state: State,
     /// The state when the last step began.
     pub before: State,
@@ -107,7 +103,6 @@ impl Articulated {
     /// A robot at rest with its body frame at a pose.
     pub fn build(
         robot: SharedRobot,
-        ground: &Ground,
         floor_from_body: &Isometry3<f64>,
         settings: &Settings,
     ) -> Self {
@@ -121,7 +116,7 @@ impl Articulated {
             // The hubs are the last joints of the tree.
             WheelBody::new(wheel, first_hub + index, rollers, &scale)
         });
-        let mut body = Self {
+        Self {
             before: state.clone(),
             middle: state.clone(),
             ahead: state.clone(),
@@ -131,7 +126,6 @@ impl Articulated {
             mechanics: Mechanics::of(&tree),
             loads: Loads::none(&tree),
             shapes: Shapes::default(),
-            reference: None,
             contacts: vec![WheelContact::default(); count],
             support: Support::default(),
             motors: vec![MotorTorque::constant(0.0); count],
@@ -158,11 +152,7 @@ impl Articulated {
             free: None,
             robot,
             tree,
-        };
-        if settings.contacts == ContactSolver::Rapier {
-            body.reference = Some(Box::new(Reference::new(&body, ground, settings)));
         }
-        body
     }
 
     /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the body's axes, and which rollers turn.
@@ -177,10 +167,6 @@ impl Articulated {
         ] {
             state.recenter(moved_m, &self.tree);
         }
-        if let Some(mut reference) = self.reference.take() {
-            reference.rebuild(self);
-            self.reference = Some(reference);
-        }
     }
 
     /// A wheel's axis among its degrees of freedom.
@@ -193,11 +179,7 @@ impl Articulated {
     /// Its kinetic energy, in J.
     pub fn kinetic_j(&self) -> f64 {
         let robot = (&*self.robot, &self.chassis_mass);
-        let robot_j = kinetic_j(robot, &self.state, &self.wheels);
-        match &self.reference {
-            None => robot_j,
-            Some(reference) => robot_j + reference.armatures_j(self),
-        }
+        kinetic_j(robot, &self.state, &self.wheels)
     }
 
     /// Its potential energy above the origin of the floor's frame, in J, in a gravity given there, in m/s^2.

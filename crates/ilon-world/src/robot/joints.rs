@@ -5,7 +5,7 @@
 //! gains, as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The joint moves on by dt (u_0 + u_1) / 2, so that
 //! the work of the force is to the last digit what the spring gives back and the damper takes.
 
-use ilon_robot::{BodyJoint, JointKind, Robot};
+use ilon_robot::{BodyJoint, JointKind};
 
 use crate::robot::articulated::Articulated;
 
@@ -40,24 +40,6 @@ impl JointForce {
             droop: joint.spring().map_or(0.0, |spring| spring.stiffness) * dt_s,
         }
     }
-}
-
-/// The position of each joint of a robot from which its standing is looked for: zero, or a servo's target, or the stop nearest to it, and where
-/// couplings put it.
-pub(crate) fn positions_at_start(robot: &Robot) -> Vec<f64> {
-    let nearest = |joint: &BodyJoint| {
-        let target = joint.servo().map_or(0.0, |servo| servo.target);
-        target.max(joint.limits[0]).min(joint.limits[1])
-    };
-    let mut positions: Vec<f64> = robot.joints.iter().map(nearest).collect();
-    // Each pass settles those that follow what is settled.
-    for _ in &robot.couplings {
-        for coupling in &robot.couplings {
-            positions[coupling.joint] =
-                coupling.factor * positions[coupling.follows] + coupling.offset;
-        }
-    }
-    positions
 }
 
 impl Articulated {

@@ -12,11 +12,10 @@ use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
 use crate::contact::nearest::PlacedBarrel;
-use crate::contact::potential::AxleSlide;
 use crate::contact::turned::PlacedTurned;
 use crate::dynamics::LinkPose;
 use crate::engine::shapes::shape_of_roller;
-use crate::robot::slide::Slide;
+use crate::robot::slide::{AxleSlide, Slide};
 
 /// What a bearing did in a step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -168,11 +167,7 @@ impl RollerState {
     /// How it begins to slide along its axle where the ground is near; not at all without play, or where it has seized.
     pub fn slide_on_ground(&self) -> AxleSlide {
         let slide = self.slide.as_ref().filter(|_| !self.seized);
-        slide.map_or_else(AxleSlide::default, |slide| AxleSlide {
-            before_m_s: slide.rate_on_ground_m_s(),
-            rate_m_s: slide.rate_on_ground_m_s(),
-            response_1_kg: slide.response_1_kg(),
-        })
+        slide.map_or_else(AxleSlide::default, |slide| slide.on_ground())
     }
 
     /// Moves it along its axle to the end of a step, with gravity along its axis in m/s^2. Gives the energy that is lost as it leaves

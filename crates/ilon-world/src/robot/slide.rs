@@ -38,6 +38,17 @@ pub(crate) struct Slide {
     solved_m_s: Option<f64>,
 }
 
+/// How a roller that may touch something slides along its axle; all 0 of one without play.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct AxleSlide {
+    /// Its rate when the step began, in m/s.
+    pub before_m_s: f64,
+    /// Its rate at the end of the step without any reaction, and then with them, in m/s.
+    pub rate_m_s: f64,
+    /// What an impulse of 1 N s along the axle does to it, in 1/kg.
+    pub response_1_kg: f64,
+}
+
 impl Slide {
     /// A roller of a mass in kg at rest in the middle of its play, which is given in metres.
     pub fn in_the_middle(play_m: f64, mass_kg: f64) -> Self {
@@ -52,14 +63,18 @@ impl Slide {
         }
     }
 
-    /// Its rate when the step began, for the contact problem, in m/s. The ground stops a roller that comes down on it.
-    pub fn rate_on_ground_m_s(&self) -> f64 {
-        if self.on_ground { self.rate_m_s } else { 0.0 }
+    /// How it begins to slide in the contact problem of a step.
+    pub fn on_ground(&self) -> AxleSlide {
+        AxleSlide {
+            before_m_s: self.rate_on_ground_m_s(),
+            rate_m_s: self.rate_on_ground_m_s(),
+            response_1_kg: 1.0 / self.mass_kg,
+        }
     }
 
-    /// What an impulse of 1 N s along the axle does to its rate, in 1/kg.
-    pub fn response_1_kg(&self) -> f64 {
-        1.0 / self.mass_kg
+    /// Its rate when the step began, for the contact problem, in m/s. The ground stops a roller that comes down on it.
+    fn rate_on_ground_m_s(&self) -> f64 {
+        if self.on_ground { self.rate_m_s } else { 0.0 }
     }
 
     /// Begins a step: goes to where it is in the step's middle.

@@ -62,7 +62,7 @@ impl BodyMut<'_> {
         let carried_kg = payloads.iter().map(|payload| payload.mass_kg).sum();
         robot.wheel_inertia = wheel_inertia(&robot.robot, carried_kg);
         robot.payloads = payloads.to_vec();
-        robot.weigh(moved_m);
+        self.weigh(moved_m);
     }
 
     /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it. Below 0
@@ -87,8 +87,16 @@ impl BodyMut<'_> {
             return;
         };
         state.seize(seized, &robot.state.hub_rate_in_hub(wheel));
-        robot.weigh(Vector3::zeros());
+        self.weigh(Vector3::zeros());
         self.world.energies.bearing_j += kinetic_before_j - self.world.kinetic_j();
+    }
+
+    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the body's axes, and which rollers turn.
+    fn weigh(&mut self, moved_m: Vector3<f64>) {
+        self.articulated().weigh(moved_m);
+        if let Some(reference) = &mut self.world.reference {
+            reference.rebuild(&self.world.bodies[self.index]);
+        }
     }
 
     /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.

@@ -82,7 +82,7 @@ impl World {
     fn build(&self, body: &FreeBody, id: FreeBodyId) -> Articulated {
         let robot = SharedRobot::from(&body.as_robot());
         let at = Isometry3::from_parts(Vector3::zeros().into(), body.rotation);
-        let mut built = Articulated::build(robot, &self.ground, &at, &self.settings);
+        let mut built = Articulated::build(robot, &at, &self.settings);
         built.scale = body.scale(self.settings.gravity_m_s2);
         built.spring = ContactSpring::of(&self.settings, &built.scale);
         built.free = Some(Box::new(Free {

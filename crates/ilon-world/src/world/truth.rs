@@ -66,7 +66,11 @@ impl World {
 
     pub(super) fn kinetic_j(&self) -> f64 {
         let bodies = self.bodies.iter().chain(self.islands.awake());
-        bodies.map(Articulated::kinetic_j).sum::<f64>() + self.islands.asleep_j().0
+        let moving_j = bodies.map(Articulated::kinetic_j).sum::<f64>() + self.islands.asleep_j().0;
+        match (&self.reference, self.bodies.first()) {
+            (Some(reference), Some(robot)) => moving_j + reference.armatures_j(robot),
+            _ => moving_j,
+        }
     }
 
     pub(super) fn potential_j(&self) -> f64 {

@@ -3,8 +3,6 @@
 //! Along the curve the velocity u grows or stays, and the impulse p rises by less than what would move the row so far by itself: by less
 //! than du / w, with w the row's own response. So each line p = line + u / w of what the row does as the others are meets it once.
 
-use super::ImpulseProblem;
-
 /// A curve of straight pieces, from its least velocity on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Curve {
@@ -51,6 +49,15 @@ impl Curves {
         self.all.clear();
     }
 
+    /// Adds a curve, and gives its place.
+    pub fn push(&mut self, curve: &Curve) -> usize {
+        let first = self.points.len();
+        self.points.extend_from_slice(&curve.points);
+        let end = self.points.len();
+        self.all.push((first, end, curve.ends));
+        self.all.len() - 1
+    }
+
     /// Where the line p - u / own = `line` meets the curve at a place.
     pub fn meet(&self, place: usize, line: f64, own: f64) -> Meeting {
         let (first, end, ends) = self.all[place];
@@ -85,24 +92,6 @@ impl Curves {
     }
 }
 
-impl ImpulseProblem {
-    /// Adds a curve, and gives its place.
-    pub fn add_curve(&mut self, curve: &Curve) -> usize {
-        let first = self.curves.points.len();
-        self.curves.points.extend_from_slice(&curve.points);
-        let end = self.curves.points.len();
-        self.curves.all.push((first, end, curve.ends));
-        self.curves.all.len() - 1
-    }
-
-    /// Where a row meets its curve as things stand.
-    pub(super) fn on_curve(&self, row: usize, place: usize) -> Meeting {
-        let own = self.w(row, row);
-        let line = self.impulses[row] - self.velocities[row] / own;
-        self.curves.meet(place, line, own)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,13 +103,13 @@ mod tests {
             points: vec![[0.0, 0.0], [1.0, 0.2], [1.0, -0.3], [4.0, -0.6]],
             ends: [[1.0, 0.4], [1.0, -0.2]],
         };
-        let mut problem = ImpulseProblem::default();
+        let mut curves = Curves::default();
         // Another before it, so that the places differ.
-        problem.add_curve(&Curve {
+        curves.push(&Curve {
             points: vec![[7.0, 7.0]],
             ends: [[0.0, -1.0]; 2],
         });
-        let place = problem.add_curve(&curve);
+        let place = curves.push(&curve);
         let own = 2.0;
         // The point on each piece, the piece, and whether it is upright.
         for (velocity, impulse, along) in [
@@ -131,7 +120,7 @@ mod tests {
             (2.5, -0.45, [3.0, -0.3]),
             (9.0, -1.6, [1.0, -0.2]),
         ] {
-            let met = problem.curves.meet(place, impulse - velocity / own, own);
+            let met = curves.meet(place, impulse - velocity / own, own);
             assert!(
                 (met.velocity - velocity).abs() < 1e-12,
                 "{met:?} {velocity}"

@@ -3,7 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::curve::Meeting;
-use super::{ImpulseProblem, Law, Sliding, TOLERANCE, pair};
+use super::law::{Law, Sliding};
+use super::system::{ImpulseProblem, TOLERANCE, pair};
 use crate::contact::linear::solve_in_place;
 
 /// What a law does as things stand.
@@ -38,146 +39,146 @@ pub(super) struct Newton {
     kept: Vec<f64>,
 }
 
-impl ImpulseProblem {
+impl Regime {
     /// What a law does as things stand: which part of it holds for the impulse less the velocity, the two brought to one
     /// scale by the law's own response.
-    fn regime(&self, (at, law): (usize, Law)) -> Regime {
-        let own = self.w(at, at);
+    fn of(problem: &ImpulseProblem, (at, law): (usize, Law)) -> Self {
+        let own = problem.w(at, at);
         match law {
             Law::Joint {
                 least_n_m_s,
                 most_n_m_s,
             } => {
-                let holding = self.impulses[at] - self.velocities[at] / own;
+                let holding = problem.impulses[at] - problem.velocities[at] / own;
                 let within = holding.clamp(least_n_m_s, most_n_m_s);
                 if holding == within {
-                    Regime::Sticks
+                    Self::Sticks
                 } else {
-                    Regime::Turns(within)
+                    Self::Turns(within)
                 }
             }
-            Law::Slide { .. } => match self.sliding((at, law)) {
-                Some(Sliding::At(stop_m_s)) => Regime::Moves(stop_m_s),
-                Some(Sliding::Free) => Regime::Turns(0.0),
-                None => Regime::Sticks,
+            Law::Slide { .. } => match problem.sliding((at, law)) {
+                Some(Sliding::At(stop_m_s)) => Self::Moves(stop_m_s),
+                Some(Sliding::Free) => Self::Turns(0.0),
+                None => Self::Sticks,
             },
             Law::Contact {
                 friction,
                 approach_m_s,
                 compliance,
             } => {
-                let (p, u) = (self.contact_impulse(at), self.contact_velocity(at));
+                let (p, u) = (problem.contact_impulse(at), problem.contact_velocity(at));
                 if p.x - (u.x + approach_m_s + compliance * p.x) / own <= 0.0 {
-                    return Regime::Open;
+                    return Self::Open;
                 }
-                self.regime_in_disc(at + 1, friction * p.x)
+                Self::in_disc(problem, at + 1, friction * p.x)
             }
-            Law::Disc { most_n_s } => self.regime_in_disc(at, most_n_s),
-            Law::Curve { place } => Regime::Along(self.on_curve(at, place)),
+            Law::Disc { most_n_s } => Self::in_disc(problem, at, most_n_s),
+            Law::Curve { place } => Self::Along(problem.on_curve(at, place)),
         }
     }
 
     /// What two rows do whose impulse is held in a disc of this size.
-    fn regime_in_disc(&self, at: usize, limit: f64) -> Regime {
-        let scale = 1.0 / (self.w(at, at) + self.w(at + 1, at + 1));
-        let pull = pair(&self.impulses, at) - scale * pair(&self.velocities, at);
+    fn in_disc(problem: &ImpulseProblem, at: usize, limit: f64) -> Self {
+        let scale = 1.0 / (problem.w(at, at) + problem.w(at + 1, at + 1));
+        let pull = pair(&problem.impulses, at) - scale * pair(&problem.velocities, at);
         let size = pull.norm();
         if size > limit {
-            Regime::Slides {
+            Self::Slides {
                 along: pull / size,
                 share: limit / size,
                 scale,
             }
         } else {
-            Regime::Sticks
+            Self::Sticks
         }
     }
+}
 
+impl Newton {
     /// Goes steps of Newton's method from an error, as far as the one that comes nearest to the solution; stays where none comes
     /// nearer. Gives the error that is left.
     ///
     /// What a step does to the error does not say whether it is right. Contacts on a stiff floor share a load in ways that hardly
     /// change any velocity: an error of 1e-6 m/s may stand for a hundredth of a load. A step goes all the way there, what slides
     /// turns meanwhile by the square of it, and the next step repairs that.
-    pub(super) fn newton_steps(&mut self, error: f64) -> f64 {
+    pub fn steps(&mut self, problem: &mut ImpulseProblem, error: f64) -> f64 {
         /// From where they lead anywhere the error falls by squares.
         const STEPS: usize = 8;
-        self.keep();
+        self.keep(problem);
         let mut best = error;
         for _ in 0..STEPS {
-            if !self.go_a_newton_step() {
+            if !self.go_a_step(problem) {
                 break;
             }
-            let reached = self.error();
+            let reached = problem.error();
             if reached < best {
                 best = reached;
                 if best <= TOLERANCE {
                     return best;
                 }
-                self.keep();
+                self.keep(problem);
             }
         }
-        self.go_back();
+        self.go_back(problem);
         best
     }
 
     /// Remembers the impulses as they are.
-    fn keep(&mut self) {
-        self.newton.kept.clear();
-        self.newton.kept.extend_from_slice(&self.impulses);
+    fn keep(&mut self, problem: &ImpulseProblem) {
+        self.kept.clear();
+        self.kept.extend_from_slice(&problem.impulses);
     }
 
     /// Goes back to the impulses that are remembered.
-    fn go_back(&mut self) {
-        for row in 0..self.rows() {
-            self.set(row, self.newton.kept[row]);
+    fn go_back(&self, problem: &mut ImpulseProblem) {
+        for (row, kept) in self.kept.iter().enumerate() {
+            problem.set(row, *kept);
         }
     }
 
     /// Goes one step of Newton's method, put back into the laws' bounds. Says whether there is one.
-    fn go_a_newton_step(&mut self) -> bool {
-        self.linearise();
-        let Newton { matrix, step, .. } = &mut self.newton;
-        if !solve_in_place(matrix, step) {
+    fn go_a_step(&mut self, problem: &mut ImpulseProblem) -> bool {
+        self.linearise(problem);
+        if !solve_in_place(&mut self.matrix, &mut self.step) {
             return false;
         }
-        for law in 0..self.laws.len() {
-            let at = self.laws[law].0;
+        for law in 0..problem.laws.len() {
+            let (at, kind) = problem.laws[law];
             // No other law's step changes its impulses.
-            let there = |k: usize| self.impulses[at + k] + self.newton.step[at + k];
-            let asked = match self.laws[law].1 {
+            let there = |k: usize| problem.impulses[at + k] + self.step[at + k];
+            let asked = match kind {
                 Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. } => {
                     Vector3::new(there(0), 0.0, 0.0)
                 }
                 Law::Disc { .. } => Vector3::new(there(0), there(1), 0.0),
                 Law::Contact { .. } => Vector3::new(there(0), there(1), there(2)),
             };
-            self.bring(law, asked);
+            problem.bring(law, asked);
         }
         true
     }
 
     /// Writes down the laws' derivatives where they stand, and what is missing from them.
-    fn linearise(&mut self) {
-        let rows = self.rows();
-        let mut newton = std::mem::take(&mut self.newton);
-        newton.clear(rows);
-        for &(at, law) in &self.laws {
-            match (self.regime((at, law)), law) {
+    fn linearise(&mut self, problem: &ImpulseProblem) {
+        let rows = problem.rows();
+        self.clear(rows);
+        for &(at, law) in &problem.laws {
+            match (Regime::of(problem, (at, law)), law) {
                 (Regime::Open, _) => {
-                    (at..at + 3).for_each(|row| newton.fix(row, -self.impulses[row]))
+                    (at..at + 3).for_each(|row| self.fix(row, -problem.impulses[row]))
                 }
-                (Regime::Turns(impulse), _) => newton.fix(at, impulse - self.impulses[at]),
+                (Regime::Turns(impulse), _) => self.fix(at, impulse - problem.impulses[at]),
                 (Regime::Moves(stop_m_s), _) => {
-                    newton.stop(at, self);
-                    newton.step[at] += stop_m_s;
+                    self.stop(at, problem);
+                    self.step[at] += stop_m_s;
                 }
-                (Regime::Along(meeting), _) => newton.follow(at, &meeting, self),
+                (Regime::Along(meeting), _) => self.follow(at, &meeting, problem),
                 (_, Law::Joint { .. } | Law::Slide { .. } | Law::Curve { .. }) => {
-                    newton.stop(at, self);
+                    self.stop(at, problem);
                 }
                 (regime, Law::Disc { most_n_s }) => {
-                    (at..at + 2).for_each(|row| newton.stop(row, self));
+                    (at..at + 2).for_each(|row| self.stop(row, problem));
                     if let Regime::Slides {
                         along,
                         share,
@@ -185,7 +186,7 @@ impl ImpulseProblem {
                     } = regime
                     {
                         let disc = (most_n_s, None);
-                        self.linearise_sliding(&mut newton, (at, disc), (along, share, scale));
+                        self.linearise_sliding(problem, (at, disc), (along, share, scale));
                     }
                 }
                 (
@@ -196,62 +197,54 @@ impl ImpulseProblem {
                         compliance,
                     },
                 ) => {
-                    (at..at + 3).for_each(|row| newton.stop(row, self));
-                    newton.matrix[at * rows + at] += compliance;
-                    newton.step[at] -= approach_m_s + compliance * self.impulses[at];
+                    (at..at + 3).for_each(|row| self.stop(row, problem));
+                    self.matrix[at * rows + at] += compliance;
+                    self.step[at] -= approach_m_s + compliance * problem.impulses[at];
                     if let Regime::Slides {
                         along,
                         share,
                         scale,
                     } = regime
                     {
-                        let disc = (friction * self.impulses[at], Some((at, friction)));
-                        self.linearise_sliding(&mut newton, (at + 1, disc), (along, share, scale));
+                        let disc = (friction * problem.impulses[at], Some((at, friction)));
+                        self.linearise_sliding(problem, (at + 1, disc), (along, share, scale));
                     }
                 }
             }
         }
-        self.newton = newton;
     }
 
     /// Two rows that move against a disc of a size: p = size q/|q| with q = p - scale u, differentiated. The size may grow with the impulse
     /// of another row.
     fn linearise_sliding(
-        &self,
-        newton: &mut Newton,
+        &mut self,
+        problem: &ImpulseProblem,
         (at, (limit, grows)): (usize, (f64, Option<(usize, f64)>)),
         (along, share, scale): (Vector2<f64>, f64, f64),
     ) {
-        let rows = self.rows();
+        let rows = problem.rows();
         let tangents = [at, at + 1];
         for (i, row) in tangents.into_iter().enumerate() {
-            newton.matrix[row * rows..][..rows].fill(0.0);
-            newton.fix(row, limit * along[i] - self.impulses[row]);
-            let line = &mut newton.matrix[row * rows..][..rows];
+            self.matrix[row * rows..][..rows].fill(0.0);
+            self.fix(row, limit * along[i] - problem.impulses[row]);
+            let line = &mut self.matrix[row * rows..][..rows];
             if let Some((with, by)) = grows {
                 line[with] -= by * along[i];
             }
             for (j, other) in tangents.into_iter().enumerate() {
                 let across = if i == j { 1.0 } else { 0.0 } - along[i] * along[j];
                 line[other] -= share * across;
-                let of_velocity = &self.delassus[other * rows..][..rows];
+                let of_velocity = &problem.delassus[other * rows..][..rows];
                 for (entry, w) in line.iter_mut().zip(of_velocity) {
                     *entry += share * across * scale * w;
                 }
             }
         }
     }
-}
 
-impl Newton {
-    /// Exchanges the room of the matrix.
-    pub(super) fn swap_matrix(&mut self, room: &mut Vec<f64>) {
-        std::mem::swap(&mut self.matrix, room);
-    }
-
-    /// The matrix's room, to write something else in meanwhile.
-    pub(super) fn take_matrix(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.matrix)
+    /// Where the matrix is written; what stands there counts for nothing between two calls.
+    pub fn room(&mut self) -> &mut Vec<f64> {
+        &mut self.matrix
     }
 
     fn clear(&mut self, rows: usize) {

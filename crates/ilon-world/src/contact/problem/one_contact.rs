@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::TOLERANCE;
+use super::system::TOLERANCE;
 
 /// The impulse of one contact that is alone, with the response W and the velocity `free` that it would have without: normal and
 /// two tangents, for its law with an approach and a compliance.

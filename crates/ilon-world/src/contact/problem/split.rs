@@ -15,7 +15,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{ImpulseProblem, Law, Sliding};
+use super::law::{Law, Sliding};
+use super::system::ImpulseProblem;
 use crate::contact::linear::{factorise, solve_factorised};
 
 /// Steps with one R: at first, and where so few have settled nothing in [`AT_ONCE`] rounds.
@@ -47,51 +48,39 @@ pub(super) struct Split {
     loads: Vec<f64>,
 }
 
-impl ImpulseProblem {
-    /// Whether a roller slides along its axle, or rolling costs something.
-    pub(super) fn has_rollers_of_several_laws(&self) -> bool {
-        let is = |(_, law): &(usize, Law)| matches!(law, Law::Slide { .. } | Law::Disc { .. });
-        self.laws.iter().any(is)
-    }
-
-    /// Goes steps of a round, and to what the laws allow then; the first from the impulses as they are.
-    pub(super) fn split_steps(&mut self, round: usize) {
-        let mut split = std::mem::take(&mut self.split);
-        // Newton's method writes all of it anew.
-        let mut matrix = self.newton.take_matrix();
+impl Split {
+    /// Goes steps of a round, and to what the laws allow then; the first from the impulses as they are. `matrix` is room.
+    pub fn steps(&mut self, problem: &mut ImpulseProblem, matrix: &mut Vec<f64>, round: usize) {
         if round == 0 {
-            split.begin(self);
+            self.begin(problem);
         }
-        split.take_responses(self, SHARES[round % SHARES.len()]);
-        let rows = self.rows();
+        self.take_responses(problem, SHARES[round % SHARES.len()]);
+        let rows = problem.rows();
         matrix.clear();
-        matrix.extend_from_slice(&self.delassus);
-        for (row, response) in split.responses.iter().enumerate() {
+        matrix.extend_from_slice(&problem.delassus);
+        for (row, response) in self.responses.iter().enumerate() {
             matrix[row * rows + row] += response;
         }
-        if factorise(&mut matrix, rows) {
-            let (steps, follows) = if round < AT_ONCE {
-                (STEPS[0], 1.0)
-            } else {
-                (STEPS[1], FOLLOWS)
-            };
-            for _ in 0..steps {
-                split.step(self, &matrix, follows);
-            }
-            for law in 0..self.laws.len() {
-                let asked = &split.allowed[self.laws[law].0..];
-                self.bring(
-                    law,
-                    Vector3::from_fn(|k, _| asked.get(k).copied().unwrap_or(0.0)),
-                );
-            }
+        if !factorise(matrix, rows) {
+            return;
         }
-        self.newton.swap_matrix(&mut matrix);
-        self.split = split;
+        let (steps, follows) = if round < AT_ONCE {
+            (STEPS[0], 1.0)
+        } else {
+            (STEPS[1], FOLLOWS)
+        };
+        for _ in 0..steps {
+            self.step(problem, matrix, follows);
+        }
+        for law in 0..problem.laws.len() {
+            let asked = &self.allowed[problem.laws[law].0..];
+            problem.bring(
+                law,
+                Vector3::from_fn(|k, _| asked.get(k).copied().unwrap_or(0.0)),
+            );
+        }
     }
-}
 
-impl Split {
     fn begin(&mut self, problem: &ImpulseProblem) {
         self.allowed.clone_from(&problem.impulses);
         self.loads.clone_from(&problem.impulses);

@@ -9,11 +9,13 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::ImpulseProblem;
+/// The laws whose friction is otherwise by direction.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stretches(Vec<Stretch>);
 
 /// A law whose friction is otherwise by direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+struct Stretch {
     /// The row of its first tangent.
     at: usize,
     /// S, and its inverse.
@@ -21,45 +23,45 @@ pub(super) struct Stretch {
     back: Matrix2<f64>,
 }
 
-impl ImpulseProblem {
-    /// Lets the velocity along each tangent of the contact that was added last give for the impulse along the other too, by so much
-    /// in m/s per N s.
-    pub fn couple(&mut self, tangents: f64) {
-        self.coupled.push((self.rows() - 2, tangents));
+impl Stretches {
+    pub fn clear(&mut self) {
+        self.0.clear();
     }
 
-    /// Lets the contact or disc that was added last hold otherwise by direction: along a unit vector among its tangents as its law says,
-    /// across it `ratio` times as much, > 0.
-    pub fn stretch(&mut self, along: Vector2<f64>, ratio: f64) {
+    /// Lets a law whose first tangent has this row hold otherwise by direction: along a unit vector among its tangents as it says, across it
+    /// `ratio` times as much, > 0. Its velocities, which are the last, become u'.
+    pub fn push(&mut self, at: usize, (along, ratio): (Vector2<f64>, f64), velocities: &mut [f64]) {
         let scaled = |ratio: f64| {
             let lies = along * along.transpose();
             lies + ratio * (Matrix2::identity() - lies)
         };
-        let at = self.rows() - 2;
         let stretch = Stretch {
             at,
             by: scaled(ratio),
             back: scaled(1.0 / ratio),
         };
-        let free = stretch.by * Vector2::new(self.velocities[at], self.velocities[at + 1]);
-        self.velocities[at..].copy_from_slice(free.as_slice());
-        self.stretches.push(stretch);
+        let free = stretch.by * Vector2::new(velocities[at], velocities[at + 1]);
+        velocities[at..].copy_from_slice(free.as_slice());
+        self.0.push(stretch);
     }
 
-    /// Takes W to S W S.
-    pub(super) fn stretch_response(&mut self) {
-        for index in 0..self.stretches.len() {
-            let Stretch { at, by, .. } = self.stretches[index];
-            self.scale_response(at, by);
+    /// Takes W of so many rows to S W S.
+    pub fn apply(&self, delassus: &mut [f64], rows: usize) {
+        for stretch in &self.0 {
+            scale_response(delassus, rows, (stretch.at, stretch.by));
         }
     }
 
     /// Takes impulses, velocities and W back to what they are without S.
-    pub(super) fn take_back(&mut self) {
-        for index in 0..self.stretches.len() {
-            let Stretch { at, by, back } = self.stretches[index];
-            self.scale_response(at, back);
-            for (of, by) in [(&mut self.impulses, by), (&mut self.velocities, back)] {
+    pub fn take_back(
+        &self,
+        (impulses, velocities): (&mut [f64], &mut [f64]),
+        delassus: &mut [f64],
+        rows: usize,
+    ) {
+        for &Stretch { at, by, back } in &self.0 {
+            scale_response(delassus, rows, (at, back));
+            for (of, by) in [(&mut *impulses, by), (&mut *velocities, back)] {
                 let real = by * Vector2::new(of[at], of[at + 1]);
                 of[at..at + 2].copy_from_slice(real.as_slice());
             }
@@ -67,25 +69,23 @@ impl ImpulseProblem {
     }
 
     /// A friction impulse whose two rows begin here as its law counts it: S^-1 p_t.
-    pub(super) fn in_disc(&self, at: usize, tangents: Vector2<f64>) -> Vector2<f64> {
-        let stretch = self.stretches.iter().find(|s| s.at == at);
+    pub fn in_disc(&self, at: usize, tangents: Vector2<f64>) -> Vector2<f64> {
+        let stretch = self.0.iter().find(|s| s.at == at);
         stretch.map_or(tangents, |stretch| stretch.back * tangents)
     }
+}
 
-    /// Multiplies the rows of two tangents of W, and then their columns.
-    fn scale_response(&mut self, at: usize, by: Matrix2<f64>) {
-        let rows = self.rows();
-        for other in 0..rows {
-            self.scale_pair([at * rows + other, (at + 1) * rows + other], by);
-        }
-        for other in 0..rows {
-            self.scale_pair([other * rows + at, other * rows + at + 1], by);
-        }
+/// Multiplies the rows of two tangents of W, and then their columns.
+fn scale_response(delassus: &mut [f64], rows: usize, (at, by): (usize, Matrix2<f64>)) {
+    let mut scale_pair = |[first, second]: [usize; 2]| {
+        let scaled = by * Vector2::new(delassus[first], delassus[second]);
+        delassus[first] = scaled.x;
+        delassus[second] = scaled.y;
+    };
+    for other in 0..rows {
+        scale_pair([at * rows + other, (at + 1) * rows + other]);
     }
-
-    fn scale_pair(&mut self, [first, second]: [usize; 2], by: Matrix2<f64>) {
-        let scaled = by * Vector2::new(self.delassus[first], self.delassus[second]);
-        self.delassus[first] = scaled.x;
-        self.delassus[second] = scaled.y;
+    for other in 0..rows {
+        scale_pair([other * rows + at, other * rows + at + 1]);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::give::stays_open;
 use super::{Reactions, spring_between};
-use crate::contact::candidates::along_frame;
+use crate::contact::frame::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
 use crate::contact::reaction::{Member, Part, Partner, Reaction};

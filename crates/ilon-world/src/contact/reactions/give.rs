@@ -4,7 +4,7 @@ use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
 
 use super::Reactions;
-use crate::contact::candidates::Candidate;
+use crate::contact::candidate::Candidate;
 use crate::contact::potential::PotentialContact;
 use crate::contact::reaction::{Gives, Part, Tread, turned_to};
 use crate::contact::row::Row;

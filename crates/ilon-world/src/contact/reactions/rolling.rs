@@ -21,7 +21,7 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
 use super::Reactions;
-use crate::contact::candidates::Candidate;
+use crate::contact::candidate::Candidate;
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::Law;
 use crate::contact::reaction::{Part, Partner, Reaction, turned_to};

@@ -6,7 +6,7 @@ use ilon_robot::{
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::*;
-use crate::contact::problem::{ImpulseProblem, Law};
+use crate::contact::problem::{ImpulseProblem, Law, Solver};
 use crate::motor_torque::WheelInertia;
 use crate::{MotorTorque, TorqueBounds};
 
@@ -94,7 +94,7 @@ impl Turning {
         let place = problem.add_curve(&curve);
         problem.push(Law::Curve { place }, &[free_rad_s]);
         problem.set_delassus(|_, w| w[0] = own);
-        let error = problem.solve();
+        let error = Solver::default().solve(&mut problem, false);
         assert!(error < 1e-8, "{error}");
 
         self.rate_rad_s = problem.velocities()[0];

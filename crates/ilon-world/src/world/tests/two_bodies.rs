@@ -55,8 +55,7 @@ fn floating(
     world.bodies = (0..2)
         .map(|i| {
             let at = Isometry3::from(centers_m[i] - center_of_mass_m(robots[i]));
-            let mut body =
-                Articulated::build(SharedRobot::from(robots[i]), &world.ground, &at, &settings);
+            let mut body = Articulated::build(SharedRobot::from(robots[i]), &at, &settings);
             body.state.velocity_m_s = moving[i];
             body
         })

@@ -2,8 +2,9 @@
 
 use nalgebra::{SVector, Vector3};
 
-use super::super::{ImpulseProblem, Law, TOLERANCE, pair};
-use super::{Draw, bearing};
+use super::super::system::{TOLERANCE, pair};
+use super::super::{ImpulseProblem, Law};
+use super::{Draw, bearing, solve};
 
 /// Rates: the robot's six, and of each of four wheels those of hub and roller about their axes, and of the roller along its own.
 type Rates = SVector<f64, 18>;
@@ -133,7 +134,7 @@ fn rollers_with_play_are_solved_where_the_floor_drags_and_creeps_and_never_gain_
         for _ in 0..300 {
             let robot = Robot::drawn(&mut draw, (drag, creep));
             let mut problem = robot.problem();
-            let error = problem.solve();
+            let error = solve(&mut problem);
             let near = error + 1e-12;
             unsolved += usize::from(error > TOLERANCE);
             for (at, law) in problem.laws.clone() {

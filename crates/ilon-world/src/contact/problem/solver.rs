@@ -1,0 +1,146 @@
+//! How the laws of a step are solved all at once.
+//!
+//! Newton's method takes all laws at once, differentiated where they stand (Alart and Curnier 1991). A robot that rolls needs one
+//! step of it. Where some steps lead nowhere, block Gauss-Seidel sweeps, which solve one law exactly for the others as they are,
+//! find out roughly what sticks and what slides, and it begins again from there. Rollers that slide along their axles or
+//! that rolling costs something have another way to find that out: `split`.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::law::Law;
+use super::newton::Newton;
+use super::one_contact::contact_impulse;
+use super::split::Split;
+use super::system::{ImpulseProblem, TOLERANCE};
+
+/// What solves the laws of a step. It allocates only while it grows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Solver {
+    newton: Newton,
+    split: Split,
+    /// The impulses that broke the laws least so far.
+    best: Vec<f64>,
+}
+
+/// Rounds of Newton steps and sweeps at most. Nearly every step is done after one; where many contacts say nearly the same
+/// (rough ground, a chassis that lies on its side) some need dozens, and a few never get to the last digits.
+const ROUNDS: usize = 64;
+
+/// The same where free bodies lie about: in a heap a load is shared in so many ways that few steps get to the last digits, and each round takes
+/// long.
+const ROUNDS_OF_HEAPS: usize = 8;
+
+/// After so many rounds sweeps go half as far: contacts that press one another down would swing to and fro for ever.
+const ROUNDS_A_SHARE: usize = 8;
+
+/// Sweeps where Newton's method needs a better start.
+const SWEEPS_A_ROUND: usize = 50;
+
+/// The same where contacts give: their springs couple them less, and what is missing is mostly which of them slides. Where so few do
+/// not lead anywhere in some rounds, more is missing.
+const SOFT_SWEEPS_A_ROUND: usize = 2;
+
+/// Rounds of so few sweeps.
+const SOFT_ROUNDS: usize = 8;
+
+impl Solver {
+    /// Solves for the impulses, from those that are supposed; `with_free_bodies` where free bodies lie about. Gives back by how much the laws
+    /// are broken in the end, in m/s or rad/s.
+    pub fn solve(&mut self, problem: &mut ImpulseProblem, with_free_bodies: bool) -> f64 {
+        let rounds = if with_free_bodies {
+            ROUNDS_OF_HEAPS
+        } else {
+            ROUNDS
+        };
+        let error = self.solve_in_discs(problem, rounds);
+        problem.take_back();
+        error
+    }
+
+    /// Where matrices are written; what stands there counts for nothing between two calls: whoever solves something else afterwards may use
+    /// it, so that the robots of a fleet do not each keep another.
+    pub fn room(&mut self) -> &mut Vec<f64> {
+        self.newton.room()
+    }
+
+    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, rounds: usize) -> f64 {
+        let in_turn = problem.has_rollers_of_several_laws();
+        let gives = problem.gives();
+        let mut error = problem.error();
+        if error <= TOLERANCE {
+            return error;
+        }
+        let mut least = f64::INFINITY;
+        self.best.clear();
+        for round in 0..rounds {
+            let share = 0.5_f64.powi((round / ROUNDS_A_SHARE) as i32);
+            error = self.newton.steps(problem, error);
+            if error <= TOLERANCE {
+                return error;
+            }
+            if error < least {
+                least = error;
+                self.best.clear();
+                self.best.extend_from_slice(&problem.impulses);
+            }
+            let sweeps = if gives && round < SOFT_ROUNDS {
+                SOFT_SWEEPS_A_ROUND
+            } else {
+                SWEEPS_A_ROUND
+            };
+            if in_turn {
+                self.split.steps(problem, self.newton.room(), round);
+            } else {
+                sweep(problem, sweeps, share);
+            }
+            error = problem.error();
+        }
+        if error < least {
+            return error;
+        }
+        for (row, best) in self.best.iter().enumerate() {
+            problem.set(row, *best);
+        }
+        least
+    }
+}
+
+/// Goes a share of the way to where each law is solved for the others as they are, one after the other, over and over.
+fn sweep(problem: &mut ImpulseProblem, sweeps: usize, share: f64) {
+    for _ in 0..sweeps {
+        for law in 0..problem.laws.len() {
+            solve_one(problem, law, share);
+        }
+    }
+}
+
+/// Goes a share of the way to where one law is solved for the others as they are.
+fn solve_one(problem: &mut ImpulseProblem, index: usize, share: f64) {
+    let (at, law) = problem.laws[index];
+    match law {
+        Law::Joint { .. } => {
+            let impulse = problem.impulses[at] - share * problem.velocities[at] / problem.w(at, at);
+            problem.bring(index, Vector3::new(impulse, 0.0, 0.0));
+        }
+        Law::Curve { place } => {
+            let by = problem.on_curve(at, place).impulse - problem.impulses[at];
+            problem.set(at, problem.impulses[at] + share * by);
+        }
+        // Beside these no sweeps are gone: `split`.
+        Law::Slide { .. } | Law::Disc { .. } => {}
+        Law::Contact {
+            friction,
+            approach_m_s,
+            compliance,
+        } => {
+            let own = Matrix3::from_fn(|i, j| problem.w(at + i, at + j));
+            let free = problem.contact_velocity(at) - own * problem.contact_impulse(at);
+            let give = (approach_m_s, compliance);
+            let impulse = contact_impulse(&own, &free, friction, give);
+            for k in 0..3 {
+                let now = problem.impulses[at + k];
+                problem.set(at + k, now + share * (impulse[k] - now));
+            }
+        }
+    }
+}

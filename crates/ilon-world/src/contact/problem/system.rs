@@ -1,0 +1,312 @@
+//! The laws of a step, the impulses that are supposed and the velocities that follow.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::curve::{Curve, Curves, Meeting};
+use super::law::{Law, Sliding};
+use super::stretch::Stretches;
+
+/// The impulses of a step. It is cleared and filled again in every step and allocates only while it grows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ImpulseProblem {
+    /// With the first row of each.
+    pub(super) laws: Vec<(usize, Law)>,
+    /// p, in N s or N m s.
+    pub(super) impulses: Vec<f64>,
+    /// u, in m/s or rad/s.
+    pub(super) velocities: Vec<f64>,
+    /// What stands on W's diagonal beside the robot's response, in m/s per N s: contacts that give across their normal.
+    softness: Vec<f64>,
+    /// W, row by row.
+    pub(super) delassus: Vec<f64>,
+    /// Of contacts that grip otherwise by direction.
+    stretches: Stretches,
+    /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
+    coupled: Vec<(usize, f64)>,
+    pub(super) curves: Curves,
+}
+
+/// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
+pub(super) const TOLERANCE: f64 = 1e-8;
+
+impl ImpulseProblem {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.laws.clear();
+        self.impulses.clear();
+        self.velocities.clear();
+        self.softness.clear();
+        self.stretches.clear();
+        self.coupled.clear();
+        self.curves.clear();
+    }
+
+    /// Adds a law, with the velocity that there would be without any impulse: normal and two tangents of a contact, the
+    /// rate of a joint.
+    pub fn push(&mut self, law: Law, free_velocity: &[f64]) {
+        debug_assert_eq!(free_velocity.len(), law.rows());
+        self.laws.push((self.velocities.len(), law));
+        self.velocities.extend_from_slice(free_velocity);
+        self.impulses.resize(self.velocities.len(), 0.0);
+        self.softness.resize(self.velocities.len(), 0.0);
+    }
+
+    /// Lets the contact that was added last give along its tangents, by so much in m/s per N s: what it holds and what slides is
+    /// then the velocity where it acts, and what it gives on top.
+    pub fn soften(&mut self, tangents: [f64; 2]) {
+        let rows = self.rows();
+        self.softness[rows - 2..].copy_from_slice(&tangents);
+    }
+
+    /// Lets the velocity along each tangent of the contact that was added last give for the impulse along the other too, by so much
+    /// in m/s per N s.
+    pub fn couple(&mut self, tangents: f64) {
+        self.coupled.push((self.rows() - 2, tangents));
+    }
+
+    /// Lets the contact or disc that was added last hold otherwise by direction: along a unit vector among its tangents as its law says,
+    /// across it `ratio` times as much, > 0.
+    pub fn stretch(&mut self, along: Vector2<f64>, ratio: f64) {
+        let at = self.rows() - 2;
+        self.stretches
+            .push(at, (along, ratio), &mut self.velocities);
+    }
+
+    /// Adds a curve, and gives its place.
+    pub fn add_curve(&mut self, curve: &Curve) -> usize {
+        self.curves.push(curve)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.velocities.len()
+    }
+
+    /// Sets W once all laws are there. `fill` takes a row's place, and room for what it has on and before the diagonal.
+    pub fn set_delassus(&mut self, fill: impl Fn(usize, &mut [f64])) {
+        let rows = self.rows();
+        self.delassus.clear();
+        self.delassus.resize(rows * rows, 0.0);
+        for row in 0..rows {
+            let (above, below) = self.delassus.split_at_mut(row * rows);
+            let own = &mut below[..=row];
+            fill(row, own);
+            own[row] += self.softness[row];
+            for (other, w) in above.chunks_exact_mut(rows).zip(own) {
+                other[row] = *w;
+            }
+        }
+        for (at, coupled) in &self.coupled {
+            self.delassus[at * rows + at + 1] += coupled;
+            self.delassus[(at + 1) * rows + at] += coupled;
+        }
+        self.stretches.apply(&mut self.delassus, rows);
+    }
+
+    /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
+    /// law of fewer rows only the first numbers count.
+    pub fn warm_start(&mut self, law: usize, mut asked: Vector3<f64>) {
+        if let (at, Some(first)) = (self.laws[law].0, self.laws[law].1.first_tangent()) {
+            let rubs = self
+                .stretches
+                .in_disc(at + first, asked.fixed_rows::<2>(first).into_owned());
+            asked.fixed_rows_mut::<2>(first).copy_from(&rubs);
+        }
+        self.bring(law, asked);
+    }
+
+    /// Sets the impulse of a law to the nearest that it allows.
+    pub(super) fn bring(&mut self, law: usize, asked: Vector3<f64>) {
+        let (at, law) = self.laws[law];
+        match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => self.set(at, asked.x.clamp(least_n_m_s, most_n_m_s)),
+            Law::Slide { .. } | Law::Curve { .. } => self.set(at, asked.x),
+            Law::Disc { most_n_s } => self.set_within(at, asked.xy(), most_n_s),
+            Law::Contact { friction, .. } => {
+                let normal = asked.x.max(0.0);
+                self.set(at, normal);
+                self.set_within(at + 1, asked.yz(), friction * normal);
+            }
+        }
+    }
+
+    /// Sets two impulses to the nearest in a disc.
+    fn set_within(&mut self, at: usize, mut asked: Vector2<f64>, limit: f64) {
+        let size = asked.norm();
+        if size > limit {
+            asked *= limit / size;
+        }
+        self.set(at, asked.x);
+        self.set(at + 1, asked.y);
+    }
+
+    /// Sets an impulse, and the velocities that follow.
+    pub(super) fn set(&mut self, row: usize, impulse: f64) {
+        let by = impulse - self.impulses[row];
+        if by != 0.0 {
+            self.impulses[row] = impulse;
+            let rows = self.rows();
+            // W is symmetric: its row is its column.
+            let column = &self.delassus[row * rows..][..rows];
+            for (velocity, w) in self.velocities.iter_mut().zip(column) {
+                *velocity += w * by;
+            }
+        }
+    }
+
+    /// Whether friction holds a contact or a bearing, as the impulses are now: within its limit.
+    pub fn holds(&self, law: usize) -> bool {
+        let (at, law) = self.laws[law];
+        match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
+                let p = self.impulses[at];
+                least_n_m_s * (1.0 - 1e-9) < p && p < most_n_m_s * (1.0 - 1e-9)
+            }
+            Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
+            Law::Curve { place } => self.on_curve(at, place).is_upright(),
+            Law::Disc { most_n_s } => {
+                self.stretches.in_disc(at, pair(&self.impulses, at)).norm()
+                    < most_n_s * (1.0 - 1e-9)
+            }
+            Law::Contact { friction, .. } => {
+                let p = self.contact_impulse(at);
+                self.stretches.in_disc(at + 1, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
+            }
+        }
+    }
+
+    /// The impulses as they are now, row by row, in N s or N m s.
+    pub fn impulses(&self) -> &[f64] {
+        &self.impulses
+    }
+
+    /// The velocities where they act, row by row, in m/s or rad/s; of contacts that give, with what they give.
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
+    }
+
+    /// W of two rows.
+    pub fn w(&self, row: usize, column: usize) -> f64 {
+        self.delassus[row * self.rows() + column]
+    }
+
+    pub(super) fn contact_impulse(&self, at: usize) -> Vector3<f64> {
+        Vector3::from_row_slice(&self.impulses[at..at + 3])
+    }
+
+    pub(super) fn contact_velocity(&self, at: usize) -> Vector3<f64> {
+        Vector3::from_row_slice(&self.velocities[at..at + 3])
+    }
+
+    /// What holds of a row that slides between stops, as things stand; `None` of other laws.
+    pub(super) fn sliding(&self, (at, law): (usize, Law)) -> Option<Sliding> {
+        let Law::Slide {
+            least_m_s,
+            most_m_s,
+        } = law
+        else {
+            return None;
+        };
+        let own = self.w(at, at);
+        let line = self.impulses[at] - self.velocities[at] / own;
+        Some(Sliding::on_line(line, own, (least_m_s, most_m_s)))
+    }
+
+    /// Where a row meets its curve as things stand.
+    pub(super) fn on_curve(&self, row: usize, place: usize) -> Meeting {
+        let own = self.w(row, row);
+        let line = self.impulses[row] - self.velocities[row] / own;
+        self.curves.meet(place, line, own)
+    }
+
+    /// Takes impulses, velocities and W back to what they are where no direction differs from another.
+    pub(super) fn take_back(&mut self) {
+        let rows = self.rows();
+        let (impulses, velocities) = (&mut self.impulses, &mut self.velocities);
+        self.stretches
+            .take_back((impulses, velocities), &mut self.delassus, rows);
+    }
+
+    /// Whether a roller slides along its axle, or rolling costs something.
+    pub(super) fn has_rollers_of_several_laws(&self) -> bool {
+        let is = |(_, law): &(usize, Law)| matches!(law, Law::Slide { .. } | Law::Disc { .. });
+        self.laws.iter().any(is)
+    }
+
+    /// Whether a contact gives across its normal.
+    pub(super) fn gives(&self) -> bool {
+        self.softness.iter().any(|softness| *softness > 0.0)
+    }
+
+    /// By how much the laws are broken, in m/s or rad/s: the most of all. An impulse beyond what friction can do counts by
+    /// the velocity that the excess makes where it acts.
+    pub(super) fn error(&self) -> f64 {
+        let of = |&(at, law): &(usize, Law)| match law {
+            Law::Joint {
+                least_n_m_s,
+                most_n_m_s,
+            } => {
+                let (p, u) = (self.impulses[at], self.velocities[at]);
+                let excess = (least_n_m_s - p).max(p - most_n_m_s).max(0.0) * self.w(at, at);
+                let opposes = if u > 0.0 {
+                    p <= least_n_m_s * (1.0 - 1e-9)
+                } else {
+                    p >= most_n_m_s * (1.0 - 1e-9)
+                };
+                excess.max(if opposes { 0.0 } else { u.abs() })
+            }
+            // How far the nearest point of the law on the row's line is: in velocity as in what the impulse makes of one.
+            Law::Slide { .. } => match self.sliding((at, law)) {
+                Some(Sliding::At(stop_m_s)) => (self.velocities[at] - stop_m_s).abs(),
+                Some(Sliding::Free) => self.impulses[at].abs() * self.w(at, at),
+                None => 0.0,
+            },
+            Law::Contact {
+                friction,
+                approach_m_s,
+                compliance,
+            } => {
+                let (p, u) = (self.contact_impulse(at), self.contact_velocity(at));
+                let gap = u.x + approach_m_s + compliance * p.x;
+                let normal = if p.x > 0.0 {
+                    gap.abs()
+                } else {
+                    (-gap).max(-p.x * self.w(at, at))
+                };
+                normal.max(self.error_in_disc(at + 1, friction * p.x.max(0.0)))
+            }
+            Law::Disc { most_n_s } => self.error_in_disc(at, most_n_s),
+            Law::Curve { place } => (self.on_curve(at, place).velocity - self.velocities[at]).abs(),
+        };
+        self.laws.iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// The same of two rows whose impulse is held in a disc of this size.
+    fn error_in_disc(&self, at: usize, limit: f64) -> f64 {
+        let (p, u) = (pair(&self.impulses, at), pair(&self.velocities, at));
+        let rubbed = p.norm();
+        let own = 0.5 * (self.w(at, at) + self.w(at + 1, at + 1));
+        let excess = (rubbed - limit).max(0.0) * own;
+        let slides = if limit <= 0.0 {
+            0.0
+        } else if rubbed < limit * (1.0 - 1e-9) {
+            u.norm()
+        } else {
+            // It may only move against what holds it.
+            let pull = p / rubbed;
+            (u - pull * u.dot(&pull).min(0.0)).norm()
+        };
+        slides.max(excess)
+    }
+}
+
+/// The two numbers of a list from a place on.
+pub(super) fn pair(of: &[f64], at: usize) -> Vector2<f64> {
+    Vector2::new(of[at], of[at + 1])
+}
