@@ -20,7 +20,7 @@ pub(crate) struct ImpulseProblem {
     /// W, row by row.
     pub(super) delassus: Vec<f64>,
     /// Of contacts that grip otherwise by direction.
-    stretches: Stretches,
+    pub(super) stretches: Stretches,
     /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
     coupled: Vec<(usize, f64)>,
     pub(super) curves: Curves,
