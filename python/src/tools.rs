@@ -18,36 +18,44 @@ use toml::{Table, Value};
 
 use crate::errors::{OrRaise, raised, refused};
 use crate::run::Run;
-use crate::scenario;
+use crate::scenario::{self, Settings};
 use crate::values::{as_python, to_toml};
 
 /// A scenario in which a robot does nothing.
 const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
 /// A robot's file as it is understood: a dict as `ilon inspect --json` prints it, a drawing from above in SVG, and the URDF that
-/// was read. `options` are keys of a scenario's `[robot]`.
+/// was read; with `limits` also how hard it may be driven, and a drawing of that. `options` are keys of a scenario's `[robot]`, `limits` any of
+/// its keys.
 #[pyfunction]
-#[pyo3(signature = (path, options, *, sandbox=None))]
+#[pyo3(signature = (path, options, *, limits=None, sandbox=None))]
 pub fn inspect<'py>(
     py: Python<'py>,
     path: PathBuf,
     options: &Bound<'py, PyMapping>,
+    limits: Option<&Bound<'py, PyMapping>>,
     sandbox: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, String, String)> {
+) -> PyResult<Seen<'py>> {
     let Value::Table(mut robot) = to_toml(options.as_any())? else {
         return Err(PyTypeError::new_err("the options of a robot are a dict"));
     };
     let file = path.display().to_string();
     robot.insert("file".to_owned(), Value::String(file));
     let files = scenario::files(py, sandbox)?;
-    let inspected = py.detach(|| inspected(&path, robot, &files));
+    let settings = limits.map(scenario::read_settings).transpose()?;
+    let inspected = py.detach(|| inspected(&path, robot, settings.as_ref(), &files));
     let (inspection, svg, urdf) = inspected.or_raise(py)?;
-    Ok((as_python(py, &inspection)?, svg, urdf))
+    let limits_svg = drawing::limits(&inspection);
+    Ok((as_python(py, &inspection)?, svg, urdf, limits_svg))
 }
+
+/// What is inspected, drawn and read of a robot, and its limits drawn.
+type Seen<'py> = (Bound<'py, PyAny>, String, String, Option<String>);
 
 fn inspected(
     path: &std::path::Path,
     robot: Table,
+    limits: Option<&Settings>,
     files: &FileAccess,
 ) -> Result<(Inspection, String, String), Error> {
     let mut table: Table = STANDING
@@ -58,7 +66,11 @@ fn inspected(
     let options = scenario.robot.load_options(&scenario.folder, files);
     let loaded = Robot::load_with(path, &options)
         .map_err(|fault| remedy::diagnosed(fault, path, &options, &Keys))?;
-    let inspection = Inspection::of_loaded(&loaded)?;
+    let mut inspection = Inspection::of_loaded(&loaded)?;
+    if let Some(settings) = limits {
+        let settings = scenario::as_settings(settings);
+        inspection = inspection.with_limits_under(&settings, &loaded.robot, files)?;
+    }
     Kinematics::new(&loaded.robot)?;
     let point_m = inspection.decoupling_point_m.map(Into::into);
     let svg = drawing::svg(&loaded.robot, point_m);

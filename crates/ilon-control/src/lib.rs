@@ -79,8 +79,8 @@ pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};
 pub use actuation::{BodySense, FallingTorque, PassiveEffort, TorqueLaw, TorqueShares};
 pub use dynamics::acceleration_limits::{
-    AccelerationLimit, AccelerationLimits, AccelerationRange, AccelerationUse, LimitCause,
-    LimitSettings, LimitedBy, PushSharing,
+    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationRange,
+    AccelerationUse, LimitCause, LimitSettings, LimitedBy, PushSharing,
 };
 pub use dynamics::loads::WheelLoads;
 pub use dynamics::model::DynamicModel;

@@ -1,13 +1,14 @@
 //! A robot as it is understood: what `ilon inspect` prints.
 
 use ilon_control::{self as control, Arrangement, ControlError, Kinematics};
+use ilon_files::FileAccess;
 use ilon_formats::{Loaded, WheelOutline};
 use ilon_robot::{Robot, RollerSurface, Wheel};
 use serde::Serialize;
 
 use crate::Error;
 use crate::roller_drag;
-use crate::scenario::{Floor, Scenario};
+use crate::scenario::{Floor, Scenario, Setting};
 use crate::simulate::Limits;
 
 /// A robot as it is understood, and what follows from where its wheels sit.
@@ -269,6 +270,26 @@ impl Inspection {
     pub fn with_limits(mut self, scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         self.limits = Some(Limits::of(scenario, robot)?);
         Ok(self)
+    }
+
+    /// The same under conditions that are keys of a scenario in which the robot stands: floor, slope, motors, rollers, payloads, law of the wheel
+    /// loops. Files that they name must be among those that may be read.
+    ///
+    /// # Errors
+    /// A key that no scenario has, conditions that make no sense, and those of [`Limits::of`].
+    pub fn with_limits_under(
+        self,
+        settings: &[Setting],
+        robot: &Robot,
+        files: &FileAccess,
+    ) -> Result<Self, Error> {
+        const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
+        let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
+        scenario.validate()?;
+        let mut robot = robot.clone();
+        scenario.motors.apply(&mut robot);
+        scenario.rollers.apply(&mut robot)?;
+        self.with_limits(&scenario, &robot)
     }
 }
 

@@ -21,26 +21,37 @@ class Inspection(dict[str, Any]):
     """The robot from above, with the axes of its rollers."""
     urdf: str
     """The URDF that was read: expanded, converted and repaired."""
+    limits_svg: str | None
+    """Its accelerations without slip by direction, where limits were asked for."""
 
-    def __init__(self, figures: Mapping[str, Any], svg: str, urdf: str) -> None:
+    def __init__(self, figures: Mapping[str, Any], svg: str, urdf: str, limits_svg: str | None = None) -> None:
         super().__init__(figures)
         self.svg = svg
         self.urdf = urdf
+        self.limits_svg = limits_svg
 
     def _repr_svg_(self) -> str:
         return self.svg
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (Inspection, (dict(self), self.svg, self.urdf))
+        return (Inspection, (dict(self), self.svg, self.urdf, self.limits_svg))
 
 
-def inspect(path: str | os.PathLike[str], *, sandbox: Sandbox | None = None, **options: Any) -> Inspection:
+def inspect(
+    path: str | os.PathLike[str],
+    *,
+    limits: Mapping[str, Any] | None = None,
+    sandbox: Sandbox | None = None,
+    **options: Any,
+) -> Inspection:
     """A robot's file as it is understood: URDF, xacro, SDF, MJCF, or a description in TOML.
 
     `options` are keys of a scenario's `[robot]`, such as `repair=True` or `wheels={"rollers": 9, "gamma": {"x_deg": 45}}`.
+    With `limits`, a dict of conditions such as `{"world.floor.friction": 0.3}` that may be empty, `"limits"` says how hard it may be driven:
+    accelerations without slip by motion (`rows`), by direction (`outlines`), as a polytope and as a box.
     With `sandbox`, the robot, its meshes and whatever it includes are read below these folders alone.
     """
-    return Inspection(*_ilon.inspect(path, options, sandbox=sandbox))
+    return Inspection(*_ilon.inspect(path, options, limits=limits, sandbox=sandbox))
 
 
 def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> str:

@@ -18,6 +18,7 @@
 //! found by roots. Where a wheel lifts, or pushes are shared by grip, it is found by halving: what can be given is convex.
 
 mod answers;
+mod polytope;
 mod search;
 
 use ilon_robot::{Robot, Twist};
@@ -33,6 +34,7 @@ pub use answers::{
     AccelerationLimit, AccelerationRange, AccelerationUse, LimitCause, LimitSettings, LimitedBy,
     PushSharing,
 };
+pub use polytope::AccelerationPolytope;
 
 /// The accelerations of a robot that its motors and its grip allow.
 ///

@@ -10,10 +10,14 @@ use nalgebra::Vector2;
 use svg::node::element::{Polygon, Rectangle, Text, Title};
 use svg::{Document, Node};
 
+#[cfg(feature = "studies")]
+mod limits;
 mod map;
 mod marks;
 mod wheel;
 
+#[cfg(feature = "studies")]
+pub use limits::limits;
 use map::*;
 use marks::{axes, diamond, legend, scale_bar};
 use wheel::{b_h, b_h_name, common_figures, label, roller_axis, wheel_from_above};

@@ -12,6 +12,8 @@ pub mod gallery;
 #[cfg(feature = "studies")]
 pub mod identify;
 #[cfg(feature = "studies")]
+pub mod limits;
+#[cfg(feature = "studies")]
 pub mod robot;
 #[cfg(feature = "studies")]
 pub mod sweep;

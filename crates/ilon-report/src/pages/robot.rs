@@ -16,6 +16,7 @@ use ilon_trace::file::write_text;
 
 use super::design::{self, Reach};
 use super::gallery;
+use super::limits;
 
 /// How long the wheels take to turn once, in seconds.
 const TURN_S: f64 = 8.0;
@@ -84,6 +85,7 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
             limits: SpeedLimits::new(kinematics, &rates_rad_s),
         }]));
     }
+    sections.extend(limits::section(seen));
     sections.push(wheels_section(seen));
     if !seen.remarks.is_empty() {
         sections.push(Section {

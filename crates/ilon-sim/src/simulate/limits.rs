@@ -3,12 +3,13 @@
 use std::f64::consts::FRAC_PI_4;
 
 use ilon_control::{
-    AccelerationLimit, AccelerationLimits, AccelerationUse, Fastest, Kinematics, LimitCause,
-    LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
+    AccelerationLimit, AccelerationLimits, AccelerationPolytope, AccelerationUse, Fastest,
+    Kinematics, LimitCause, LimitSettings, Motor, PushSharing, Reference, SpeedLimits,
 };
 use ilon_robot::{Robot, Twist};
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 
 use super::floor::floor;
 use super::motors::motors;
@@ -30,11 +31,38 @@ pub struct Limits {
     pub sharing: &'static str,
     /// The limits, in each direction and at each speed.
     pub rows: Vec<LimitRow>,
+    /// The limits of motions without turning in all directions, at rest and at shares of the top speeds.
+    pub outlines: Vec<LimitOutline>,
+    /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in rad/s^2, all of which can be had; in JSON its
+    /// `corners`, and its `half_spaces` [x, y, z], within which x a + y b + z c <= 1. `None` where something along an axis cannot be had.
+    #[serde(serialize_with = "as_corners_and_half_spaces")]
+    pub polytope: Option<AccelerationPolytope>,
     /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
     /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
     pub acceleration_box: [f64; 3],
     /// What of floor and rollers these limits leave out, though the scenario has it.
     pub left_out: Vec<&'static str>,
+}
+
+/// The limits in all directions at one share of the top speeds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LimitOutline {
+    /// How fast the robot moves in each direction, over its top speed that way.
+    pub share_of_top: f64,
+    /// The limits on speeding up, counter-clockwise from ahead, every 5 degrees.
+    pub points: Vec<OutlinePoint>,
+}
+
+/// The limit on speeding up in one direction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct OutlinePoint {
+    /// From where the robot looks, counter-clockwise, in degrees.
+    pub direction_deg: f64,
+    /// The limit.
+    #[serde(flatten)]
+    pub limit: Limit,
 }
 
 /// The limits of one motion.
@@ -82,6 +110,12 @@ const MOTIONS: [(&str, Option<i32>, f64); 10] = [
 /// At which shares of its top speed a motion is looked at.
 const SHARES_OF_TOP: [f64; 3] = [0.0, 0.5, 0.9];
 
+/// Of the edge of what can be had, the share that a polytope may miss beyond the middles of its faces.
+const POLYTOPE_MISSES: f64 = 0.03;
+
+/// Between the directions of an outline, in degrees.
+const OUTLINE_STEP_DEG: usize = 5;
+
 impl Limits {
     /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
     /// are on from the beginning. The robot is as [`load_robot`](super::load_robot) gives it.
@@ -126,11 +160,34 @@ impl Limits {
                 PushSharing::EqualLoops => "equal_loops",
                 PushSharing::ByGrip => "by_grip",
             },
+            outlines: limiter.outlines(&tops)?,
+            polytope: limiter.limits.polytope(
+                Twist::default(),
+                &limiter.motors,
+                POLYTOPE_MISSES,
+            )?,
             acceleration_box: limiter.box_from_rest()?,
             rows,
             left_out: left_out(scenario, &limiter.robot),
         })
     }
+}
+
+fn as_corners_and_half_spaces<S: Serializer>(
+    polytope: &Option<AccelerationPolytope>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let Some(polytope) = polytope else {
+        return serializer.serialize_none();
+    };
+    let corners = polytope.corners.iter();
+    let corners: Vec<[f64; 3]> = corners
+        .map(|corner| [corner.vx_m_s, corner.vy_m_s, corner.omega_rad_s])
+        .collect();
+    let mut both = serializer.serialize_struct("polytope", 2)?;
+    both.serialize_field("corners", &corners)?;
+    both.serialize_field("half_spaces", &polytope.half_spaces)?;
+    both.end()
 }
 
 /// Rates up to which wheels are driven, in rad/s: of motor, guidance and a DC motor's line.
@@ -227,6 +284,35 @@ impl Limiter {
             friction,
             sharing,
         })
+    }
+
+    /// The limits by direction, at each share of the top speeds; at rest alone where nothing limits these.
+    fn outlines(&mut self, tops: &SpeedLimits) -> Result<Vec<LimitOutline>, Error> {
+        let mut outlines = Vec::new();
+        for share_of_top in SHARES_OF_TOP {
+            let mut points = Vec::new();
+            for degrees in (0..360).step_by(OUTLINE_STEP_DEG) {
+                let direction_deg = degrees as f64;
+                let (sin, cos) = libm::sincos(direction_deg.to_radians());
+                let direction = Twist::new(cos, sin, 0.0);
+                let speed = match share_of_top == 0.0 {
+                    true => 0.0,
+                    false => share_of_top / tops.share(direction),
+                };
+                if !speed.is_finite() {
+                    return Ok(outlines);
+                }
+                points.push(OutlinePoint {
+                    direction_deg,
+                    limit: self.limit(direction, direction.scaled(speed))?,
+                });
+            }
+            outlines.push(LimitOutline {
+                share_of_top,
+                points,
+            });
+        }
+        Ok(outlines)
     }
 
     fn along(&mut self, direction: Twist, twist: Twist) -> Result<AccelerationLimit, Error> {

@@ -40,7 +40,7 @@ pub use ilon_world::WheelContact;
 pub use clock::CpuTime;
 pub use command::{Commanded, Decided, WheelCommand};
 pub use floor::relief_heights_m;
-pub use limits::{Limit, LimitRow, Limits};
+pub use limits::{Limit, LimitOutline, LimitRow, Limits, OutlinePoint};
 pub use load::{load, load_file, load_robot};
 pub use pilot::{Controller, Moment};
 pub use plant::{Outcome, Plant, Snapshot};

@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
     #[command(flatten)]
     limits: limits::Asked,
-    /// Draw the robot from above, with the axes of its rollers, as an SVG.
+    /// Draw the robot from above, with the axes of its rollers, as an SVG; with `--limits` how hard it may be driven in each direction.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     svg: Option<PathBuf>,
     /// Write the URDF that was read: expanded, converted and repaired.
@@ -104,6 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     if path.is_dir() {
         let one_only = arguments.json
+            || arguments.limits.limits
             || [
                 &arguments.svg,
                 &arguments.urdf,
@@ -134,10 +135,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .limits
         .add_to(inspection, &loaded.robot, &options.files)?;
     if let Some(svg) = &arguments.svg {
-        ilon_trace::file::write_text(
-            svg,
-            &drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into)),
-        )?;
+        let from_above =
+            || drawing::svg(&loaded.robot, inspection.decoupling_point_m.map(Into::into));
+        let picture = drawing::limits(&inspection).unwrap_or_else(from_above);
+        ilon_trace::file::write_text(svg, &picture)?;
     }
     if let Some(html) = &arguments.html {
         pages::robot::write(html, &loaded, &inspection)?;

@@ -60,3 +60,70 @@ fn the_table_names_wheels_and_what_is_set_for_nothing_is_refused() {
     let unknown = folder.ilon(&["inspect", "robot.urdf", "--limits", "--set", key]);
     assert!(ended_with(2, &unknown).contains("did you mean `floor`"));
 }
+
+/// The edge of the outline is that of the rows, the polytope holds the box with what a tenth less leaves, and the picture and the page show
+/// both.
+#[test]
+fn limits_are_drawn_and_given_as_a_polytope() {
+    let folder = Folder::new();
+    let out = folder.ilon(&[
+        "inspect",
+        "robot.urdf",
+        "--limits",
+        "--json",
+        "--svg",
+        "l.svg",
+        "--html",
+        "l.html",
+    ]);
+    ended_with(0, &out);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&out)).expect("JSON");
+    let limits = &json["limits"];
+    let at_rest = &limits["outlines"][0];
+    assert_eq!(at_rest["share_of_top"], 0.0);
+    for (eighth, motion) in ["ahead", "ahead and left", "left"].into_iter().enumerate() {
+        let point = &at_rest["points"][9 * eighth];
+        assert_eq!(point["direction_deg"], 45.0 * eighth as f64);
+        assert_eq!(point["largest"].as_f64(), Some(from_rest(&json, motion).0));
+    }
+    let numbers = |value: &serde_json::Value| -> Vec<f64> {
+        let numbers = value.as_array().expect("numbers");
+        numbers
+            .iter()
+            .map(|x| x.as_f64().expect("a number"))
+            .collect()
+    };
+    let sides = limits["polytope"]["half_spaces"]
+        .as_array()
+        .expect("half-spaces");
+    let share = |point: &[f64]| {
+        let products = sides.iter().map(|side| {
+            let side = numbers(side);
+            side.iter().zip(point).map(|(a, b)| a * b).sum::<f64>()
+        });
+        products.fold(0.0, f64::max)
+    };
+    let corners = limits["polytope"]["corners"].as_array().expect("corners");
+    for corner in corners {
+        assert!((share(&numbers(corner)) - 1.0).abs() < 1e-5);
+    }
+    let of_box = numbers(&limits["acceleration_box"]);
+    let largest = (0..8).map(|corner: usize| {
+        let signed = |axis: usize| {
+            if corner >> axis & 1 == 1 {
+                -of_box[axis]
+            } else {
+                of_box[axis]
+            }
+        };
+        share(&[signed(0), signed(1), signed(2)])
+    });
+    let largest = largest.fold(0.0, f64::max);
+    // The box is 0.9 of what touches the edge, of which the polytope misses a few per cent at most.
+    assert!((0.9 - 1e-9..0.9 / 0.94).contains(&largest), "{largest}");
+    let (picture, page) = (folder.read("l.svg"), folder.read("l.html"));
+    for shown in [&picture, &page] {
+        assert!(shown.contains("accelerations without slip"));
+    }
+    assert!(picture.contains("wheel_1") && page.contains("How hard it may be driven"));
+}

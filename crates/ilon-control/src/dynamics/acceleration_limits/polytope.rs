@@ -1,0 +1,263 @@
+//! A polytope within the accelerations that can be had: their convex hull, found from inside.
+//!
+//! What can be had is convex: any of its points may be corners. It begins with the octahedron of the limits along the axes. Then, again and again,
+//! the face whose middle lies furthest within the edge, as seen from zero, is replaced by faces to the point on the edge beyond its middle:
+//! those faces that the point sees go, and their rim is joined to it. Turns count by the way of the outermost wheel, so that all three
+//! axes are in m/s^2.
+
+use ilon_robot::Twist;
+use nalgebra::{Vector2, Vector3};
+
+use super::{AccelerationLimits, LimitedBy};
+use crate::{ControlError, Motor};
+
+/// A convex polytope of accelerations, all of which can be had.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AccelerationPolytope {
+    /// Its corners, on the edge of what can be had: rates of change of the twist (d/dt of its components in the body frame).
+    pub corners: Vec<Twist>,
+    /// What holds each corner where it is.
+    pub held_by: Vec<LimitedBy>,
+    /// Its faces: an acceleration (a, b, c) lies in it where x a + y b + z c is at most 1 for each; in s^2/m, and for z in s^2/rad.
+    pub half_spaces: Vec<[f64; 3]>,
+    edges: Vec<[usize; 2]>,
+}
+
+impl AccelerationPolytope {
+    /// How much of it an acceleration takes: at most 1 within.
+    pub fn share(&self, twist_rate: Twist) -> f64 {
+        let products = self.half_spaces.iter().map(|[x, y, z]| {
+            x * twist_rate.vx_m_s + y * twist_rate.vy_m_s + z * twist_rate.omega_rad_s
+        });
+        products.fold(0.0, f64::max)
+    }
+
+    /// The cut through it at a rate of change of the yaw rate in rad/s^2: the corners of a convex polygon in m/s^2, counter-clockwise; empty
+    /// beyond it.
+    pub fn at_yaw_acceleration(&self, alpha_rad_s2: f64) -> Vec<Vector2<f64>> {
+        let cuts = self.edges.iter().filter_map(|edge| {
+            let [a, b] = edge.map(|corner| self.corners[corner]);
+            let (below, above) = (alpha_rad_s2 - a.omega_rad_s, b.omega_rad_s - alpha_rad_s2);
+            let share = below / (below + above);
+            (below * above >= 0.0 && share.is_finite()).then(|| {
+                let from = Vector2::new(a.vx_m_s, a.vy_m_s);
+                from.lerp(&Vector2::new(b.vx_m_s, b.vy_m_s), share)
+            })
+        });
+        let mut outline: Vec<Vector2<f64>> = cuts.collect();
+        let middle = outline.iter().sum::<Vector2<f64>>() / outline.len().max(1) as f64;
+        let angle = |v: &Vector2<f64>| libm::atan2(v.y - middle.y, v.x - middle.x);
+        outline.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+        outline.dedup_by(|a, b| (*a - *b).norm() <= 1e-9 * (a.norm() + b.norm()));
+        outline
+    }
+}
+
+impl AccelerationLimits {
+    /// A polytope within the accelerations that can be had while the robot moves with `twist`: along the middle of each of its faces at
+    /// most the share `shortfall` is missing, unless it has [`MOST_CORNERS`](Self::MOST_CORNERS). `None` where some acceleration along an axis cannot be had at all.
+    ///
+    /// # Errors
+    /// Those of [`Self::along`]; [`ControlError::NotPositive`] for `shortfall`.
+    pub fn polytope(
+        &mut self,
+        twist: Twist,
+        motors: &[Motor],
+        shortfall: f64,
+    ) -> Result<Option<AccelerationPolytope>, ControlError> {
+        crate::error::positive("the share that may be missing", shortfall)?;
+        let arm_m = self.arm_m();
+        let mut edge = |way: Vector3<f64>| -> Result<Corner, ControlError> {
+            let direction = Twist::new(way.x, way.y, way.z / arm_m);
+            let found = self.along(direction, twist, motors)?;
+            let (wheel, cause) = (found.wheel, found.cause);
+            Ok(Corner {
+                at: found.largest * way,
+                by: LimitedBy { wheel, cause },
+            })
+        };
+        let mut hull = Hull::default();
+        for way in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            for way in [way, -way] {
+                hull.corners.push(edge(way)?);
+            }
+        }
+        if hull.corners.iter().any(|corner| corner.at.norm() == 0.0) {
+            return Ok(None);
+        }
+        for x in [0, 1] {
+            for y in [2, 3] {
+                for z in [4, 5] {
+                    // Counter-clockwise as seen from outside.
+                    let corners = match (x + y + z) % 2 == 0 {
+                        true => [x, y, z],
+                        false => [x, z, y],
+                    };
+                    hull.add(corners, &mut edge)?;
+                }
+            }
+        }
+        while hull.corners.len() < Self::MOST_CORNERS {
+            let widest = hull.faces.iter().enumerate();
+            let widest = widest.max_by(|(_, a), (_, b)| a.missing.total_cmp(&b.missing));
+            let Some((face, missing)) = widest.map(|(face, found)| (face, found.missing)) else {
+                break;
+            };
+            if missing <= shortfall {
+                break;
+            }
+            if !hull.grow(face, &mut edge)? {
+                hull.faces[face].missing = 0.0;
+            }
+        }
+        Ok(Some(hull.into_polytope(arm_m)))
+    }
+
+    /// Corners that a polytope has at most.
+    pub const MOST_CORNERS: usize = 100;
+}
+
+/// A place on the edge, in m/s^2.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    at: Vector3<f64>,
+    by: LimitedBy,
+}
+
+/// A triangle between corners, counter-clockwise as seen from outside.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    corners: [usize; 3],
+    /// Unit normal, outward.
+    normal: Vector3<f64>,
+    /// How far from zero it lies.
+    distance: f64,
+    /// The edge beyond its middle, and by which share it is further than the middle.
+    beyond: Corner,
+    missing: f64,
+}
+
+impl Face {
+    /// Whether a place lies beyond its plane, by more than rounding.
+    fn sees(&self, at: &Vector3<f64>) -> bool {
+        self.normal.dot(at) > self.distance + 1e-9 * at.norm()
+    }
+
+    fn edges(&self) -> [[usize; 2]; 3] {
+        let [a, b, c] = self.corners;
+        [[a, b], [b, c], [c, a]]
+    }
+}
+
+#[derive(Debug, Default)]
+struct Hull {
+    corners: Vec<Corner>,
+    faces: Vec<Face>,
+}
+
+/// A triangle whose height is below this share of its base is none.
+const SLIVER: f64 = 1e-6;
+
+impl Hull {
+    /// The normal of a triangle, not of unit length; `None` of a sliver.
+    fn normal(&self, corners: [usize; 3]) -> Option<Vector3<f64>> {
+        let [a, b, c] = corners.map(|corner| self.corners[corner].at);
+        let normal = (b - a).cross(&(c - a));
+        let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
+        (normal.norm() > SLIVER * longest * longest).then_some(normal)
+    }
+
+    /// Adds a triangle, with the edge beyond its middle.
+    fn add<E>(
+        &mut self,
+        corners: [usize; 3],
+        edge: &mut impl FnMut(Vector3<f64>) -> Result<Corner, E>,
+    ) -> Result<(), E> {
+        let [a, b, c] = corners.map(|corner| self.corners[corner].at);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        let middle = (a + b + c) / 3.0;
+        let beyond = edge(middle)?;
+        self.faces.push(Face {
+            corners,
+            normal,
+            distance: normal.dot(&a),
+            missing: 1.0 - middle.norm() / beyond.at.norm(),
+            beyond,
+        });
+        Ok(())
+    }
+
+    /// Takes in the edge beyond a face's middle; `false` where it would leave a sliver.
+    fn grow<E>(
+        &mut self,
+        face: usize,
+        edge: &mut impl FnMut(Vector3<f64>) -> Result<Corner, E>,
+    ) -> Result<bool, E> {
+        let new = self.faces[face].beyond;
+        let seen = |face: &Face| face.sees(&new.at);
+        let inner: Vec<[usize; 2]> = self
+            .faces
+            .iter()
+            .filter(|f| seen(f))
+            .flat_map(Face::edges)
+            .collect();
+        // An edge between two faces that are seen is there in both senses.
+        let rim = inner.iter().filter(|[a, b]| !inner.contains(&[*b, *a]));
+        let at = self.corners.len();
+        self.corners.push(new);
+        let joined: Vec<[usize; 3]> = rim.map(|[a, b]| [*a, *b, at]).collect();
+        if joined.is_empty() || joined.iter().any(|corners| self.normal(*corners).is_none()) {
+            self.corners.pop();
+            return Ok(false);
+        }
+        self.faces.retain(|face| !face.sees(&new.at));
+        for corners in joined {
+            self.add(corners, edge)?;
+        }
+        Ok(true)
+    }
+
+    fn into_polytope(self, arm_m: f64) -> AccelerationPolytope {
+        let mut half_spaces: Vec<Vector3<f64>> = Vec::new();
+        for face in &self.faces {
+            let side = face.normal / face.distance;
+            // Triangles of one plane are one face.
+            if half_spaces
+                .iter()
+                .all(|known| (known - side).norm() > 1e-6 * side.norm())
+            {
+                half_spaces.push(side);
+            }
+        }
+        // A corner that later ones took in is none any more.
+        let mut places = vec![None; self.corners.len()];
+        let (mut corners, mut held_by, mut edges) = (Vec::new(), Vec::new(), Vec::new());
+        let mut place = |corner: usize| {
+            *places[corner].get_or_insert_with(|| {
+                let Corner { at, by } = self.corners[corner];
+                corners.push(Twist::new(at.x, at.y, at.z / arm_m));
+                held_by.push(by);
+                corners.len() - 1
+            })
+        };
+        for [a, b] in self.faces.iter().flat_map(Face::edges) {
+            let edge = [place(a), place(b)];
+            // Each is there in both senses.
+            if a < b {
+                edges.push(edge);
+            }
+        }
+        AccelerationPolytope {
+            corners,
+            held_by,
+            half_spaces: half_spaces
+                .iter()
+                .map(|side| [side.x, side.y, side.z * arm_m])
+                .collect(),
+            edges,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
