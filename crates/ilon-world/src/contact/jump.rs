@@ -20,7 +20,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::contact::linear::solve_in_place;
+use crate::contact::linear::{solve_for_all, solve_in_place};
 use crate::contact::problem::ImpulseProblem;
 use crate::contact::reaction::Reaction;
 use crate::contact::response::{Responses, of_axles};
@@ -144,23 +144,21 @@ impl Jump {
         let joints = held.responses.joints();
         self.freeing.clear();
         self.freeing.resize(joints * joints, 0.0);
-        for column in 0..joints {
-            self.matrix.clear();
-            for (row, lost) in held.held_n_m_s2.iter().enumerate() {
-                self.matrix.extend((0..joints).map(|k| {
-                    let one = if row == k { 1.0 } else { 0.0 };
-                    one - lost * held.responses.between_joints(row, k)
-                }));
-            }
-            self.solution.clear();
-            self.solution.resize(joints, 0.0);
-            self.solution[column] = held.held_n_m_s2[column];
-            if !solve_in_place(&mut self.matrix, &mut self.solution) {
-                continue;
-            }
-            for (row, x) in self.solution.iter().enumerate() {
-                self.freeing[row * joints + column] = *x;
-            }
+        // 1 - G S, and beside it G.
+        self.matrix.clear();
+        for (row, lost) in held.held_n_m_s2.iter().enumerate() {
+            let one = |k: usize| if row == k { 1.0 } else { 0.0 };
+            self.matrix
+                .extend((0..joints).map(|k| one(k) - lost * held.responses.between_joints(row, k)));
+            self.matrix
+                .extend((0..joints).map(|k| if row == k { *lost } else { 0.0 }));
+        }
+        if !solve_for_all(&mut self.matrix, joints) {
+            return;
+        }
+        let solved = self.matrix.chunks_exact(2 * joints);
+        for (freeing, row) in self.freeing.chunks_exact_mut(joints).zip(solved) {
+            freeing.copy_from_slice(&row[joints..]);
         }
     }
 
