@@ -7,13 +7,13 @@
 //! # One step
 //!
 //! ```text
-//! world/advance.rs            poses move on by half a step; there all of this is computed
-//! contact/candidate_search.rs the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
-//! dynamics/                   mass matrix L^T L along the branches, forces of turning frames, rates without contact
-//! contact/reactions/gather.rs which laws hold: contacts, dry bearings, motors at their bounds
-//! contact/response.rs         how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
-//! contact/problem/            the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
-//! world/advance.rs            rates take the impulses, work is counted, poses move on with the mean of the rates
+//! world/advance.rs              poses move on by half a step; there all of this is computed
+//! contact/candidate_search.rs   the rollers and chassis points that may touch (nearest.rs: the exact barrel, in f64)
+//! dynamics/                     mass matrix L^T L along the branches, forces of turning frames, rates without contact
+//! contact/reactions/assembly.rs which laws hold: contacts, dry bearings, motors at their bounds
+//! contact/response.rs           how the bodies answer: W = Z Z^T, a row z = L^-T J^T as sparse as its way to the root
+//! contact/problem/              the impulses that hold all laws at once: Newton, then sweeps (solver.rs); split.rs
+//! world/advance.rs              rates take the impulses, work is counted, poses move on with the mean of the rates
 //! ```
 //!
 //! # Where things are
@@ -22,17 +22,17 @@
 //! |---|---|
 //! | how a robot moves by itself | `dynamics/` |
 //! | the law of contact and dry friction | `contact/problem.rs`; where its rows come from: `contact/reactions/` |
-//! | where a roller is nearest to the ground | `contact/nearest.rs`; rollers by numbers: `contact/turned.rs` |
-//! | treads, creep, rolling resistance | `contact/tread.rs`, `contact/reactions/{give,rolling}.rs` |
-//! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/jump.rs` |
-//! | rollers with play along their axles | `robot/slide.rs` |
+//! | where a roller is nearest to the ground | `contact/nearest.rs`; rollers by numbers: `contact/turned_profile.rs` |
+//! | treads, creep, rolling resistance | `contact/tread.rs`, `contact/reactions/{compliance,rolling}.rs` |
+//! | the hand-over from roller to roller | `contact/handover.rs`, its work: `contact/handover_impulse.rs` |
+//! | rollers with play along their axles | `robot/axial_play.rs` |
 //! | floors: friction, nap, boxes, heights | `ground/` |
 //! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/problem/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
-//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{beside,solid}.rs` |
-//! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/between.rs` |
-//! | what worlds of one robot share | `robot/shared.rs` |
+//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; where they touch: `contact/{free_body_search,solid}.rs` |
+//! | what of a robot parry finds near the ground | `robot/shapes.rs`; places of two robots: `contact/chassis_search.rs` |
+//! | what worlds of one robot share | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
 //!
 //! # Decisions
@@ -71,7 +71,7 @@ pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{Floor, FloorSurface, Footing, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::{MotorTorque, TorqueBounds};
 pub use robot::energy::Energy;
-pub use robot::shared::SharedRobot;
+pub use robot::shared_robot::SharedRobot;
 pub use settings::{
     ContactSolver, RollerBodies, Settings, contact_relaxation_s, contact_stiffness_n_m,
 };

@@ -9,7 +9,7 @@ use crate::contact::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::scene::Scene;
-use crate::contact::turned::PlacedTurned;
+use crate::contact::turned_profile::PlacedProfile;
 use crate::robot::roller::RollerState;
 use crate::robot::state::State;
 use crate::settings::NEAR;
@@ -125,10 +125,10 @@ impl Scene<'_> {
         let body = &self.wheels[wheel];
         let hub = &self.middle.hubs()[wheel];
         let on_plane = matches!(room.pieces[..], [Piece::Plane]);
-        let gives = body.surface.tread.is_some();
-        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !gives && body.is_round;
+        let is_compliant = body.surface.tread.is_some();
+        let upright = on_plane && hub.axis().z.abs() < UPRIGHT && !is_compliant && body.is_round;
         // A roller that gives carries what reaches into the ground, and nothing else needs to be looked at.
-        let within_gap_m = if gives {
+        let within_gap_m = if is_compliant {
             self.comes_down_m(wheel)
         } else {
             prediction_m
@@ -167,8 +167,8 @@ impl Scene<'_> {
             }
         }
         if !body.is_round {
-            self.find_turned(wheel, (prediction_m, room), found);
-            if !gives && found.len() > 1 {
+            self.find_profiles(wheel, (prediction_m, room), found);
+            if !is_compliant && found.len() > 1 {
                 leave_out_higher(found, hub, (&body.rollers, self.scale));
             }
         }
@@ -179,14 +179,14 @@ impl Scene<'_> {
             found.reserve_exact(1);
             found.push(self.on_barrel((wheel, index), &placed, &nearest));
         }
-        if !upright && !gives && body.is_round && found.len() > 1 {
+        if !upright && !is_compliant && body.is_round && found.len() > 1 {
             let axis = hub.axis();
             leave_out_handed_over(found, &axis, self.scale);
         }
     }
 
     /// The places where the rollers of a wheel that are turned to a profile by numbers are near the ground.
-    fn find_turned(
+    fn find_profiles(
         &self,
         wheel: usize,
         (prediction_m, room): (f64, &mut Workspace),
@@ -194,7 +194,7 @@ impl Scene<'_> {
     ) {
         let hub = &self.middle.hubs()[wheel];
         for (index, roller) in self.wheels[wheel].rollers.iter().enumerate() {
-            let Some(placed) = roller.placed_turned(hub) else {
+            let Some(placed) = roller.placed_profile(hub) else {
                 continue;
             };
             let within_m = roller.bounding_radius_m + prediction_m;
@@ -210,7 +210,7 @@ impl Scene<'_> {
             for (_, nearest) in &room.nearest {
                 let support = |center_m, axis| {
                     let turned = placed.turned;
-                    let then = PlacedTurned {
+                    let then = PlacedProfile {
                         turned,
                         center_m,
                         axis,
@@ -266,8 +266,9 @@ impl Scene<'_> {
         };
         let (before, ahead) = (touches(self.before), touches(self.ahead));
         // A roller that gives takes its load over bit by bit.
-        let gives = self.wheels[wheel].surface.tread.is_some();
-        let came_down = self.sees_rollers_pass && !roller.pressed && !roller.seized && !gives;
+        let is_compliant = self.wheels[wheel].surface.tread.is_some();
+        let came_down =
+            self.sees_rollers_pass && !roller.pressed && !roller.seized && !is_compliant;
         let turning = if !self.sees_rollers_pass {
             Turning::NONE
         } else if came_down {
@@ -282,7 +283,7 @@ impl Scene<'_> {
                 until_m_s: Vector3::zeros(),
                 from_m_s,
             }
-        } else if ahead.on_its_end && !gives {
+        } else if ahead.on_its_end && !is_compliant {
             // Beyond its end it touches no more: how it turns there is not how it turns where it touches.
             let middle = touches(self.middle);
             let half_m_s =
@@ -295,7 +296,7 @@ impl Scene<'_> {
         };
         let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
         // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it rolls as a rigid one does.
-        let place_m = if gives {
+        let place_m = if is_compliant {
             nearest.place_m + nearest.gap_m * nearest.normal
         } else {
             nearest.place_m

@@ -14,7 +14,7 @@ mod tests;
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::contact::round::{SolidBall, SolidCylinder};
+use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
 
 /// The search along a roller's axis is over within this, in metres.
 const SETTLED_M: f64 = 1e-13;

@@ -7,7 +7,7 @@ use crate::contact::frame::frame;
 use crate::contact::reaction::{Member, Part, Partner};
 use crate::contact::row::{Row, Side};
 use crate::contact::scene::{Scene, Scenes};
-use crate::robot::slide::AxleSlide;
+use crate::robot::axial_play::AxleSlide;
 use crate::robot::state::State;
 
 /// A roller that may touch something.

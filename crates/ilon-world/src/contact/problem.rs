@@ -17,13 +17,13 @@
 //!
 //! `law` has the laws, `system` the numbers that they hold between, `solver` what finds the impulses.
 
+mod anisotropy;
 mod curve;
 mod law;
 mod newton;
 mod one_contact;
 mod solver;
 mod split;
-mod stretch;
 mod system;
 #[cfg(test)]
 mod tests;

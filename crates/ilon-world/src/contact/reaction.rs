@@ -111,12 +111,12 @@ pub(crate) struct Reaction {
     /// By how much the second tangent's velocity grows with the roller's rate about its axis, in m.
     pub rolling_radius_m: f64,
     /// How the contact gives, if it does.
-    pub gives: Option<Gives>,
+    pub compliance: Option<TangentCompliance>,
 }
 
 /// How a contact gives in a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gives {
+pub(crate) struct TangentCompliance {
     /// Along the two tangents.
     pub softness: [Softness; 2],
     /// By how much the velocity along each tangent gives for the impulse along the other, in m/s per N s.
@@ -127,9 +127,9 @@ pub(crate) struct Gives {
     pub tread: Option<Tread>,
 }
 
-impl Gives {
+impl TangentCompliance {
     /// What gives along a unit vector among the tangents, and across it, by so much; along the tangents themselves where there is none.
-    pub fn turned(
+    pub fn along(
         softness: [Softness; 2],
         along: Option<Vector2<f64>>,
         tread: Option<Tread>,
@@ -192,7 +192,7 @@ impl Reaction {
             taken_j: Vector3::zeros(),
             came_down: false,
             rolling_radius_m: 0.0,
-            gives: None,
+            compliance: None,
         }
     }
 
@@ -230,18 +230,18 @@ impl Reaction {
             let pull = turned_to(along) * impulse.yz().normalize();
             self.friction /= libm::hypot(pull.x, pull.y / ratio);
         }
-        let Some(gives) = &mut self.gives else {
+        let Some(compliance) = &mut self.compliance else {
             return;
         };
-        for (i, softness) in gives.softness.iter().enumerate() {
+        for (i, softness) in compliance.softness.iter().enumerate() {
             self.velocity_after[1 + i] -= softness.bias_m_s + softness.compliance * impulse[1 + i];
         }
-        if gives.coupled != 0.0 {
-            self.velocity_after.y -= gives.coupled * impulse.z;
-            self.velocity_after.z -= gives.coupled * impulse.y;
+        if compliance.coupled != 0.0 {
+            self.velocity_after.y -= compliance.coupled * impulse.z;
+            self.velocity_after.z -= compliance.coupled * impulse.y;
         }
-        let turn = gives.along.map(turned_to);
-        let Some(tread) = &mut gives.tread else {
+        let turn = compliance.along.map(turned_to);
+        let Some(tread) = &mut compliance.tread else {
             return;
         };
         let pushes = impulse.x > 0.0;
@@ -265,7 +265,7 @@ impl Reaction {
 
     /// The tread of the contact, if it has one.
     pub fn tread(&self) -> Option<&Tread> {
-        self.gives.as_ref()?.tread.as_ref()
+        self.compliance.as_ref()?.tread.as_ref()
     }
 
     /// Energy that is in the contact's tread, in J.

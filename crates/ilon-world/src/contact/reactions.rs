@@ -19,17 +19,17 @@
 //! over anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and b is all after it.
 //!
 //! **The work.** An impulse takes its product with the mean of the velocities before and after it, which is exact for a
-//! step of constant inertia; where rollers come down, [`crate::contact::jump`] says of which velocities.
+//! step of constant inertia; where rollers come down, [`crate::contact::handover_impulse`] says of which velocities.
 //!
 //! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k tau beside it, which only pushes:
 //! p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap to come. As a law between p and u_1:
 //! u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap that is still open is not damped.
 
-mod driven;
-mod gather;
-mod give;
+mod assembly;
+mod compliance;
 mod grouping;
 mod joints;
+mod nonlinear_drives;
 mod rolling;
 
 use std::mem::swap;
@@ -38,7 +38,7 @@ use nalgebra::Vector3;
 
 use crate::contact::candidate::Candidate;
 use crate::contact::candidate_search::Workspace;
-use crate::contact::jump::{Held, Jump};
+use crate::contact::handover_impulse::{HandoverImpulse, Held};
 use crate::contact::potential::{Axle, PotentialContact};
 use crate::contact::problem::{Curve, ImpulseProblem, Solver};
 use crate::contact::reaction::{Member, Part, Partner, Reaction};
@@ -70,7 +70,7 @@ pub(crate) struct Reactions {
     freed_axles: Vec<f64>,
     /// By degree of freedom of all bodies, one after the other.
     change: Vec<f64>,
-    jump: Jump,
+    handover: HandoverImpulse,
     error: f64,
     /// How long the step was, and the one before, in seconds.
     dt_s: f64,
@@ -125,7 +125,7 @@ impl Reactions {
             held_n_m_s2,
             freed_axles,
             change,
-            jump,
+            handover,
             error: _,
             dt_s: _,
             before_dt_s: _,
@@ -147,7 +147,7 @@ impl Reactions {
         swap(held_n_m_s2, &mut other.held_n_m_s2);
         swap(freed_axles, &mut other.freed_axles);
         swap(change, &mut other.change);
-        swap(jump, &mut other.jump);
+        swap(handover, &mut other.handover);
         swap(driven, &mut other.driven);
         swap(curve, &mut other.curve);
     }
@@ -160,7 +160,7 @@ impl Reactions {
         self.find(scenes);
         // Which motors reach a bound is known when the step is solved; few do, and no step finds more than once that one does.
         loop {
-            self.gather(scenes);
+            self.assemble(scenes);
             self.responses.clear(scenes);
             self.solve(scenes);
             if !self.find_bounded_motors(scenes) {
@@ -168,15 +168,15 @@ impl Reactions {
             }
             self.forget_laws();
         }
-        self.jump.clear(self.rows.len(), self.responses.dofs());
-        if Jump::happens(&self.all, scenes.bodies) {
-            self.find_jump(scenes);
+        self.handover.clear(self.rows.len(), self.responses.dofs());
+        if HandoverImpulse::happens(&self.all, scenes.bodies) {
+            self.find_handover_impulse(scenes);
         }
         self.count_work();
     }
 
     /// Separates the jump of rollers that came down from the rest of the step.
-    fn find_jump(&mut self, scenes: Scenes<'_>) {
+    fn find_handover_impulse(&mut self, scenes: Scenes<'_>) {
         self.held_n_m_s2.clear();
         self.responses.find_of_joints(scenes);
         for scene in scenes.each() {
@@ -192,15 +192,15 @@ impl Reactions {
             held_n_m_s2: &self.held_n_m_s2,
             freed_axles: &self.freed_axles,
         };
-        swap(self.solver.room(), self.jump.room());
-        self.jump.find(&self.all, &self.problem, &held);
-        self.responses.complete(scenes, self.jump.change_mut());
-        swap(self.solver.room(), self.jump.room());
-        let over = 1.0 - self.jump.share();
+        swap(self.solver.room(), self.handover.room());
+        self.handover.find(&self.all, &self.problem, &held);
+        self.responses.complete(scenes, self.handover.change_mut());
+        swap(self.solver.room(), self.handover.room());
+        let over = 1.0 - self.handover.share();
         for (row, of) in self.rows.iter().enumerate() {
             for (axle, c) in of.sides().filter_map(|side| side.axle) {
                 let axle = &mut self.axles[axle];
-                axle.start_rad_s += over * self.jump.impulse(row) * c * axle.free_response;
+                axle.start_rad_s += over * self.handover.impulse(row) * c * axle.free_response;
             }
         }
     }
@@ -211,7 +211,7 @@ impl Reactions {
         for reaction in &mut self.all {
             for k in 0..reaction.rows() {
                 let velocities = (reaction.velocity_before[k], reaction.velocity_after[k]);
-                reaction.taken_j[k] = self.jump.taken_j(row, reaction.impulse[k], velocities);
+                reaction.taken_j[k] = self.handover.taken_j(row, reaction.impulse[k], velocities);
                 row += 1;
             }
         }
@@ -259,7 +259,7 @@ impl Reactions {
     /// By how much the rates of an articulated body are further, where the mean over the last step starts from, than they were
     /// when it began.
     pub fn start_change(&self, body: usize) -> impl Iterator<Item = f64> {
-        self.jump.start_change(self.responses.dofs_of(body))
+        self.handover.start_change(self.responses.dofs_of(body))
     }
 
     /// The rollers of an articulated body that something touched.
@@ -426,7 +426,7 @@ impl Reactions {
                 read.as_mut_slice()[..rows.len()].copy_from_slice(&of[rows.clone()]);
                 read
             };
-            let slides = reaction.gives.is_some() && !self.problem.holds(law);
+            let slides = reaction.compliance.is_some() && !self.problem.holds(law);
             let impulse = read(self.problem.impulses());
             let velocity = read(self.problem.velocities());
             reaction.take(impulse, velocity, slides, self.dt_s);

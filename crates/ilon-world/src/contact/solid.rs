@@ -9,8 +9,8 @@ use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDis
 use parry3d::shape::Shape;
 use rapier3d::prelude::*;
 
+use crate::contact::ball_and_cylinder::{SolidBall, SolidCylinder};
 use crate::contact::nearest::{Piece, SolidBox};
-use crate::contact::round::{SolidBall, SolidCylinder};
 use crate::engine::convert;
 
 /// A shape where it stands, in the floor's frame.

@@ -11,7 +11,7 @@ use crate::engine::{convert, groups};
 use crate::ground::{Anchor, Ground};
 use crate::robot::articulated::Articulated;
 use crate::robot::roller::{ARMATURE, RollerState};
-use crate::robot::shared::SharedRobot;
+use crate::robot::shared_robot::SharedRobot;
 use crate::robot::state::State;
 use crate::{ContactSolver, MotorTorque, Settings};
 

@@ -245,7 +245,7 @@ impl Touch {
             taken_j: -0.5 * impulse.component_mul(&(before + after)),
             came_down: false,
             rolling_radius_m: along_frame(axes, per_spin).z,
-            gives: None,
+            compliance: None,
         };
         (reaction, after.x.abs().max(slides_m_s))
     }

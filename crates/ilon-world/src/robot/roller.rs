@@ -12,10 +12,10 @@ use nalgebra::{Isometry3, Vector3};
 use parry3d::shape::SharedShape;
 
 use crate::contact::nearest::PlacedBarrel;
-use crate::contact::turned::PlacedTurned;
+use crate::contact::turned_profile::PlacedProfile;
 use crate::dynamics::LinkPose;
 use crate::engine::shapes::shape_of_roller;
-use crate::robot::slide::{AxleSlide, Slide};
+use crate::robot::axial_play::{AxleSlide, Slide};
 
 /// What a bearing did in a step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -191,9 +191,9 @@ impl RollerState {
     }
 
     /// Its profile by numbers as it is placed by a hub, in the floor's frame; `None` where it has none.
-    pub fn placed_turned(&self, hub: &LinkPose) -> Option<PlacedTurned<'_>> {
+    pub fn placed_profile(&self, hub: &LinkPose) -> Option<PlacedProfile<'_>> {
         let turned = self.turned.as_ref()?;
-        Some(PlacedTurned {
+        Some(PlacedProfile {
             turned,
             center_m: self.center_m(hub),
             axis: hub.rotation * self.axis_in_hub,
@@ -214,7 +214,8 @@ impl RollerState {
             let around_m = barrel.sphere_radius_m(barrel.support_place_m(w_axial));
             return Some([barrel.outline_radius_m(w_axial), around_m]);
         }
-        self.placed_turned(hub).map(|turned| turned.radii_m(normal))
+        self.placed_profile(hub)
+            .map(|turned| turned.radii_m(normal))
     }
 
     /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.

@@ -9,7 +9,7 @@ use rapier3d::prelude::*;
 use crate::ContactSolver;
 use crate::engine::{convert, groups};
 use crate::ground::{Anchor, Ground};
-use crate::robot::shared::SharedRobot;
+use crate::robot::shared_robot::SharedRobot;
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 

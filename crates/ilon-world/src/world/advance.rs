@@ -290,7 +290,7 @@ impl Articulated {
     /// Finds where what touches as parry finds it is near the ground, in the middle of the step.
     fn find_shapes(&mut self, ground: &Ground) {
         if self.free.is_some() {
-            // `contact/beside.rs` looks for it.
+            // `contact/free_body_search.rs` looks for it.
             return;
         }
         self.shapes.find(&Placed {

@@ -83,7 +83,7 @@ pub(super) fn check_together(
         bodies,
     };
     let mut near = Vec::new();
-    scenes.find_between(&mut near);
+    scenes.find_between_chassis(&mut near);
     match near.iter().find(|place| place.gap_m < 0.0) {
         Some(_) => Err(WorldError::NoPlaceToStand {
             reason: "its chassis would lie in another robot's".to_owned(),

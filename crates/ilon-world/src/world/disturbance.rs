@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::{BodyMut, World};
 use crate::Patch;
 use crate::robot::articulated::{Articulated, wheel_inertia};
-use crate::robot::carried::{ActingPush, Payload, loaded};
+use crate::robot::payload::{ActingPush, Payload, loaded};
 
 /// A force on the chassis for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::SharedShape;
 
 use crate::contact::nearest::{Piece, PlacedBarrel};
-use crate::contact::turned::PlacedTurned;
+use crate::contact::turned_profile::PlacedProfile;
 use crate::engine::convert;
 use crate::engine::shapes::{shape_of, shape_of_roller};
 use crate::ground::Ground;
@@ -247,7 +247,7 @@ impl Surface {
                 center_m,
                 axis,
             } => {
-                let placed = PlacedTurned {
+                let placed = PlacedProfile {
                     turned,
                     center_m: (floor_from_body * Point3::from(*center_m)).coords,
                     axis: floor_from_body * axis,

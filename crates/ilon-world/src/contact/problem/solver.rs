@@ -65,7 +65,7 @@ impl Solver {
 
     fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, rounds: usize) -> f64 {
         let in_turn = problem.has_rollers_of_several_laws();
-        let gives = problem.gives();
+        let is_compliant = problem.is_compliant();
         let mut error = problem.error();
         if error <= TOLERANCE {
             return error;
@@ -83,7 +83,7 @@ impl Solver {
                 self.best.clear();
                 self.best.extend_from_slice(&problem.impulses);
             }
-            let sweeps = if gives && round < SOFT_ROUNDS {
+            let sweeps = if is_compliant && round < SOFT_ROUNDS {
                 SOFT_SWEEPS_A_ROUND
             } else {
                 SWEEPS_A_ROUND

@@ -2,9 +2,9 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::anisotropy::Anisotropies;
 use super::curve::{Curve, Curves, Meeting};
 use super::law::{Law, Sliding};
-use super::stretch::Stretches;
 
 /// The impulses of a step. It is cleared and filled again in every step and allocates only while it grows.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ pub(crate) struct ImpulseProblem {
     /// W, row by row.
     pub(super) delassus: Vec<f64>,
     /// Of contacts that grip otherwise by direction.
-    pub(super) stretches: Stretches,
+    pub(super) anisotropies: Anisotropies,
     /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
     coupled: Vec<(usize, f64)>,
     pub(super) curves: Curves,
@@ -36,7 +36,7 @@ impl ImpulseProblem {
         self.impulses.clear();
         self.velocities.clear();
         self.softness.clear();
-        self.stretches.clear();
+        self.anisotropies.clear();
         self.coupled.clear();
         self.curves.clear();
     }
@@ -66,9 +66,9 @@ impl ImpulseProblem {
 
     /// Lets the contact or disc that was added last hold otherwise by direction: along a unit vector among its tangents as its law says,
     /// across it `ratio` times as much, > 0.
-    pub fn stretch(&mut self, along: Vector2<f64>, ratio: f64) {
+    pub fn make_anisotropic(&mut self, along: Vector2<f64>, ratio: f64) {
         let at = self.rows() - 2;
-        self.stretches
+        self.anisotropies
             .push(at, (along, ratio), &mut self.velocities);
     }
 
@@ -100,7 +100,7 @@ impl ImpulseProblem {
             self.delassus[at * rows + at + 1] += coupled;
             self.delassus[(at + 1) * rows + at] += coupled;
         }
-        self.stretches.apply(&mut self.delassus, rows);
+        self.anisotropies.apply(&mut self.delassus, rows);
     }
 
     /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
@@ -108,7 +108,7 @@ impl ImpulseProblem {
     pub fn warm_start(&mut self, law: usize, mut asked: Vector3<f64>) {
         if let (at, Some(first)) = (self.laws[law].0, self.laws[law].1.first_tangent()) {
             let rubs = self
-                .stretches
+                .anisotropies
                 .in_disc(at + first, asked.fixed_rows::<2>(first).into_owned());
             asked.fixed_rows_mut::<2>(first).copy_from(&rubs);
         }
@@ -171,12 +171,14 @@ impl ImpulseProblem {
             Law::Slide { .. } => matches!(self.sliding((at, law)), Some(Sliding::At(_))),
             Law::Curve { place } => self.on_curve(at, place).is_upright(),
             Law::Disc { most_n_s } => {
-                self.stretches.in_disc(at, pair(&self.impulses, at)).norm()
+                self.anisotropies
+                    .in_disc(at, pair(&self.impulses, at))
+                    .norm()
                     < most_n_s * (1.0 - 1e-9)
             }
             Law::Contact { friction, .. } => {
                 let p = self.contact_impulse(at);
-                self.stretches.in_disc(at + 1, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
+                self.anisotropies.in_disc(at + 1, p.yz()).norm() < friction * p.x * (1.0 - 1e-9)
             }
         }
     }
@@ -229,7 +231,7 @@ impl ImpulseProblem {
     pub(super) fn take_back(&mut self) {
         let rows = self.rows();
         let (impulses, velocities) = (&mut self.impulses, &mut self.velocities);
-        self.stretches
+        self.anisotropies
             .take_back((impulses, velocities), &mut self.delassus, rows);
     }
 
@@ -240,7 +242,7 @@ impl ImpulseProblem {
     }
 
     /// Whether a contact gives across its normal.
-    pub(super) fn gives(&self) -> bool {
+    pub(super) fn is_compliant(&self) -> bool {
         self.softness.iter().any(|softness| *softness > 0.0)
     }
 

@@ -357,7 +357,7 @@ fn over_a_nap(
         let (own, others) = rest.split_at(law.rows());
         problem.push(*law, own);
         if matches!(law, Law::Contact { .. }) {
-            problem.stretch(along, ratio);
+            problem.make_anisotropic(along, ratio);
         }
         rest = others;
     }
@@ -424,7 +424,7 @@ fn random_problems_over_a_nap_never_gain_power() {
         }
         for at in [0, 3, 6, 9] {
             let (p, u) = (random.contact_impulse(at), random.contact_velocity(at));
-            let disc = random.stretches.in_disc(at + 1, p.yz());
+            let disc = random.anisotropies.in_disc(at + 1, p.yz());
             assert!(disc.norm() <= mu * p.x * (1.0 + 1e-9));
             // What is left of a contact that holds is the error, which S scales by up to 4.
             assert!(p.yz().dot(&u.yz()) <= 8.0 * error * p.yz().norm() + 1e-12);

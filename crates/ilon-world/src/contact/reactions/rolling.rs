@@ -96,7 +96,7 @@ impl Reactions {
             hold(most_drag);
             let ratio = (least_drag / most_drag).max(LEAST_RATIO);
             let towards = axes.eigenvectors.column(most).into_owned();
-            self.problem.stretch(towards, ratio);
+            self.problem.make_anisotropic(towards, ratio);
         }
     }
 }

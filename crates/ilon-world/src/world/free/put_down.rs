@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::WorldError;
-use crate::contact::beside::solids;
+use crate::contact::free_body_search::solids;
 use crate::contact::nearest::Piece;
 use crate::contact::solid::{Bounds, Solid};
 use crate::free::FreeBody;

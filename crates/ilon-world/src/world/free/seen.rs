@@ -6,7 +6,7 @@ use parry3d::query::Ray;
 use rapier3d::prelude::*;
 
 use super::islands::id_of;
-use crate::contact::beside::solids;
+use crate::contact::free_body_search::solids;
 use crate::contact::solid::Solid;
 use crate::engine::convert;
 use crate::free::FreeBodyId;

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::{World, angular_momentum, shipped};
 use crate::contact::reaction::Partner;
 use crate::robot::articulated::Articulated;
-use crate::robot::shared::SharedRobot;
+use crate::robot::shared_robot::SharedRobot;
 use crate::{Floor, Settings};
 
 const RADIUS_M: f64 = 0.3;

@@ -25,7 +25,7 @@ fn a_disc_holds_what_it_can_and_slows_the_rest() {
     let across = Vector2::new(-0.8, 0.6);
     let mut napped = ImpulseProblem::default();
     napped.push(Law::Disc { most_n_s }, free.as_slice());
-    napped.stretch(along, ratio);
+    napped.make_anisotropic(along, ratio);
     napped.set_delassus(|row, w| w.copy_from_slice(&response[row * 2..][..w.len()]));
     assert!(solve(&mut napped) <= TOLERANCE && !napped.holds(0));
     let (p, u) = (pair(&napped.impulses, 0), pair(&napped.velocities, 0));

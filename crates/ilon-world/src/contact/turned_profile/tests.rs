@@ -3,7 +3,7 @@
 use ilon_robot::Turned;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::PlacedTurned;
+use super::PlacedProfile;
 use crate::contact::nearest::{Nearest, Piece, SolidBox, Triangle};
 
 /// The least of a convex function over an interval, by thirds.
@@ -17,7 +17,7 @@ fn least(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// The least distance of a piece from the places of the body: thirds along the axis and, for each place of it, over its disc.
-fn brute_force(placed: &PlacedTurned<'_>, piece: &Piece) -> f64 {
+fn brute_force(placed: &PlacedProfile<'_>, piece: &Piece) -> f64 {
     let x = placed.axis.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
     let y = placed.axis.cross(&x);
     let (first_m, last_m) = placed.turned.span_m();
@@ -45,7 +45,7 @@ fn bodies() -> [Turned; 3] {
     ]
 }
 
-fn nearest_of(placed: &PlacedTurned<'_>, piece: &Piece) -> Nearest {
+fn nearest_of(placed: &PlacedProfile<'_>, piece: &Piece) -> Nearest {
     let mut best: Option<Nearest> = None;
     placed.places_on(piece, f64::INFINITY, |nearest| {
         if best.is_none_or(|best| nearest.gap_m < best.gap_m) {
@@ -76,7 +76,7 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
             let axis =
                 Vector3::new((1.3 * s).cos(), (1.3 * s).sin(), 0.6 * (0.7 * s).sin()).normalize();
             let center_m = Vector3::new(0.06 * (2.1 * s).cos(), 0.05 * (1.7 * s).sin(), 0.06);
-            let placed = PlacedTurned {
+            let placed = PlacedProfile {
                 turned: &body,
                 center_m,
                 axis,
@@ -110,7 +110,7 @@ fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
     let body = &bodies()[0];
     for gap_m in [1e-3, 1e-6, -1e-6, -1e-4] {
         let off_m = (0.01 + gap_m) * std::f64::consts::FRAC_1_SQRT_2;
-        let placed = PlacedTurned {
+        let placed = PlacedProfile {
             turned: body,
             center_m: Vector3::new(off_m, 0.0, off_m),
             axis: Vector3::y(),
@@ -137,7 +137,7 @@ fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
     ];
     let piece = Piece::Triangle(Triangle::new(corners_m, &Vector3::z()).unwrap());
     for body in bodies() {
-        let placed = PlacedTurned {
+        let placed = PlacedProfile {
             turned: &body,
             center_m: Vector3::new(0.04, 0.0, -0.002),
             axis: Vector3::y(),
@@ -152,7 +152,7 @@ fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
 #[test]
 fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
     let [body, ..] = bodies();
-    let placed = PlacedTurned {
+    let placed = PlacedProfile {
         turned: &body,
         center_m: Vector3::new(0.0, 0.0, 0.01),
         axis: Vector3::x(),
@@ -164,7 +164,7 @@ fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
         assert!(nearest.gap_m.abs() < 1e-17 && (nearest.place_m.x - x_m).abs() < 1e-17);
     }
     // Upright it stands on the middle of its face.
-    let upright = PlacedTurned {
+    let upright = PlacedProfile {
         axis: Vector3::z(),
         center_m: Vector3::new(0.0, 0.0, 0.021),
         ..placed
@@ -183,7 +183,7 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
         })
         .collect();
     let turned = Turned::new(&points, 0.0).unwrap();
-    let placed = PlacedTurned {
+    let placed = PlacedProfile {
         turned: &turned,
         center_m: Vector3::new(0.3, 0.2, 0.1),
         axis: Vector3::x(),
@@ -194,7 +194,7 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
     assert!((around_m - thick_m).abs() < 1e-4, "{around_m}");
     // A level cylinder: over the tilt its whole length; beyond that its edge.
     let cylinder = Turned::new(&[[-0.02, 0.01], [0.02, 0.01]], 0.002).unwrap();
-    let mut placed = PlacedTurned {
+    let mut placed = PlacedProfile {
         turned: &cylinder,
         center_m: Vector3::zeros(),
         axis: Vector3::x(),
@@ -229,7 +229,7 @@ fn the_lowest_corner_is_the_one_that_reaches_furthest() {
     for step in 0..=180 {
         // From standing on one end over lying to standing on the other.
         let tilt_rad = f64::to_radians(f64::from(step));
-        let placed = PlacedTurned {
+        let placed = PlacedProfile {
             turned: &turned,
             center_m: Vector3::zeros(),
             axis: Vector3::new(tilt_rad.sin(), 0.0, tilt_rad.cos()),

@@ -14,7 +14,7 @@ impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers are not looked at.
     ///
     /// parry is asked about each pair of shapes in the frame of the first body's chassis, where f32 is as fine as for the ground.
-    pub fn find_between(&self, found: &mut Vec<Candidate>) {
+    pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
         let robots = || self.each().filter(|scene| scene.body.free.is_none());
         for (index, a) in robots().enumerate() {
             for b in robots().skip(index + 1) {

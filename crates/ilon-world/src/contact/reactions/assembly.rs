@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::give::stays_open;
+use super::compliance::stays_open;
 use super::{Reactions, spring_between};
 use crate::contact::frame::along_frame;
 use crate::contact::potential::{Axle, PotentialContact};
@@ -58,12 +58,12 @@ impl Reactions {
                 self.nearby.append(&mut self.found);
             }
         }
-        scenes.find_between(&mut self.nearby);
-        scenes.find_beside(&mut self.workspace, &mut self.nearby);
+        scenes.find_between_chassis(&mut self.nearby);
+        scenes.find_near_free_bodies(&mut self.workspace, &mut self.nearby);
     }
 
     /// Collects the laws of all contacts and dry bearings.
-    pub(super) fn gather(&mut self, scenes: Scenes<'_>) {
+    pub(super) fn assemble(&mut self, scenes: Scenes<'_>) {
         self.touch(scenes);
         for scene in scenes.each() {
             for (index, wheel) in scene.robot.wheels.iter().enumerate() {
@@ -174,23 +174,28 @@ impl Reactions {
                 taken_j: Vector3::zeros(),
                 came_down: place.came_down,
                 rolling_radius_m: rows[2].a.axle.map_or(0.0, |(_, radius_m)| radius_m),
-                gives: self.gives(scene, (place, contact), (press, load_n), (&ground, along)),
+                compliance: self.tangent_compliance(
+                    scene,
+                    (place, contact),
+                    (press, load_n),
+                    (&ground, along),
+                ),
             };
             let mut free = contact.free;
-            if let Some(gives) = &reaction.gives {
-                free.y += gives.softness[0].bias_m_s;
-                free.z += gives.softness[1].bias_m_s;
+            if let Some(tangents) = &reaction.compliance {
+                free.y += tangents.softness[0].bias_m_s;
+                free.z += tangents.softness[1].bias_m_s;
             }
-            let (gives, nap) = (reaction.gives, reaction.nap);
+            let (tangents, nap) = (reaction.compliance, reaction.nap);
             self.push(law, reaction, &rows, free.as_slice());
-            if let Some(gives) = gives {
-                self.problem.soften(gives.softness.map(|s| s.compliance));
-                if gives.coupled != 0.0 {
-                    self.problem.couple(gives.coupled);
+            if let Some(tangents) = tangents {
+                self.problem.soften(tangents.softness.map(|s| s.compliance));
+                if tangents.coupled != 0.0 {
+                    self.problem.couple(tangents.coupled);
                 }
             }
             if let Some((along, ratio)) = nap {
-                self.problem.stretch(along, ratio);
+                self.problem.make_anisotropic(along, ratio);
             }
             self.gaps_m.push((place.gap_m, contact.gap_before_m));
             self.resist_rolling(scene, (place, contact, &rows), (&ground, along), load_n);

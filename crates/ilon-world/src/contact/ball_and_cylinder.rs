@@ -21,11 +21,11 @@ pub(crate) struct SolidCylinder {
 }
 
 /// On the surface, the unit normal out of it, and the distance of the point, negative inside.
-type Found = (Vector3<f64>, Vector3<f64>, f64);
+type Foot = (Vector3<f64>, Vector3<f64>, f64);
 
 impl SolidBall {
     /// Its nearest place to a point.
-    pub fn foot(&self, point_m: &Vector3<f64>) -> Found {
+    pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         let off_m = point_m - self.center_m;
         let far_m = off_m.norm();
         let normal = if far_m > 0.0 {
@@ -40,7 +40,7 @@ impl SolidBall {
 
 impl SolidCylinder {
     /// Its nearest place to a point.
-    pub fn foot(&self, point_m: &Vector3<f64>) -> Found {
+    pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         let pose = &self.floor_from_cylinder;
         let local = pose.inverse_transform_point(&Point3::from(*point_m)).coords;
         let (radius_m, half_m) = (self.radius_m, self.half_length_m);

@@ -25,7 +25,7 @@ const MEAN_TILT: f64 = 0.02;
 
 /// A turned roller where it stands.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PlacedTurned<'a> {
+pub(crate) struct PlacedProfile<'a> {
     /// Its shape.
     pub turned: &'a Turned,
     /// Its middle, in the floor's frame, in metres.
@@ -37,7 +37,7 @@ pub(crate) struct PlacedTurned<'a> {
 /// The search along an edge of the ground is over within this, in metres: of the least distance it misses less than a rounding.
 const SETTLED_M: f64 = 1e-11;
 
-impl PlacedTurned<'_> {
+impl PlacedProfile<'_> {
     /// The place of a corner that reaches furthest against a direction, in metres; of the corner that does so most where none is
     /// said.
     pub fn support(&self, normal: &Vector3<f64>, corner: Option<usize>) -> Vector3<f64> {

@@ -15,7 +15,7 @@ use crate::settings::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where free bodies are near anything.
-    pub fn find_beside(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
+    pub fn find_near_free_bodies(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
         // Free bodies stand behind the robots.
         if self.bodies.last().is_none_or(|body| body.free.is_none()) {
             return;
@@ -30,7 +30,7 @@ impl Scenes<'_> {
                 if other.body.free.is_none() {
                     find_robot(&other, own, room, found);
                 } else if other.index < scene.index {
-                    find_between(&other, own, found);
+                    find_between_chassis(&other, own, found);
                 }
             }
         }
@@ -103,7 +103,7 @@ fn find_ground((scene, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     }
 }
 
-fn find_between(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
+fn find_between_chassis(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Candidate>) {
     let within_m = within_m(a, b);
     let around = bounds.grown(within_m);
     for part in solids(a.body, a.middle) {
@@ -116,7 +116,7 @@ fn find_between(a: &Scene<'_>, (b, solid, bounds): Own<'_>, found: &mut Vec<Cand
 }
 
 fn find_robot(robot: &Scene<'_>, own: Own<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
-    find_between(robot, own, found);
+    find_between_chassis(robot, own, found);
     let (scene, solid, bounds) = own;
     let Some(piece) = solid.piece() else {
         return;

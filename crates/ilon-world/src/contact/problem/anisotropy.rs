@@ -11,11 +11,11 @@ use nalgebra::{Matrix2, Vector2};
 
 /// The laws whose friction is otherwise by direction.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stretches(Vec<Stretch>);
+pub(super) struct Anisotropies(Vec<Anisotropy>);
 
 /// A law whose friction is otherwise by direction.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
+struct Anisotropy {
     /// The row of its first tangent.
     at: usize,
     /// S, and its inverse.
@@ -23,7 +23,7 @@ struct Stretch {
     back: Matrix2<f64>,
 }
 
-impl Stretches {
+impl Anisotropies {
     pub fn clear(&mut self) {
         self.0.clear();
     }
@@ -35,20 +35,20 @@ impl Stretches {
             let lies = along * along.transpose();
             lies + ratio * (Matrix2::identity() - lies)
         };
-        let stretch = Stretch {
+        let anisotropy = Anisotropy {
             at,
             by: scaled(ratio),
             back: scaled(1.0 / ratio),
         };
-        let free = stretch.by * Vector2::new(velocities[at], velocities[at + 1]);
+        let free = anisotropy.by * Vector2::new(velocities[at], velocities[at + 1]);
         velocities[at..].copy_from_slice(free.as_slice());
-        self.0.push(stretch);
+        self.0.push(anisotropy);
     }
 
     /// Takes W of so many rows to S W S.
     pub fn apply(&self, delassus: &mut [f64], rows: usize) {
-        for stretch in &self.0 {
-            scale_response(delassus, rows, (stretch.at, stretch.by));
+        for anisotropy in &self.0 {
+            scale_response(delassus, rows, (anisotropy.at, anisotropy.by));
         }
     }
 
@@ -59,7 +59,7 @@ impl Stretches {
         delassus: &mut [f64],
         rows: usize,
     ) {
-        for &Stretch { at, by, back } in &self.0 {
+        for &Anisotropy { at, by, back } in &self.0 {
             scale_response(delassus, rows, (at, back));
             for (of, by) in [(&mut *impulses, by), (&mut *velocities, back)] {
                 let real = by * Vector2::new(of[at], of[at + 1]);
@@ -70,8 +70,8 @@ impl Stretches {
 
     /// A friction impulse whose two rows begin here as its law counts it: S^-1 p_t.
     pub fn in_disc(&self, at: usize, tangents: Vector2<f64>) -> Vector2<f64> {
-        let stretch = self.0.iter().find(|s| s.at == at);
-        stretch.map_or(tangents, |stretch| stretch.back * tangents)
+        let anisotropy = self.0.iter().find(|s| s.at == at);
+        anisotropy.map_or(tangents, |anisotropy| anisotropy.back * tangents)
     }
 }
 

@@ -32,7 +32,7 @@ const HITS: f64 = 0.0143;
 
 /// The jump of a step; nothing where no roller came down.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Jump {
+pub(crate) struct HandoverImpulse {
     /// p_j, row by row.
     impulses: Vec<f64>,
     /// W p_j, row by row.
@@ -70,7 +70,7 @@ impl Held<'_> {
     }
 }
 
-impl Jump {
+impl HandoverImpulse {
     /// Whether rollers of bodies came down in a step, and gently.
     pub fn happens(reactions: &[Reaction], bodies: &[Articulated]) -> bool {
         let pressing = |r: &&Reaction| r.rows() == 3 && r.impulse.x > 0.0;

@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Reactions;
 use crate::contact::candidate::Candidate;
 use crate::contact::potential::PotentialContact;
-use crate::contact::reaction::{Gives, Part, Tread, turned_to};
+use crate::contact::reaction::{Part, TangentCompliance, Tread, turned_to};
 use crate::contact::row::Row;
 use crate::contact::scene::Scene;
 use crate::contact::tread::{Press, Softness, TreadLaw};
@@ -70,13 +70,13 @@ impl Reactions {
 
     /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along` is the direction of the ground's nap
     /// among the tangents.
-    pub(super) fn gives(
+    pub(super) fn tangent_compliance(
         &self,
         scene: &Scene<'_>,
         (place, contact): (&Candidate, &PotentialContact),
         (press, load_n): (Option<Press>, f64),
         (ground, along): (&FloorSurface, Option<Vector2<f64>>),
-    ) -> Option<Gives> {
+    ) -> Option<TangentCompliance> {
         let part = place.a.part;
         let travel_m_s = place.travel_m_s.norm();
         let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
@@ -89,7 +89,7 @@ impl Reactions {
                 compliance: creep_1_n * travel_m_s / scene.dt_s,
                 bias_m_s: 0.0,
             });
-            return creeps.then(|| Gives::turned(softness, along, None));
+            return creeps.then(|| TangentCompliance::along(softness, along, None));
         };
         // What pressed on here in the last step goes on from there.
         let same = |normal: &Vector3<f64>| normal.dot(&contact.frame[0]) > 0.7;
@@ -137,7 +137,7 @@ impl Reactions {
             stored_before_j: before.map_or([0.0; 2], |tread| tread.stored_j),
             stored_j: [0.0; 2],
         };
-        Some(Gives::turned(shear.softness, along, Some(tread)))
+        Some(TangentCompliance::along(shear.softness, along, Some(tread)))
     }
 }
 
