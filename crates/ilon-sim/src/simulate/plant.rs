@@ -431,8 +431,9 @@ impl Plant {
         self.joint_targets.send(t_s + 0.5 * dt_s, &mut self.world);
         self.disturbances.act(t_s, dt_s, &mut self.world);
         self.world.robot_mut().drive(&self.motors);
-        if let Some(storage) = &mut self.storage {
-            storage.before(&self.world, self.plan.desired(t_s).as_ref());
+        if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
+            let desired = self.plan.desired(t_s);
+            storage.before(&self.world, &effort, desired.as_ref());
         }
         self.world.step();
         if let (Some(storage), Some(effort)) = (&mut self.storage, self.drive.passive_effort()) {
