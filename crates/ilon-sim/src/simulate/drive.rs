@@ -5,7 +5,7 @@ use ilon_control::{
     PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
     TorqueRange, TorqueShares,
 };
-use ilon_robot::Robot;
+use ilon_robot::{JointRole, Robot};
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
@@ -19,6 +19,8 @@ use crate::scenario::{self, WheelLaw};
 #[derive(Clone)]
 pub(super) struct Drive {
     law: Box<dyn TorqueLaw>,
+    /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
+    moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
     /// Targets within what the motors drive to, in rad/s.
@@ -67,13 +69,28 @@ impl Drive {
             }
         };
         let motors = motors(scenario, robot)?;
+        let moves = !robot.joints.is_empty() && scenario.wheel_loop.law != WheelLaw::Pid;
         Ok(Self {
             law,
+            moving: moves.then(|| Box::new(robot.clone())),
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
             motors,
         })
+    }
+
+    /// Takes up where the joints between bodies are, in rad or m, and where the targets of their servos are.
+    pub fn stand(&mut self, positions: &[f64], targets: impl Iterator<Item = f64>) {
+        let Some(robot) = &mut self.moving else {
+            return;
+        };
+        for (joint, target) in robot.joints.iter_mut().zip(targets) {
+            if let JointRole::Driven(servo) = &mut joint.role {
+                servo.target = target;
+            }
+        }
+        self.law.stand(&robot.posed(positions));
     }
 
     /// What a passive law did last; `None` of any other.

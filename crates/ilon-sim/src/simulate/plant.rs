@@ -398,6 +398,10 @@ impl Plant {
     pub(super) fn actuate(&mut self, command: WheelCommand<'_>) {
         self.observe();
         let t_s = self.clock.time_s();
+        if self.clock.control_is_due() {
+            let robot = self.world.robot();
+            (self.drive).stand(robot.joint_positions(), robot.joint_targets());
+        }
         let rates = WheelRates {
             real_rad_s: self.world.robot().wheel_rates_rad_s(),
             seen_rad_s: &self.sensors.seen().wheel_rates_rad_s,

@@ -111,3 +111,34 @@ fn what_no_servo_can_do_is_refused_in_words(joints: &str, words: &str) {
     let error = format!("{error} {error:?}");
     assert!(error.contains(words), "{error}");
 }
+
+/// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm was made so.
+#[test]
+fn limits_are_those_of_where_the_joints_start() {
+    let scenario = |target_rad: f64| {
+        let joints = format!("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = {target_rad}");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/robots");
+        Scenario::from_toml(&text(&joints), "joints", folder).expect("a scenario")
+    };
+    let robot = |target_rad: f64| ilon_sim::load_robot(&scenario(target_rad)).expect("a robot");
+    let limits = |target_rad: f64, robot: &ilon_sim::robot::Robot| {
+        ilon_sim::simulate::Limits::of(&scenario(target_rad), robot).expect("limits")
+    };
+    let (ahead, out) = (limits(0.0, &robot(0.0)), limits(1.2, &robot(1.2)));
+    // The same robot with its arm where it is at 1.2 rad, and the servo's zero there.
+    let mut made = robot(0.0).posed(&[1.2]);
+    if let ilon_sim::robot::JointRole::Driven(servo) = &mut made.joints[0].role {
+        servo.target = 0.0;
+    }
+    for (out, made) in out.rows.iter().zip(&limits(0.0, &made).rows) {
+        let (out, made) = (&out.speeding_up, &made.speeding_up);
+        assert!(
+            (out.largest / made.largest - 1.0).abs() < 1e-9,
+            "{out:?} {made:?}"
+        );
+        assert_eq!(out.wheel, made.wheel);
+    }
+    let changed = ahead.rows.iter().zip(&out.rows);
+    let changed = changed.map(|(a, b)| (a.speeding_up.largest / b.speeding_up.largest - 1.0).abs());
+    assert!(changed.fold(0.0, f64::max) > 0.01);
+}

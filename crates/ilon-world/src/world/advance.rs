@@ -173,7 +173,8 @@ impl World {
         }
         for (index, body) in self.bodies.iter_mut().enumerate() {
             for (wheel, contact) in body.contacts.iter_mut().enumerate() {
-                let states = (&body.middle, &body.state);
+                let center_m = body.chassis_mass.center_of_mass_m;
+                let states = (center_m, &body.middle, &body.state);
                 let wheel = (wheel, &body.wheels[wheel]);
                 *contact = WheelContact::read(self.reactions.of_body(index), wheel, states, dt_s);
             }
