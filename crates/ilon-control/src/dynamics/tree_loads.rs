@@ -162,10 +162,10 @@ impl<'a> Statics<'a> {
                 matrix[(self.joint_row(joint), row)] = c;
             }
         }
-        for joint in 0..self.robot.joints.len() {
+        for (joint, held) in held.iter().enumerate() {
             let row = self.joint_row(joint);
             // What nothing bears, and bears no wheel, has no place here: it falls until it hangs.
-            if held[joint].is_some() || matrix.row(row).iter().all(|c| *c == 0.0) {
+            if held.is_some() || matrix.row(row).iter().all(|c| *c == 0.0) {
                 matrix.row_mut(row).fill(0.0);
                 matrix[(row, row)] = 1.0;
             }

@@ -9,6 +9,7 @@ use ilon_robot::{JointRole, Robot};
 use ilon_world::{MotorTorque, TorqueBounds};
 
 use super::command::WheelCommand;
+use super::joint_targets::at_start;
 use super::motors::motors;
 use super::resolve::Resolved;
 use super::wheel_loop::{dynamic_model, passive_settings, pid};
@@ -32,7 +33,8 @@ impl Drive {
     /// The drive of a resolved scenario.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
-        let model = dynamic_model(robot)?;
+        let standing = &at_start(scenario, robot)?;
+        let model = dynamic_model(standing)?;
         let law: Box<dyn TorqueLaw> = match scenario.wheel_loop.law {
             WheelLaw::Pid => Box::new(pid(&scenario.wheel_loop, &model, physics_dt_s)?),
             WheelLaw::ComputedTorque => {
@@ -54,13 +56,13 @@ impl Drive {
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
                 };
-                Box::new(PrioritisedTorque::new(robot, &settings)?)
+                Box::new(PrioritisedTorque::new(standing, &settings)?)
             }
             WheelLaw::Passive => {
-                let settings = passive_settings(scenario, robot, physics_dt_s)?;
+                let settings = passive_settings(scenario, standing, physics_dt_s)?;
                 let reference_point_m = resolved.reference_point_m();
                 Box::new(PassiveTorque::new(
-                    robot,
+                    standing,
                     &PassiveTorqueSettings {
                         reference_point_m,
                         ..settings

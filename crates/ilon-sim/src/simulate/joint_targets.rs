@@ -12,6 +12,15 @@ pub(super) struct JointTargets {
     joints: Vec<Driven>,
 }
 
+/// A robot as a scenario's servos start it, its joints counted from there.
+///
+/// # Errors
+/// Those of [`JointTargets::new`].
+pub(super) fn at_start(scenario: &Scenario, robot: &Robot) -> Result<Robot, Error> {
+    let targets = JointTargets::new(scenario, robot)?;
+    Ok(robot.posed(&targets.at(0.0, robot)))
+}
+
 /// A joint that a servo drives.
 #[derive(Clone)]
 struct Driven {
