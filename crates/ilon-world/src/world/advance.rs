@@ -58,7 +58,7 @@ impl World {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let lost_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += lost_j;
-            self.energies.outside_j += body.pushes_did_j(dt_s);
+            self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
         }
     }
 
